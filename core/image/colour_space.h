@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace csd {
+
+/// One of the 49 linear colour spaces of Eq. 7: F = w1·R + w2·G + w3·B with w in {-2…2}, one for each direction
+/// (vectors that are multiples of each other order pixels alike; sign does not matter either).
+struct ColourSpace {
+  std::int8_t r = 0, g = 0, b = 0;
+
+  /// Maps an RGB value to 0…255 by the space's analytic range (not the picture's), rounding down.
+  std::uint8_t apply(std::uint8_t red, std::uint8_t green, std::uint8_t blue) const;
+
+  bool operator==(const ColourSpace &) const = default;
+};
+
+/// The 49 spaces, in a fixed order: (1,1,1), intensity, comes first.
+const std::array<ColourSpace, 49> &colour_spaces();
+
+}  // namespace csd

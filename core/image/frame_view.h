@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace csd {
+
+/// One colour component (Y, U, V, R, G or B) of a picture in memory that somebody else owns.
+struct Component {
+  const std::uint8_t *data = nullptr;  ///< the first sample of the first row
+  std::ptrdiff_t row_stride = 0;       ///< bytes from a row to the next
+  std::ptrdiff_t pixel_stride = 1;     ///< bytes from a sample to the next in its row
+  std::uint8_t bytes = 1;              ///< 1, or 2 for a little-endian 16-bit word
+  std::uint8_t shift = 0;              ///< right shift that leaves the upper 8 bits of the sample
+  std::uint8_t sub_x = 0;              ///< log2 of the horizontal subsampling
+  std::uint8_t sub_y = 0;              ///< log2 of the vertical subsampling
+};
+
+enum class ColourModel : std::uint8_t { gray, yuv, rgb };
+
+/// v210 packs 6 pixels of 4:2:2 10 bit into 16 bytes; everything else is components at strides.
+enum class Packing : std::uint8_t { components, v210 };
+
+/// A picture, or one field of it, to look at: nothing is copied, nothing is owned.
+///
+/// Coordinates of features are the *picture's* (pixel centres at integers, top left 0,0): row r of the view is the
+/// picture's line `row_step * r + row_offset`. A progressive picture has rows == height, row_step 1, row_offset 0.
+struct FrameView {
+  int width = 0;   ///< of the picture, pixels
+  int height = 0;  ///< of the picture, pixels
+  int rows = 0;    ///< rows in the view: height, or the field's
+  int row_step = 1;
+  int row_offset = 0;
+  ColourModel model = ColourModel::gray;
+  Packing packing = Packing::components;
+  /// Y · Y,U,V · R,G,B. With Packing::v210 only component[0].data and .row_stride are used.
+  std::array<Component, 3> component{};
+  double kr = 0.2126;       ///< Y'CbCr matrix (BT.709 unless the stream says otherwise)
+  double kb = 0.0722;       ///< Y'CbCr matrix
+  bool full_range = false;  ///< Y'CbCr in 0…255 instead of 16…235/240
+};
+
+}  // namespace csd

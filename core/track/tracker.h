@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <memory>
+
+#include "image/frame_view.h"
+#include "track/executor.h"
+#include "track/types.h"
+
+namespace csd {
+
+/// Tracks many features through a stream of frames: finds them, lets the algorithm follow them, keeps their states.
+///
+/// process() belongs to one thread. add_point(), remove_point(), reset() and stats() may be called from any thread and
+/// never wait for a frame. Trackers share nothing with each other.
+class Tracker {
+ public:
+  /// `executor` must outlive the tracker.
+  Tracker(const Settings &settings, Executor &executor);
+  ~Tracker();
+
+  /// Tracks all features into the next frame. `pts` and `duration` in ns, no_time where unknown (then 25 frames a
+  /// second are assumed). A change of the picture's size forgets the stream. The result is valid until the next call.
+  /// Throws cv::Exception, std::bad_alloc, also those of a learner; the tracker may be used on after that.
+  const Tracks &process(const FrameView &view, std::int64_t pts, std::int64_t duration = no_time);
+
+  /// What process() would have said if nothing could be seen: every feature that is not out or ended is lost.
+  const Tracks &process_blind(int width, int height, std::int64_t pts, std::int64_t duration = no_time);
+
+  /// From the next frame on also track x,y (that frame's pixels). Returns its id; no_feature if x or y is not finite or
+  /// max_points is reached.
+  FeatureId add_point(double x, double y);
+  /// Ends a feature with the next frame. False if there is none of that id.
+  bool remove_point(FeatureId id);
+  /// Forgets the stream: with the next frame all features end and new ones begin, under new ids.
+  void reset();
+
+  Stats stats() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Which SIMD target the kernels dispatch to on this machine ("AVX3", "AVX2", "SSE4", …).
+const char *simd_target();
+
+}  // namespace csd
