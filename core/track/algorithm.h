@@ -36,9 +36,9 @@ struct Claim {
   double confidence = 1;  ///< of a claim (`learning`, `tracked`)
 };
 
-/// How positions are found: csd-2012 or one of the baselines. The Tracker owns one, tells it which features there are, and turns
-/// its claims into states; all calls come from the Tracker's thread, for each frame in the order
-/// track, begin/end…, finish.
+/// How positions are found: csd-2012 or one of the baselines. The Tracker owns one, tells it which features there are,
+/// and turns its claims into states; all calls come from the Tracker's thread, for each frame in the order track,
+/// begin/end…, finish.
 class Algorithm {
  public:
   virtual ~Algorithm() = default;

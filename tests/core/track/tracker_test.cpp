@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The life of features, with an algorithm that does as the test says. It takes the place of core/track/make_algorithm.cpp.
+// The life of features, with an algorithm that does as the test says. It takes the place of
+// core/track/make_algorithm.cpp.
 #include "track/tracker.h"
 
 #include <gtest/gtest.h>
@@ -300,6 +301,8 @@ TEST_F(TrackerLife, StatsCountFramesAndStates) {
 
 }  // namespace
 
-std::unique_ptr<Algorithm> make_algorithm(const Settings &, Executor &) { return std::make_unique<Scripted>(); }
+std::unique_ptr<Algorithm> make_algorithm(const Settings &, Executor &) {
+  return std::make_unique<Scripted>();
+}
 
 }  // namespace csd
