@@ -76,7 +76,7 @@ Csd2012::Follower *Csd2012::find(FeatureId id) {
   return at != followers_.end() && (*at)->id == id ? at->get() : nullptr;
 }
 
-void Csd2012::begin(FeatureId id, cv::Point2d position, const FrameContext &context) {
+Claim::Kind Csd2012::begin(FeatureId id, cv::Point2d position, const FrameContext &context) {
   auto follower = std::make_unique<Follower>(id, context.frame.to_work(position), context.time, settings_.seed);
   LearnerOptions options;
   options.patch = patch_side(settings_, context.frame);
@@ -90,6 +90,7 @@ void Csd2012::begin(FeatureId id, cv::Point2d position, const FrameContext &cont
   const auto at = std::upper_bound(followers_.begin(), followers_.end(), id,
                                    [](FeatureId wanted, const auto &f) { return wanted < f->id; });
   followers_.insert(at, std::move(follower));
+  return Claim::Kind::learning;
 }
 
 void Csd2012::end(FeatureId id) {

@@ -28,7 +28,7 @@ class Csd2012 final : public Algorithm {
   ~Csd2012() override;
 
   void track(const FrameContext &context, std::vector<Claim> &claims) override;
-  void begin(FeatureId id, cv::Point2d position, const FrameContext &context) override;
+  Claim::Kind begin(FeatureId id, cv::Point2d position, const FrameContext &context) override;
   void end(FeatureId id) override;
   void finish(const FrameContext &context) override;
   void forget() override;

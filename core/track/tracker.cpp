@@ -193,9 +193,7 @@ void Tracker::Impl::begin(FeatureId id, cv::Point2d position, bool given, const 
   } else if (!context->bounds().contains(position)) {
     life.feature.state = FeatureState::out;
   } else {
-    life.feature.state = FeatureState::learning;
-    life.feature.confidence = 1;
-    algorithm->begin(id, position, *context);
+    apply({id, algorithm->begin(id, position, *context), position, 1}, life);
   }
   lives.push_back(life);
 }

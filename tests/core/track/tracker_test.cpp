@@ -37,7 +37,10 @@ class Scripted final : public Algorithm {
       if (!context.bounds().contains(claim.position)) claim.kind = Claim::Kind::out;
     }
   }
-  void begin(FeatureId id, cv::Point2d, const FrameContext &) override { script->begun.push_back(id); }
+  Claim::Kind begin(FeatureId id, cv::Point2d, const FrameContext &) override {
+    script->begun.push_back(id);
+    return Claim::Kind::learning;
+  }
   void end(FeatureId id) override { script->ended.push_back(id); }
   void finish(const FrameContext &) override {}
   void forget() override { ++script->forgotten; }
