@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "track/feature_learner.h"
 
-#include <array>
 #include <cmath>
 
-#include "image/patch.h"
-#include "image/warps.h"
-#include "learn/colour_choice.h"
-#include "learn/negatives.h"
+#include "image/convert.h"
 #include "track/csd2012_choices.h"
 #include "track/search.h"
 
@@ -24,7 +20,7 @@ int scaled(double pixels, double pixel) {
 }  // namespace
 
 FeatureLearner::FeatureLearner(const LearnerOptions &options, Random random, std::shared_ptr<LearningCounters> counters)
-    : options_(options), random_(random), smoke_(options.patch, random_), counters_(std::move(counters)) {}
+    : options_(options), random_(random), smoke_(options.patch, random_, options.smoke), warps_(geometric_warps(options.patch)), counters_(std::move(counters)) {}
 
 std::shared_ptr<const Tree> FeatureLearner::published() const {
   const std::lock_guard lock(mutex_);
@@ -41,53 +37,47 @@ NegativeRules FeatureLearner::rules() const {
   return {options_.patch, ignore_radius * options_.pixel, near_radius * options_.pixel};
 }
 
-/// S of one frame (§2.1.2): what is labelled by LK and by chance and likeness, each with smoke; and the feature's
-/// warps.
-void FeatureLearner::collect(const Snapshot &snapshot, cv::Point position) {
-  lesson_.clear();
-  labels_.clear();
-  const auto add = [this](cv::Mat patch, Label label) {
-    lesson_.push_back(std::move(patch));
-    labels_.push_back(label);
-  };
-  const auto cut = [&](cv::Point p, const cv::Matx33d &warp) {
-    cv::Mat patch;
-    sample_patch(snapshot.bgr, p, warp, options_.patch, patch);
-    return patch;
-  };
-  const auto with_smoke = [&](const cv::Mat &patch, Label label) {
+/// S of one frame (§2.1.2): what is labelled by LK and by chance and likeness, each with smoke; and the feature's warps.
+ColourPatches FeatureLearner::collect(const Snapshot &snapshot, cv::Point position) {
+  ColourPatches lesson(options_.patch);
+  cv::Mat patch, smoky;
+  const auto with_smoke = [&](cv::Point p, Label label) {
+    sample_patch(snapshot.bgr, p, options_.patch, patch);
+    lesson.add(patch, label);
     for (const double density : smoke_densities) {
-      cv::Mat smoky;
-      smoke_.apply(patch, density, options_.smoke, random_, smoky);
-      add(smoky, label);
+      patch.copyTo(smoky);
+      smoke_.apply(smoky, density, random_);
+      lesson.add(smoky, label);
     }
-    add(patch, label);
   };
-  with_smoke(cut(position, cv::Matx33d::eye()), Label::feature);
-  for (const auto &warp : geometric_warps()) add(cut(position, warp), Label::feature);
-
-  auto negatives =
-      random_negatives(snapshot.bgr.size(), snapshot.forbidden, position, random_per_lesson, rules(), random_);
-  const auto similar = similar_negatives(snapshot.luma, snapshot.forbidden, position, similar_per_lesson,
-                                         least_similarity, scaled(similarity_radius, options_.pixel), rules());
-  negatives.insert(negatives.end(), similar.begin(), similar.end());
-  for (const auto &p : negatives) with_smoke(cut(p, cv::Matx33d::eye()), Label::not_feature);
+  with_smoke(position, Label::feature);
+  for (const auto &warp : warps_) {
+    sample_patch(snapshot.bgr, position, options_.patch, warp, patch);
+    lesson.add(patch, Label::feature);
+  }
+  for (const auto &p : random_negatives(snapshot.bgr.size(), snapshot.forbidden, position, random_per_lesson, rules(),
+                                        random_))
+    with_smoke(p, Label::not_feature);
+  for (const auto &p : similar_negatives(snapshot.luma, snapshot.forbidden, position, similar_per_lesson,
+                                         least_similarity, scaled(similarity_radius, options_.pixel), rules()))
+    with_smoke(p, Label::not_feature);
+  return lesson;
 }
 
 void FeatureLearner::learn(const Snapshot &snapshot, cv::Point position) {
-  collect(snapshot, position);
+  const auto lesson = collect(snapshot, position);
   const bool first = !tree_;
   if (first) {
     GrowthOptions growth;
     growth.search.search = options_.pair_search;
     growth.seed = random_.next();
-    tree_.emplace(options_.patch, choose_colour_space(lesson_, labels_), growth);
+    tree_.emplace(options_.patch, choose_colour(lesson), growth);
   }
   std::vector<SampleId> added;
   cv::Mat channel;
-  for (std::size_t i = 0; i < lesson_.size(); ++i) {
-    to_space(lesson_[i], tree_->space(), channel);
-    added.push_back(tree_->add(channel, labels_[i]));
+  for (std::size_t i = 0; i < lesson.size(); ++i) {
+    lesson.convert(i, tree_->space(), channel);
+    added.push_back(tree_->add(channel, lesson.label(i)));
   }
   if (first)
     tree_->build();

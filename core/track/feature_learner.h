@@ -8,6 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "image/warps.h"
+#include "learn/colour_choice.h"
 #include "learn/growing_tree.h"
 #include "learn/negatives.h"
 #include "learn/random.h"
@@ -59,7 +61,7 @@ class FeatureLearner {
   std::shared_ptr<const Tree> published() const;
 
  private:
-  void collect(const Snapshot &snapshot, cv::Point position);
+  ColourPatches collect(const Snapshot &snapshot, cv::Point position);
   void correct(const Snapshot &snapshot, cv::Point position);
   void retrain(const std::vector<SampleId> &samples);
   void publish();
@@ -68,10 +70,9 @@ class FeatureLearner {
   LearnerOptions options_;
   Random random_;
   Smoke smoke_;
+  std::vector<Warp> warps_;
   std::shared_ptr<LearningCounters> counters_;
   std::optional<GrowingTree> tree_;
-  std::vector<cv::Mat> lesson_;  // BGR patches of one frame
-  std::vector<Label> labels_;
   std::vector<SampleId> recent_, reservoir_;  // slots of the positives and negatives that came by update()
   std::size_t next_recent_ = 0, negatives_seen_ = 0;
 
