@@ -70,8 +70,8 @@ void draw_shape(cv::Mat1b &mask, FeatureState state, cv::Point c, int radius, in
 }
 
 void paste(const cv::Mat1f &from, cv::Mat1f &to, cv::Point at) {
-  cv::Mat1f target = to(cv::Rect(at, from.size()));
-  cv::max(from, target, target);
+  cv::Mat target = to(cv::Rect(at, from.size()));
+  cv::max(static_cast<const cv::Mat &>(from), target, target);
 }
 
 }  // namespace
