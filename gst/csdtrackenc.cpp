@@ -15,7 +15,7 @@
  * * `text/x-raw,format=utf8`: the line of JSON without its newline, for a subtitle track
  *
  * There is one buffer per frame, with the frame's timestamp and duration. A frame without tracks gives an empty list
- * in JSON and an empty buffer in CSV. docs/metadata.md describes all fields.
+ * in JSON and an empty buffer, flagged GAP, in CSV. docs/metadata.md describes all fields.
  *
  * filesink buffers 64 KiB by default, which a crash takes with it. With `buffer-mode=unbuffered` the file holds all
  * that was written so far, save that the last line may be torn; readers ignore such a line.
@@ -36,8 +36,10 @@
  * gst-launch-1.0 -q filesrc location=in.mp4 ! decodebin ! csdtrack ! csdtrackenc ! fdsink | jq -c '.features | length'
  * ]| Into another program.
  * |[
- * gst-launch-1.0 v4l2src ! csdtrack ! csdtrackenc ! text/csv ! tcpserversink host=127.0.0.1 port=4953
- * ]| Over the network; whoever connects gets the header first.
+ * gst-launch-1.0 v4l2src ! csdtrack ! csdtrackenc ! text/csv ! identity drop-buffer-flags=gap ! tcpserversink
+ * host=127.0.0.1 port=4953
+ * ]| Over the network; whoever connects gets the header first. tcpserversink aborts on empty buffers (seen on 1.22):
+ * identity takes them out. JSON has none.
  * |[
  * gst-launch-1.0 filesrc location=in.mp4 ! decodebin ! csdtrack ! tee name=t matroskamux name=m ! filesink
  * location=out.mkv \
@@ -236,6 +238,7 @@ static GstBuffer *encode(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream)
   // A subtitle without a duration stays up until the next one, or for ever.
   if (stream.offer->format == Format::text && !GST_BUFFER_DURATION_IS_VALID(frame))
     GST_BUFFER_DURATION(text) = stream.frame_duration;
+  if (stream.line.empty()) GST_BUFFER_FLAG_SET(text, GST_BUFFER_FLAG_GAP);
   if (GST_BUFFER_FLAG_IS_SET(frame, GST_BUFFER_FLAG_DISCONT)) GST_BUFFER_FLAG_SET(text, GST_BUFFER_FLAG_DISCONT);
   return text;
 }
