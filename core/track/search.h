@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "learn/tree.h"
+
+namespace csd {
+
+/// Positions that a descriptor calls "feature", and the best of them (§2.1.4).
+struct SearchResult {
+  std::optional<cv::Point> best;   ///< none: nothing is labelled feature, the feature is hidden (A29)
+  double weighted = 0;             ///< its probability times the weight of its place
+  std::vector<cv::Point> matches;  ///< all positions labelled feature, row by row
+};
+
+/// Where to look: each `step`-th position of each `step`-th line of `centres` (working pixels).
+struct SearchArea {
+  cv::Rect centres;
+  int step = 1;
+};
+
+/// The spatial weight of §2.1.4: a Gaussian around the last known position, working pixels. Infinite sigma: none.
+struct SpatialWeight {
+  cv::Point2d last;
+  double sigma = std::numeric_limits<double>::infinity();
+};
+
+/// §2.1.4: the patch labelled feature with the largest P(N) = |a|·|b|⁻¹ times the spatial weight; equals go to the
+/// nearest to the last position, then to the first.
+///
+/// `channel`: CV_8UC1 in the descriptor's colour space, whose pixel (0,0) is `origin` in working coordinates; the
+/// patches around all centres lie in it.
+SearchResult search(const Tree &descriptor, const cv::Mat &channel, cv::Point origin, const SearchArea &area,
+                    const SpatialWeight &weight);
+
+/// For a feature that may be anywhere (A27): coarsely, then all around the best.
+SearchResult search_coarse_to_fine(const Tree &descriptor, const cv::Mat &channel, cv::Point origin,
+                                   const SearchArea &area, const SpatialWeight &weight);
+
+}  // namespace csd
