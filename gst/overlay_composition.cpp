@@ -109,41 +109,34 @@ GstCaps *OverlayNegotiation::transform_caps(GstPadDirection direction, GstCaps *
   for (guint i = 0; i < gst_caps_get_size(caps); ++i) {
     const GstStructure *structure = gst_caps_get_structure(caps, i);
     GstCapsFeatures *features = gst_caps_get_features(caps, i);
-    const bool any = gst_caps_features_is_any(features);
-    const bool has = !any && gst_caps_features_contains(features, feature_name);
-    const auto add = [&](GstCaps *to, GstCapsFeatures *as) {
-      gst_caps_append_structure_full(to, gst_structure_copy(structure), as);
+    const auto add = [structure](GstCaps *&to, GstCapsFeatures *as) {
+      to = gst_caps_merge_structure_full(to, gst_structure_copy(structure), as);
     };
-    if (has) {
+    if (gst_caps_features_is_any(features)) {
+      add(without, gst_caps_features_copy(features));
+    } else if (gst_caps_features_contains(features, feature_name)) {
       add(with, gst_caps_features_copy(features));
-      if (direction == GST_PAD_SRC && !refused_) {  // we can add what upstream lacks
-        GstCapsFeatures *plain = gst_caps_features_copy(features);
-        gst_caps_features_remove(plain, feature_name);
-        add(without, plain);
-      }
+      // We can add what upstream lacks.
+      if (direction == GST_PAD_SRC && !refused_) add(without, gst_caps_features_new_empty());
     } else {
-      if (direction == GST_PAD_SINK && !any && !refused_) {
-        GstCapsFeatures *more = gst_caps_features_copy(features);
-        gst_caps_features_add(more, feature_name);
-        add(with, more);
+      if (direction == GST_PAD_SINK && !refused_) {
+        // Both spellings are about and do not intersect: GL has the first, some sinks the second.
+        add(with, gst_caps_features_new(GST_CAPS_FEATURE_MEMORY_SYSTEM_MEMORY, feature_name, nullptr));
+        add(with, gst_caps_features_new(feature_name, nullptr));
       }
       add(without, gst_caps_features_copy(features));
     }
   }
-  // Towards downstream the feature is preferred; towards upstream we'd rather have plain caps and decide ourselves.
-  if (direction == GST_PAD_SINK) {
-    gst_caps_append(with, without);
-    return gst_caps_simplify(with);
-  }
-  gst_caps_append(without, with);
-  return gst_caps_simplify(without);
+  // Downstream the feature is preferred; upstream plain caps are, for then this element decides.
+  return direction == GST_PAD_SINK ? gst_caps_merge(with, without) : gst_caps_merge(without, with);
 }
 
 void OverlayNegotiation::set_caps(GstCaps *in, GstCaps *out) {
   upstream_has_ = has_feature(in);
   downstream_has_ = has_feature(out);
   may_attach_ = wanted_ && upstream_has_;
-  settled_ = upstream_has_;
+  // Without the feature there may be no allocation query at all: an in-place element whose caps don't change has none.
+  settled_ = upstream_has_ || !downstream_has_;
 }
 
 OverlayNegotiation::Answer OverlayNegotiation::decide_allocation(GstQuery *query) {
