@@ -29,10 +29,15 @@ void set_colour(FrameView &view, const GstVideoInfo &info) {
 
 GstCaps *template_caps() {
   static constexpr char fields[] = ", interlace-mode = (string) { progressive, interleaved, mixed }";
+  // Features with and without the word SystemMemory do not intersect, and elements of both spellings are about.
   gchar *text = g_strconcat(
       GST_VIDEO_CAPS_MAKE(CSD_VIDEO_FORMATS), fields, "; ",
       GST_VIDEO_CAPS_MAKE_WITH_FEATURES(GST_CAPS_FEATURE_META_GST_VIDEO_OVERLAY_COMPOSITION, CSD_VIDEO_FORMATS), fields,
-      nullptr);
+      "; ",
+      GST_VIDEO_CAPS_MAKE_WITH_FEATURES(GST_CAPS_FEATURE_MEMORY_SYSTEM_MEMORY
+                                        ", " GST_CAPS_FEATURE_META_GST_VIDEO_OVERLAY_COMPOSITION,
+                                        CSD_VIDEO_FORMATS),
+      fields, nullptr);
   GstCaps *caps = gst_caps_from_string(text);
   g_free(text);
   return caps;
