@@ -127,6 +127,13 @@ GST_START_TEST(test_fields_and_types) {
 }
 GST_END_TEST;
 
+GST_START_TEST(test_source_that_is_no_text) {
+  GstStructure *s = csd::new_tracks_structure("csdtrack", csd::Tracks{}, "a\xff", "lk");
+  fail_unless_equals_string(gst_structure_get_string(s, "source"), "a\xef\xbf\xbd");
+  gst_structure_free(s);
+}
+GST_END_TEST;
+
 GST_START_TEST(test_registered_with_right_tags) {
   fail_unless(csd::register_track_metas());
   fail_unless(csd::register_track_metas());
@@ -260,6 +267,7 @@ static Suite *csdtrackmeta_suite() {
   gst_object_unref(plugin);
   suite_add_tcase(s, tc);
   tcase_add_test(tc, test_fields_and_types);
+  tcase_add_test(tc, test_source_that_is_no_text);
   tcase_add_test(tc, test_registered_with_right_tags);
   tcase_add_test(tc, test_several_metas);
   tcase_add_test(tc, test_unreadable_structures);
