@@ -134,18 +134,26 @@ GstCaps *OverlayNegotiation::transform_caps(GstPadDirection direction, GstCaps *
 void OverlayNegotiation::set_caps(GstCaps *in, GstCaps *out) {
   upstream_has_ = has_feature(in);
   downstream_has_ = has_feature(out);
-  may_attach_ = wanted_ && upstream_has_;
-  // Without the feature there may be no allocation query at all: an in-place element whose caps don't change has none.
-  settled_ = upstream_has_ || !downstream_has_;
+  may_attach_ = false;
+  settled_ = false;
 }
 
-OverlayNegotiation::Answer OverlayNegotiation::decide_allocation(GstQuery *query) {
-  if (!wanted_) return Answer::settled;
-  const bool renders =
-      gst_query_find_allocation_meta(query, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE, nullptr) != FALSE;
-  may_attach_ = upstream_has_ || (downstream_has_ && renders);
-  settled_ = true;
-  if (may_attach_ || !downstream_has_) return Answer::settled;
+OverlayNegotiation::Answer OverlayNegotiation::settle(GstPad *src) {
+  if (!wanted_ || settled_.exchange(true)) return Answer::settled;
+  if (upstream_has_ || !downstream_has_) {
+    may_attach_ = upstream_has_;
+    return Answer::settled;
+  }
+  bool renders = false;
+  if (GstCaps *caps = gst_pad_get_current_caps(src)) {
+    GstQuery *query = gst_query_new_allocation(caps, FALSE);
+    renders = gst_pad_peer_query(src, query) &&
+              gst_query_find_allocation_meta(query, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE, nullptr);
+    gst_query_unref(query);
+    gst_caps_unref(caps);
+  }
+  may_attach_ = renders;
+  if (renders) return Answer::settled;
   refused_ = true;
   return Answer::retry;
 }
