@@ -17,7 +17,8 @@ struct ColourSpace {
   bool operator==(const ColourSpace &) const = default;
 };
 
-/// The 49 spaces, in a fixed order: (1,1,1), intensity, comes first.
+/// The 49 spaces, in a fixed order: (1,1,1), intensity, comes first; then the others by (r, g, b), lexicographically,
+/// each with its first component that is not 0 positive, so (0,0,1), (0,1,-2), (0,1,-1), … (2,2,1).
 const std::array<ColourSpace, 49> &colour_spaces();
 
 }  // namespace csd

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "detect/dog.h"
+
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include <algorithm>
+
+namespace csd {
+namespace {
+
+// Lowe's values.
+constexpr int octave_layers = 3;
+constexpr double contrast_threshold = 0.04;
+constexpr double edge_threshold = 10;
+constexpr double sigma = 1.6;
+
+constexpr int smallest_side = 16;
+
+}  // namespace
+
+Candidates find_dog(const cv::Mat &luma, const cv::Mat &allowed) {
+  Candidates found;
+  if (std::min(luma.cols, luma.rows) < smallest_side) return found;
+
+  // cv::SIFT begins by doubling its picture. It is given half of ours, so that its first octave is at our resolution:
+  // a quarter of the time, and what is missed are blobs of a pixel or two, which are noise beside a patch of 21.
+  cv::Mat half;
+  cv::resize(luma, half, {}, 0.5, 0.5, cv::INTER_AREA);
+  const double scale_x = static_cast<double>(luma.cols) / half.cols;
+  const double scale_y = static_cast<double>(luma.rows) / half.rows;
+
+  std::vector<cv::KeyPoint> keypoints;
+  cv::SIFT::create(0, octave_layers, contrast_threshold, edge_threshold, sigma)->detect(half, keypoints);
+  found.reserve(keypoints.size());
+  for (const cv::KeyPoint &k : keypoints) {
+    const cv::Point2d at{(k.pt.x + 0.5) * scale_x - 0.5, (k.pt.y + 0.5) * scale_y - 0.5};
+    const cv::Point pixel{cvRound(at.x), cvRound(at.y)};
+    if (pixel.inside({0, 0, luma.cols, luma.rows}) && allowed.at<std::uint8_t>(pixel) != 0) {
+      found.push_back({at, k.response});
+    }
+  }
+  rank(found);
+  // An extremum with several dominant orientations comes once for each of them.
+  const auto same = [](const Candidate &a, const Candidate &b) { return a.at == b.at && a.strength == b.strength; };
+  found.erase(std::unique(found.begin(), found.end(), same), found.end());
+  return found;
+}
+
+}  // namespace csd

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "image/colour_rows.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "image/colour_rows.cpp"
+#include <hwy/foreach_target.h>
+// After foreach_target.
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+HWY_BEFORE_NAMESPACE();
+namespace csd::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// 16-bit lanes: as many pixels at once as a vector has of them.
+const hn::ScalableTag<std::int16_t> i16;
+const hn::ScalableTag<std::uint16_t> u16;
+const hn::Rebind<std::uint8_t, decltype(i16)> u8;
+
+/// Calls kernel(i) for i = 0, N, 2N … and, so that no pixel is left to scalar code, once more for the last N (some
+/// pixels are then computed twice). Rows shorter than N are the caller's.
+template <class Kernel>
+HWY_INLINE void cover(int n, int step, Kernel kernel) {
+  int i = 0;
+  for (; i + step <= n; i += step) kernel(i);
+  if (i < n) kernel(n - step);
+}
+
+void YuvToRgb(const YuvCoefficients &c, const std::uint8_t *y, const std::uint8_t *u, const std::uint8_t *v, int n,
+              std::uint8_t *r, std::uint8_t *g, std::uint8_t *b) {
+  const int lanes = static_cast<int>(hn::Lanes(i16));
+  if (n < lanes) return scalar::yuv_to_rgb(c, y, u, v, n, r, g, b);
+  const auto black = hn::Set(i16, c.black), grey = hn::Set(i16, 128), half = hn::Set(i16, 8);
+  const auto cy = hn::Set(i16, c.y), rv = hn::Set(i16, c.r_v), gu = hn::Set(i16, c.g_u), gv = hn::Set(i16, c.g_v),
+             bu = hn::Set(i16, c.b_u);
+  cover(n, lanes, [&](int i) HWY_ATTR {
+    const auto yy = hn::ShiftLeft<7>(hn::Sub(hn::PromoteTo(i16, hn::LoadU(u8, y + i)), black));
+    const auto uu = hn::ShiftLeft<7>(hn::Sub(hn::PromoteTo(i16, hn::LoadU(u8, u + i)), grey));
+    const auto vv = hn::ShiftLeft<7>(hn::Sub(hn::PromoteTo(i16, hn::LoadU(u8, v + i)), grey));
+    const auto luma = hn::Add(hn::MulHigh(yy, cy), half);
+    const auto red = hn::Add(luma, hn::MulHigh(vv, rv));
+    const auto green = hn::Sub(luma, hn::Add(hn::MulHigh(uu, gu), hn::MulHigh(vv, gv)));
+    const auto blue = hn::Add(luma, hn::MulHigh(uu, bu));
+    hn::StoreU(hn::DemoteTo(u8, hn::ShiftRight<4>(red)), u8, r + i);
+    hn::StoreU(hn::DemoteTo(u8, hn::ShiftRight<4>(green)), u8, g + i);
+    hn::StoreU(hn::DemoteTo(u8, hn::ShiftRight<4>(blue)), u8, b + i);
+  });
+}
+
+void RgbToSpace(const ColourSpace &space, const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n,
+                std::uint8_t *out) {
+  const int lanes = static_cast<int>(hn::Lanes(i16));
+  const int span = std::abs(space.r) + std::abs(space.g) + std::abs(space.b);
+  if (n < lanes || span == 0) return scalar::rgb_to_space(space, r, g, b, n, out);
+  const int below = std::max(-space.r, 0) + std::max(-space.g, 0) + std::max(-space.b, 0);
+  const auto wr = hn::Set(i16, space.r), wg = hn::Set(i16, space.g), wb = hn::Set(i16, space.b);
+  const auto offset = hn::Set(i16, static_cast<std::int16_t>(255 * below));
+  // x / span for x ≤ 1530 is 2x · ceil(2^15/span) >> 16: the error, below 2x/2^16, is less than 1/span.
+  const auto reciprocal = hn::Set(u16, static_cast<std::uint16_t>((32768 + span - 1) / span));
+  cover(n, lanes, [&](int i) HWY_ATTR {
+    const auto rr = hn::Mul(hn::PromoteTo(i16, hn::LoadU(u8, r + i)), wr);
+    const auto gg = hn::Mul(hn::PromoteTo(i16, hn::LoadU(u8, g + i)), wg);
+    const auto bb = hn::Mul(hn::PromoteTo(i16, hn::LoadU(u8, b + i)), wb);
+    const auto sum = hn::BitCast(u16, hn::Add(hn::Add(rr, gg), hn::Add(bb, offset)));
+    const auto quotient = hn::MulHigh(hn::Add(sum, sum), reciprocal);
+    hn::StoreU(hn::DemoteTo(u8, hn::BitCast(i16, quotient)), u8, out + i);
+  });
+}
+
+void Interleave(const std::uint8_t *a, const std::uint8_t *b, const std::uint8_t *c, int n, std::uint8_t *out) {
+  const hn::ScalableTag<std::uint8_t> d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  if (n < lanes) return scalar::interleave(a, b, c, n, out);
+  cover(n, lanes, [&](int i) HWY_ATTR {
+    hn::StoreInterleaved3(hn::LoadU(d, a + i), hn::LoadU(d, b + i), hn::LoadU(d, c + i), d, out + 3 * i);
+  });
+}
+
+}  // namespace csd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace csd {
+
+HWY_EXPORT(YuvToRgb);
+HWY_EXPORT(RgbToSpace);
+HWY_EXPORT(Interleave);
+
+YuvCoefficients YuvCoefficients::make(double kr, double kb, bool full_range) {
+  if (!(kr >= 0 && kb >= 0 && kr + kb < 1)) {
+    kr = 0.2126;
+    kb = 0.0722;
+  }
+  const double kg = 1 - kr - kb;
+  const double y = full_range ? 1 : 255.0 / 219, chroma = full_range ? 1 : 255.0 / 224;
+  const auto fixed = [](double c) { return static_cast<std::int16_t>(std::lround(std::min(c * 8192, 32767.0))); };
+  return {.y = fixed(y),
+          .r_v = fixed(2 * (1 - kr) * chroma),
+          .g_u = fixed(2 * (1 - kb) * kb / kg * chroma),
+          .g_v = fixed(2 * (1 - kr) * kr / kg * chroma),
+          .b_u = fixed(2 * (1 - kb) * chroma),
+          .black = static_cast<std::int16_t>(full_range ? 0 : 16)};
+}
+
+LumaCoefficients LumaCoefficients::make(double kr, double kb) {
+  if (!(kr >= 0 && kb >= 0 && kr + kb < 1)) {
+    kr = 0.2126;
+    kb = 0.0722;
+  }
+  LumaCoefficients c;
+  c.r = static_cast<std::uint32_t>(std::lround(kr * 65536));
+  c.b = static_cast<std::uint32_t>(std::lround(kb * 65536));
+  c.g = 65536 - std::min(65536u, c.r + c.b);
+  return c;
+}
+
+void yuv_to_rgb(const YuvCoefficients &c, const std::uint8_t *y, const std::uint8_t *u, const std::uint8_t *v, int n,
+                std::uint8_t *r, std::uint8_t *g, std::uint8_t *b) {
+  HWY_DYNAMIC_DISPATCH(YuvToRgb)(c, y, u, v, n, r, g, b);
+}
+
+void rgb_to_space(const ColourSpace &space, const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n,
+                  std::uint8_t *out) {
+  HWY_DYNAMIC_DISPATCH(RgbToSpace)(space, r, g, b, n, out);
+}
+
+void rgb_to_luma(const LumaCoefficients &c, const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n,
+                 std::uint8_t *out) {
+  for (int i = 0; i < n; ++i) out[i] = static_cast<std::uint8_t>((c.r * r[i] + c.g * g[i] + c.b * b[i] + 32768) >> 16);
+}
+
+void interleave(const std::uint8_t *a, const std::uint8_t *b, const std::uint8_t *c, int n, std::uint8_t *out) {
+  HWY_DYNAMIC_DISPATCH(Interleave)(a, b, c, n, out);
+}
+
+namespace scalar {
+
+void yuv_to_rgb(const YuvCoefficients &c, const std::uint8_t *y, const std::uint8_t *u, const std::uint8_t *v, int n,
+                std::uint8_t *r, std::uint8_t *g, std::uint8_t *b) {
+  const auto times = [](int a, int coefficient) { return (a * 128 * coefficient) >> 16; };
+  const auto clamp = [](int x) { return static_cast<std::uint8_t>(std::clamp(x >> 4, 0, 255)); };
+  for (int i = 0; i < n; ++i) {
+    const int luma = times(y[i] - c.black, c.y) + 8, cb = u[i] - 128, cr = v[i] - 128;
+    r[i] = clamp(luma + times(cr, c.r_v));
+    g[i] = clamp(luma - (times(cb, c.g_u) + times(cr, c.g_v)));
+    b[i] = clamp(luma + times(cb, c.b_u));
+  }
+}
+
+void rgb_to_space(const ColourSpace &space, const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n,
+                  std::uint8_t *out) {
+  for (int i = 0; i < n; ++i) out[i] = space.apply(r[i], g[i], b[i]);
+}
+
+void interleave(const std::uint8_t *a, const std::uint8_t *b, const std::uint8_t *c, int n, std::uint8_t *out) {
+  for (int i = 0; i < n; ++i, out += 3) {
+    out[0] = a[i];
+    out[1] = b[i];
+    out[2] = c[i];
+  }
+}
+
+}  // namespace scalar
+}  // namespace csd
+#endif

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <cstdint>
+
+#include "image/frame_view.h"
+
+namespace csd {
+
+/// Samples of a component in one row of the component's own grid (subsampled where the component is).
+inline int component_columns(const FrameView &view, int component) {
+  const int sub = view.packing == Packing::v210 ? (component == 0 ? 0 : 1) : view.component[component].sub_x;
+  return (view.width + (1 << sub) - 1) >> sub;
+}
+inline int component_rows(const FrameView &view, int component) {
+  const int sub = view.packing == Packing::v210 ? 0 : view.component[component].sub_y;
+  return (view.rows + (1 << sub) - 1) >> sub;
+}
+
+/// Reads `n` samples from column `first` of row `row` of a component (0…2) as 8 bit. `row` and `first` count in the
+/// component's own grid and must lie in it. Deeper samples are rounded to nearest, and to 255 at most.
+void read_samples(const FrameView &view, int component, int row, int first, int n, std::uint8_t *out);
+
+}  // namespace csd

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "image/work_frame.h"
+#include "track/executor.h"
+#include "track/types.h"
+
+namespace csd {
+
+/// One frame as an algorithm sees it.
+struct FrameContext {
+  const WorkFrame &frame;
+  const cv::Mat &forbidden;  ///< CV_8UC1, working size, 255 where nothing may be learnt; empty: nowhere
+  std::int64_t time;         ///< ns since the tracker was made; never goes back
+  cv::Rect2d bounds() const {
+    return {-0.5, -0.5, static_cast<double>(frame.picture_size().width),
+            static_cast<double>(frame.picture_size().height)};
+  }
+};
+
+/// What an algorithm says of one feature in one frame.
+struct Claim {
+  enum class Kind : std::uint8_t {
+    learning,  ///< seen, by the recursive start
+    tracked,   ///< seen
+    hidden,    ///< not seen, may come back
+    lost,      ///< not seen, the algorithm has given it up or has been looking for long
+    out        ///< beyond the edge of the picture
+  };
+  FeatureId id = 0;
+  Kind kind = Kind::hidden;
+  cv::Point2d position;   ///< picture pixels; in: the last one, out: where it is (hidden: a prediction)
+  double confidence = 1;  ///< of a claim (`learning`, `tracked`)
+};
+
+/// How positions are found: csd-2012 or one of the baselines. The Tracker owns one, tells it which features there are, and turns
+/// its claims into states; all calls come from the Tracker's thread, for each frame in the order
+/// track, begin/end…, finish.
+class Algorithm {
+ public:
+  virtual ~Algorithm() = default;
+
+  /// May new features take the place of those that ended? (The paper's tracker and its baselines do not.)
+  virtual bool replenishes() const { return false; }
+
+  /// Fills in the claims of the features that have begun; `claims` is by ascending id.
+  virtual void track(const FrameContext &context, std::vector<Claim> &claims) = 0;
+  /// In this frame the feature is at `position` (picture pixels, inside the picture).
+  virtual void begin(FeatureId id, cv::Point2d position, const FrameContext &context) = 0;
+  virtual void end(FeatureId id) = 0;
+  /// Everything about this frame has been said: what has to be kept of its pixels must be copied now.
+  virtual void finish(const FrameContext &context) = 0;
+  /// Forgets the stream: no features, no last frame.
+  virtual void forget() = 0;
+  /// Adds what it counts to `stats`. Called from any thread.
+  virtual void add_to(Stats &stats) const = 0;
+};
+
+/// Makes the algorithm that the settings name. `executor` must outlive it.
+std::unique_ptr<Algorithm> make_algorithm(const Settings &settings, Executor &executor);
+
+}  // namespace csd

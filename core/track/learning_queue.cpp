@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/learning_queue.h"
+
+#include <chrono>
+
+namespace csd {
+
+struct LearningQueue::Shared {
+  explicit Shared(Executor &e) : executor(e) {}
+  Executor &executor;
+  std::mutex mutex;  // guards all below and the lanes' states
+  std::condition_variable idle;
+  std::size_t waiting = 0;
+  std::size_t running = 0;
+  std::int64_t spent = 0;
+  std::exception_ptr failure;
+};
+
+struct LearningQueue::Lane::State {
+  std::shared_ptr<Shared> shared;
+  std::deque<std::function<void()>> jobs;
+  bool scheduled = false;  // a run_one() is posted or running
+};
+
+LearningQueue::Lane::~Lane() {
+  if (!state_) return;
+  std::deque<std::function<void()>> dropped;  // freed outside the lock
+  const std::lock_guard lock(state_->shared->mutex);
+  dropped.swap(state_->jobs);
+  state_->shared->waiting -= dropped.size();
+  state_->shared->idle.notify_all();
+}
+
+std::size_t LearningQueue::Lane::waiting() const {
+  const std::lock_guard lock(state_->shared->mutex);
+  return state_->jobs.size() + (state_->scheduled ? 1 : 0);
+}
+
+LearningQueue::LearningQueue(Executor &executor) : shared_(std::make_shared<Shared>(executor)) {}
+
+LearningQueue::~LearningQueue() {
+  std::unique_lock lock(shared_->mutex);
+  shared_->idle.wait(lock, [this] { return shared_->running == 0; });
+}
+
+LearningQueue::Lane LearningQueue::make_lane() {
+  auto state = std::make_shared<Lane::State>();
+  state->shared = shared_;
+  return Lane(std::move(state));
+}
+
+void LearningQueue::post(Lane &lane, std::function<void()> job) {
+  {
+    const std::lock_guard lock(shared_->mutex);
+    lane.state_->jobs.push_back(std::move(job));
+    ++shared_->waiting;
+    if (lane.state_->scheduled) return;
+    lane.state_->scheduled = true;
+  }
+  shared_->executor.post([shared = shared_, state = lane.state_] { run_one(shared, state); });
+}
+
+// One job, then to the back of the executor's line: that is how the features take turns.
+void LearningQueue::run_one(std::shared_ptr<Shared> shared, std::shared_ptr<Lane::State> lane) {
+  std::function<void()> job;
+  {
+    const std::lock_guard lock(shared->mutex);
+    if (lane->jobs.empty()) {
+      lane->scheduled = false;
+      return;
+    }
+    job = std::move(lane->jobs.front());
+    lane->jobs.pop_front();
+    ++shared->running;
+  }
+  std::exception_ptr failure;
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    job();
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  job = nullptr;
+  const auto spent = std::chrono::steady_clock::now() - start;
+  bool more = false;
+  {
+    const std::lock_guard lock(shared->mutex);
+    shared->spent += std::chrono::duration_cast<std::chrono::nanoseconds>(spent).count();
+    if (failure && !shared->failure) shared->failure = failure;
+    --shared->running;
+    --shared->waiting;
+    more = lane->scheduled = !lane->jobs.empty();
+    // Notified under the lock: once it is released the owner may be gone.
+    shared->idle.notify_all();
+  }
+  if (more) shared->executor.post([shared, lane] { run_one(shared, lane); });
+}
+
+void LearningQueue::wait_idle() {
+  std::unique_lock lock(shared_->mutex);
+  shared_->idle.wait(lock, [this] { return shared_->waiting == 0; });
+}
+
+void LearningQueue::rethrow() {
+  std::exception_ptr failure;
+  {
+    const std::lock_guard lock(shared_->mutex);
+    failure = std::exchange(shared_->failure, nullptr);
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+std::size_t LearningQueue::waiting() const {
+  const std::lock_guard lock(shared_->mutex);
+  return shared_->waiting;
+}
+
+std::int64_t LearningQueue::time_spent_ns() const {
+  const std::lock_guard lock(shared_->mutex);
+  return shared_->spent;
+}
+
+}  // namespace csd

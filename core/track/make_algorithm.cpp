@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// The one place that knows every algorithm. Alone in its file, so that a test can put its own in its place.
+#include "baselines/lk.h"
+#include "track/algorithm.h"
+
+namespace csd {
+
+std::unique_ptr<Algorithm> make_algorithm(const Settings &settings, Executor &executor) {
+  switch (settings.algorithm) {
+    case AlgorithmKind::lk:
+      return std::make_unique<LucasKanade>(settings);
+    case AlgorithmKind::csd_2012:
+      break;
+  }
+  (void)executor;
+  return std::make_unique<LucasKanade>(settings);
+}
+
+}  // namespace csd

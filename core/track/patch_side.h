@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "image/work_frame.h"
+#include "track/types.h"
+
+namespace csd {
+
+/// Odd side of the patch in working pixels: the user's, given in the picture's, or the default for the picture's height (A1).
+inline int patch_side(const Settings &settings, const WorkFrame &frame) {
+  if (settings.patch_size == 0) return default_patch_size(frame.size().height);
+  const int half = static_cast<int>(std::lround((settings.patch_size / frame.scale() - 1) / 2));
+  return 2 * std::max(half, 2) + 1;
+}
+
+}  // namespace csd

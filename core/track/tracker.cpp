@@ -1,0 +1,382 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include "detect/detect.h"
+#include "image/content_area.h"
+#include "image/specular.h"
+#include "image/work_frame.h"
+#include "track/algorithm.h"
+#include "track/patch_side.h"
+
+namespace csd {
+
+namespace {
+
+constexpr std::int64_t nominal_duration = second / 25;  // of a frame, where the stream does not say
+constexpr std::int64_t occluded_for = second;           // DESIGN: hidden for longer is lost
+constexpr std::int64_t replenish_every = second / 2;    // detection costs as much as ten frames of tracking
+
+bool claims_position(FeatureState state) { return state == FeatureState::learning || state == FeatureState::tracked; }
+
+/// A feature from its first frame to its last.
+struct Life {
+  Feature feature;
+  bool given = false;           // by the user: never ends by itself
+  std::int64_t last_claim = 0;  // when a position was last claimed
+  bool reported = false;        // in an earlier frame
+  FeatureState reported_as = FeatureState::learning;
+};
+
+struct Request {
+  FeatureId id;
+  cv::Point2d position;
+};
+
+}  // namespace
+
+struct Tracker::Impl {
+  Impl(const Settings &s, Executor &e) : settings(s), algorithm(make_algorithm(s, e)) {
+    if (settings.points.size() > max_points) settings.points.resize(max_points);
+    next_id = static_cast<FeatureId>(settings.points.size());
+  }
+
+  const Tracks &process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration);
+  void advance_time(std::int64_t pts, std::int64_t duration);
+  void take_requests();
+  void end_all();
+  void follow(const FrameContext &context);
+  void apply(const Claim &claim, Life &life);
+  void forget_old(const FrameContext &context);
+  void leave_graphics(const FrameContext &context);
+  void begin(FeatureId id, cv::Point2d position, bool given, const FrameContext *context);
+  void begin_given(const FrameContext *context);
+  void detect_more(const FrameContext &context);
+  void end(Life &life);
+  void report(cv::Size size);
+  FeatureId take_id();
+
+  Settings settings;
+  std::unique_ptr<Algorithm> algorithm;
+
+  // The streaming thread's.
+  WorkFrame frame;
+  ContentAreaFinder content_area;
+  cv::Mat nowhere;  // what is forbidden with content-area=full: nothing
+  std::vector<Life> lives;
+  std::vector<Claim> claims;
+  std::vector<Request> asked;      // points to begin in this frame
+  std::vector<FeatureId> unasked;  // features to end in this frame
+  Tracks tracks;
+  cv::Size last_size;
+  int last_row_step = 0;
+  bool stream_begun = false;         // the given points have begun
+  bool points_begun_before = false;  // … in an earlier stream: now they need new ids
+  bool detected = false;      // detection has found something
+  std::int64_t last_detection = 0;
+  std::int64_t time = 0, last_pts = no_time, last_duration = no_time;
+
+  // Shared with the threads that ask; guarded by mutex.
+  mutable std::mutex mutex;
+  FeatureId next_id = 0;
+  std::vector<Request> requested;
+  std::vector<FeatureId> removed, known;
+  bool reset_asked = false;
+  Stats stats;
+};
+
+FeatureId Tracker::Impl::take_id() {
+  const std::lock_guard lock(mutex);
+  return next_id++;
+}
+
+// Time goes on by the stamps where they make sense, else by the duration: a gap in the stamps never stops the clock.
+void Tracker::Impl::advance_time(std::int64_t pts, std::int64_t duration) {
+  const auto step = last_duration > 0 ? last_duration : nominal_duration;
+  if (tracks.frame > 0) time += (pts != no_time && last_pts != no_time && pts > last_pts) ? pts - last_pts : step;
+  last_pts = pts;
+  last_duration = duration;
+}
+
+void Tracker::Impl::take_requests() {
+  bool reset = false;
+  {
+    const std::lock_guard lock(mutex);
+    reset = std::exchange(reset_asked, false);
+    asked.insert(asked.end(), requested.begin(), requested.end());
+    requested.clear();
+    unasked.swap(removed);
+    removed.clear();
+  }
+  if (reset) end_all();
+  for (const auto id : unasked) {
+    std::erase_if(asked, [id](const Request &r) { return r.id == id; });
+    const auto life = std::find_if(lives.begin(), lives.end(), [id](const Life &l) { return l.feature.id == id; });
+    if (life != lives.end()) end(*life);
+  }
+}
+
+void Tracker::Impl::end(Life &life) {
+  if (life.feature.state == FeatureState::ended) return;
+  life.feature.state = FeatureState::ended;
+  life.feature.confidence = 0;
+  algorithm->end(life.feature.id);
+}
+
+void Tracker::Impl::end_all() {
+  for (auto &life : lives) end(life);
+  algorithm->forget();
+  content_area = {};
+  stream_begun = detected = false;
+}
+
+void Tracker::Impl::apply(const Claim &claim, Life &life) {
+  auto &feature = life.feature;
+  const auto state = feature.state;
+  if (std::isfinite(claim.position.x) && std::isfinite(claim.position.y))
+    feature.x = claim.position.x, feature.y = claim.position.y;
+  feature.confidence = 0;
+  switch (claim.kind) {
+    case Claim::Kind::learning:
+    case Claim::Kind::tracked:
+      feature.state = claim.kind == Claim::Kind::learning ? FeatureState::learning : FeatureState::tracked;
+      feature.confidence = claim.confidence;
+      life.last_claim = time;
+      break;
+    case Claim::Kind::out:
+      feature.state = FeatureState::out;
+      break;
+    case Claim::Kind::hidden:
+    case Claim::Kind::lost:
+      // What has left the picture is out until it is seen again.
+      if (state == FeatureState::out) break;
+      feature.state = claim.kind == Claim::Kind::hidden && time - life.last_claim < occluded_for ? FeatureState::occluded
+                                                                                                 : FeatureState::lost;
+      break;
+  }
+}
+
+void Tracker::Impl::follow(const FrameContext &context) {
+  claims.clear();
+  for (const auto &life : lives)
+    if (life.feature.state != FeatureState::ended) {
+      Claim claim;
+      claim.id = life.feature.id;
+      claim.position = {life.feature.x, life.feature.y};
+      claims.push_back(claim);
+    }
+  algorithm->track(context, claims);
+  std::size_t i = 0;
+  for (auto &life : lives)
+    if (life.feature.state != FeatureState::ended) apply(claims[i++], life);
+}
+
+// A point that was outside the picture from the start is known to the algorithm by no begin(): its claim stays out.
+void Tracker::Impl::begin(FeatureId id, cv::Point2d position, bool given, const FrameContext *context) {
+  Life life;
+  life.feature.id = id;
+  life.feature.x = position.x;
+  life.feature.y = position.y;
+  life.given = given;
+  life.last_claim = time;
+  if (!context) {
+    life.feature.state = FeatureState::lost;
+  } else if (!context->bounds().contains(position)) {
+    life.feature.state = FeatureState::out;
+  } else {
+    life.feature.state = FeatureState::learning;
+    life.feature.confidence = 1;
+    algorithm->begin(id, position, *context);
+  }
+  lives.push_back(life);
+}
+
+void Tracker::Impl::begin_given(const FrameContext *context) {
+  if (!stream_begun) {
+    stream_begun = true;
+    FeatureId first = 0;
+    if (!settings.points.empty() && points_begun_before) {
+      const std::lock_guard lock(mutex);
+      first = next_id;
+      next_id += static_cast<FeatureId>(settings.points.size());
+    }
+    points_begun_before = true;
+    for (std::size_t i = 0; i < settings.points.size(); ++i)
+      begin(first + static_cast<FeatureId>(i), settings.points[i], true, context);
+  }
+  for (const auto &request : asked) begin(request.id, request.position, true, context);
+  asked.clear();
+}
+
+void Tracker::Impl::detect_more(const FrameContext &context) {
+  if (!settings.points.empty()) return;
+  const auto alive = std::count_if(lives.begin(), lives.end(), [](const Life &l) {
+    return !l.given && l.feature.state != FeatureState::ended;
+  });
+  const auto wanted = static_cast<std::ptrdiff_t>(settings.max_features) - alive;
+  if (wanted <= 0) return;
+  if (detected) {
+    if (!settings.replenish || !algorithm->replenishes() || time - last_detection < replenish_every) return;
+  }
+  last_detection = time;
+
+  const auto &luma = context.frame.luma();
+  cv::Mat forbidden(luma.size(), CV_8UC1, cv::Scalar(0));
+  if (!context.forbidden.empty()) context.forbidden.copyTo(forbidden);
+  if (!settings.region.empty()) {
+    const auto a = context.frame.to_work(cv::Point2d(settings.region.tl()));
+    const auto b = context.frame.to_work(cv::Point2d(settings.region.br()) - cv::Point2d(1, 1));
+    const cv::Rect inside = cv::Rect(cv::Point(cvRound(a.x), cvRound(a.y)), cv::Point(cvRound(b.x) + 1, cvRound(b.y) + 1)) &
+                            cv::Rect({0, 0}, luma.size());
+    cv::Mat outside(luma.size(), CV_8UC1, cv::Scalar(255));
+    if (!inside.empty()) outside(inside).setTo(0);
+    forbidden |= outside;
+  }
+  DetectOptions options;
+  options.patch = patch_side(settings, context.frame);
+  options.count = static_cast<int>(wanted);
+  for (const auto &life : lives)
+    if (life.feature.state != FeatureState::ended)
+      cv::circle(forbidden, context.frame.to_work({life.feature.x, life.feature.y}), options.patch / 2, 255, cv::FILLED);
+  if (cv::countNonZero(forbidden) == forbidden.size().area()) return;
+
+  cv::Mat specular;
+  specular_mask(context.frame, {{0, 0}, luma.size()}, specular);
+  for (const auto &position : detect(luma, specular, forbidden, options)) {
+    begin(take_id(), context.frame.to_picture(position), false, &context);
+    detected = true;
+  }
+}
+
+// A feature that detection put on the border or on burnt-in graphics before they were known: it looks perfect to a
+// tracker because it never moves.
+void Tracker::Impl::leave_graphics(const FrameContext &context) {
+  if (settings.content_area == ContentArea::full || context.forbidden.empty()) return;
+  for (auto &life : lives)
+    if (!life.given && claims_position(life.feature.state) &&
+        content_area.contains(context.frame.to_work({life.feature.x, life.feature.y})))
+      end(life);
+}
+
+void Tracker::Impl::forget_old(const FrameContext &) {
+  if (settings.forget_after <= 0) return;
+  for (auto &life : lives) {
+    const auto state = life.feature.state;
+    if (!life.given && (state == FeatureState::lost || state == FeatureState::out) &&
+        time - life.last_claim >= settings.forget_after)
+      end(life);
+  }
+}
+
+void Tracker::Impl::report(cv::Size size) {
+  std::sort(lives.begin(), lives.end(), [](const Life &a, const Life &b) { return a.feature.id < b.feature.id; });
+  tracks.width = size.width;
+  tracks.height = size.height;
+  tracks.features.clear();
+  tracks.changed = false;
+  Stats counted;
+  std::vector<FeatureId> alive;
+  for (auto &life : lives) {
+    tracks.features.push_back(life.feature);
+    tracks.changed |= !life.reported || life.reported_as != life.feature.state;
+    life.reported_as = life.feature.state;
+    ++counted.features[static_cast<std::size_t>(life.feature.state)];
+    if (!life.reported) ++counted.detected;
+    life.reported = true;
+    if (life.feature.state != FeatureState::ended) alive.push_back(life.feature.id);
+  }
+  const std::lock_guard lock(mutex);
+  ++stats.frames;
+  stats.features = counted.features;
+  stats.detected += counted.detected;
+  known.swap(alive);
+}
+
+const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration) {
+  // What has been reported as ended leaves the list.
+  std::erase_if(lives, [](const Life &l) { return l.reported && l.reported_as == FeatureState::ended; });
+  advance_time(pts, duration);
+  take_requests();
+  const int row_step = view ? view->row_step : last_row_step;
+  if (size != last_size || row_step != last_row_step) end_all();
+  last_size = size;
+  last_row_step = row_step;
+
+  if (view) frame.load(*view);
+  const int patch = view ? patch_side(settings, frame) : 0;
+  tracks.too_small = view && std::min(frame.size().width, frame.size().height) < patch;
+  if (!view || tracks.too_small) {
+    for (auto &life : lives)
+      if (life.feature.state != FeatureState::ended)
+        apply({life.feature.id, Claim::Kind::lost, {life.feature.x, life.feature.y}, 0}, life);
+    begin_given(nullptr);
+  } else {
+    if (settings.content_area == ContentArea::automatic) content_area.update(frame.luma(), time, patch);
+    const FrameContext context{frame, settings.content_area == ContentArea::automatic ? content_area.forbidden() : nowhere,
+                               time};
+    follow(context);
+    leave_graphics(context);
+    forget_old(context);
+    begin_given(&context);
+    detect_more(context);
+    algorithm->finish(context);
+  }
+  report(size);
+  ++tracks.frame;  // counted from 0: see the constructor
+  return tracks;
+}
+
+Tracker::Tracker(const Settings &settings, Executor &executor) : impl_(std::make_unique<Impl>(settings, executor)) {
+  impl_->tracks.frame = static_cast<std::uint64_t>(-1);
+}
+
+Tracker::~Tracker() = default;
+
+const Tracks &Tracker::process(const FrameView &view, std::int64_t pts, std::int64_t duration) {
+  return impl_->process(&view, {view.width, view.height}, pts, duration);
+}
+
+const Tracks &Tracker::process_blind(int width, int height, std::int64_t pts, std::int64_t duration) {
+  return impl_->process(nullptr, {width, height}, pts, duration);
+}
+
+FeatureId Tracker::add_point(double x, double y) {
+  if (!std::isfinite(x) || !std::isfinite(y)) return no_feature;
+  const std::lock_guard lock(impl_->mutex);
+  if (impl_->known.size() + impl_->requested.size() >= max_points) return no_feature;
+  const auto id = impl_->next_id++;
+  impl_->requested.push_back({id, {x, y}});
+  return id;
+}
+
+bool Tracker::remove_point(FeatureId id) {
+  const std::lock_guard lock(impl_->mutex);
+  const auto is_known = std::find(impl_->known.begin(), impl_->known.end(), id) != impl_->known.end();
+  const auto is_requested = std::any_of(impl_->requested.begin(), impl_->requested.end(),
+                                        [id](const Request &r) { return r.id == id; });
+  if (!is_known && !is_requested) return false;
+  if (std::find(impl_->removed.begin(), impl_->removed.end(), id) != impl_->removed.end()) return false;
+  impl_->removed.push_back(id);
+  return true;
+}
+
+void Tracker::reset() {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->reset_asked = true;
+}
+
+Stats Tracker::stats() const {
+  Stats stats;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    stats = impl_->stats;
+  }
+  stats.simd = simd_target();
+  impl_->algorithm->add_to(stats);
+  return stats;
+}
+
+}  // namespace csd

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/types.h"
+
+namespace csd {
+
+std::string_view state_name(FeatureState state) {
+  static constexpr std::array<std::string_view, feature_states> names{"learning", "tracked", "occluded",
+                                                                      "lost",     "out",     "ended"};
+  return names[static_cast<std::size_t>(state)];
+}
+
+std::string_view algorithm_name(AlgorithmKind kind) {
+  switch (kind) {
+    case AlgorithmKind::csd_2012:
+      return "csd-2012";
+    case AlgorithmKind::lk:
+      return "lk";
+  }
+  return "";
+}
+
+}  // namespace csd

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// The life of features, with an algorithm that does as the test says. It takes the place of core/track/make_algorithm.cpp.
+#include "track/tracker.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <opencv2/imgproc.hpp>
+
+#include "track/algorithm.h"
+
+namespace csd {
+namespace {
+
+struct Script {
+  std::map<FeatureId, Claim::Kind> kinds;  // the rest is tracked
+  cv::Point2d motion{0, 0};
+  bool replenishes = false;
+  bool throws = false;
+  std::vector<FeatureId> begun, ended;
+  int forgotten = 0;
+};
+Script *script = nullptr;
+
+class Scripted final : public Algorithm {
+ public:
+  bool replenishes() const override { return script->replenishes; }
+  void track(const FrameContext &context, std::vector<Claim> &claims) override {
+    if (script->throws) throw std::runtime_error("planted");
+    for (auto &claim : claims) {
+      const auto kind = script->kinds.find(claim.id);
+      claim.kind = kind == script->kinds.end() ? Claim::Kind::tracked : kind->second;
+      claim.position += script->motion;
+      if (!context.bounds().contains(claim.position)) claim.kind = Claim::Kind::out;
+    }
+  }
+  void begin(FeatureId id, cv::Point2d, const FrameContext &) override { script->begun.push_back(id); }
+  void end(FeatureId id) override { script->ended.push_back(id); }
+  void finish(const FrameContext &) override {}
+  void forget() override { ++script->forgotten; }
+  void add_to(Stats &) const override {}
+};
+
+class NoExecutor final : public Executor {
+  void post(std::function<void()>) override {}
+};
+
+class TrackerLife : public testing::Test {
+ protected:
+  TrackerLife() {
+    script = &script_;
+    cv::Mat noise(240, 320, CV_8UC1);
+    cv::RNG rng(7);
+    rng.fill(noise, cv::RNG::UNIFORM, 40, 220);
+    cv::GaussianBlur(noise, texture_, {0, 0}, 3);
+    cv::normalize(texture_, texture_, 40, 220, cv::NORM_MINMAX);
+  }
+  static FrameView view(const cv::Mat &gray) {
+    FrameView v;
+    v.width = gray.cols;
+    v.height = v.rows = gray.rows;
+    v.component[0] = {gray.data, static_cast<std::ptrdiff_t>(gray.step), 1, 1, 0, 0, 0};
+    return v;
+  }
+  const Tracks &next(Tracker &tracker) { return next(tracker, texture_); }
+  const Tracks &next(Tracker &tracker, const cv::Mat &gray) {
+    const auto &tracks = tracker.process(view(gray), pts_, second / 25);
+    pts_ += second / 25;
+    return tracks;
+  }
+  static const Feature *find(const Tracks &tracks, FeatureId id) {
+    for (const auto &f : tracks.features)
+      if (f.id == id) return &f;
+    return nullptr;
+  }
+  static Settings with_points(std::vector<cv::Point2d> points) {
+    Settings settings;
+    settings.points = std::move(points);
+    return settings;
+  }
+
+  Script script_;
+  NoExecutor executor_;
+  cv::Mat texture_;
+  std::int64_t pts_ = 0;
+};
+
+TEST_F(TrackerLife, GivenPointsHaveIdsInTheirOrderAndAPointOutsideIsOut) {
+  Tracker tracker(with_points({{10, 20}, {400, 20}, {30.25, 40.5}}), executor_);
+  const auto &tracks = next(tracker);
+  ASSERT_EQ(tracks.features.size(), 3u);
+  EXPECT_EQ(tracks.frame, 0u);
+  EXPECT_TRUE(tracks.changed);
+  EXPECT_EQ(tracks.features[0].state, FeatureState::learning);
+  EXPECT_EQ(tracks.features[1].state, FeatureState::out);
+  EXPECT_EQ(tracks.features[1].x, 400);
+  EXPECT_EQ(tracks.features[1].confidence, 0);
+  EXPECT_EQ(tracks.features[2].x, 30.25);
+  EXPECT_EQ(script_.begun, (std::vector<FeatureId>{0, 2}));
+  script_.kinds[1] = Claim::Kind::lost;  // never begun: nobody can track it
+  next(tracker);
+  EXPECT_EQ(find(tracks, 1)->state, FeatureState::out);
+  EXPECT_EQ(tracks.frame, 1u);
+}
+
+TEST_F(TrackerLife, HiddenIsOccludedForASecondAndLostAfterThat) {
+  Tracker tracker(with_points({{100, 100}}), executor_);
+  next(tracker);
+  script_.kinds[0] = Claim::Kind::hidden;
+  for (int i = 1; i < 25; ++i) EXPECT_EQ(next(tracker).features[0].state, FeatureState::occluded) << i;
+  const auto &tracks = next(tracker);
+  EXPECT_EQ(tracks.features[0].state, FeatureState::lost);
+  EXPECT_TRUE(tracks.changed);
+  EXPECT_EQ(tracks.features[0].confidence, 0);
+  next(tracker);
+  EXPECT_FALSE(tracks.changed);
+  script_.kinds.clear();
+  next(tracker);
+  EXPECT_EQ(tracks.features[0].state, FeatureState::tracked);
+}
+
+TEST_F(TrackerLife, AGivenPointNeverEndsADetectedOneIsForgotten) {
+  Settings settings;
+  settings.max_features = 5;
+  settings.forget_after = second;
+  Tracker tracker(settings, executor_);
+  const auto first = tracker.add_point(50, 60);
+  const auto &tracks = next(tracker);
+  ASSERT_EQ(tracks.features.size(), 6u);
+  for (const auto &f : tracks.features) script_.kinds[f.id] = Claim::Kind::lost;
+  for (int i = 0; i < 25; ++i) next(tracker);
+  ASSERT_EQ(tracks.features.size(), 6u);
+  for (const auto &f : tracks.features)
+    EXPECT_EQ(f.state, f.id == first ? FeatureState::lost : FeatureState::ended) << f.id;
+  next(tracker);
+  ASSERT_EQ(tracks.features.size(), 1u);
+  EXPECT_EQ(tracks.features[0].id, first);
+  for (int i = 0; i < 100; ++i) next(tracker);
+  EXPECT_EQ(tracks.features.size(), 1u) << "an algorithm that does not replenish gets no new features";
+}
+
+TEST_F(TrackerLife, ReplenishingGivesNewIds) {
+  script_.replenishes = true;
+  Settings settings;
+  settings.max_features = 5;
+  settings.forget_after = second / 5;
+  Tracker tracker(settings, executor_);
+  const auto &tracks = next(tracker);
+  ASSERT_EQ(tracks.features.size(), 5u);
+  script_.kinds[2] = Claim::Kind::lost;
+  std::size_t most = 0;
+  for (int i = 0; i < 30; ++i) most = std::max(most, next(tracker).features.size());
+  EXPECT_EQ(tracks.features.size(), 5u);
+  EXPECT_EQ(find(tracks, 2), nullptr);
+  EXPECT_NE(find(tracks, 5), nullptr);
+  EXPECT_LE(most, 6u);
+}
+
+TEST_F(TrackerLife, AChangeOfSizeEndsTheOldIdsAndBeginsThePointsUnderTheNext) {
+  Tracker tracker(with_points({{10, 20}, {100, 100}}), executor_);
+  next(tracker);
+  cv::Mat larger;
+  cv::resize(texture_, larger, {}, 2, 2);
+  const auto &tracks = next(tracker, larger);
+  ASSERT_EQ(tracks.features.size(), 4u);
+  EXPECT_EQ(tracks.width, 640);
+  EXPECT_EQ(tracks.features[0].state, FeatureState::ended);
+  EXPECT_EQ(tracks.features[1].state, FeatureState::ended);
+  EXPECT_EQ(tracks.features[2].id, 2u);
+  EXPECT_EQ(tracks.features[2].x, 10);
+  EXPECT_EQ(tracks.features[3].x, 100);
+  EXPECT_EQ(script_.forgotten, 2);  // the first size is a change too
+  next(tracker, larger);
+  EXPECT_EQ(tracks.features.size(), 2u);
+}
+
+TEST_F(TrackerLife, ResetDoesTheSame) {
+  Tracker tracker(with_points({{10, 20}}), executor_);
+  next(tracker);
+  tracker.reset();
+  const auto &tracks = next(tracker);
+  ASSERT_EQ(tracks.features.size(), 2u);
+  EXPECT_EQ(tracks.features[0].state, FeatureState::ended);
+  EXPECT_EQ(tracks.features[1].id, 1u);
+  EXPECT_EQ(tracks.frame, 1u);
+}
+
+TEST_F(TrackerLife, PointsComeAndGoByRequest) {
+  Settings settings;
+  settings.max_features = 0;
+  Tracker tracker(settings, executor_);
+  EXPECT_TRUE(next(tracker).features.empty());
+  const auto id = tracker.add_point(12.5, 13);
+  EXPECT_EQ(id, 0u);
+  const auto &tracks = next(tracker);
+  ASSERT_EQ(tracks.features.size(), 1u);
+  EXPECT_EQ(tracks.features[0].x, 12.5);
+  EXPECT_TRUE(tracker.remove_point(id));
+  EXPECT_FALSE(tracker.remove_point(id)) << "twice";
+  EXPECT_FALSE(tracker.remove_point(77));
+  next(tracker);
+  ASSERT_EQ(tracks.features.size(), 1u);
+  EXPECT_EQ(tracks.features[0].state, FeatureState::ended);
+  EXPECT_TRUE(next(tracker).features.empty());
+  EXPECT_EQ(tracker.add_point(std::nan(""), 1), no_feature);
+  EXPECT_EQ(tracker.add_point(1, std::numeric_limits<double>::infinity()), no_feature);
+}
+
+TEST_F(TrackerLife, APointRemovedBeforeItsFirstFrameNeverAppears) {
+  Settings settings;
+  settings.max_features = 0;
+  Tracker tracker(settings, executor_);
+  const auto id = tracker.add_point(12, 13);
+  EXPECT_TRUE(tracker.remove_point(id));
+  EXPECT_TRUE(next(tracker).features.empty());
+}
+
+TEST_F(TrackerLife, WhatLeavesThePictureIsOutUntilItIsSeenAgain) {
+  Tracker tracker(with_points({{318, 100}}), executor_);
+  next(tracker);
+  script_.motion = {1, 0};
+  const auto &tracks = next(tracker);
+  EXPECT_EQ(tracks.features[0].state, FeatureState::tracked);
+  next(tracker);
+  EXPECT_EQ(tracks.features[0].state, FeatureState::out);
+  script_.motion = {0, 0};
+  script_.kinds[0] = Claim::Kind::hidden;
+  next(tracker);
+  EXPECT_EQ(tracks.features[0].state, FeatureState::out);
+}
+
+TEST_F(TrackerLife, BlackFramesHaveNoFeaturesAndDetectionIsTriedAgain) {
+  Settings settings;
+  settings.max_features = 8;
+  Tracker tracker(settings, executor_);
+  const cv::Mat black(240, 320, CV_8UC1, cv::Scalar(0)), white(240, 320, CV_8UC1, cv::Scalar(255));
+  EXPECT_TRUE(next(tracker, black).features.empty());
+  EXPECT_TRUE(next(tracker, white).features.empty());
+  const auto &tracks = next(tracker);
+  EXPECT_EQ(tracks.features.size(), 8u);
+  for (const auto &f : tracks.features) {
+    EXPECT_TRUE(std::isfinite(f.x) && std::isfinite(f.y));
+    EXPECT_TRUE(f.x > 0 && f.x < 320 && f.y > 0 && f.y < 240);
+  }
+}
+
+TEST_F(TrackerLife, DetectionStaysInItsRegion) {
+  Settings settings;
+  settings.max_features = 10;
+  settings.region = {200, 100, 80, 90};
+  Tracker tracker(settings, executor_);
+  const auto &tracks = next(tracker);
+  ASSERT_FALSE(tracks.features.empty());
+  for (const auto &f : tracks.features) EXPECT_TRUE(settings.region.contains(cv::Point(cvRound(f.x), cvRound(f.y))));
+}
+
+TEST_F(TrackerLife, APictureSmallerThanAPatchHasNoFeatures) {
+  Tracker tracker(with_points({{0, 0}}), executor_);
+  const cv::Mat tiny(1, 1, CV_8UC1, cv::Scalar(9));
+  const auto &tracks = next(tracker, tiny);
+  EXPECT_TRUE(tracks.too_small);
+  ASSERT_EQ(tracks.features.size(), 1u);
+  EXPECT_EQ(tracks.features[0].state, FeatureState::lost);
+}
+
+TEST_F(TrackerLife, AfterAnExceptionTheTrackerGoesOnBlind) {
+  Tracker tracker(with_points({{10, 20}, {400, 20}}), executor_);
+  next(tracker);
+  script_.throws = true;
+  EXPECT_THROW(next(tracker), std::runtime_error);
+  const auto &tracks = tracker.process_blind(320, 240, pts_);
+  ASSERT_EQ(tracks.features.size(), 2u);
+  EXPECT_EQ(tracks.frame, 1u);
+  EXPECT_EQ(tracks.features[0].state, FeatureState::lost);
+  EXPECT_EQ(tracks.features[1].state, FeatureState::out);
+}
+
+TEST_F(TrackerLife, MissingTimestampsCountAsTwentyFiveFramesASecond) {
+  Tracker tracker(with_points({{100, 100}}), executor_);
+  tracker.process(view(texture_), no_time);
+  script_.kinds[0] = Claim::Kind::hidden;
+  for (int i = 1; i < 25; ++i)
+    EXPECT_EQ(tracker.process(view(texture_), no_time).features[0].state, FeatureState::occluded) << i;
+  EXPECT_EQ(tracker.process(view(texture_), no_time).features[0].state, FeatureState::lost);
+}
+
+TEST_F(TrackerLife, StatsCountFramesAndStates) {
+  Tracker tracker(with_points({{10, 20}, {400, 20}}), executor_);
+  next(tracker);
+  next(tracker);
+  const auto stats = tracker.stats();
+  EXPECT_EQ(stats.frames, 2u);
+  EXPECT_EQ(stats.detected, 2u);
+  EXPECT_EQ(stats.features[static_cast<std::size_t>(FeatureState::tracked)], 1u);
+  EXPECT_EQ(stats.features[static_cast<std::size_t>(FeatureState::out)], 1u);
+  EXPECT_FALSE(stats.simd.empty());
+}
+
+}  // namespace
+
+std::unique_ptr<Algorithm> make_algorithm(const Settings &, Executor &) { return std::make_unique<Scripted>(); }
+
+}  // namespace csd
