@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "frame_mapping.h"
+
+#include <algorithm>
+
+namespace csd {
+
+namespace {
+
+/// v210: 6 pixels in 16 bytes.
+constexpr int v210_pixels = 6, v210_bytes = 16;
+
+void set_colour(FrameView &view, const GstVideoInfo &info) {
+  GstVideoColorimetry colour = info.colorimetry;
+  if (view.model != ColourModel::yuv || colour.matrix == GST_VIDEO_COLOR_MATRIX_UNKNOWN) {
+    // What GStreamer takes a Y'CbCr picture of this height for. RGB gets it too: so its luma weighs as it would after
+    // a converter.
+    GstVideoInfo usual;
+    gst_video_info_set_format(&usual, GST_VIDEO_FORMAT_I420, info.width, info.height);
+    colour.matrix = usual.colorimetry.matrix;
+    if (view.model == ColourModel::yuv && colour.range == GST_VIDEO_COLOR_RANGE_UNKNOWN)
+      colour.range = usual.colorimetry.range;
+  }
+  gst_video_color_matrix_get_Kr_Kb(colour.matrix, &view.kr, &view.kb);
+  view.full_range = colour.range == GST_VIDEO_COLOR_RANGE_0_255;
+}
+
+/// Byte of component `c` within a pixel of its plane.
+int component_offset(const GstVideoFormatInfo &format, guint c) {
+  const int offset = format.poffset[c];
+  // P010's V is declared at byte 1 (seen, 1.22): a 16-bit word can't be, it is word 1.
+  return format.depth[c] > 8 && offset % 2 == 1 ? 2 * offset : offset;
+}
+
+}  // namespace
+
+GstCaps *template_caps() {
+  static constexpr char fields[] = ", interlace-mode = (string) { progressive, interleaved, mixed }";
+  gchar *text = g_strconcat(
+      GST_VIDEO_CAPS_MAKE(CSD_VIDEO_FORMATS), fields, "; ",
+      GST_VIDEO_CAPS_MAKE_WITH_FEATURES(GST_CAPS_FEATURE_META_GST_VIDEO_OVERLAY_COMPOSITION, CSD_VIDEO_FORMATS), fields,
+      nullptr);
+  GstCaps *caps = gst_caps_from_string(text);
+  g_free(text);
+  return caps;
+}
+
+GstCaps *complete_caps(GstCaps *caps) {
+  GstCaps *complete = gst_caps_copy(caps);
+  for (guint i = 0; i < gst_caps_get_size(complete); ++i) {
+    GstStructure *structure = gst_caps_get_structure(complete, i);
+    if (!gst_structure_has_field(structure, "interlace-mode"))
+      gst_structure_set(structure, "interlace-mode", G_TYPE_STRING, "progressive", nullptr);
+  }
+  return complete;
+}
+
+PictureArea picture_area(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop) {
+  const int width = GST_VIDEO_FRAME_WIDTH(&frame), height = GST_VIDEO_FRAME_HEIGHT(&frame);
+  if (!crop) {
+    // A GstVideoMeta may be larger than the caps say (a decoder's padding); converters and sinks show the caps' size.
+    return {0, 0, std::min(width, GST_VIDEO_INFO_WIDTH(&caps)), std::min(height, GST_VIDEO_INFO_HEIGHT(&caps))};
+  }
+  const auto clamp = [](guint from, guint length, int limit, int &at, int &size) {
+    at = static_cast<int>(std::min<gint64>(from, limit));
+    size = static_cast<int>(std::min<gint64>(gint64{from} + length, limit)) - at;
+  };
+  PictureArea area;
+  clamp(crop->x, crop->width, width, area.x, area.width);
+  clamp(crop->y, crop->height, height, area.y, area.height);
+  if (area.width == 0 || area.height == 0) area.width = area.height = 0;
+  return area;
+}
+
+Fields frame_fields(const GstVideoFrame &frame) {
+  const GstVideoInterlaceMode mode = GST_VIDEO_INFO_INTERLACE_MODE(&frame.info);
+  const bool flagged = GST_BUFFER_FLAG_IS_SET(frame.buffer, GST_VIDEO_BUFFER_FLAG_INTERLACED);
+  bool top_first = GST_BUFFER_FLAG_IS_SET(frame.buffer, GST_VIDEO_BUFFER_FLAG_TFF);
+  if (mode == GST_VIDEO_INTERLACE_MODE_INTERLEAVED) {
+    const GstVideoFieldOrder order = GST_VIDEO_INFO_FIELD_ORDER(&frame.info);
+    if (order != GST_VIDEO_FIELD_ORDER_UNKNOWN) top_first = order == GST_VIDEO_FIELD_ORDER_TOP_FIELD_FIRST;
+  } else if (mode != GST_VIDEO_INTERLACE_MODE_MIXED || !flagged) {
+    return Fields::progressive;  // mixed: flags alone say, frame by frame
+  }
+  return top_first ? Fields::top_first : Fields::bottom_first;
+}
+
+const guint8 *plane_end(const GstVideoFrame &frame, guint plane) {
+  // Planes are mapped one by one where a GstVideoMeta places them, else all at once (then the other maps are not set).
+  const GstMapInfo &map = frame.map[frame.meta ? plane : 0];
+  const guint8 *end = map.data + map.size;
+  const auto *first = static_cast<const guint8 *>(frame.data[plane]);
+  for (guint other = 0; other < GST_VIDEO_FRAME_N_PLANES(&frame); ++other) {
+    const auto *start = static_cast<const guint8 *>(frame.data[other]);
+    if (start > first && start < end) end = start;
+  }
+  return end;
+}
+
+FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop) {
+  const GstVideoFormatInfo &format = *frame.info.finfo;
+  const PictureArea area = picture_area(frame, caps, crop);
+  const Fields fields = frame_fields(frame);
+
+  FrameView view;
+  view.model = GST_VIDEO_FORMAT_INFO_IS_GRAY(&format)  ? ColourModel::gray
+               : GST_VIDEO_FORMAT_INFO_IS_RGB(&format) ? ColourModel::rgb
+                                                       : ColourModel::yuv;
+  set_colour(view, caps);
+  view.width = area.width;
+  view.height = view.rows = area.height;
+  if (area.width == 0) return view;
+
+  int first_line = area.y;  // of the frame
+  int line_step = 1;
+  if (fields != Fields::progressive) {
+    // The field's lines of the frame are those of its parity; a crop that begins on an odd line swaps the parities.
+    view.row_offset = (area.y & 1) == (fields == Fields::bottom_first ? 1 : 0) ? 0 : 1;
+    if (view.row_offset < area.height) {
+      view.row_step = line_step = 2;
+      view.rows = (area.height - view.row_offset + 1) / 2;
+      first_line += view.row_offset;
+    } else {
+      view.row_offset = 0;  // one line, of the other field: better than none
+    }
+  }
+
+  if (GST_VIDEO_FORMAT_INFO_FORMAT(&format) == GST_VIDEO_FORMAT_v210) {
+    view.packing = Packing::v210;
+    const std::ptrdiff_t stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0);
+    view.x_offset = area.x % v210_pixels;
+    view.component[0].data = static_cast<const guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0)) + first_line * stride +
+                             area.x / v210_pixels * v210_bytes;
+    view.component[0].row_stride = stride * line_step;
+    return view;
+  }
+
+  const guint colours = view.model == ColourModel::gray ? 1 : 3;  // alpha is nobody's business here
+  for (guint c = 0; c < colours; ++c) {
+    Component &out = view.component[c];
+    const guint plane = format.plane[c];
+    const std::ptrdiff_t stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, plane);
+    out.pixel_stride = format.pixel_stride[c];
+    out.bytes = format.depth[c] > 8 ? 2 : 1;
+    out.shift = static_cast<std::uint8_t>(format.shift[c] + format.depth[c] - 8);
+    out.sub_x = static_cast<std::uint8_t>(format.w_sub[c]);
+    out.sub_y = static_cast<std::uint8_t>(format.h_sub[c]);
+
+    int line = first_line >> out.sub_y;
+    if (line_step == 2 && out.sub_y > 0) {
+      // Interlaced 4:2:0: chroma lines alternate between the fields as luma lines do.
+      line = ((first_line >> 1) >> out.sub_y) * 2 + (first_line & 1);
+    }
+    const auto *base =
+        static_cast<const guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, plane)) + component_offset(format, c);
+    const std::ptrdiff_t column = (area.x >> out.sub_x) * out.pixel_stride;
+    out.data = base + line * stride + column;
+    out.row_stride = stride * line_step;
+
+    if (line_step == 2 && out.sub_y > 0) {
+      // With 4n+2 lines the bottom field's last chroma line is one more than the picture needs. GStreamer's own layout
+      // has it; a GstVideoMeta's may not: then the view takes the chroma lines of both fields, one a row.
+      const int last = line + 2 * ((view.rows - 1) >> out.sub_y);
+      const int needed = GST_VIDEO_FRAME_COMP_HEIGHT(&frame, c);
+      const guint8 *last_byte =
+          base + last * stride + ((area.x + area.width - 1) >> out.sub_x) * out.pixel_stride + out.bytes;
+      if (last >= needed && last_byte > plane_end(frame, plane)) {
+        out.data = base + (first_line >> 1) * stride + column;
+        out.row_stride = stride;
+        out.sub_y = 0;
+      }
+    }
+  }
+  return view;
+}
+
+}  // namespace csd

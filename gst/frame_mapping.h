@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <gst/video/video.h>
+
+#include "image/frame_view.h"
+
+namespace csd {
+
+/// The raw formats that decoders and capture cards give, as a caps list. A test walks through it.
+#define CSD_VIDEO_FORMATS                                                                      \
+  "{ I420, YV12, NV12, NV21, Y42B, Y444, YUY2, UYVY, GRAY8, RGB, BGR, RGBx, BGRx, xRGB, xBGR," \
+  " RGBA, BGRA, ARGB, ABGR, v210, I420_10LE, I422_10LE, Y444_10LE, P010_10LE }"
+
+/// Caps of both pad templates: every format, plain and with the feature meta:GstVideoOverlayComposition; progressive,
+/// interleaved and mixed, but neither fields nor alternate (a field alone is no picture). The caller owns the result.
+GstCaps *template_caps();
+
+/// `caps` with interlace-mode=progressive where a structure lacks that field, which is what the lack means. Without it
+/// such caps are no subset of the template's and would be refused: GstBaseTransformClass.accept_caps asks about these
+/// instead. The caller owns the result.
+GstCaps *complete_caps(GstCaps *caps);
+
+/// A rectangle of a frame, in its pixels.
+struct PictureArea {
+  int x = 0, y = 0, width = 0, height = 0;
+  bool operator==(const PictureArea &) const = default;
+};
+
+/// What of `frame` is the picture: the size that `caps` says (a GstVideoMeta's may be larger: padding), or with `crop`
+/// (may be null) its rectangle, clamped to the frame. Width and height are 0 where nothing is left.
+PictureArea picture_area(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop);
+
+/// Whether a frame holds two fields, and which is first in time; the bottom one is the odd lines of the frame.
+enum class Fields { progressive, top_first, bottom_first };
+Fields frame_fields(const GstVideoFrame &frame);
+
+/// A view of the picture in `frame`, or of the field that is first in time. `frame` must be mapped for reading (its
+/// plane pointers and strides are then those of a GstVideoMeta, where there is one) and outlive the view; `caps`
+/// is what it was mapped with, one of CSD_VIDEO_FORMATS. Nothing is copied. Coordinates are those of picture_area();
+/// where that is empty, the view has width, height and rows 0.
+///
+/// A crop or a field that begins within a chroma sample rounds that sample's origin down: colour is then off by at
+/// most one chroma sample, luma never.
+FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop = nullptr);
+
+/// Where the memory of plane `plane` ends: at the next plane, or with the memory it is mapped from.
+const guint8 *plane_end(const GstVideoFrame &frame, guint plane);
+
+}  // namespace csd
