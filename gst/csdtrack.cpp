@@ -77,7 +77,6 @@
 #include "lock.h"
 #include "message.h"
 #include "meta.h"
-#include "overlay_painter.h"
 #include "settings.h"
 #include "track/thread_pool.h"
 #include "track/tracker.h"
@@ -200,7 +199,7 @@ csd::Tracks track(GstCsdTrack *self, GstBuffer *buffer) {
   auto &state = *self->state;
   if (is_empty_gap(buffer)) return track_blind(self, buffer);
   MappedFrame frame(GST_VIDEO_FILTER(self)->in_info, buffer, GST_MAP_READ);
-  const csd::FrameView view = csd::frame_view(*frame, gst_buffer_get_video_crop_meta(buffer));
+  const csd::FrameView view = csd::frame_view(*frame, GST_VIDEO_FILTER(self)->in_info, gst_buffer_get_video_crop_meta(buffer));
   if (view.width < 1 || view.height < 1) throw std::runtime_error("a frame's crop rectangle lies outside the frame");
   state.stream.width = view.width;
   state.stream.height = view.height;
@@ -281,7 +280,6 @@ GstFlowReturn handle(GstCsdTrack *self, GstBuffer *buffer, const csd::LiveSettin
       tracks.frame = state.stream.frame;
       warn_small_once(self, tracks);
       publish(self, buffer, tracks, live);
-      if (!failed) show(self, buffer, tracks, live);
     });
   if (failed || failure) {
     const csd::ObjectLock lock(self);

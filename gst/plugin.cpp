@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include <gst/gst.h>
-
-#include "config.h"
 #include "csdtrack.h"
+#include "csdtrackenc.h"
 #include "enums.h"
 #include "enumtypes.h"
 #include "meta.h"
@@ -19,10 +17,10 @@ void mark_plugin_api() {
 gboolean plugin_init(GstPlugin *plugin) {
   if (!csd::register_track_metas()) return FALSE;
   mark_plugin_api();
-  return GST_ELEMENT_REGISTER(csdtrack, plugin);
+  return GST_ELEMENT_REGISTER(csdtrack, plugin) && GST_ELEMENT_REGISTER(csdtrackenc, plugin);
 }
 
 }  // namespace
 
 GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, csdtrack, "Tracking of deforming tissue in endoscopic video",
-                  plugin_init, PACKAGE_VERSION, "LGPL", PACKAGE, GST_PACKAGE_ORIGIN)
+                  plugin_init, PACKAGE_VERSION, "LGPL", PACKAGE, PACKAGE)

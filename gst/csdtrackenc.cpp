@@ -1,0 +1,437 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+
+/**
+ * SECTION:element-csdtrackenc
+ * @title: csdtrackenc
+ *
+ * Writes the tracks that csdtrack attached to frames as text. It maps no pixels and takes raw video of any format and
+ * in any memory, so it does no harm behind a `tee`, nor in line.
+ *
+ * What it writes is negotiated with downstream:
+ *
+ * * `application/x-ndjson` (the first choice): a line of JSON per frame
+ * * `text/csv`: a row per feature per frame, under a header. The header comes as a buffer of its own, flagged HEADER,
+ *   and as `streamheader` in the caps; again after a flush, where filesink starts its file anew
+ * * `text/x-raw,format=utf8`: the line of JSON without its newline, for a subtitle track
+ *
+ * There is one buffer per frame, with the frame's timestamp and duration. A frame without tracks gives an empty list
+ * in JSON and an empty buffer, flagged GAP, in CSV. docs/metadata.md describes all fields.
+ *
+ * filesink buffers 64 KiB by default, which a crash takes with it. With `buffer-mode=unbuffered` the file holds all
+ * that was written so far, save that the last line may be torn; readers ignore such a line.
+ *
+ * ## Example launch lines
+ * |[
+ * gst-launch-1.0 filesrc location=in.mp4 ! decodebin ! csdtrack ! csdtrackenc ! filesink location=tracks.jsonl
+ * buffer-mode=unbuffered
+ * ]| Tracks only.
+ * |[
+ * gst-launch-1.0 filesrc location=in.mp4 ! decodebin ! csdtrack ! tee name=t \
+ *   t. ! queue ! x264enc ! h264parse ! mp4mux ! filesink location=out.mp4 \
+ *   t. ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 ! csdtrackenc ! text/csv ! filesink
+ * location=tracks.csv buffer-mode=unbuffered
+ * ]| A recording and a table beside it. The branches share no sink: the second queue only has to outlast the encoder's
+ * look-ahead while the pipeline starts.
+ * |[
+ * gst-launch-1.0 -q filesrc location=in.mp4 ! decodebin ! csdtrack ! csdtrackenc ! fdsink | jq -c '.features | length'
+ * ]| Into another program.
+ * |[
+ * gst-launch-1.0 v4l2src ! csdtrack ! csdtrackenc ! text/csv ! identity drop-buffer-flags=gap ! tcpserversink
+ * host=127.0.0.1 port=4953
+ * ]| Over the network; whoever connects gets the header first. tcpserversink aborts on empty buffers (seen on 1.22):
+ * identity takes them out. JSON has none.
+ * |[
+ * gst-launch-1.0 filesrc location=in.mp4 ! decodebin ! csdtrack ! tee name=t matroskamux name=m ! filesink
+ * location=out.mkv \
+ *   t. ! queue ! x264enc ! h264parse ! m. \
+ *   t. ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 ! csdtrackenc ! m.subtitle_0
+ * ]| The tracks as a subtitle track of the recording. The queue before csdtrackenc must hold more time than the encoder
+ * holds frames back, or the muxer waits for ever.
+ */
+
+#include "csdtrackenc.h"
+
+#include <gst/video/video.h>
+
+#include <exception>
+#include <iterator>
+#include <memory>
+#include <string>
+
+#include "meta.h"
+#include "track_format.h"
+
+GST_DEBUG_CATEGORY_STATIC(csd_track_enc_debug);
+#define GST_CAT_DEFAULT csd_track_enc_debug
+
+namespace {
+
+enum class Format { ndjson, csv, text };
+
+struct Offer {
+  Format format;
+  const char *caps;
+};
+/// In order of preference.
+constexpr Offer offers[] = {{Format::ndjson, "application/x-ndjson"},
+                            {Format::csv, "text/csv"},
+                            {Format::text, "text/x-raw, format=(string)utf8"}};
+
+using CapsPtr = std::unique_ptr<GstCaps, decltype(&gst_caps_unref)>;
+using StringPtr = std::unique_ptr<char, decltype(&g_free)>;
+
+/// What belongs to the stream. Only the streaming thread of the sink pad touches it, and the state change to READY when
+/// the pads are inactive.
+struct Stream {
+  GstSegment segment;
+  const Offer *offer = nullptr;                       ///< null until negotiated
+  bool header_due = false;                            ///< of CSV
+  int width = 0, height = 0;                          ///< by the caps; 0: unknown
+  GstClockTime frame_duration = GST_CLOCK_TIME_NONE;  ///< by the framerate
+  std::string line;                                   ///< kept, so that its memory is
+
+  Stream() { gst_segment_init(&segment, GST_FORMAT_UNDEFINED); }
+};
+
+}  // namespace
+
+struct _GstCsdTrackEnc {
+  GstElement parent;
+  GstPad *sinkpad;
+  GstPad *srcpad;
+  gchar *source;  ///< never null; under the object lock
+  Stream *stream;
+};
+
+enum { PROP_0, PROP_SOURCE };
+
+static GstStaticPadTemplate sink_template =
+    GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS, GST_STATIC_CAPS("video/x-raw(ANY)"));
+static GstStaticPadTemplate src_template =
+    GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
+                            GST_STATIC_CAPS("application/x-ndjson; text/csv; text/x-raw, format=(string)utf8"));
+
+G_DEFINE_TYPE_WITH_CODE(GstCsdTrackEnc, gst_csd_track_enc, GST_TYPE_ELEMENT,
+                        GST_DEBUG_CATEGORY_INIT(csd_track_enc_debug, "csdtrackenc", 0, "tracks as text"))
+GST_ELEMENT_REGISTER_DEFINE_WITH_CODE(csdtrackenc, "csdtrackenc", GST_RANK_NONE, GST_TYPE_CSD_TRACK_ENC,
+                                      csd::register_track_metas())
+
+// --- negotiation -----------------------------------------------------------------------------------------------------
+
+static GstBuffer *new_text_buffer(std::string_view text) {
+  GstBuffer *buffer = gst_buffer_new_allocate(nullptr, text.size(), nullptr);
+  if (!buffer) throw std::bad_alloc();
+  gst_buffer_fill(buffer, 0, text.data(), text.size());
+  return buffer;
+}
+
+static GstBuffer *new_csv_header() {
+  GstBuffer *buffer = new_text_buffer(csd::csv_header);
+  GST_BUFFER_FLAG_SET(buffer, GST_BUFFER_FLAG_HEADER);
+  return buffer;
+}
+
+/// The first of our formats that downstream takes; all of them while there is no downstream.
+static const Offer *choose(GstCsdTrackEnc *self) {
+  const CapsPtr allowed(gst_pad_peer_query_caps(self->srcpad, nullptr), gst_caps_unref);
+  for (const Offer &offer : offers) {
+    const CapsPtr caps(gst_caps_from_string(offer.caps), gst_caps_unref);
+    if (gst_caps_can_intersect(caps.get(), allowed.get())) return &offer;
+  }
+  return nullptr;
+}
+
+/// Agrees with downstream and says so to it. Posts an error where there is nothing to agree on.
+static bool negotiate(GstCsdTrackEnc *self) {
+  Stream &stream = *self->stream;
+  const Offer *offer = choose(self);
+  if (!offer) {
+    stream.offer = nullptr;
+    GST_ELEMENT_ERROR(
+        self, CORE, NEGOTIATION,
+        ("Downstream takes none of the forms that tracks come in. Link csdtrackenc to an element that takes "
+         "application/x-ndjson, text/csv or text/x-raw,format=utf8."),
+        (nullptr));
+    return false;
+  }
+  if (stream.offer == offer) return true;
+  GST_INFO_OBJECT(self, "writing %s", offer->caps);
+  GstCaps *caps = gst_caps_from_string(offer->caps);
+  if (offer->format == Format::csv) {
+    GValue headers = G_VALUE_INIT;
+    GValue header = G_VALUE_INIT;
+    g_value_init(&headers, GST_TYPE_ARRAY);
+    g_value_init(&header, GST_TYPE_BUFFER);
+    gst_value_take_buffer(&header, new_csv_header());
+    gst_value_array_append_and_take_value(&headers, &header);
+    gst_structure_take_value(gst_caps_get_structure(caps, 0), "streamheader", &headers);
+  }
+  const bool taken = gst_pad_push_event(self->srcpad, gst_event_new_caps(caps));
+  gst_caps_unref(caps);
+  // An unlinked pad keeps the event. That the data flow has nowhere to go, the first push says.
+  if (!taken && gst_pad_is_linked(self->srcpad)) {
+    stream.offer = nullptr;
+    return false;
+  }
+  stream.offer = offer;
+  stream.header_due = offer->format == Format::csv;
+  return true;
+}
+
+static bool set_caps(GstCsdTrackEnc *self, const GstCaps *caps) {
+  Stream &stream = *self->stream;
+  // Read as fields: GstVideoInfo doesn't know every memory's formats, and nothing else of it is needed.
+  const GstStructure *s = gst_caps_get_structure(caps, 0);
+  if (!gst_structure_get_int(s, "width", &stream.width)) stream.width = 0;
+  if (!gst_structure_get_int(s, "height", &stream.height)) stream.height = 0;
+  int n = 0, d = 0;
+  const bool known = gst_structure_get_fraction(s, "framerate", &n, &d) && n > 0 && d > 0;
+  stream.frame_duration = known ? gst_util_uint64_scale_int(GST_SECOND, d, n) : GST_CLOCK_TIME_NONE;
+  return negotiate(self);
+}
+
+// --- frames ----------------------------------------------------------------------------------------------------------
+
+/// The frame as text, in stream.line.
+static void write_frame(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
+  GST_OBJECT_LOCK(self);
+  const StringPtr source(g_strdup(self->source), g_free);
+  GST_OBJECT_UNLOCK(self);
+
+  csd::FrameRecord record;
+  record.tracks = gst_buffer_get_csd_tracks(frame, GST_CSD_TRACK_META_NAME, source.get());
+  record.width = stream.width;
+  record.height = stream.height;
+  record.pts = GST_BUFFER_PTS(frame);
+  record.duration = GST_BUFFER_DURATION(frame);
+  if (stream.segment.format == GST_FORMAT_TIME && GST_CLOCK_TIME_IS_VALID(record.pts)) {
+    record.running_time = gst_segment_to_running_time(&stream.segment, GST_FORMAT_TIME, record.pts);
+    record.stream_time = gst_segment_to_stream_time(&stream.segment, GST_FORMAT_TIME, record.pts);
+  }
+  StringPtr reference(nullptr, g_free);
+  if (const GstReferenceTimestampMeta *meta = gst_buffer_get_reference_timestamp_meta(frame, nullptr)) {
+    reference.reset(gst_caps_to_string(meta->reference));
+    record.reference_caps = reference.get();
+    record.reference_time = meta->timestamp;
+  }
+
+  stream.line.clear();
+  switch (stream.offer->format) {
+    case Format::ndjson:
+      csd::append_json(stream.line, record);
+      stream.line += '\n';
+      break;
+    case Format::csv:
+      csd::append_csv(stream.line, record);
+      break;
+    case Format::text:
+      csd::append_json(stream.line, record);
+      break;
+  }
+}
+
+static GstBuffer *encode(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
+  write_frame(self, frame, stream);
+  GstBuffer *text = new_text_buffer(stream.line);
+  GST_BUFFER_PTS(text) = GST_BUFFER_PTS(frame);
+  GST_BUFFER_DURATION(text) = GST_BUFFER_DURATION(frame);
+  // A subtitle without a duration stays up until the next one, or for ever.
+  if (stream.offer->format == Format::text && !GST_BUFFER_DURATION_IS_VALID(frame))
+    GST_BUFFER_DURATION(text) = stream.frame_duration;
+  if (stream.line.empty()) GST_BUFFER_FLAG_SET(text, GST_BUFFER_FLAG_GAP);
+  if (GST_BUFFER_FLAG_IS_SET(frame, GST_BUFFER_FLAG_DISCONT)) GST_BUFFER_FLAG_SET(text, GST_BUFFER_FLAG_DISCONT);
+  return text;
+}
+
+/// Runs `body`; an exception becomes an error message, and `failed`.
+template <typename Result, typename Body>
+static Result guard(GstCsdTrackEnc *self, Result failed, Body body) {
+  try {
+    return body();
+  } catch (const std::exception &e) {
+    GST_ELEMENT_ERROR(self, RESOURCE, FAILED, ("A frame's tracks could not be written: free some memory."),
+                      ("%s", e.what()));
+    return failed;
+  }
+}
+
+/// The header of CSV, once, before the first frame, or at the end of a stream that had none.
+static GstFlowReturn push_due_header(GstCsdTrackEnc *self) {
+  Stream &stream = *self->stream;
+  if (!stream.header_due) return GST_FLOW_OK;
+  const GstFlowReturn flow = gst_pad_push(self->srcpad, new_csv_header());
+  stream.header_due = flow != GST_FLOW_OK;
+  return flow;
+}
+
+static GstFlowReturn gst_csd_track_enc_chain(GstPad *, GstObject *parent, GstBuffer *frame) {
+  auto *self = GST_CSD_TRACK_ENC(parent);
+  const std::unique_ptr<GstBuffer, decltype(&gst_buffer_unref)> owned(frame, gst_buffer_unref);
+  return guard(self, GST_FLOW_ERROR, [&] {
+    Stream &stream = *self->stream;
+    if (gst_pad_check_reconfigure(self->srcpad) && !negotiate(self)) {
+      gst_pad_mark_reconfigure(self->srcpad);
+      return GST_PAD_IS_FLUSHING(self->srcpad) ? GST_FLOW_FLUSHING : GST_FLOW_NOT_NEGOTIATED;
+    }
+    if (!stream.offer) return GST_FLOW_NOT_NEGOTIATED;
+    const GstFlowReturn flow = push_due_header(self);
+    if (flow != GST_FLOW_OK) return flow;
+    return gst_pad_push(self->srcpad, encode(self, frame, stream));
+  });
+}
+
+// --- events and queries ----------------------------------------------------------------------------------------------
+
+/// Another stream than the video's, with the same group and flags.
+static GstEvent *text_stream_start(GstEvent *video) {
+  const gchar *video_id = nullptr;
+  GstStreamFlags flags = GST_STREAM_FLAG_NONE;
+  guint group = 0;
+  gst_event_parse_stream_start(video, &video_id);
+  gst_event_parse_stream_flags(video, &flags);
+  const StringPtr id(g_strconcat(video_id, "/csdtracks", nullptr), g_free);
+  GstEvent *text = gst_event_new_stream_start(id.get());
+  gst_event_set_seqnum(text, gst_event_get_seqnum(video));
+  gst_event_set_stream_flags(text, flags);
+  if (gst_event_parse_group_id(video, &group)) gst_event_set_group_id(text, group);
+  gst_event_unref(video);
+  return text;
+}
+
+/// What the video's tags say of its coding isn't so of the text.
+static GstEvent *text_tags(GstEvent *video) {
+  static const char *const of_coding[] = {GST_TAG_CODEC,           GST_TAG_VIDEO_CODEC,     GST_TAG_AUDIO_CODEC,
+                                          GST_TAG_BITRATE,         GST_TAG_NOMINAL_BITRATE, GST_TAG_MINIMUM_BITRATE,
+                                          GST_TAG_MAXIMUM_BITRATE, GST_TAG_ENCODER,         GST_TAG_ENCODER_VERSION,
+                                          GST_TAG_CONTAINER_FORMAT};
+  GstTagList *tags = nullptr;
+  gst_event_parse_tag(video, &tags);
+  if (gst_tag_list_get_scope(tags) == GST_TAG_SCOPE_GLOBAL) return video;
+  tags = gst_tag_list_copy(tags);
+  for (const char *tag : of_coding) gst_tag_list_remove_tag(tags, tag);
+  GstEvent *text = gst_event_new_tag(tags);
+  gst_event_set_seqnum(text, gst_event_get_seqnum(video));
+  gst_event_unref(video);
+  return text;
+}
+
+static gboolean gst_csd_track_enc_sink_event(GstPad *pad, GstObject *parent, GstEvent *event) {
+  auto *self = GST_CSD_TRACK_ENC(parent);
+  Stream &stream = *self->stream;
+  switch (GST_EVENT_TYPE(event)) {
+    case GST_EVENT_CAPS: {
+      const std::unique_ptr<GstEvent, decltype(&gst_event_unref)> owned(event, gst_event_unref);
+      GstCaps *caps = nullptr;
+      gst_event_parse_caps(event, &caps);
+      return guard(self, FALSE, [&]() -> gboolean { return set_caps(self, caps); });
+    }
+    case GST_EVENT_SEGMENT:
+      gst_event_copy_segment(event, &stream.segment);
+      break;
+    case GST_EVENT_FLUSH_STOP:
+      gst_segment_init(&stream.segment, GST_FORMAT_UNDEFINED);
+      stream.header_due = stream.offer && stream.offer->format == Format::csv;
+      break;
+    case GST_EVENT_EOS:
+      guard(self, GST_FLOW_ERROR, [&] { return push_due_header(self); });
+      break;
+    case GST_EVENT_STREAM_START:
+      event = text_stream_start(event);
+      break;
+    case GST_EVENT_TAG:
+      event = text_tags(event);
+      break;
+    default:
+      break;
+  }
+  return gst_pad_event_default(pad, parent, event);
+}
+
+/// As no pixel is looked at, any layout, cropping or overlay beside the pixels is welcome. Without this answer a tee
+/// would tell upstream that a branch knows none of them, and upstream would copy or blend for all.
+static gboolean gst_csd_track_enc_sink_query(GstPad *pad, GstObject *parent, GstQuery *query) {
+  if (GST_QUERY_TYPE(query) != GST_QUERY_ALLOCATION) return gst_pad_query_default(pad, parent, query);
+  for (const GType api :
+       {GST_VIDEO_META_API_TYPE, GST_VIDEO_CROP_META_API_TYPE, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE})
+    gst_query_add_allocation_meta(query, api, nullptr);
+  return TRUE;
+}
+
+static GstStateChangeReturn gst_csd_track_enc_change_state(GstElement *element, GstStateChange transition) {
+  auto *self = GST_CSD_TRACK_ENC(element);
+  const auto result = GST_ELEMENT_CLASS(gst_csd_track_enc_parent_class)->change_state(element, transition);
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) *self->stream = Stream();
+  return result;
+}
+
+// --- the object ------------------------------------------------------------------------------------------------------
+
+static void gst_csd_track_enc_set_property(GObject *object, guint id, const GValue *value, GParamSpec *pspec) {
+  auto *self = GST_CSD_TRACK_ENC(object);
+  if (id != PROP_SOURCE) {
+    G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, pspec);
+    return;
+  }
+  gchar *source = g_value_dup_string(value);
+  if (!source) source = g_strdup("");
+  GST_OBJECT_LOCK(self);
+  std::swap(self->source, source);
+  GST_OBJECT_UNLOCK(self);
+  g_free(source);
+}
+
+static void gst_csd_track_enc_get_property(GObject *object, guint id, GValue *value, GParamSpec *pspec) {
+  auto *self = GST_CSD_TRACK_ENC(object);
+  if (id != PROP_SOURCE) {
+    G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, pspec);
+    return;
+  }
+  GST_OBJECT_LOCK(self);
+  g_value_set_string(value, self->source);
+  GST_OBJECT_UNLOCK(self);
+}
+
+static void gst_csd_track_enc_finalize(GObject *object) {
+  auto *self = GST_CSD_TRACK_ENC(object);
+  g_free(self->source);
+  delete self->stream;
+  G_OBJECT_CLASS(gst_csd_track_enc_parent_class)->finalize(object);
+}
+
+static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
+  auto *object_class = G_OBJECT_CLASS(klass);
+  auto *element_class = GST_ELEMENT_CLASS(klass);
+  object_class->set_property = gst_csd_track_enc_set_property;
+  object_class->get_property = gst_csd_track_enc_get_property;
+  object_class->finalize = gst_csd_track_enc_finalize;
+  element_class->change_state = GST_DEBUG_FUNCPTR(gst_csd_track_enc_change_state);
+
+  g_object_class_install_property(
+      object_class, PROP_SOURCE,
+      g_param_spec_string(
+          "source", "Source",
+          "Name of the element whose tracks are written, where several track the same frame "
+          "(empty = the one that tracked last)",
+          "", static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
+
+  gst_element_class_add_static_pad_template(element_class, &sink_template);
+  gst_element_class_add_static_pad_template(element_class, &src_template);
+  gst_element_class_set_static_metadata(element_class, "Track encoder", "Codec/Encoder/Metadata",
+                                        "Writes the tracks on video frames as JSON lines, CSV or a text track",
+                                        "The csdtrack authors");
+}
+
+static void gst_csd_track_enc_init(GstCsdTrackEnc *self) {
+  self->source = g_strdup("");
+  self->stream = new Stream();
+
+  self->sinkpad = gst_pad_new_from_static_template(&sink_template, "sink");
+  gst_pad_set_chain_function(self->sinkpad, GST_DEBUG_FUNCPTR(gst_csd_track_enc_chain));
+  gst_pad_set_event_function(self->sinkpad, GST_DEBUG_FUNCPTR(gst_csd_track_enc_sink_event));
+  gst_pad_set_query_function(self->sinkpad, GST_DEBUG_FUNCPTR(gst_csd_track_enc_sink_query));
+  gst_element_add_pad(GST_ELEMENT_CAST(self), self->sinkpad);
+
+  self->srcpad = gst_pad_new_from_static_template(&src_template, "src");
+  gst_pad_use_fixed_caps(self->srcpad);
+  gst_element_add_pad(GST_ELEMENT_CAST(self), self->srcpad);
+}

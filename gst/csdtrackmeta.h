@@ -1,0 +1,264 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later */
+
+/**
+ * SECTION:csdtrackmeta
+ * @title: Track metadata
+ * @short_description: reads and writes the metadata that csdtrack attaches to frames
+ *
+ * #GST_CSD_TRACK_META_NAME says where an element believes the tracked features to be, #GST_CSD_TRUTH_META_NAME where
+ * a simulator knows them to be. Both are #GstCustomMeta of one structure; the bus message `csdtrack` has the same
+ * fields, so gst_csd_structure_get_header() and gst_csd_structure_get_feature() also read gst_message_get_structure().
+ *
+ * |[
+ * GstCsdHeader header;
+ * GstCsdFeature feature;
+ * const GstStructure *tracks = gst_buffer_get_csd_tracks (buffer, GST_CSD_TRACK_META_NAME, NULL);
+ *
+ * if (tracks && gst_csd_structure_get_header (tracks, &header))
+ *   for (guint i = 0; i < header.n_features; i++)
+ *     if (gst_csd_structure_get_feature (tracks, i, &feature))
+ *       g_print ("%u at %.3f,%.3f is %s\n", feature.id, feature.x, feature.y, feature.state);
+ * ]|
+ *
+ * All functions are inline: a program needs this header and GStreamer >= 1.22, no library. The two names are known
+ * once the plugin is loaded (`gst_plugin_load_by_name ("csdtrack")` does it, and so does making one of its elements).
+ *
+ * The strings that are handed out belong to the buffer, or the message.
+ */
+
+#ifndef GST_CSD_TRACK_META_H
+#define GST_CSD_TRACK_META_H
+
+#include <gst/gst.h>
+
+G_BEGIN_DECLS
+
+/** GST_CSD_TRACK_META_NAME: name of the meta with what a tracker says */
+#define GST_CSD_TRACK_META_NAME "GstCsdTrackMeta"
+/** GST_CSD_TRUTH_META_NAME: name of the meta with what a simulator knows */
+#define GST_CSD_TRUTH_META_NAME "GstCsdTruthMeta"
+/**
+ * GST_CSD_META_SCHEMA:
+ *
+ * The schema of the structure that this header writes, and the highest that it reads. Fields may be added within a
+ * schema; it rises when the meaning of one changes.
+ */
+#define GST_CSD_META_SCHEMA 1
+
+/** GST_CSD_STATE_LEARNING: the descriptor is being learnt; the position is claimed */
+#define GST_CSD_STATE_LEARNING "learning"
+/** GST_CSD_STATE_TRACKED: seen; the position is claimed */
+#define GST_CSD_STATE_TRACKED "tracked"
+/** GST_CSD_STATE_OCCLUDED: hidden since less than a second; the position is a prediction */
+#define GST_CSD_STATE_OCCLUDED "occluded"
+/** GST_CSD_STATE_LOST: hidden for longer; the position is the last claimed one */
+#define GST_CSD_STATE_LOST "lost"
+/** GST_CSD_STATE_OUT: left the picture; the position is the last claimed one */
+#define GST_CSD_STATE_OUT "out"
+/** GST_CSD_STATE_ENDED: reported this once, then no more; the position is the last claimed one */
+#define GST_CSD_STATE_ENDED "ended"
+
+/**
+ * GstCsdHeader:
+ * @source: name of the element that wrote it
+ * @algorithm: "csd", "csd-2012", "lk", …; "truth" in a truth meta
+ * @frame: frames since that element left READY, the first is 0
+ * @width: width, in pixels, of the picture that x refers to
+ * @height: height, in pixels, of the picture that y refers to
+ * @tracked_width: width of the picture in which the features were tracked; unlike @width it doesn't change when the
+ *   frame is scaled
+ * @tracked_height: height of the picture in which the features were tracked
+ * @n_features: how many features there are
+ *
+ * What is said about a frame, beside its features.
+ */
+typedef struct {
+  const gchar *source;
+  const gchar *algorithm;
+  guint64 frame;
+  gint width;
+  gint height;
+  gint tracked_width;
+  gint tracked_height;
+  guint n_features;
+} GstCsdHeader;
+
+/**
+ * GstCsdFeature:
+ * @id: never given twice until the element goes to READY
+ * @x: pixels; the centre of the leftmost pixel is 0
+ * @y: pixels; the centre of the topmost pixel is 0
+ * @state: one of the GST_CSD_STATE_ words; only "learning" and "tracked" claim a position
+ * @confidence: probability that the feature is visible and near x,y: 0 to 1
+ * @fresh: %FALSE where the feature had to wait for the next frame
+ *
+ * One feature in one frame.
+ */
+typedef struct {
+  guint id;
+  gdouble x;
+  gdouble y;
+  const gchar *state;
+  gdouble confidence;
+  gboolean fresh;
+} GstCsdFeature;
+
+/**
+ * gst_buffer_iterate_csd_tracks:
+ * @buffer: a #GstBuffer
+ * @iter: (inout): an iteration pointer, to be %NULL at first
+ * @name: #GST_CSD_TRACK_META_NAME or #GST_CSD_TRUTH_META_NAME
+ *
+ * Each element that tracks adds its own meta: this goes through those called @name in the order they were added.
+ *
+ * Returns: (transfer none) (nullable): the structure of the next one, %NULL after the last
+ */
+static inline const GstStructure *gst_buffer_iterate_csd_tracks(GstBuffer *buffer, gpointer *iter, const gchar *name) {
+  const GstMetaInfo *info = gst_meta_get_info(name);
+  GstMeta *meta;
+
+  if (info == NULL || !gst_meta_info_is_custom(info)) return NULL;
+  while ((meta = gst_buffer_iterate_meta(buffer, iter)) != NULL)
+    if (meta->info == info) return gst_custom_meta_get_structure((GstCustomMeta *)meta);
+  return NULL;
+}
+
+/**
+ * gst_buffer_get_csd_tracks:
+ * @buffer: a #GstBuffer
+ * @name: #GST_CSD_TRACK_META_NAME or #GST_CSD_TRUTH_META_NAME
+ * @source: (nullable): name of the element that wrote it; %NULL or "" for any
+ *
+ * Returns: (transfer none) (nullable): the structure of the meta of that name and source which was added last, or %NULL
+ */
+static inline const GstStructure *gst_buffer_get_csd_tracks(GstBuffer *buffer, const gchar *name, const gchar *source) {
+  const GstStructure *structure, *last = NULL;
+  gpointer iter = NULL;
+
+  while ((structure = gst_buffer_iterate_csd_tracks(buffer, &iter, name)) != NULL)
+    if (source == NULL || *source == '\0' || g_strcmp0(gst_structure_get_string(structure, "source"), source) == 0)
+      last = structure;
+  return last;
+}
+
+/**
+ * gst_csd_structure_get_header:
+ * @structure: of a meta or of a `csdtrack` message
+ * @header: (out caller-allocates): where to write
+ *
+ * Returns: %TRUE if @structure has all the fields of #GstCsdHeader and a schema that this header knows; else @header is
+ *   left in an undefined state
+ */
+static inline gboolean gst_csd_structure_get_header(const GstStructure *structure, GstCsdHeader *header) {
+  const GValue *features = gst_structure_get_value(structure, "features");
+  gint schema;
+
+  if (features == NULL || !GST_VALUE_HOLDS_ARRAY(features)) return FALSE;
+  header->n_features = gst_value_array_get_size(features);
+  header->source = gst_structure_get_string(structure, "source");
+  header->algorithm = gst_structure_get_string(structure, "algorithm");
+  return header->source != NULL && header->algorithm != NULL && gst_structure_get_int(structure, "schema", &schema) &&
+         schema >= 1 && schema <= GST_CSD_META_SCHEMA && gst_structure_get_uint64(structure, "frame", &header->frame) &&
+         gst_structure_get_int(structure, "width", &header->width) &&
+         gst_structure_get_int(structure, "height", &header->height) &&
+         gst_structure_get_int(structure, "tracked-width", &header->tracked_width) &&
+         gst_structure_get_int(structure, "tracked-height", &header->tracked_height);
+}
+
+/**
+ * gst_csd_structure_get_feature:
+ * @structure: of a meta or of a `csdtrack` message
+ * @i: which one, 0 to #GstCsdHeader.n_features - 1; features are sorted by ascending id
+ * @feature: (out caller-allocates): where to write
+ *
+ * Returns: %TRUE if there is an @i-th feature with all the fields of #GstCsdFeature; else @feature is left in an
+ *   undefined state
+ */
+static inline gboolean gst_csd_structure_get_feature(const GstStructure *structure, guint i, GstCsdFeature *feature) {
+  const GValue *value = gst_structure_get_value(structure, "features");
+  const GstStructure *fields;
+
+  if (value == NULL || !GST_VALUE_HOLDS_ARRAY(value) || i >= gst_value_array_get_size(value)) return FALSE;
+  value = gst_value_array_get_value(value, i);
+  if (!GST_VALUE_HOLDS_STRUCTURE(value) || (fields = gst_value_get_structure(value)) == NULL) return FALSE;
+  feature->state = gst_structure_get_string(fields, "state");
+  return feature->state != NULL && gst_structure_get_uint(fields, "id", &feature->id) &&
+         gst_structure_get_double(fields, "x", &feature->x) && gst_structure_get_double(fields, "y", &feature->y) &&
+         gst_structure_get_double(fields, "confidence", &feature->confidence) &&
+         gst_structure_get_boolean(fields, "fresh", &feature->fresh);
+}
+
+/**
+ * gst_csd_structure_set_features:
+ * @structure: a writable structure
+ * @features: (array length=n_features): in ascending order of their ids
+ * @n_features: how many
+ *
+ * Replaces the features, nothing else. Their states are interned: pass the GST_CSD_STATE_ words, not ever new strings.
+ */
+static inline void gst_csd_structure_set_features(GstStructure *structure, const GstCsdFeature *features,
+                                                  guint n_features) {
+  GValue array = G_VALUE_INIT;
+  guint i;
+
+  gst_value_array_init(&array, n_features);
+  for (i = 0; i < n_features; i++) {
+    GValue value = G_VALUE_INIT;
+    GValue state = G_VALUE_INIT;
+    GstStructure *fields = gst_structure_new("feature", "id", G_TYPE_UINT, features[i].id, "x", G_TYPE_DOUBLE,
+                                             features[i].x, "y", G_TYPE_DOUBLE, features[i].y, NULL);
+
+    /* Interned, for a copy of the meta then costs no string per feature. */
+    g_value_init(&state, G_TYPE_STRING);
+    g_value_set_interned_string(&state, g_intern_string(features[i].state));
+    gst_structure_take_value(fields, "state", &state);
+    gst_structure_set(fields, "confidence", G_TYPE_DOUBLE, features[i].confidence, "fresh", G_TYPE_BOOLEAN,
+                      features[i].fresh, NULL);
+
+    g_value_init(&value, GST_TYPE_STRUCTURE);
+    g_value_take_boxed(&value, fields);
+    gst_value_array_append_and_take_value(&array, &value);
+  }
+  gst_structure_take_value(structure, "features", &array);
+}
+
+/**
+ * gst_csd_structure_set:
+ * @structure: a writable structure
+ * @header: what to write; n_features says how many @features there are
+ * @features: (array): in ascending order of their ids, see gst_csd_structure_set_features()
+ *
+ * Writes all the fields of a track meta, with the schema #GST_CSD_META_SCHEMA.
+ */
+static inline void gst_csd_structure_set(GstStructure *structure, const GstCsdHeader *header,
+                                         const GstCsdFeature *features) {
+  gst_structure_set(structure, "schema", G_TYPE_INT, GST_CSD_META_SCHEMA, "source", G_TYPE_STRING, header->source,
+                    "algorithm", G_TYPE_STRING, header->algorithm, "frame", G_TYPE_UINT64, header->frame, "width",
+                    G_TYPE_INT, header->width, "height", G_TYPE_INT, header->height, "tracked-width", G_TYPE_INT,
+                    header->tracked_width, "tracked-height", G_TYPE_INT, header->tracked_height, NULL);
+  gst_csd_structure_set_features(structure, features, header->n_features);
+}
+
+/**
+ * gst_buffer_add_csd_tracks:
+ * @buffer: (transfer none): a writable #GstBuffer
+ * @name: #GST_CSD_TRACK_META_NAME or #GST_CSD_TRUTH_META_NAME
+ * @header: what to write
+ * @features: (array): in ascending order of their ids
+ *
+ * Adds a meta; those that are there stay.
+ *
+ * Returns: (transfer none) (nullable): the new meta, %NULL if the plugin isn't loaded
+ */
+static inline GstCustomMeta *gst_buffer_add_csd_tracks(GstBuffer *buffer, const gchar *name, const GstCsdHeader *header,
+                                                       const GstCsdFeature *features) {
+  GstCustomMeta *meta;
+
+  if (gst_meta_get_info(name) == NULL || (meta = gst_buffer_add_custom_meta(buffer, name)) == NULL) return NULL;
+  gst_csd_structure_set(gst_custom_meta_get_structure(meta), header, features);
+  return meta;
+}
+
+G_END_DECLS
+
+#endif /* GST_CSD_TRACK_META_H */

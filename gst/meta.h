@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <gst/gst.h>
+
+#include "csdtrackmeta.h"
+#include "track/types.h"
+
+namespace csd {
+
+/// Makes the two metas known to GStreamer: "GstCsdTrackMeta" and "GstCsdTruthMeta", one structure, docs/metadata.md.
+/// May be called again, and by several threads. False if GStreamer refuses.
+///
+/// Their tags are `video`, `orientation`, `size`: with these and a transform function they survive converters, scalers
+/// and encoders on 1.22. With the tag `colorspace` converters drop them; with `video` alone scalers keep them unscaled.
+bool register_track_metas();
+
+/// Writes `tracks` into a structure, as metas and the bus message have it. `source` is the element's name, `algorithm`
+/// the nick. width,height and tracked-width,tracked-height are those of `tracks`.
+void set_tracks(GstStructure *structure, const Tracks &tracks, const char *source, const char *algorithm);
+
+/// A new structure `name` that holds `tracks`; for a message.
+GstStructure *new_tracks_structure(const char *name, const Tracks &tracks, const char *source, const char *algorithm);
+
+/// Adds a GstCsdTrackMeta to a writable buffer. What is there stays. Null if the metas are not registered.
+GstCustomMeta *add_track_meta(GstBuffer *buffer, const Tracks &tracks, const char *source, const char *algorithm);
+
+}  // namespace csd
