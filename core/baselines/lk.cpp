@@ -33,9 +33,10 @@ void LucasKanade::track(const FrameContext &context, std::vector<Claim> &claims)
   points_.swap(kept);
 }
 
-void LucasKanade::begin(FeatureId id, cv::Point2d position, const FrameContext &context) {
+Claim::Kind LucasKanade::begin(FeatureId id, cv::Point2d position, const FrameContext &context) {
   points_.push_back({id, cv::Point2f(context.frame.to_work(position))});
   std::sort(points_.begin(), points_.end(), [](const Point &a, const Point &b) { return a.id < b.id; });
+  return Claim::Kind::tracked;
 }
 
 void LucasKanade::end(FeatureId id) {

@@ -16,7 +16,7 @@ class LucasKanade final : public Algorithm {
 
   bool replenishes() const override { return true; }
   void track(const FrameContext &context, std::vector<Claim> &claims) override;
-  void begin(FeatureId id, cv::Point2d position, const FrameContext &context) override;
+  Claim::Kind begin(FeatureId id, cv::Point2d position, const FrameContext &context) override;
   void end(FeatureId id) override;
   void finish(const FrameContext &context) override;
   void forget() override;

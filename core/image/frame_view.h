@@ -35,7 +35,8 @@ struct FrameView {
   int row_offset = 0;
   ColourModel model = ColourModel::gray;
   Packing packing = Packing::components;
-  /// With Packing::v210: the view's first column is this pixel of the row, 0…5 (a crop may begin within a group of six).
+  /// With Packing::v210: the view's first column is this pixel of the row, 0…5 (a crop may begin within a group of
+  /// six).
   int x_offset = 0;
   /// Y · Y,U,V · R,G,B. With Packing::v210 only component[0].data and .row_stride are used.
   std::array<Component, 3> component{};

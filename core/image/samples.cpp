@@ -62,7 +62,8 @@ void read_bytes(const std::uint8_t *p, int n, std::uint8_t *out) {
 void read_samples(const FrameView &view, int component, int row, int first, int n, std::uint8_t *out) {
   if (view.packing == Packing::v210) {
     const Component &c = view.component[0];
-    return read_v210(c.data + row * c.row_stride, component, first, n, out);
+    const int offset = component == 0 ? view.x_offset : view.x_offset >> 1;
+    return read_v210(c.data + row * c.row_stride, component, first + offset, n, out);
   }
   const Component &c = view.component[component];
   const std::uint8_t *p = c.data + row * c.row_stride + first * c.pixel_stride;

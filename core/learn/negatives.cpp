@@ -9,7 +9,9 @@ namespace csd {
 
 namespace {
 
-double distance(cv::Point a, cv::Point b) { return std::hypot(a.x - b.x, a.y - b.y); }
+double distance(cv::Point a, cv::Point b) {
+  return std::hypot(a.x - b.x, a.y - b.y);
+}
 
 bool allowed(cv::Point p, cv::Point feature, const cv::Rect &centres, const cv::Mat &forbidden,
              const NegativeRules &rules) {
@@ -55,6 +57,9 @@ std::vector<cv::Point> similar_negatives(const cv::Mat &luma, const cv::Mat &for
   if (search.empty() || !centres.contains(feature)) return positions;
   const cv::Mat patch = luma({feature.x - half, feature.y - half, rules.patch, rules.patch});
   const cv::Mat area = luma({search.x - half, search.y - half, search.width + 2 * half, search.height + 2 * half});
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(patch, mean, deviation);
+  if (deviation[0] < 1) return positions;  // Less than sensor noise: the correlation would be 0/0, 1 by definition.
   cv::Mat score, highest;
   cv::matchTemplate(area, patch, score, cv::TM_CCOEFF_NORMED);
   // A local maximum is the highest within a quarter of a patch: the same look-alike is not taken twice.
@@ -69,7 +74,6 @@ std::vector<cv::Point> similar_negatives(const cv::Mat &luma, const cv::Mat &for
     for (int x = 0; x < score.cols; ++x) {
       const float s = score.at<float>(y, x);
       const cv::Point p(search.x + x, search.y + y);
-      // A patch without contrast correlates by 1 (or by nothing finite) with anything: 0/0.
       if (std::isfinite(s) && s >= static_cast<float>(least) && s <= 1.0f && s == highest.at<float>(y, x) &&
           allowed(p, feature, centres, forbidden, rules))
         peaks.push_back({s, p});

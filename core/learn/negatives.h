@@ -9,12 +9,13 @@
 
 namespace csd {
 
-/// Where negatives may be taken: the paper asks for "every position that is not the feature", and finds that patches "within a
-/// few pixels" look alike. Nothing is learnt from the ring in between (tracking.md A10).
+/// Where negatives may be taken: the paper asks for "every position that is not the feature", and finds that patches
+/// "within a few pixels" look alike. Nothing is learnt from the ring in between (tracking.md A10).
 struct NegativeRules {
   int patch = 21;            ///< odd side, working pixels: the whole patch lies inside the picture
   double ignore_radius = 4;  ///< nearer than this to the feature nothing is a negative
-  double near_radius = 12;   ///< a third of the random negatives come from within this: they set how sharply it localises
+  double near_radius =
+      12;  ///< a third of the random negatives come from within this: they set how sharply it localises
 };
 
 /// `count` random positions of patches "not a feature" (§2.1.2.1): a third of them near the feature, the rest anywhere.
@@ -23,8 +24,8 @@ std::vector<cv::Point> random_negatives(cv::Size picture, const cv::Mat &forbidd
                                         const NegativeRules &rules, Random &random);
 
 /// Up to `count` positions that look like the feature (§2.1.2.1): the highest local maxima, at least `least`, of
-/// the normalised cross correlation of the patch around `feature` with the surroundings of ±`radius` pixels; best first.
-/// `luma`: CV_8UC1.
+/// the normalised cross correlation of the patch around `feature` with the surroundings of ±`radius` pixels; best
+/// first. `luma`: CV_8UC1.
 std::vector<cv::Point> similar_negatives(const cv::Mat &luma, const cv::Mat &forbidden, cv::Point feature, int count,
                                          double least, int radius, const NegativeRules &rules);
 

@@ -36,9 +36,9 @@ struct Claim {
   double confidence = 1;  ///< of a claim (`learning`, `tracked`)
 };
 
-/// How positions are found: csd-2012 or one of the baselines. The Tracker owns one, tells it which features there are, and turns
-/// its claims into states; all calls come from the Tracker's thread, for each frame in the order
-/// track, begin/end…, finish.
+/// How positions are found: csd-2012 or one of the baselines. The Tracker owns one, tells it which features there are,
+/// and turns its claims into states; all calls come from the Tracker's thread, for each frame in the order track,
+/// begin/end…, finish.
 class Algorithm {
  public:
   virtual ~Algorithm() = default;
@@ -48,8 +48,9 @@ class Algorithm {
 
   /// Fills in the claims of the features that have begun; `claims` is by ascending id.
   virtual void track(const FrameContext &context, std::vector<Claim> &claims) = 0;
-  /// In this frame the feature is at `position` (picture pixels, inside the picture).
-  virtual void begin(FeatureId id, cv::Point2d position, const FrameContext &context) = 0;
+  /// In this frame the feature is at `position` (picture pixels, inside the picture). Returns what it is to be called:
+  /// `learning` or `tracked`.
+  virtual Claim::Kind begin(FeatureId id, cv::Point2d position, const FrameContext &context) = 0;
   virtual void end(FeatureId id) = 0;
   /// Everything about this frame has been said: what has to be kept of its pixels must be copied now.
   virtual void finish(const FrameContext &context) = 0;

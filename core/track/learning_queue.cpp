@@ -2,6 +2,7 @@
 #include "track/learning_queue.h"
 
 #include <chrono>
+#include <utility>
 
 namespace csd {
 

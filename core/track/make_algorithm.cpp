@@ -2,6 +2,7 @@
 // The one place that knows every algorithm. Alone in its file, so that a test can put its own in its place.
 #include "baselines/lk.h"
 #include "track/algorithm.h"
+#include "track/csd2012.h"
 
 namespace csd {
 
@@ -12,8 +13,7 @@ std::unique_ptr<Algorithm> make_algorithm(const Settings &settings, Executor &ex
     case AlgorithmKind::csd_2012:
       break;
   }
-  (void)executor;
-  return std::make_unique<LucasKanade>(settings);
+  return std::make_unique<Csd2012>(settings, executor);
 }
 
 }  // namespace csd

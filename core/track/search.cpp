@@ -5,21 +5,22 @@
 
 namespace csd {
 
-SearchResult search(const Tree &descriptor, const cv::Mat &channel, cv::Point origin, const cv::Rect &centres,
-                    cv::Point2d last, double sigma) {
+SearchResult search(const Tree &descriptor, const cv::Mat &channel, cv::Point origin, const SearchArea &area,
+                    const SpatialWeight &weight) {
   SearchResult result;
+  const auto &centres = area.centres;
   if (centres.empty()) return result;
   std::vector<std::int32_t> leaves;
-  descriptor.scan(channel, centres - origin, leaves);
-  const double falloff = std::isfinite(sigma) ? 1 / (2 * sigma * sigma) : 0;
+  descriptor.scan(channel, centres - origin, leaves, area.step);
+  const double falloff = std::isfinite(weight.sigma) ? 1 / (2 * weight.sigma * weight.sigma) : 0;
   double best_distance = 0;
   std::size_t i = 0;
-  for (int y = centres.y; y < centres.y + centres.height; ++y)
-    for (int x = centres.x; x < centres.x + centres.width; ++x, ++i) {
+  for (int y = centres.y; y < centres.y + centres.height; y += area.step)
+    for (int x = centres.x; x < centres.x + centres.width; x += area.step, ++i) {
       if (!descriptor.is_feature(leaves[i])) continue;
       const cv::Point p(x, y);
       result.matches.push_back(p);
-      const double dx = x - last.x, dy = y - last.y, distance = dx * dx + dy * dy;
+      const double dx = x - weight.last.x, dy = y - weight.last.y, distance = dx * dx + dy * dy;
       const double weighted = descriptor.probability(leaves[i]) * std::exp(-distance * falloff);
       if (!result.best || weighted > result.weighted || (weighted == result.weighted && distance < best_distance)) {
         result.best = p;
@@ -27,6 +28,18 @@ SearchResult search(const Tree &descriptor, const cv::Mat &channel, cv::Point or
         best_distance = distance;
       }
     }
+  return result;
+}
+
+SearchResult search_coarse_to_fine(const Tree &descriptor, const cv::Mat &channel, cv::Point origin,
+                                   const SearchArea &area, const SpatialWeight &weight) {
+  auto result = search(descriptor, channel, origin, area, weight);
+  if (!result.best || area.step == 1) return result;
+  const int reach = area.step - 1, side = 2 * reach + 1;
+  const cv::Rect around = cv::Rect(result.best->x - reach, result.best->y - reach, side, side) & area.centres;
+  const auto fine = search(descriptor, channel, origin, {around, 1}, weight);
+  result.best = fine.best;
+  result.weighted = fine.weighted;
   return result;
 }
 

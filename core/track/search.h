@@ -3,6 +3,7 @@
 
 #include <opencv2/core.hpp>
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -17,12 +18,28 @@ struct SearchResult {
   std::vector<cv::Point> matches;  ///< all positions labelled feature, row by row
 };
 
-/// §2.1.4: among `centres`, the patch labelled feature with the largest P(N) = |a|·|b|⁻¹ times a Gaussian
-/// around the last known position; equals go to the nearest, then to the first.
+/// Where to look: each `step`-th position of each `step`-th line of `centres` (working pixels).
+struct SearchArea {
+  cv::Rect centres;
+  int step = 1;
+};
+
+/// The spatial weight of §2.1.4: a Gaussian around the last known position, working pixels. Infinite sigma: none.
+struct SpatialWeight {
+  cv::Point2d last;
+  double sigma = std::numeric_limits<double>::infinity();
+};
+
+/// §2.1.4: the patch labelled feature with the largest P(N) = |a|·|b|⁻¹ times the spatial weight; equals go to the
+/// nearest to the last position, then to the first.
 ///
-/// `channel`: CV_8UC1 in the descriptor's colour space, whose pixel (0,0) is `origin` in working coordinates; `centres`:
-/// working coordinates, the patches around them lie in the channel. `sigma`: working pixels; infinite: no weighting.
-SearchResult search(const Tree &descriptor, const cv::Mat &channel, cv::Point origin, const cv::Rect &centres,
-                    cv::Point2d last, double sigma);
+/// `channel`: CV_8UC1 in the descriptor's colour space, whose pixel (0,0) is `origin` in working coordinates; the
+/// patches around all centres lie in it.
+SearchResult search(const Tree &descriptor, const cv::Mat &channel, cv::Point origin, const SearchArea &area,
+                    const SpatialWeight &weight);
+
+/// For a feature that may be anywhere (A27): coarsely, then all around the best.
+SearchResult search_coarse_to_fine(const Tree &descriptor, const cv::Mat &channel, cv::Point origin,
+                                   const SearchArea &area, const SpatialWeight &weight);
 
 }  // namespace csd

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <utility>
 
 #include "detect/detect.h"
 #include "image/content_area.h"
@@ -20,7 +21,9 @@ constexpr std::int64_t nominal_duration = second / 25;  // of a frame, where the
 constexpr std::int64_t occluded_for = second;           // DESIGN: hidden for longer is lost
 constexpr std::int64_t replenish_every = second / 2;    // detection costs as much as ten frames of tracking
 
-bool claims_position(FeatureState state) { return state == FeatureState::learning || state == FeatureState::tracked; }
+bool claims_position(FeatureState state) {
+  return state == FeatureState::learning || state == FeatureState::tracked;
+}
 
 /// A feature from its first frame to its last.
 struct Life {
@@ -75,8 +78,9 @@ struct Tracker::Impl {
   int last_row_step = 0;
   bool stream_begun = false;         // the given points have begun
   bool points_begun_before = false;  // … in an earlier stream: now they need new ids
-  bool detected = false;      // detection has found something
+  bool detected = false;             // detection has found something
   std::int64_t last_detection = 0;
+  bool any_frame = false;
   std::int64_t time = 0, last_pts = no_time, last_duration = no_time;
 
   // Shared with the threads that ask; guarded by mutex.
@@ -96,7 +100,8 @@ FeatureId Tracker::Impl::take_id() {
 // Time goes on by the stamps where they make sense, else by the duration: a gap in the stamps never stops the clock.
 void Tracker::Impl::advance_time(std::int64_t pts, std::int64_t duration) {
   const auto step = last_duration > 0 ? last_duration : nominal_duration;
-  if (tracks.frame > 0) time += (pts != no_time && last_pts != no_time && pts > last_pts) ? pts - last_pts : step;
+  if (any_frame) time += (pts != no_time && last_pts != no_time && pts > last_pts) ? pts - last_pts : step;
+  any_frame = true;
   last_pts = pts;
   last_duration = duration;
 }
@@ -153,8 +158,9 @@ void Tracker::Impl::apply(const Claim &claim, Life &life) {
     case Claim::Kind::lost:
       // What has left the picture is out until it is seen again.
       if (state == FeatureState::out) break;
-      feature.state = claim.kind == Claim::Kind::hidden && time - life.last_claim < occluded_for ? FeatureState::occluded
-                                                                                                 : FeatureState::lost;
+      feature.state = claim.kind == Claim::Kind::hidden && time - life.last_claim < occluded_for
+                          ? FeatureState::occluded
+                          : FeatureState::lost;
       break;
   }
 }
@@ -187,9 +193,7 @@ void Tracker::Impl::begin(FeatureId id, cv::Point2d position, bool given, const 
   } else if (!context->bounds().contains(position)) {
     life.feature.state = FeatureState::out;
   } else {
-    life.feature.state = FeatureState::learning;
-    life.feature.confidence = 1;
-    algorithm->begin(id, position, *context);
+    apply({id, algorithm->begin(id, position, *context), position, 1}, life);
   }
   lives.push_back(life);
 }
@@ -213,9 +217,8 @@ void Tracker::Impl::begin_given(const FrameContext *context) {
 
 void Tracker::Impl::detect_more(const FrameContext &context) {
   if (!settings.points.empty()) return;
-  const auto alive = std::count_if(lives.begin(), lives.end(), [](const Life &l) {
-    return !l.given && l.feature.state != FeatureState::ended;
-  });
+  const auto alive = std::count_if(lives.begin(), lives.end(),
+                                   [](const Life &l) { return !l.given && l.feature.state != FeatureState::ended; });
   const auto wanted = static_cast<std::ptrdiff_t>(settings.max_features) - alive;
   if (wanted <= 0) return;
   if (detected) {
@@ -229,23 +232,25 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
   if (!settings.region.empty()) {
     const auto a = context.frame.to_work(cv::Point2d(settings.region.tl()));
     const auto b = context.frame.to_work(cv::Point2d(settings.region.br()) - cv::Point2d(1, 1));
-    const cv::Rect inside = cv::Rect(cv::Point(cvRound(a.x), cvRound(a.y)), cv::Point(cvRound(b.x) + 1, cvRound(b.y) + 1)) &
-                            cv::Rect({0, 0}, luma.size());
+    const cv::Rect inside =
+        cv::Rect(cv::Point(cvRound(a.x), cvRound(a.y)), cv::Point(cvRound(b.x) + 1, cvRound(b.y) + 1)) &
+        cv::Rect({0, 0}, luma.size());
     cv::Mat outside(luma.size(), CV_8UC1, cv::Scalar(255));
     if (!inside.empty()) outside(inside).setTo(0);
     forbidden |= outside;
   }
   DetectOptions options;
   options.patch = patch_side(settings, context.frame);
-  options.count = static_cast<int>(wanted);
+  options.wanted = static_cast<std::size_t>(wanted);
+  std::vector<cv::Point2d> taken;
   for (const auto &life : lives)
     if (life.feature.state != FeatureState::ended)
-      cv::circle(forbidden, context.frame.to_work({life.feature.x, life.feature.y}), options.patch / 2, 255, cv::FILLED);
+      taken.push_back(context.frame.to_work({life.feature.x, life.feature.y}));
   if (cv::countNonZero(forbidden) == forbidden.size().area()) return;
 
   cv::Mat specular;
   specular_mask(context.frame, {{0, 0}, luma.size()}, specular);
-  for (const auto &position : detect(luma, specular, forbidden, options)) {
+  for (const auto &position : detect(luma, specular, forbidden, options, taken)) {
     begin(take_id(), context.frame.to_picture(position), false, &context);
     detected = true;
   }
@@ -315,8 +320,8 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
     begin_given(nullptr);
   } else {
     if (settings.content_area == ContentArea::automatic) content_area.update(frame.luma(), time, patch);
-    const FrameContext context{frame, settings.content_area == ContentArea::automatic ? content_area.forbidden() : nowhere,
-                               time};
+    const FrameContext context{
+        frame, settings.content_area == ContentArea::automatic ? content_area.forbidden() : nowhere, time};
     follow(context);
     leave_graphics(context);
     forget_old(context);
@@ -355,8 +360,8 @@ FeatureId Tracker::add_point(double x, double y) {
 bool Tracker::remove_point(FeatureId id) {
   const std::lock_guard lock(impl_->mutex);
   const auto is_known = std::find(impl_->known.begin(), impl_->known.end(), id) != impl_->known.end();
-  const auto is_requested = std::any_of(impl_->requested.begin(), impl_->requested.end(),
-                                        [id](const Request &r) { return r.id == id; });
+  const auto is_requested =
+      std::any_of(impl_->requested.begin(), impl_->requested.end(), [id](const Request &r) { return r.id == id; });
   if (!is_known && !is_requested) return false;
   if (std::find(impl_->removed.begin(), impl_->removed.end(), id) != impl_->removed.end()) return false;
   impl_->removed.push_back(id);

@@ -34,7 +34,7 @@ struct Tracks {
   int width = 0, height = 0;
   std::vector<Feature> features;
   bool too_small = false;  ///< the picture is smaller than a patch: there can be no features
-  bool changed = false;  ///< some feature's state is not what it was in the frame before, or a feature is new
+  bool changed = false;    ///< some feature's state is not what it was in the frame before, or a feature is new
 };
 
 enum class AlgorithmKind : std::uint8_t { csd_2012, lk };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The life of features, with an algorithm that does as the test says. It takes the place of core/track/make_algorithm.cpp.
+// The life of features, with an algorithm that does as the test says. It takes the place of
+// core/track/make_algorithm.cpp.
 #include "track/tracker.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +37,10 @@ class Scripted final : public Algorithm {
       if (!context.bounds().contains(claim.position)) claim.kind = Claim::Kind::out;
     }
   }
-  void begin(FeatureId id, cv::Point2d, const FrameContext &) override { script->begun.push_back(id); }
+  Claim::Kind begin(FeatureId id, cv::Point2d, const FrameContext &) override {
+    script->begun.push_back(id);
+    return Claim::Kind::learning;
+  }
   void end(FeatureId id) override { script->ended.push_back(id); }
   void finish(const FrameContext &) override {}
   void forget() override { ++script->forgotten; }
@@ -300,6 +304,8 @@ TEST_F(TrackerLife, StatsCountFramesAndStates) {
 
 }  // namespace
 
-std::unique_ptr<Algorithm> make_algorithm(const Settings &, Executor &) { return std::make_unique<Scripted>(); }
+std::unique_ptr<Algorithm> make_algorithm(const Settings &, Executor &) {
+  return std::make_unique<Scripted>();
+}
 
 }  // namespace csd

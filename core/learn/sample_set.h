@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace csd {
+
+/// What an image patch shows (§2.1.2).
+enum class Label : std::uint8_t { not_feature, feature };
+
+/// A sample's slot in its set: stable until the sample is removed; then given again.
+using SampleId = std::uint32_t;
+
+/// The training set S of §2.1.2: square patches of one channel with their labels.
+///
+/// A patch lies in one piece ([sample][pixel], each row padded to 16 bytes): samples are added, replaced and dropped
+/// down the tree one at a time. Learning wants [pixel][sample]; NodeSamples turns just the samples of one node.
+class SampleSet {
+ public:
+  /// `patch_size`: side in pixels, odd, 3…255. Throws cv::Exception otherwise.
+  explicit SampleSet(int patch_size);
+
+  int patch_size() const { return patch_size_; }
+  int pixels() const { return patch_size_ * patch_size_; }
+  /// Samples in the set.
+  std::size_t size() const { return labels_.size() - free_.size(); }
+  /// Ids are below this.
+  std::size_t slots() const { return labels_.size(); }
+
+  /// Copies a patch_size × patch_size CV_8UC1 patch. A slot freed by remove() is used first. Throws cv::Exception on a
+  /// patch of another size or type.
+  SampleId add(const cv::Mat &patch, Label label);
+  void replace(SampleId id, const cv::Mat &patch, Label label);
+  void remove(SampleId id);
+
+  bool contains(SampleId id) const { return id < labels_.size() && used_[id]; }
+  Label label(SampleId id) const { return labels_[id]; }
+  /// The patch's pixels, row by row without gaps, readable up to row_bytes(). Valid until the next add().
+  const std::uint8_t *patch(SampleId id) const { return bytes_.data() + id * row_bytes_; }
+  /// pixels() rounded up to 16; what is beyond pixels() is 0.
+  std::size_t row_bytes() const { return row_bytes_; }
+
+ private:
+  void store(SampleId id, const cv::Mat &patch);
+
+  int patch_size_;
+  std::size_t row_bytes_;
+  std::vector<std::uint8_t> bytes_;
+  std::vector<Label> labels_;
+  std::vector<std::uint8_t> used_;
+  std::vector<SampleId> free_;
+};
+
+}  // namespace csd

@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/csd2012.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "learn/negatives.h"
+#include "track/csd2012_choices.h"
+#include "track/patch_side.h"
+#include "track/search.h"
+
+namespace csd {
+
+using namespace csd2012;
+
+/// A feature as the streaming thread sees it.
+struct Csd2012::Follower {
+  Follower(FeatureId i, cv::Point2d position, std::int64_t now, std::uint64_t seed)
+      : id(i), work(position), begun(now), last_seen(now), random(seed, 2 * std::uint64_t{i} + 1) {}
+
+  FeatureId id;
+  cv::Point2d work;  ///< last known position, working pixels
+  std::int64_t begun, last_seen;
+  bool recursive = true;  ///< LK follows it; else the descriptor does
+  bool learn = true;      ///< this frame is a lesson
+  int lessons = 0;
+  Random random;
+  std::shared_ptr<FeatureLearner> learner;
+  LearningQueue::Lane lane;
+  std::optional<DescriptorUpdate> update;
+};
+
+namespace {
+
+/// How large a working pixel of the choices (480 lines) is here: they shrink with the patch below 480 lines.
+double choice_scale(const WorkFrame &frame) {
+  return default_patch_size(frame.size().height) / 21.0;
+}
+
+int radius_of(const Settings &settings, const WorkFrame &frame) {
+  const double radius =
+      settings.search_radius ? settings.search_radius / frame.scale() : search_radius * choice_scale(frame);
+  return std::clamp(static_cast<int>(std::lround(radius)), 1, std::max(frame.size().width, frame.size().height));
+}
+
+cv::Rect square(cv::Point centre, int radius) {
+  return {centre.x - radius, centre.y - radius, 2 * radius + 1, 2 * radius + 1};
+}
+
+NegativeRules rules_for(const Settings &settings, const WorkFrame &frame) {
+  const double scale = choice_scale(frame);
+  return {patch_side(settings, frame), ignore_radius * scale, near_radius * scale};
+}
+
+double apart(cv::Point a, cv::Point b) {
+  return std::hypot(a.x - b.x, a.y - b.y);
+}
+
+cv::Point rounded(cv::Point2d p) {
+  return {cvRound(p.x), cvRound(p.y)};
+}
+
+}  // namespace
+
+Csd2012::Csd2012(const Settings &settings, Executor &executor) : Csd2012(settings, Options{}, executor) {}
+
+Csd2012::Csd2012(const Settings &settings, const Options &options, Executor &executor)
+    : settings_(settings), options_(options), counters_(std::make_shared<LearningCounters>()), queue_(executor) {}
+
+Csd2012::~Csd2012() = default;
+
+Csd2012::Follower *Csd2012::find(FeatureId id) {
+  const auto at = std::lower_bound(followers_.begin(), followers_.end(), id,
+                                   [](const auto &follower, FeatureId wanted) { return follower->id < wanted; });
+  return at != followers_.end() && (*at)->id == id ? at->get() : nullptr;
+}
+
+Claim::Kind Csd2012::begin(FeatureId id, cv::Point2d position, const FrameContext &context) {
+  auto follower = std::make_unique<Follower>(id, context.frame.to_work(position), context.time, settings_.seed);
+  LearnerOptions options;
+  options.patch = patch_side(settings_, context.frame);
+  options.search_radius = radius_of(settings_, context.frame);
+  options.pixel = choice_scale(context.frame);
+  options.smoke = options_.smoke;
+  options.pair_search = options_.pair_search;
+  follower->learner =
+      std::make_shared<FeatureLearner>(options, Random(settings_.seed, 2 * std::uint64_t{id}), counters_);
+  follower->lane = queue_.make_lane();
+  const auto at = std::upper_bound(followers_.begin(), followers_.end(), id,
+                                   [](FeatureId wanted, const auto &f) { return wanted < f->id; });
+  followers_.insert(at, std::move(follower));
+  return Claim::Kind::learning;
+}
+
+void Csd2012::end(FeatureId id) {
+  std::erase_if(followers_, [id](const auto &follower) { return follower->id == id; });
+}
+
+void Csd2012::forget() {
+  followers_.clear();
+  recursive_.skip();
+}
+
+void Csd2012::track(const FrameContext &context, std::vector<Claim> &claims) {
+  recurse(context);
+
+  std::size_t hidden_long = 0;
+  for (const auto &follower : followers_) {
+    follower->update.reset();
+    hidden_long += !follower->recursive && context.time - follower->last_seen > anywhere_after;
+  }
+  std::size_t nth = 0;
+  for (auto &claim : claims) {
+    auto *follower = find(claim.id);
+    claim.kind = Claim::Kind::lost;
+    if (!follower) continue;
+    if (follower->recursive) {
+      claim.kind = Claim::Kind::learning;
+    } else {
+      const bool long_hidden = context.time - follower->last_seen > anywhere_after;
+      // Lost features take turns: in this frame those from turn_ on.
+      const bool has_turn =
+          long_hidden && (nth + hidden_long - turn_ % hidden_long) % hidden_long < whole_pictures_per_frame;
+      nth += long_hidden;
+      look(context, *follower, has_turn);
+      if (follower->last_seen == context.time) {
+        claim.kind = Claim::Kind::tracked;
+      } else {
+        // Nothing is labelled feature (A29): hidden, or gone over the edge if the last patch touched it.
+        const int half = patch_side(settings_, context.frame) / 2;
+        const cv::Rect inner(half, half, context.frame.size().width - 2 * half, context.frame.size().height - 2 * half);
+        claim.kind = inner.contains(rounded(follower->work)) ? Claim::Kind::hidden : Claim::Kind::out;
+      }
+    }
+    claim.position = context.frame.to_picture(follower->work);
+  }
+  turn_ += whole_pictures_per_frame;
+}
+
+/// §2.1.1: LK moves the features that are being learnt, until training-time is over and their descriptor is there
+/// (A35).
+void Csd2012::recurse(const FrameContext &context) {
+  std::vector<Follower *> moving;
+  std::vector<cv::Point2f> points;
+  for (const auto &follower : followers_)
+    if (follower->recursive) {
+      moving.push_back(follower.get());
+      points.emplace_back(follower->work);
+    }
+  std::vector<unsigned char> found;
+  recursive_.set_window(patch_side(settings_, context.frame));
+  recursive_.track(context.frame.luma(), points, found);
+  for (std::size_t i = 0; i < moving.size(); ++i) {
+    auto &follower = *moving[i];
+    follower.learn = false;
+    const cv::Point2d position(points[i]);
+    if (!found[i] || !context.bounds().contains(context.frame.to_picture(position))) {
+      follower.recursive = false;  // What has been learnt so far must do.
+      continue;
+    }
+    follower.work = position;
+    follower.last_seen = context.time;
+    const bool training =
+        context.time - follower.begun < settings_.training_time || follower.lessons < least_training_frames;
+    if (training) {
+      follower.learn = follower.lane.waiting() < waiting_lessons;
+    } else if (follower.lane.waiting() == 0 && follower.learner->published()) {
+      follower.recursive = false;
+      follower.last_seen = context.time - 1;  // The descriptor has yet to see it in this frame.
+      ++learned_;
+    }
+  }
+}
+
+/// §2.1.4, and the patches for §2.1.5.
+void Csd2012::look(const FrameContext &context, Follower &follower, bool whole_picture) {
+  const auto descriptor = follower.learner->published();
+  if (!descriptor) return;
+  const auto &frame = context.frame;
+  const int half = descriptor->patch_size() / 2;
+  const double absence = static_cast<double>(std::max<std::int64_t>(last_time_ - follower.last_seen, 0));
+  const double widened = std::sqrt(1 + absence / widening);
+  const bool anywhere = context.time - follower.last_seen > anywhere_after;
+  const double sigma =
+      anywhere ? std::numeric_limits<double>::infinity() : frame.size().width * sigma_of_width * widened;
+  const double radius = radius_of(settings_, frame) * (anywhere ? 1.0 : std::min(widened, widest_search));
+  const cv::Rect picture({0, 0}, frame.size());
+  const auto centres = square(rounded(follower.work), static_cast<int>(std::lround(radius))) & picture;
+  if (centres.empty()) return;
+
+  // The border is replicated by half a patch (A37), so that a feature can be followed up to the picture's edge.
+  auto origin = centres.tl() - cv::Point(half, half);
+  frame.gather({origin.x, origin.y, centres.width + 2 * half, centres.height + 2 * half}, descriptor->space(),
+               channel_);
+  auto result = search(*descriptor, channel_, origin, {centres, 1}, {follower.work, sigma});
+  if (!result.best && whole_picture) {
+    origin = {-half, -half};
+    frame.gather({origin.x, origin.y, picture.width + 2 * half, picture.height + 2 * half}, descriptor->space(),
+                 channel_);
+    result = search_coarse_to_fine(*descriptor, channel_, origin, {picture, coarse_step}, {follower.work, sigma});
+  }
+  if (result.best) {
+    follower.work = *result.best;
+    follower.last_seen = context.time;
+  }
+  if (settings_.learn_synchronously || follower.lane.waiting() < waiting_updates)
+    prepare_update(context, follower, *descriptor, result, origin);
+}
+
+void Csd2012::prepare_update(const FrameContext &context, Follower &follower, const Tree &descriptor,
+                             const SearchResult &result, cv::Point origin) {
+  const auto rules = rules_for(settings_, context.frame);
+  const int half = rules.patch / 2;
+  auto &update = follower.update.emplace();
+  const auto cut = [&](cv::Point p) {
+    return channel_({p.x - origin.x - half, p.y - origin.y - half, rules.patch, rules.patch}).clone();
+  };
+  if (result.best) {
+    update.positives.push_back(cut(*result.best));
+    std::vector<cv::Point> wrong;
+    for (const auto &p : result.matches)
+      if (apart(p, *result.best) > rules.ignore_radius) wrong.push_back(p);
+    counters_->false_correspondences += wrong.size();
+    for (int i = 0; i < false_updates && !wrong.empty(); ++i) {
+      const auto k = follower.random.below(static_cast<std::uint32_t>(wrong.size()));
+      update.negatives.push_back(cut(wrong[k]));
+      wrong[k] = wrong.back();
+      wrong.pop_back();
+    }
+  }
+  for (const auto &p : random_negatives(context.frame.size(), context.forbidden, rounded(follower.work), random_updates,
+                                        rules, follower.random)) {
+    cv::Mat patch;
+    context.frame.gather(square(p, half), descriptor.space(), patch);
+    update.negatives.push_back(patch);
+  }
+}
+
+void Csd2012::finish(const FrameContext &context) {
+  queue_.rethrow();
+  std::shared_ptr<const Snapshot> snapshot;
+  bool recursing = false;
+  for (const auto &follower : followers_) {
+    recursing |= follower->recursive;
+    if (follower->recursive && follower->learn) {
+      if (!snapshot) {
+        auto copy = std::make_shared<Snapshot>();
+        context.frame.gather_bgr({{0, 0}, context.frame.size()}, copy->bgr);
+        copy->luma = context.frame.luma().clone();
+        copy->forbidden = context.forbidden.clone();
+        snapshot = std::move(copy);
+      }
+      ++follower->lessons;
+      queue_.post(follower->lane, [learner = follower->learner, snapshot, position = rounded(follower->work)] {
+        learner->learn(*snapshot, position);
+      });
+    } else if (follower->update) {
+      queue_.post(follower->lane,
+                  [learner = follower->learner, update = std::move(*follower->update)] { learner->update(update); });
+    }
+    follower->update.reset();
+  }
+  if (recursing)
+    recursive_.keep(context.frame.luma());
+  else
+    recursive_.skip();
+  last_time_ = context.time;
+  if (settings_.learn_synchronously) {
+    queue_.wait_idle();
+    queue_.rethrow();
+  }
+}
+
+void Csd2012::add_to(Stats &stats) const {
+  stats.learning_time += queue_.time_spent_ns();
+  stats.queue += queue_.waiting();
+  stats.learned += learned_;
+  stats.retrainings += counters_->retrainings;
+  stats.false_correspondences += counters_->false_correspondences;
+}
+
+}  // namespace csd

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "track/algorithm.h"
+#include "track/feature_learner.h"
+#include "track/learning_queue.h"
+#include "track/recursive.h"
+#include "track/search.h"
+
+namespace csd {
+
+/// The tracker of Mountney & Yang (2012) as printed: LK for the first half second, while a descriptor is learnt from
+/// what LK finds; then the descriptor alone finds the feature in each frame and goes on learning (§2.1). docs/method.md
+/// leads from the paper's equations to the code.
+class Csd2012 final : public Algorithm {
+ public:
+  /// What the paper leaves open and nobody needs as a property.
+  struct Options {
+    SmokeEquation smoke = SmokeEquation::as_meant;
+    PairSearch pair_search = PairSearch::ranked;
+  };
+
+  Csd2012(const Settings &settings, Executor &executor);
+  Csd2012(const Settings &settings, const Options &options, Executor &executor);
+  ~Csd2012() override;
+
+  void track(const FrameContext &context, std::vector<Claim> &claims) override;
+  Claim::Kind begin(FeatureId id, cv::Point2d position, const FrameContext &context) override;
+  void end(FeatureId id) override;
+  void finish(const FrameContext &context) override;
+  void forget() override;
+  void add_to(Stats &stats) const override;
+
+ private:
+  struct Follower;
+
+  void recurse(const FrameContext &context);
+  void look(const FrameContext &context, Follower &follower, bool whole_picture);
+  void prepare_update(const FrameContext &context, Follower &follower, const Tree &descriptor,
+                      const SearchResult &result, cv::Point origin);
+  Follower *find(FeatureId id);
+
+  Settings settings_;
+  Options options_;
+  RecursiveTracker recursive_;
+  std::shared_ptr<LearningCounters> counters_;
+  std::atomic<std::uint64_t> learned_ = 0;
+  LearningQueue queue_;                               // before the followers, whose lanes must go first
+  std::vector<std::unique_ptr<Follower>> followers_;  // by ascending id
+  std::size_t turn_ = 0;                              // whose turn it is to be looked for in the whole picture
+  std::int64_t last_time_ = 0;                        // of the frame before
+  cv::Mat channel_;                                   // scratch: the window of the feature that is looked for
+};
+
+}  // namespace csd

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/feature_learner.h"
+
+#include <cmath>
+
+#include "image/convert.h"
+#include "track/csd2012_choices.h"
+#include "track/search.h"
+
+namespace csd {
+
+using namespace csd2012;
+
+namespace {
+
+int scaled(double pixels, double pixel) {
+  return std::max(1, static_cast<int>(std::lround(pixels * pixel)));
+}
+
+}  // namespace
+
+FeatureLearner::FeatureLearner(const LearnerOptions &options, Random random, std::shared_ptr<LearningCounters> counters)
+    : options_(options), random_(random), smoke_(options.patch, random_, options.smoke), warps_(geometric_warps(options.patch)), counters_(std::move(counters)) {}
+
+std::shared_ptr<const Tree> FeatureLearner::published() const {
+  const std::lock_guard lock(mutex_);
+  return published_;
+}
+
+void FeatureLearner::publish() {
+  auto tree = tree_->publish();
+  const std::lock_guard lock(mutex_);
+  published_.swap(tree);
+}
+
+NegativeRules FeatureLearner::rules() const {
+  return {options_.patch, ignore_radius * options_.pixel, near_radius * options_.pixel};
+}
+
+/// S of one frame (§2.1.2): what is labelled by LK and by chance and likeness, each with smoke; and the feature's warps.
+ColourPatches FeatureLearner::collect(const Snapshot &snapshot, cv::Point position) {
+  ColourPatches lesson(options_.patch);
+  cv::Mat patch, smoky;
+  const auto with_smoke = [&](cv::Point p, Label label) {
+    sample_patch(snapshot.bgr, p, options_.patch, patch);
+    lesson.add(patch, label);
+    for (const double density : smoke_densities) {
+      patch.copyTo(smoky);
+      smoke_.apply(smoky, density, random_);
+      lesson.add(smoky, label);
+    }
+  };
+  with_smoke(position, Label::feature);
+  for (const auto &warp : warps_) {
+    sample_patch(snapshot.bgr, position, options_.patch, warp, patch);
+    lesson.add(patch, Label::feature);
+  }
+  for (const auto &p : random_negatives(snapshot.bgr.size(), snapshot.forbidden, position, random_per_lesson, rules(),
+                                        random_))
+    with_smoke(p, Label::not_feature);
+  for (const auto &p : similar_negatives(snapshot.luma, snapshot.forbidden, position, similar_per_lesson,
+                                         least_similarity, scaled(similarity_radius, options_.pixel), rules()))
+    with_smoke(p, Label::not_feature);
+  return lesson;
+}
+
+void FeatureLearner::learn(const Snapshot &snapshot, cv::Point position) {
+  const auto lesson = collect(snapshot, position);
+  const bool first = !tree_;
+  if (first) {
+    GrowthOptions growth;
+    growth.search.search = options_.pair_search;
+    growth.seed = random_.next();
+    tree_.emplace(options_.patch, choose_colour(lesson), growth);
+  }
+  std::vector<SampleId> added;
+  cv::Mat channel;
+  for (std::size_t i = 0; i < lesson.size(); ++i) {
+    lesson.convert(i, tree_->space(), channel);
+    added.push_back(tree_->add(channel, lesson.label(i)));
+  }
+  if (first)
+    tree_->build();
+  else
+    retrain(added);
+  correct(snapshot, position);
+  publish();
+}
+
+void FeatureLearner::retrain(const std::vector<SampleId> &samples) {
+  counters_->retrainings += static_cast<std::uint64_t>(tree_->retrain(samples));
+}
+
+/// §2.2.2: classify patches of the current frame, add those that are wrongly called the feature, retrain the leaves
+/// that did it; until there are none, or A34's rounds are over.
+void FeatureLearner::correct(const Snapshot &snapshot, cv::Point position) {
+  const int half = options_.patch / 2;
+  const cv::Rect picture({0, 0}, snapshot.bgr.size());
+  cv::Mat bordered, channel;
+  to_space(snapshot.bgr, tree_->space(), channel);
+  cv::copyMakeBorder(channel, bordered, half, half, half, half, cv::BORDER_REPLICATE);
+  const cv::Point origin(-half, -half);
+  const int radius = options_.search_radius;
+  const cv::Rect window = cv::Rect(position.x - radius, position.y - radius, 2 * radius + 1, 2 * radius + 1) & picture;
+  const double ignore = ignore_radius * options_.pixel;
+
+  for (int round = 0; round < learning_rounds; ++round) {
+    const auto tree = tree_->publish();
+    const SpatialWeight anywhere{position};
+    auto wrong = search(*tree, bordered, origin, {window, 1}, anywhere).matches;
+    const auto elsewhere = search(*tree, bordered, origin, {picture, evaluation_grid}, anywhere).matches;
+    wrong.insert(wrong.end(), elsewhere.begin(), elsewhere.end());
+    std::erase_if(wrong, [&](cv::Point p) {
+      return std::hypot(p.x - position.x, p.y - position.y) <= ignore ||
+             (!snapshot.forbidden.empty() && snapshot.forbidden.at<unsigned char>(p) != 0);
+    });
+    if (wrong.empty()) break;
+    counters_->false_correspondences += wrong.size();
+    std::vector<SampleId> added;
+    for (int i = 0; i < errors_per_round && !wrong.empty(); ++i) {
+      const auto k = random_.below(static_cast<std::uint32_t>(wrong.size()));
+      const auto p = wrong[k];
+      wrong[k] = wrong.back();
+      wrong.pop_back();
+      added.push_back(tree_->add(bordered({p.x, p.y, options_.patch, options_.patch}), Label::not_feature));
+    }
+    retrain(added);
+  }
+}
+
+void FeatureLearner::update(const DescriptorUpdate &update) {
+  if (!tree_) return;
+  std::vector<SampleId> wrong;
+  for (const auto &patch : update.positives) {
+    if (recent_.size() < static_cast<std::size_t>(recent_positives)) {
+      recent_.push_back(tree_->add(patch, Label::feature));
+    } else {
+      tree_->replace(recent_[next_recent_], patch, Label::feature);
+      next_recent_ = (next_recent_ + 1) % recent_.size();
+    }
+  }
+  for (const auto &patch : update.negatives) {
+    const bool error = tree_->classify(patch) == Label::feature;
+    counters_->false_correspondences += error;
+    // Reservoir: each negative ever seen is kept with equal probability. One that was called the feature always stays,
+    // in the place of another: without it the leaf could not be retrained.
+    ++negatives_seen_;
+    SampleId id = 0;
+    if (reservoir_.size() < static_cast<std::size_t>(negative_reservoir)) {
+      id = tree_->add(patch, Label::not_feature);
+      reservoir_.push_back(id);
+    } else {
+      const auto slot = static_cast<std::size_t>(random_.uniform() * static_cast<double>(negatives_seen_));
+      if (slot >= reservoir_.size() && !error) continue;
+      id = reservoir_[slot % reservoir_.size()];
+      tree_->replace(id, patch, Label::not_feature);
+    }
+    if (error) wrong.push_back(id);
+  }
+  retrain(wrong);
+  publish();
+}
+
+}  // namespace csd

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What quickstart shows: progress, contact sheet, table."""
+
+import csv
+import subprocess
+import sys
+import time
+
+STATES = ("learning", "tracked", "occluded", "lost", "out", "ended")
+PREVIEW_FRAMES = 6
+
+
+class Progress:
+    """A bar on a terminal; on anything else a line at each quarter."""
+
+    WIDTH = 30
+
+    def __init__(self, name):
+        self._name = name
+        self._started = time.monotonic()
+        self._bar = sys.stderr.isatty()
+        self._told = 0
+
+    def __enter__(self):
+        if not self._bar:
+            print(f"tracking {self._name}", file=sys.stderr)
+        return self
+
+    def __exit__(self, *_):
+        if self._bar:
+            print("\r\033[K", end="", file=sys.stderr, flush=True)
+
+    def show(self, share, frames):
+        """share: of the video done, 0…1, or None if its length is unknown."""
+        fps = frames / max(1e-3, time.monotonic() - self._started)
+        if self._bar:
+            bar = "?" * self.WIDTH
+            if share is not None:
+                bar = ("#" * round(min(1, share) * self.WIDTH)).ljust(self.WIDTH, ".")
+            percent = "" if share is None else f"{min(1, share):4.0%} "
+            line = f"[{bar}] {percent}{frames} frames, {fps:.0f} fps"
+            print(f"\r\033[K{line}", end="", file=sys.stderr, flush=True)
+        elif share is not None and int(share * 4) > self._told and share < 1:
+            self._told = int(share * 4)
+            print(f"  {self._told * 25} % ({frames} frames, {fps:.0f} fps)", file=sys.stderr)
+
+
+def preview(video, picture, frames):
+    """Six frames, evenly spread, as one picture. Chosen by number, so that a video without timestamps works too."""
+    count = min(PREVIEW_FRAMES, frames)
+    chosen = [(2 * i + 1) * frames // (2 * count) for i in range(count)]
+    select = "+".join(f"eq(n\\,{n})" for n in chosen)
+    columns = min(3, count)
+    rows = -(-count // columns)
+    # Square pixels first, then at most 640 columns each.
+    filters = (f"select='{select}',scale='trunc(iw*max(sar,0.01)/2)*2':ih,setsar=1,scale='min(640,iw)':-2,"
+               f"tile={columns}x{rows}:padding=4")
+    done = subprocess.run(["ffmpeg", "-v", "error", "-y", "-i", str(video), "-an", "-vsync", "0", "-vf", filters,
+                           "-frames:v", "1", str(picture)], stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    if done.returncode:
+        print(f"quickstart: no preview.png: {done.stderr.strip().splitlines()[-1]}", file=sys.stderr)
+
+
+def features(path):
+    """From tracks.csv: how many rows each state has, and how many ids there are."""
+    rows, ids = dict.fromkeys(STATES, 0), set()
+    with open(path, newline="") as file:
+        reader = csv.reader(file)
+        header = next(reader, [])
+        if "state" not in header:
+            return rows, 0
+        state, feature = header.index("state"), header.index("id")
+        for row in reader:
+            rows[row[state]] += 1
+            ids.add(row[feature])
+    return rows, len(ids)
+
+
+def table(job, out):
+    def number(field):
+        return job.stats.get_value(field) if job.stats and job.stats.has_field(field) else None
+
+    def milliseconds(field):
+        ns = number(field)
+        return "?" if ns is None else f"{ns / 1e6:.2f} ms"
+
+    rows, ids = features(out / "tracks.csv")
+    total = sum(rows.values())
+    print(f"frames      {job.frames} of {job.picture} in {job.seconds:.1f} s: {job.frames / job.seconds:.1f} fps, "
+          "all included")
+    print(f"features    {ids}, {total / job.frames:.1f} a frame")
+    for state in STATES:
+        if rows[state]:
+            print(f"  {state:9} {rows[state] / total:6.1%}   {rows[state] / job.frames:6.1f} a frame")
+    print(f"cost        p50 {milliseconds('time-p50')}, p95 {milliseconds('time-p95')} a frame, tracking and learning")
+    print(f"sound       {', '.join(job.sound) or 'none'}")
+    for name, what in (("overlay.mp4", "the video with its points"), ("tracks.jsonl", "a line a frame"),
+                       ("tracks.csv", "a row a point and frame"), ("preview.png", "six frames")):
+        if (out / name).exists():
+            print(f"{out / name}   {what}")

@@ -1,0 +1,294 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Tracks a file: one GStreamer pipeline from a video to the same video with markers and its tracks.
+
+    filesrc ! decodebin ! csdtrack overlay=draw ! tee ─ queue ! x264enc ─┐
+                 │ sound, copied or encoded as AAC ! queue ────────────── mp4mux ! overlay.mp4
+                 tee ─ queue ! csdtrackenc ! tracks.jsonl
+                 tee ─ queue ! csdtrackenc ! tracks.csv
+"""
+
+import threading
+import time
+
+import gi
+
+gi.require_version("Gst", "1.0")
+from gi.repository import GLib, GObject, Gst  # noqa: E402
+
+Gst.init(None)
+
+# Encoded sound that mp4mux takes: caps name and fields, and the parser that brings it into mp4's form.
+COPIED = (
+    ("audio/mpeg, mpegversion=(int)4", "aacparse"),
+    ("audio/mpeg, mpegversion=(int)1, layer=(int)3", "mpegaudioparse"),
+    ("audio/x-ac3", "ac3parse"),
+    ("audio/x-opus, channel-mapping-family=(int)0", "opusparse"),
+    ("audio/x-alac", None),
+)
+
+
+class Failure(Exception):
+    """Nothing could be made; the text is one line that says what to change."""
+
+
+class Job:
+    """One run over one file. After run(): frames, seconds, stats and the like say what happened."""
+
+    def __init__(self, video, out, properties):
+        self.video, self.out = video, out
+        self.frames = 0
+        self.position = 0  # ns, running time of the newest frame
+        self.picture = ""
+        self.sound = []
+        self.seconds = 0.0
+        self.stats = None
+        self.cut_short = ""  # why the tracks end before the video does
+        self._missing = []
+        self._feeds = []  # sink pads that decodebin feeds
+        self._loop = GLib.MainLoop()
+        self._failure = None
+        self._ending = False
+        self._build(properties)
+
+    # ---- the pipeline ----------------------------------------------------------------------------------------------
+
+    def _make(self, factory, **properties):
+        element = Gst.ElementFactory.make(factory)
+        if element is None:
+            raise Failure(f"GStreamer has no element '{factory}': run without --no-install, or install its package")
+        for name, value in properties.items():
+            element.set_property(name.replace("_", "-"), value)
+        self.pipeline.add(element)
+        return element
+
+    def _chain(self, *elements):
+        for a, b in zip(elements, elements[1:]):
+            if not a.link(b):
+                raise Failure(f"{a.get_factory().get_name()} and {b.get_factory().get_name()} do not fit together")
+
+    def _build(self, properties):
+        self.pipeline = Gst.Pipeline.new()
+        source = self._make("filesrc", location=str(self.video))
+        self.decode = self._make("decodebin")
+        self.track = self._make("csdtrack")
+        Gst.util_set_object_arg(self.track, "overlay", "draw")
+        Gst.util_set_object_arg(self.track, "learning", "sync")
+        for assignment in properties:
+            set_checked(self.track, *assignment.split("=", 1))
+        tee = self._make("tee")
+        self._chain(source, self.decode)
+        self._chain(self.track, tee)
+
+        # Four frames are enough for the threads to overlap; more would only hold memory.
+        self.crop = self._make("videocrop")
+        self.size = self._make("capsfilter")
+        encoder = self._make("x264enc", quantizer=21, key_int_max=50)
+        Gst.util_set_object_arg(encoder, "pass", "qual")
+        Gst.util_set_object_arg(encoder, "speed-preset", "veryfast")
+        self.mux = self._make("mp4mux")
+        sink = self._make("filesink", location=str(self.out / "overlay.mp4"))
+        self._chain(tee, self._make("queue", max_size_buffers=4), self.crop, self._make("videoconvert"),
+                    self._make("videoscale"), self.size, encoder, self._make("queue"), self.mux, sink)
+        for name, caps in (("tracks.jsonl", "application/x-ndjson"), ("tracks.csv", "text/csv")):
+            sink = self._make("filesink", location=str(self.out / name))
+            Gst.util_set_object_arg(sink, "buffer-mode", "unbuffered")
+            self._chain(tee, self._make("queue", max_size_buffers=4), self._make("csdtrackenc"),
+                        self._make("capsfilter", caps=Gst.Caps.from_string(caps)), sink)
+
+        self.decode.connect("autoplug-continue", self._decode_further)
+        self.decode.connect("pad-added", self._stream)
+        self.decode.connect("no-more-pads", self._streams_known)
+        self.track.get_static_pad("sink").add_probe(Gst.PadProbeType.EVENT_DOWNSTREAM, self._caps_event)
+        self.track.get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER, self._frame)
+
+    def _decode_further(self, _decodebin, _pad, caps):
+        """False where the sound, once parsed, can be copied into the mp4 as it is."""
+        structure = caps.get_structure(0)
+        parsed = any(structure.has_field(f) and structure.get_boolean(f)[1] for f in ("framed", "parsed"))
+        needs_parsing = structure.get_name() in ("audio/mpeg", "audio/x-ac3")
+        return not (copied(caps) and (parsed or not needs_parsing))
+
+    def _stream(self, _decodebin, pad):
+        """decodebin shows all streams of the file before it lets data flow, so mp4mux learns of all in time."""
+        try:
+            caps = pad.get_current_caps() or pad.query_caps(None)
+            name = caps.get_structure(0).get_name()
+            if name == "video/x-raw" and not self.track.get_static_pad("sink").is_linked():
+                self._video_stream(pad, caps)
+            elif name.startswith("audio/"):
+                self._audio_stream(pad, caps)
+        except Failure as failure:
+            self._fail(str(failure))
+
+    def _feed(self, pad, element):
+        sink = element.get_static_pad("sink")
+        if pad.link(sink) != Gst.PadLinkReturn.OK:
+            raise Failure(f"'{self.video}' has a stream that can't be used: {pad.get_current_caps().to_string()}")
+        self._feeds.append(sink)
+
+    def _video_stream(self, pad, caps):
+        if self.track.get_static_pad("sink").query_accept_caps(caps):
+            return self._feed(pad, self.track)
+        convert = self._make("videoconvert")
+        self._chain(convert, self.track)
+        self._feed(pad, convert)
+        convert.sync_state_with_parent()
+
+    def _audio_stream(self, pad, caps):
+        parser = copied(caps)
+        if parser:
+            chain = [self._make(parser[1])] if parser[1] else []
+            self.sound.append("copied")
+        else:
+            chain = [self._make("audioconvert"), self._make("audioresample"), self._make("avenc_aac", bitrate=160000),
+                     self._make("aacparse")]
+            self.sound.append("encoded as AAC")
+        # Sound waits for the encoder's look-ahead, which in a slow video is minutes: bounded by bytes alone.
+        chain.append(self._make("queue", max_size_time=0, max_size_buffers=0, max_size_bytes=64 << 20))
+        self._chain(*chain, self.mux)
+        self._feed(pad, chain[0])
+        for element in reversed(chain):
+            element.sync_state_with_parent()
+
+    def _streams_known(self, _decodebin):
+        if not self.track.get_static_pad("sink").is_linked():
+            if self._missing:
+                self._fail(f"'{self.video}' needs a {self._missing[0]} that this machine does not have: install it, or "
+                           "convert the video to H.264")
+            else:
+                self._fail(f"'{self.video}' has no video stream: give a file with a picture")
+
+    def _caps_event(self, _pad, info):
+        event = info.get_event()
+        if event.type == Gst.EventType.CAPS and not self.picture:
+            structure = event.parse_caps().get_structure(0)
+            width, height = structure.get_int("width")[1], structure.get_int("height")[1]
+            self.picture = f"{width}×{height} {structure.get_string('format')}"
+            # H.264 4:2:0 has even sizes only: the last column or row stays out of overlay.mp4, not out of the tracks.
+            self.crop.set_property("right", width % 2)
+            self.crop.set_property("bottom", height % 2)
+            self.size.set_property("caps", Gst.Caps.from_string(
+                f"video/x-raw, format=I420, width={max(2, width & ~1)}, height={max(2, height & ~1)}"))
+        return Gst.PadProbeReturn.OK
+
+    def _frame(self, pad, info):
+        self.frames += 1
+        buffer = info.get_buffer()
+        if buffer.pts != Gst.CLOCK_TIME_NONE:
+            self.position = max(self.position, buffer.pts)
+        return Gst.PadProbeReturn.OK
+
+    # ---- running it ------------------------------------------------------------------------------------------------
+
+    def run(self, progress):
+        """Tracks the whole file. Raises Failure if nothing came of it."""
+        bus = self.pipeline.get_bus()
+        bus.add_signal_watch()
+        bus.connect("message", self._message)
+        GLib.unix_signal_add(GLib.PRIORITY_DEFAULT, 2, self._interrupted)
+        GLib.timeout_add(200, self._tick, progress)
+        started = time.monotonic()
+        self.pipeline.set_state(Gst.State.PLAYING)
+        self._loop.run()
+        self.seconds = time.monotonic() - started
+        self.stats = self.track.get_property("stats")
+        self.pipeline.set_state(Gst.State.NULL)
+        bus.remove_signal_watch()
+        if self._failure is None and self.frames == 0:
+            self._failure = f"'{self.video}' has no frame that could be decoded: is the file complete?"
+        if self._failure is not None:
+            raise Failure(self._failure)
+
+    def _tick(self, progress):
+        known, duration = self.pipeline.query_duration(Gst.Format.TIME)
+        progress.show(self.position / duration if known and duration > 0 else None, self.frames)
+        return True
+
+    def _fail(self, text):
+        self._failure = self._failure or text
+        GLib.idle_add(self._loop.quit)
+
+    def _interrupted(self):
+        self._end("ended early, as you asked")
+        return True
+
+    def _end(self, why):
+        """Lets what is under way come to a proper end: each file is closed as if the video ended here."""
+        if self._ending:
+            return
+        self._ending = True
+        self.cut_short = why
+        for pad in self._feeds:  # a pad takes an event only between two buffers, so this may wait
+            threading.Thread(target=pad.send_event, args=(Gst.Event.new_eos(),), daemon=True).start()
+        GLib.timeout_add_seconds(30, self._fail, "the files could not be closed: try again")
+
+    def _message(self, _bus, message):
+        if message.type == Gst.MessageType.EOS:
+            self._loop.quit()
+        elif message.type == Gst.MessageType.ERROR:
+            self._error(message)
+        elif message.type == Gst.MessageType.ELEMENT and message.has_name("missing-plugin"):
+            self._missing.append(message.get_structure().get_string("name"))
+
+    def _error(self, message):
+        error, debug = message.parse_error()
+        factory = message.src.get_factory() if isinstance(message.src, Gst.Element) else None
+        name = factory.get_name() if factory else ""
+        text = explain(self.video, self.out, self.track.get_factory().get_name(), name, error, debug or "",
+                       self._missing)
+        ours = name in ("filesink", "mp4mux", "x264enc", "csdtrack", "csdtrackenc")
+        if self.frames > 0 and not ours:
+            self._end(f"'{self.video}' is damaged from frame {self.frames} on ({error.message.rstrip('.')}): "
+                      "the tracks end there")
+        elif not self._ending:
+            self._fail(text)
+
+
+def copied(caps):
+    """The entry of COPIED that these caps fall under, or None."""
+    for entry in COPIED:
+        if caps.can_intersect(Gst.Caps.from_string(entry[0])):
+            return entry
+    return None
+
+
+def set_checked(element, name, text):
+    """Sets a property from text; a Failure names what is wrong with it."""
+    spec = element.find_property(name)
+    kind = element.get_factory().get_name()
+    if spec is None or not spec.flags & GObject.ParamFlags.WRITABLE:
+        raise Failure(f"{kind} has no property '{name}': see --properties")
+    if spec.value_type == GObject.TYPE_STRING:
+        element.set_property(name, text)
+        return
+    value = GObject.Value(spec.value_type)
+    if not Gst.value_deserialize(value, text):
+        choices = ""
+        if spec.value_type.is_a(GObject.TYPE_ENUM):
+            choices = ": it is one of " + ", ".join(v.value_nick for v in spec.enum_class.__enum_values__.values())
+        raise Failure(f"'{text}' is no value for {name}{choices or ' (see --properties)'}")
+    number = value.get_value()
+    low, high = getattr(spec, "minimum", None), getattr(spec, "maximum", None)
+    if low is not None and high is not None and not low <= number <= high:
+        raise Failure(f"{name} is from {low} to {high}, not {text}")
+    element.set_property(name, number)
+
+
+def explain(video, out, tracker, element, error, debug, missing):
+    """One line for a user, from an error message of GStreamer."""
+    if element == "filesink" or error.matches(Gst.ResourceError.quark(), Gst.ResourceError.NO_SPACE_LEFT):
+        why = "the disk is full" if error.code == Gst.ResourceError.NO_SPACE_LEFT else error.message.rstrip(".")
+        return f"can't write into '{out}' ({why}): make room or give another OUT"
+    if element == "filesrc":
+        return f"'{video}' can't be read ({error.message.rstrip('.')}): check the file and its disk"
+    if element in (tracker, "csdtrackenc"):
+        return f"{element}: {error.message}"
+    if element == "qtdemux" and ("moov" in debug or "incomplete" in error.message or "no playable" in error.message):
+        return (f"'{video}' has no index, its recording was cut off: repair it with a tool such as untrunc, and record "
+                "to .mkv or fragmented mp4")
+    if missing:
+        return f"'{video}' needs a {missing[0]} that this machine does not have: install it, or convert the video to H.264"
+    if error.matches(Gst.StreamError.quark(), Gst.StreamError.TYPE_NOT_FOUND) or error.matches(
+            Gst.StreamError.quark(), Gst.StreamError.WRONG_TYPE):
+        return f"'{video}' isn't a video that GStreamer knows: give a video file"
+    return f"'{video}' can't be decoded ({error.message.rstrip('.')}): check that it plays, or convert it to H.264"

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "frame_mapping.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "image/samples.h"
+#include "image/work_frame.h"
+#include "scene.h"
+
+namespace {
+
+using csd::FrameView;
+
+/// R G B of a pixel of the view, by the textbook formula in double; a gray view gives its luma thrice.
+scene::Rgb pixel(const FrameView &view, int x, int row) {
+  std::array<double, 3> c{};
+  for (int k = 0; k < (view.model == csd::ColourModel::gray ? 1 : 3); ++k) {
+    const bool v210 = view.packing == csd::Packing::v210;
+    const csd::Component &component = view.component[static_cast<std::size_t>(k)];
+    const int sub_x = v210 ? (k == 0 ? 0 : 1) : component.sub_x, sub_y = v210 ? 0 : component.sub_y;
+    std::uint8_t sample = 0;
+    csd::read_samples(view, k, row >> sub_y, x >> sub_x, 1, &sample);
+    c[static_cast<std::size_t>(k)] = sample;
+  }
+  if (view.model == csd::ColourModel::rgb) return {c[0], c[1], c[2]};
+  const double y = view.full_range ? c[0] : (c[0] - 16) * 255 / 219;
+  if (view.model == csd::ColourModel::gray) return {y, y, y};
+  const double gain = view.full_range ? 1 : 255.0 / 224;
+  const double u = (c[1] - 128) * gain, v = (c[2] - 128) * gain;
+  const double r = y + 2 * (1 - view.kr) * v, b = y + 2 * (1 - view.kb) * u;
+  return {r, (y - view.kr * r - view.kb * b) / (1 - view.kr - view.kb), b};
+}
+
+double luma(const FrameView &view, const scene::Rgb &c) {
+  return view.kr * c[0] + (1 - view.kr - view.kb) * c[1] + view.kb * c[2];
+}
+
+/// Compares all pixels of `view` with the scene from (left, top) on.
+void expect_scene(const FrameView &view, int left, int top, bool fields, double mean_limit, const std::string &what) {
+  double colour_sum = 0, luma_worst = 0;
+  for (int row = 0; row < view.rows; ++row)
+    for (int x = 0; x < view.width; ++x) {
+      const scene::Rgb is = pixel(view, x, row);
+      const scene::Rgb should = scene::colour(left + x, top + view.row_step * row + view.row_offset, fields);
+      luma_worst = std::max(luma_worst, std::abs(luma(view, is) - luma(view, should)));
+      if (view.model == csd::ColourModel::gray) continue;
+      for (std::size_t k = 0; k < 3; ++k) colour_sum += std::abs(is[k] - should[k]) / 3;
+    }
+  EXPECT_LT(luma_worst, 2.0) << what;
+  EXPECT_LT(colour_sum / (view.rows * view.width), mean_limit) << what;
+}
+
+/// One chroma sample off would be 4 in R (4:2:2) on average over the three: more than this.
+constexpr double whole_frame = 1.8;
+
+class EveryFormat : public testing::TestWithParam<GstVideoFormat> {};
+
+std::string format_name(const testing::TestParamInfo<GstVideoFormat> &info) {
+  return gst_video_format_to_string(info.param);
+}
+
+TEST_P(EveryFormat, ShowsTheSameSceneWithAnyStride) {
+  for (const auto &[width, height] : {std::pair{64, 48}, {65, 49}, {67, 50}, {1, 1}, {2, 3}, {7, 5}})
+    for (unsigned padding : {0u, 12u}) {
+      const GstVideoInfo info = scene::info_of(GetParam(), width, height);
+      const scene::Buffer buffer = scene::make(info, padding);
+      const scene::Frame frame(info, buffer.get(), GST_MAP_READ);
+      ASSERT_TRUE(frame.mapped);
+      const FrameView view = csd::frame_view(frame, info);
+      EXPECT_EQ(view.width, width);
+      EXPECT_EQ(view.height, height);
+      EXPECT_EQ(view.rows, height);
+      EXPECT_EQ(view.row_step, 1);
+      EXPECT_EQ(view.row_offset, 0);
+      expect_scene(view, 0, 0, false, whole_frame,
+                   std::to_string(width) + "x" + std::to_string(height) + " padded " + std::to_string(padding));
+    }
+}
+
+TEST_P(EveryFormat, GivesTheWorkingImageTheSceneToo) {
+  const GstVideoInfo info = scene::info_of(GetParam(), 64, 48);
+  const scene::Buffer buffer = scene::make(info);
+  const scene::Frame frame(info, buffer.get(), GST_MAP_READ);
+  const FrameView view = csd::frame_view(frame, info);
+  csd::WorkFrame work;
+  work.load(view);
+  ASSERT_EQ(work.size(), cv::Size(64, 48));
+  cv::Mat bgr;
+  work.gather_bgr(cv::Rect(0, 0, 64, 48), bgr);
+  double sum = 0;
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x) {
+      scene::Rgb should = scene::colour(x, y);
+      const double l = luma(view, should);
+      const double y_code = view.full_range ? l : 16 + l * 219 / 255;
+      const double luma_should = view.model == csd::ColourModel::rgb ? l : y_code;
+      ASSERT_NEAR(work.luma().at<std::uint8_t>(y, x), luma_should, 1.6);
+      if (view.model == csd::ColourModel::gray) should = {y_code, y_code, y_code};
+      const auto &is = bgr.at<cv::Vec3b>(y, x);
+      for (int k = 0; k < 3; ++k) sum += std::abs(is[2 - k] - should[static_cast<std::size_t>(k)]) / 3;
+    }
+  EXPECT_LT(sum / (64 * 48), whole_frame);
+}
+
+TEST_P(EveryFormat, ShowsTheCropRectangle) {
+  const GstVideoInfo info = scene::info_of(GetParam(), 65, 49);
+  const scene::Buffer buffer = scene::make(info, 4);
+  GstVideoCropMeta *crop = gst_buffer_add_video_crop_meta(buffer.get());
+  for (const auto &[x, y, width, height] : std::vector<std::array<guint, 4>>{
+           {8, 6, 32, 24}, {1, 0, 20, 20}, {5, 3, 33, 21}, {6, 1, 17, 18}, {9, 7, 56, 42}, {64, 48, 1, 1}}) {
+    crop->x = x, crop->y = y, crop->width = width, crop->height = height;
+    const scene::Frame frame(info, buffer.get(), GST_MAP_READ);
+    const FrameView view = csd::frame_view(frame, info, crop);
+    EXPECT_EQ(view.width, static_cast<int>(width));
+    EXPECT_EQ(view.height, static_cast<int>(height));
+    const bool odd = x % 2 == 1 || y % 2 == 1;
+    expect_scene(view, static_cast<int>(x), static_cast<int>(y), false, odd ? 2 * whole_frame : whole_frame,
+                 std::to_string(x) + "," + std::to_string(y));
+  }
+}
+
+TEST_P(EveryFormat, ShowsTheFieldThatIsFirst) {
+  for (const auto mode : {GST_VIDEO_INTERLACE_MODE_INTERLEAVED, GST_VIDEO_INTERLACE_MODE_MIXED})
+    for (const auto &[width, height] : {std::pair{64, 48}, {65, 49}, {31, 50}, {33, 51}, {8, 2}})
+      for (const bool top_first : {true, false})
+        for (const unsigned padding : {0u, 8u}) {
+          const GstVideoInfo info = scene::info_of(GetParam(), width, height, mode);
+          const scene::Buffer buffer = scene::make(info, padding, true);
+          if (top_first) GST_BUFFER_FLAG_SET(buffer.get(), GST_VIDEO_BUFFER_FLAG_TFF);
+          const scene::Frame frame(info, buffer.get(), GST_MAP_READ);
+          const FrameView view = csd::frame_view(frame, info);
+          EXPECT_EQ(view.height, height);
+          EXPECT_EQ(view.row_step, 2);
+          EXPECT_EQ(view.row_offset, top_first ? 0 : 1);
+          EXPECT_EQ(view.rows, top_first ? (height + 1) / 2 : height / 2);
+          expect_scene(view, 0, 0, true, whole_frame,
+                       std::to_string(width) + "x" + std::to_string(height) + (top_first ? " top" : " bottom"));
+        }
+}
+
+TEST_P(EveryFormat, CropsFields) {
+  const GstVideoInfo info = scene::info_of(GetParam(), 64, 48, GST_VIDEO_INTERLACE_MODE_INTERLEAVED);
+  const scene::Buffer buffer = scene::make(info, 0, true);
+  GstVideoCropMeta *crop = gst_buffer_add_video_crop_meta(buffer.get());
+  crop->x = 7, crop->width = 30, crop->height = 21;
+  for (guint y : {4u, 5u, 6u, 7u})
+    for (const bool top_first : {true, false}) {
+      crop->y = y;
+      GST_BUFFER_FLAG_UNSET(buffer.get(), GST_VIDEO_BUFFER_FLAG_TFF);
+      if (top_first) GST_BUFFER_FLAG_SET(buffer.get(), GST_VIDEO_BUFFER_FLAG_TFF);
+      const scene::Frame frame(info, buffer.get(), GST_MAP_READ);
+      const FrameView view = csd::frame_view(frame, info, crop);
+      // Frame line y + row_offset must be even for the top field.
+      EXPECT_EQ((y + static_cast<guint>(view.row_offset)) % 2, top_first ? 0u : 1u);
+      EXPECT_EQ(view.rows, view.row_offset == 0 ? 11 : 10);
+      expect_scene(view, 7, static_cast<int>(y), true, whole_frame,
+                   std::to_string(y) + (top_first ? " top" : " bottom"));
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(FrameView, EveryFormat, testing::ValuesIn(scene::formats(CSD_VIDEO_FORMATS)), format_name);
+
+TEST(FrameView, TakesFieldOrderFromCapsBeforeFlags) {
+  GstVideoInfo info = scene::info_of(GST_VIDEO_FORMAT_I420, 16, 16, GST_VIDEO_INTERLACE_MODE_INTERLEAVED);
+  const scene::Buffer buffer = scene::make(info);
+  GST_VIDEO_INFO_FIELD_ORDER(&info) = GST_VIDEO_FIELD_ORDER_TOP_FIELD_FIRST;
+  EXPECT_EQ(csd::frame_fields(scene::Frame(info, buffer.get(), GST_MAP_READ)), csd::Fields::top_first);
+  GST_BUFFER_FLAG_SET(buffer.get(), GST_VIDEO_BUFFER_FLAG_TFF);
+  GST_VIDEO_INFO_FIELD_ORDER(&info) = GST_VIDEO_FIELD_ORDER_BOTTOM_FIELD_FIRST;
+  EXPECT_EQ(csd::frame_fields(scene::Frame(info, buffer.get(), GST_MAP_READ)), csd::Fields::bottom_first);
+  // Mixed: flags alone count, frame by frame.
+  GST_VIDEO_INFO_INTERLACE_MODE(&info) = GST_VIDEO_INTERLACE_MODE_MIXED;
+  EXPECT_EQ(csd::frame_fields(scene::Frame(info, buffer.get(), GST_MAP_READ)), csd::Fields::progressive);
+  GST_BUFFER_FLAG_SET(buffer.get(), GST_VIDEO_BUFFER_FLAG_INTERLACED);
+  EXPECT_EQ(csd::frame_fields(scene::Frame(info, buffer.get(), GST_MAP_READ)), csd::Fields::top_first);
+}
+
+TEST(FrameView, StaysInsideAPlaneThatLacksTheLastChromaLine) {
+  // 6 lines of I420 with 3 chroma lines, not the 4 that two whole fields need; V ends with the memory.
+  const GstVideoInfo info = scene::info_of(GST_VIDEO_FORMAT_I420, 8, 6, GST_VIDEO_INTERLACE_MODE_INTERLEAVED);
+  const scene::Buffer buffer(gst_buffer_new_allocate(nullptr, 8 * 6 + 2 * 4 * 3, nullptr));
+  gsize offset[4] = {0, 48, 60, 0};
+  gint stride[4] = {8, 4, 4, 0};
+  gst_buffer_add_video_meta_full(buffer.get(), GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_I420, 8, 6, 3, offset,
+                                 stride);
+  const scene::Frame frame(info, buffer.get(), GST_MAP_READ);
+  ASSERT_TRUE(frame.mapped);
+  const FrameView view = csd::frame_view(frame, info);  // no TFF: the bottom field
+  EXPECT_EQ(view.rows, 3);
+  for (std::size_t k = 1; k < 3; ++k) {
+    const csd::Component &c = view.component[k];
+    const auto *first = static_cast<const std::uint8_t *>(frame.data[k]);
+    const std::uint8_t *last = c.data + ((view.rows - 1) >> c.sub_y) * c.row_stride + 3;
+    EXPECT_GE(c.data, first);
+    EXPECT_LT(last, first + 12) << k;
+  }
+}
+
+TEST(FrameView, ClampsTheCropRectangle) {
+  const GstVideoInfo info = scene::info_of(GST_VIDEO_FORMAT_I420, 64, 48);
+  const scene::Buffer buffer = scene::make(info);
+  const scene::Frame frame(info, buffer.get(), GST_MAP_READ);
+  GstVideoCropMeta crop{};
+  crop.x = 60, crop.y = 10, crop.width = G_MAXUINT, crop.height = 100;
+  EXPECT_EQ(csd::picture_area(frame, info, &crop), (csd::PictureArea{60, 10, 4, 38}));
+  crop.x = 64;
+  EXPECT_EQ(csd::frame_view(frame, info, &crop).width, 0);
+  EXPECT_EQ(csd::frame_view(frame, info, &crop).rows, 0);
+  crop.x = G_MAXUINT;
+  EXPECT_EQ(csd::picture_area(frame, info, &crop).width, 0);
+}
+
+TEST(FrameView, LeavesOutADecodersPadding) {
+  const GstVideoInfo coded = scene::info_of(GST_VIDEO_FORMAT_NV12, 64, 48);
+  const GstVideoInfo caps = scene::info_of(GST_VIDEO_FORMAT_NV12, 60, 44);
+  const scene::Buffer buffer = scene::make(coded);
+  gst_buffer_add_video_meta(buffer.get(), GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_NV12, 64, 48);
+  const scene::Frame frame(caps, buffer.get(), GST_MAP_READ);
+  ASSERT_TRUE(frame.mapped);
+  const FrameView view = csd::frame_view(frame, caps);
+  EXPECT_EQ(view.width, 60);
+  EXPECT_EQ(view.height, 44);
+  expect_scene(view, 0, 0, false, whole_frame, "padded");
+}
+
+TEST(FrameView, KnowsMatrixAndRange) {
+  const auto view_of = [](GstVideoFormat format, int height, const char *colorimetry) {
+    GstVideoInfo info = scene::info_of(format, 16, height);
+    if (colorimetry) gst_video_colorimetry_from_string(&info.colorimetry, colorimetry);
+    const scene::Buffer buffer = scene::allocate(info);
+    const scene::Frame frame(info, buffer.get(), GST_MAP_READ);
+    return csd::frame_view(frame, info);
+  };
+  const FrameView sd = view_of(GST_VIDEO_FORMAT_I420, 576, nullptr), hd = view_of(GST_VIDEO_FORMAT_I420, 720, nullptr);
+  EXPECT_NEAR(sd.kr, 0.299, 1e-6);
+  EXPECT_NEAR(sd.kb, 0.114, 1e-6);
+  EXPECT_NEAR(hd.kr, 0.2126, 1e-6);
+  EXPECT_FALSE(hd.full_range);
+  EXPECT_NEAR(view_of(GST_VIDEO_FORMAT_I420, 720, "bt2020").kr, 0.2627, 1e-6);
+  EXPECT_TRUE(view_of(GST_VIDEO_FORMAT_I420, 720, "1:4:0:0").full_range);
+  EXPECT_NEAR(view_of(GST_VIDEO_FORMAT_I420, 480, "2:0:0:0").kr, 0.299, 1e-6) << "unknown: by height";
+  EXPECT_NEAR(view_of(GST_VIDEO_FORMAT_I420, 1080, "2:0:0:0").kr, 0.2126, 1e-6) << "unknown: by height";
+  EXPECT_NEAR(view_of(GST_VIDEO_FORMAT_BGRx, 480, nullptr).kr, 0.299, 1e-6) << "as after a converter";
+}
+
+TEST(TemplateCaps, TakeWholePicturesOnly) {
+  GstCaps *caps = csd::template_caps();
+  ASSERT_EQ(gst_caps_get_size(caps), 2u);
+  const auto takes = [&](const char *text) {
+    GstCaps *asked = gst_caps_from_string(text);
+    GstCaps *complete = csd::complete_caps(asked);
+    const bool taken = gst_caps_is_subset(complete, caps);
+    gst_caps_unref(asked);
+    gst_caps_unref(complete);
+    return taken;
+  };
+  for (const GstVideoFormat format : scene::formats(CSD_VIDEO_FORMATS))
+    for (const auto mode : {"progressive", "interleaved", "mixed"}) {
+      const std::string rest = std::string(", format=") + gst_video_format_to_string(format) +
+                               ", width=640, height=480, framerate=25/1, interlace-mode=" + mode;
+      EXPECT_TRUE(takes(("video/x-raw" + rest).c_str())) << rest;
+      EXPECT_TRUE(takes(("video/x-raw(meta:GstVideoOverlayComposition)" + rest).c_str())) << rest;
+    }
+  const std::string plain = "video/x-raw, format=I420, width=640, height=480, framerate=0/1";
+  EXPECT_TRUE(takes(plain.c_str())) << "no interlace-mode means progressive";
+  EXPECT_FALSE(takes((plain + ", interlace-mode=fields").c_str()));
+  EXPECT_FALSE(
+      takes("video/x-raw(format:Interlaced), format=I420, width=640, height=480, framerate=25/1, "
+            "interlace-mode=alternate"));
+  EXPECT_FALSE(takes("video/x-raw(memory:GLMemory), format=RGBA, width=640, height=480, framerate=25/1"));
+  EXPECT_FALSE(takes("video/x-raw, format=GRAY16_LE, width=640, height=480, framerate=25/1"));
+  gst_caps_unref(caps);
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
+  gst_init(&argc, &argv);
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/csd2012.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "track/moving_scene.h"
+#include "track/thread_pool.h"
+#include "track/tracker.h"
+
+namespace csd {
+namespace {
+
+constexpr std::int64_t frame_time = second / 25;
+
+/// The scene sways by some pixels; with no more than 1 px from frame to frame.
+cv::Point2d sway(int frame) {
+  return {6 * std::sin(frame * 0.15), 4 * std::sin(frame * 0.1)};
+}
+
+Settings few_features() {
+  Settings settings;
+  settings.max_features = 12;
+  settings.learn_synchronously = true;
+  settings.training_time = second / 5;  // the least of 8 frames holds
+  settings.content_area = ContentArea::full;
+  return settings;
+}
+
+/// All that was said of `frames` frames.
+std::vector<Tracks> run(const Settings &settings, unsigned threads, int frames) {
+  const MovingScene scene;
+  ThreadPool pool(threads);
+  Tracker tracker(settings, pool);
+  std::vector<Tracks> all;
+  for (int i = 0; i < frames; ++i) {
+    const auto picture = scene.render(sway(i));
+    all.push_back(tracker.process(MovingScene::view(picture), i * frame_time));
+  }
+  return all;
+}
+
+void expect_identical(const std::vector<Tracks> &a, const std::vector<Tracks> &b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    ASSERT_EQ(a[i].features.size(), b[i].features.size()) << "frame " << i;
+    for (std::size_t k = 0; k < a[i].features.size(); ++k) {
+      const auto &p = a[i].features[k], &q = b[i].features[k];
+      ASSERT_EQ(p.id, q.id);
+      ASSERT_EQ(p.state, q.state) << "frame " << i << " id " << p.id;
+      ASSERT_EQ(p.x, q.x) << "frame " << i << " id " << p.id;
+      ASSERT_EQ(p.y, q.y) << "frame " << i << " id " << p.id;
+    }
+  }
+}
+
+TEST(Csd2012, HandsOverToTheDescriptorAndFollowsTheTexture) {
+  const auto all = run(few_features(), 1, 40);
+  ASSERT_EQ(all[0].features.size(), 12u);
+  int learning = 0, claims = 0, right = 0;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    for (const auto &f : all[i].features) {
+      const auto &start = all[0].features[f.id];
+      EXPECT_TRUE(std::isfinite(f.x) && std::isfinite(f.y));
+      learning += i == 7 && f.state == FeatureState::learning;
+      if (i <= 8) continue;
+      EXPECT_NE(f.state, FeatureState::learning) << "frame " << i;
+      if (f.state != FeatureState::tracked) continue;
+      ++claims;
+      const auto at = sway(static_cast<int>(i)) - sway(0);
+      right += std::hypot(f.x - start.x - at.x, f.y - start.y - at.y) <= 3;
+    }
+  EXPECT_EQ(learning, 12);
+  // What the paper's tracker must do on an easy scene: see most features in most of 31 frames, and mostly in place.
+  EXPECT_GT(claims, 12 * 31 * 3 / 4);
+  EXPECT_GT(right, claims * 9 / 10);
+}
+
+TEST(Csd2012, WithSynchronousLearningTheTracksAreTheSameForAnyNumberOfThreads) {
+  const auto one = run(few_features(), 1, 30);
+  expect_identical(one, run(few_features(), 1, 30));
+  expect_identical(one, run(few_features(), 4, 30));
+}
+
+TEST(Csd2012, TheSeedMatters) {
+  auto settings = few_features();
+  const auto one = run(settings, 2, 20);
+  settings.seed = 2;
+  const auto other = run(settings, 2, 20);
+  bool differs = false;
+  for (std::size_t k = 0; k < one.back().features.size(); ++k)
+    differs |= one.back().features[k].x != other.back().features[k].x ||
+               one.back().features[k].y != other.back().features[k].y ||
+               one.back().features[k].state != other.back().features[k].state;
+  EXPECT_TRUE(differs);
+}
+
+TEST(Csd2012, EightTrackersInOneProcessDoNotKnowOfEachOther) {
+  const auto alone = run(few_features(), 1, 15);
+  const MovingScene scene;
+  ThreadPool pool(2);
+  std::vector<std::unique_ptr<Tracker>> trackers;
+  std::vector<std::vector<Tracks>> all(8);
+  for (int t = 0; t < 8; ++t) trackers.push_back(std::make_unique<Tracker>(few_features(), pool));
+  for (int i = 0; i < 15; ++i) {
+    const auto picture = scene.render(sway(i));
+    for (std::size_t t = 0; t < 8; ++t)
+      all[t].push_back(trackers[t]->process(MovingScene::view(picture), i * frame_time));
+  }
+  for (const auto &tracks : all) expect_identical(alone, tracks);
+}
+
+TEST(Csd2012, AHiddenFeatureIsSaidToBeHiddenAndIsFoundAgain) {
+  auto settings = few_features();
+  settings.points = {{160, 120}};
+  const MovingScene scene;
+  ThreadPool pool(1);
+  Tracker tracker(settings, pool);
+  int hidden = 0;
+  Feature last;
+  for (int i = 0; i < 60; ++i) {
+    auto picture = scene.render({0, 0});
+    if (i >= 20 && i < 40) picture(cv::Rect(90, 50, 140, 140)).setTo(cv::Scalar(90, 90, 90));
+    last = tracker.process(MovingScene::view(picture), i * frame_time).features.at(0);
+    if (i >= 20 && i < 40) hidden += last.state == FeatureState::occluded;
+    if (i == 19) {
+      EXPECT_EQ(last.state, FeatureState::tracked);
+    }
+  }
+  EXPECT_EQ(hidden, 20);
+  EXPECT_EQ(last.state, FeatureState::tracked);
+  EXPECT_LE(std::hypot(last.x - 160, last.y - 120), 3);
+}
+
+TEST(Csd2012, TheStreamingThreadNeverWaitsForLearning) {
+  class Never final : public Executor {
+    void post(std::function<void()>) override {}
+  } never;
+  auto settings = few_features();
+  settings.learn_synchronously = false;
+  const MovingScene scene;
+  Tracker tracker(settings, never);
+  for (int i = 0; i < 60; ++i) {
+    const auto picture = scene.render(sway(i));
+    for (const auto &f : tracker.process(MovingScene::view(picture), i * frame_time).features)
+      EXPECT_EQ(f.state, FeatureState::learning) << "no descriptor is there, so LK goes on";
+  }
+  EXPECT_GT(tracker.stats().queue, 0u);
+}
+
+TEST(Csd2012, StatsTellOfLearning) {
+  const MovingScene scene;
+  ThreadPool pool(1);
+  Tracker tracker(few_features(), pool);
+  for (int i = 0; i < 20; ++i) tracker.process(MovingScene::view(scene.render(sway(i))), i * frame_time);
+  const auto stats = tracker.stats();
+  EXPECT_EQ(stats.learned, 12u);
+  EXPECT_GT(stats.retrainings, 0u);
+  EXPECT_GT(stats.false_correspondences, 0u);
+  EXPECT_GT(stats.learning_time, 0);
+  EXPECT_EQ(stats.queue, 0u);
+}
+
+TEST(Csd2012, NoiseAndFlatPicturesGiveNothingThatIsNotANumber) {
+  auto settings = few_features();
+  settings.points = {{160, 120}, {2, 2}, {318, 238}, {400, -3}};
+  ThreadPool pool(1);
+  Tracker tracker(settings, pool);
+  cv::RNG rng(9);
+  for (int i = 0; i < 40; ++i) {
+    cv::Mat picture(240, 320, CV_8UC3, cv::Scalar::all(i % 4 == 0 ? 0 : 255));
+    if (i % 4 > 1) rng.fill(picture, cv::RNG::UNIFORM, 0, 256);
+    const auto &tracks = tracker.process(MovingScene::view(picture), i * frame_time);
+    ASSERT_EQ(tracks.features.size(), 4u);
+    for (const auto &f : tracks.features) {
+      EXPECT_TRUE(std::isfinite(f.x) && std::isfinite(f.y) && std::isfinite(f.confidence));
+      EXPECT_EQ(f.confidence > 0, f.state == FeatureState::learning || f.state == FeatureState::tracked);
+    }
+    EXPECT_EQ(tracks.features[3].state, FeatureState::out);
+  }
+}
+
+}  // namespace
+}  // namespace csd

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/search.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace csd {
+namespace {
+
+/// A descriptor on 3×3 patches by hand: the middle brighter than its left neighbour is a feature with P = 3/4, as
+/// bright as it is a feature with P = 1/4, darker is not a feature.
+Tree by_hand() {
+  std::vector<Tree::Node> nodes(4);
+  nodes[0] = {4, 3, 1, 0, 0};
+  nodes[1] = {0, 0, 0, 3, 1};
+  nodes[2] = {0, 0, 1, 1, 0};
+  nodes[3] = {0, 0, 2, 0, 5};
+  return {3, ColourSpace{1, 1, 1}, nodes, 1};
+}
+
+/// Darker from left to right, so that nothing matches, but for what a test puts in.
+cv::Mat falling(int rows, int columns) {
+  cv::Mat m(rows, columns, CV_8UC1);
+  for (int x = 0; x < columns; ++x) m.col(x).setTo(250 - 3 * x);
+  return m;
+}
+
+TEST(Search, NothingLabelledFeatureIsNothingFound) {
+  const auto result = search(by_hand(), falling(20, 30), {0, 0}, {{1, 1, 28, 18}, 1}, {{10, 10}, 5});
+  EXPECT_FALSE(result.best);
+  EXPECT_TRUE(result.matches.empty());
+}
+
+TEST(Search, TheLargestWeightedProbabilityWins) {
+  cv::Mat m = falling(20, 30);
+  m.at<unsigned char>(5, 20) = 255;                           // brighter than its left neighbour: P = 3/4
+  m.at<unsigned char>(10, 11) = m.at<unsigned char>(10, 10);  // as bright: P = 1/4
+  const cv::Point origin(100, 200);
+  const SearchArea area{{101, 201, 28, 18}, 1};
+  // Distances from (111,210): 0 for the second; (120,205): √106 for the first.
+  auto result = search(by_hand(), m, origin, area, {{111, 210}, 5});
+  ASSERT_EQ(result.matches.size(), 2u);
+  EXPECT_EQ(*result.best, cv::Point(111, 210));
+  EXPECT_DOUBLE_EQ(result.weighted, 0.25);
+  result = search(by_hand(), m, origin, area, {{111, 210}, 20});
+  EXPECT_EQ(*result.best, cv::Point(120, 205));
+  EXPECT_DOUBLE_EQ(result.weighted, 0.75 * std::exp(-106.0 / 800));
+  result = search(by_hand(), m, origin, area, {{111, 210}});
+  EXPECT_EQ(*result.best, cv::Point(120, 205));
+  EXPECT_DOUBLE_EQ(result.weighted, 0.75);
+}
+
+TEST(Search, EqualsGoToTheNearest) {
+  cv::Mat m = falling(20, 30);
+  m.at<unsigned char>(5, 5) = 255;
+  m.at<unsigned char>(5, 20) = 255;
+  EXPECT_EQ(*search(by_hand(), m, {0, 0}, {{1, 1, 28, 18}, 1}, {{14, 5}}).best, cv::Point(20, 5));
+  EXPECT_EQ(*search(by_hand(), m, {0, 0}, {{1, 1, 28, 18}, 1}, {{11, 5}}).best, cv::Point(5, 5));
+}
+
+TEST(Search, FromCoarseToFine) {
+  // Steps of 2 from (1,1) meet odd positions only: 3 as bright as their neighbour, one brighter between them.
+  cv::Mat m = falling(20, 30);
+  for (int y : {6, 7}) m.at<unsigned char>(y, 9) = m.at<unsigned char>(y, 8);
+  m.at<unsigned char>(6, 10) = 255;
+  const auto coarse = search(by_hand(), m, {0, 0}, {{1, 1, 28, 18}, 2}, {{0, 0}});
+  EXPECT_EQ(*coarse.best, cv::Point(9, 7));
+  const auto result = search_coarse_to_fine(by_hand(), m, {0, 0}, {{1, 1, 28, 18}, 2}, {{0, 0}});
+  EXPECT_EQ(*result.best, cv::Point(10, 6));
+  EXPECT_DOUBLE_EQ(result.weighted, 0.75);
+}
+
+TEST(Search, AnEmptyAreaIsNothingFound) {
+  EXPECT_FALSE(search(by_hand(), falling(20, 30), {0, 0}, {{}, 1}, {{0, 0}}).best);
+}
+
+}  // namespace
+}  // namespace csd

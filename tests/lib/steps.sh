@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+# Sourced by tests/run and tests/long: the steps, and the count. Expects $root and pipelines/lib/setup.sh.
+# A step is a function step_NAME; it reports what it did by check() and meson_tests().
+
+passed=0 failed=0 skipped=0
+logs=$root/build/logs
+mkdir -p "$logs"
+jobs=$(nproc)
+if command -v ccache >/dev/null; then
+  gcc_cc='ccache gcc' gcc_cxx='ccache g++' clang_cc='ccache clang' clang_cxx='ccache clang++'
+else
+  gcc_cc=gcc gcc_cxx=g++ clang_cc=clang clang_cxx=clang++
+fi
+
+# check NAME COMMAND...: one check, passed if the command succeeds. Its output is shown only if it fails.
+check() {
+  local name=$1 log start=$SECONDS
+  shift
+  log=$logs/${name//[^a-zA-Z0-9]/-}.log
+  if "$@" >"$log" 2>&1 </dev/null; then
+    passed=$((passed + 1))
+    printf 'ok      %s (%d s)\n' "$name" $((SECONDS - start))
+  else
+    failed=$((failed + 1))
+    printf 'FAILED  %s (%d s)\n' "$name" $((SECONDS - start))
+    grep -E -A4 'error:|FAILED:|ERROR' "$log" | head -n 40 | sed 's/^/        /'
+    tail -n 15 "$log" | sed 's/^/        /'
+    echo "        all of it: $log"
+    return 1
+  fi
+}
+
+# meson_tests NAME DIR [MESON TEST OPTIONS]: runs tests of a build folder and counts their cases.
+meson_tests() {
+  local name=$1 dir=$2 setup='' option start=$SECONDS log
+  shift 2
+  for option; do [[ $option == --setup=* ]] && setup=${option#--setup=}; done
+  log=$logs/tests-$name.log
+  rm -f "$dir"/meson-logs/testlog*
+  CSDTRACK_CLIPS=${CSDTRACK_CLIPS:-$root/../shared/clips} \
+    meson test -C "$dir" --no-rebuild "$@" >"$log" 2>&1 </dev/null
+  local -a tally
+  if ! mapfile -t tally < <("$root/tests/lib/tally.py" "$dir/meson-logs" $setup 2>>"$log") || [ ${#tally[@]} = 0 ]; then
+    tally=('0 1 0' 'meson test did not run')
+  fi
+  local p f s
+  read -r p f s <<<"${tally[0]}"
+  if [ $((p + f)) = 0 ]; then f=1 tally+=('nothing ran'); fi
+  passed=$((passed + p)) failed=$((failed + f)) skipped=$((skipped + s))
+  printf '%-7s %s: %d passed, %d failed, %d skipped (%d s)\n' \
+    "$([ "$f" = 0 ] && echo ok || echo FAILED)" "$name" "$p" "$f" "$s" $((SECONDS - start))
+  if [ "$f" != 0 ]; then
+    printf '        %s\n' "${tally[@]:1}"
+    echo "        all of it: $dir/meson-logs, $log"
+  fi
+}
+
+# finish: the last line, and the exit code.
+finish() {
+  if [ $((passed + failed)) = 0 ]; then failed=1; fi
+  printf '%d passed, %d failed' $passed $failed
+  [ $skipped = 0 ] || printf ', %d skipped' $skipped
+  echo
+  [ $failed = 0 ]
+  exit
+}
+
+sources() { find "$root"/{core,gst,tests} \( -name '*.cpp' -o -name '*.c' -o -name '*.h' \) "$@"; }
+
+build_in() {  # DIR [NINJA TARGETS]
+  ninja -C "$@"
+}
+
+step_build() {
+  check 'configure' env CC="$gcc_cc" CXX="$gcc_cxx" bash -c \
+    '. "$0/pipelines/lib/setup.sh"; root=$0; configure "$0/build" -Dtests=enabled -Dbenchmarks=enabled' "$root" || return
+  check 'build' build_in "$root/build" || return
+  check 'the plugin links neither windows nor image files' plugin_links
+}
+
+plugin_links() {
+  local plugin=$root/build/gst/libgstcsdtrack.so
+  [ -f "$plugin" ] || { echo "error: no $plugin"; return 1; }
+  ! readelf -d "$plugin" | grep -E 'NEEDED.*(opencv_highgui|opencv_imgcodecs|libjson-glib)'
+}
+
+step_tests() { meson_tests tests "$root/build" --no-suite=quickstart; }
+step_quickstart() { meson_tests quickstart "$root/build" --suite=quickstart; }
+step_leaks() { meson_tests leaks "$root/build" --setup=leaks --suite=check; }
+
+step_asan() {
+  check 'build with ASan and UBSan' sanitized_build "$root/build-asan" address,undefined || return
+  meson_tests asan "$root/build-asan" --setup=asan --no-suite=quickstart
+}
+
+step_tsan() {
+  check 'build with TSan' sanitized_build "$root/build-tsan" thread "${1:-tsan-short}" || return
+  meson_tests tsan "$root/build-tsan" --setup=tsan --suite=tsan-short
+}
+
+sanitized_build() {  # DIR SANITIZERS [TARGET]
+  CC=$gcc_cc CXX=$gcc_cxx configure "$1" -Dtests=enabled -Dbenchmarks=disabled -Db_sanitize="$2" -Db_lundef=false \
+    -Dbuildtype=debugoptimized && build_in "$1" ${3:+"$3"}
+}
+
+step_clang() {
+  check 'clang' clang_syntax
+}
+
+# Compiles without writing anything: the warnings are what we want, and it takes a third of the time.
+clang_syntax() {
+  CC=$clang_cc CXX=$clang_cxx configure "$root/build-clang" -Dtests=enabled -Dbenchmarks=enabled || return
+  # Generated headers first.
+  ninja -C "$root/build-clang" -t targets all | sed -n 's/: CUSTOM_COMMAND.*//p' | grep -E '\.(h|c)$' |
+    xargs -r ninja -C "$root/build-clang" || return
+  "$root/tests/lib/syntax.py" "$root/build-clang" "$jobs"
+}
+
+step_format() {
+  check 'format' bash -c "$(declare -f sources); root=$root; sources -print0 | xargs -0 clang-format --dry-run -Werror"
+}
+
+step_rules() {
+  check 'rule: at most 450 lines a file, 700 an element' rule_lines
+  check 'rule: core/ knows no GStreamer and no GLib' rule_core
+  check 'rule: every source names its licence' rule_spdx
+  check 'rule: scripts parse' rule_scripts
+}
+
+rule_lines() {
+  local file lines most bad=0
+  while read -r file; do
+    lines=$(wc -l <"$file") most=450
+    case $file in "$root"/gst/csd*.cpp) most=700 ;; esac
+    [ "$lines" -le $most ] || { echo "error: $file has $lines lines, $most are allowed"; bad=1; }
+  done < <(sources)
+  return $bad
+}
+
+rule_core() {
+  ! grep -rnE '#include *[<"](gst|glib|gio|gobject|json-glib)[/.-]' "$root/core" --include='*.h' --include='*.cpp' \
+    --exclude-dir=cli
+}
+
+rule_spdx() {
+  local bad=0 file
+  while read -r file; do
+    head -n 3 "$file" | grep -q 'SPDX-License-Identifier: LGPL-2.1-or-later' ||
+      { echo "error: $file has no SPDX line"; bad=1; }
+  done < <(sources; scripts)
+  return $bad
+}
+
+# Every bash or Python script of ours.
+scripts() {
+  find "$root"/{tests,pipelines} -type f \( -name '*.sh' -o -name '*.py' -o -perm -u+x \) -not -path '*/__pycache__/*'
+}
+
+rule_scripts() {
+  local bad=0 file
+  while read -r file; do
+    case $(head -n 1 "$file") in
+      '#!/usr/bin/python3') ;;
+      '#!/bin/bash' | '# SPDX'*) [[ $file == *.py ]] || { bash -n "$file" || bad=1; continue; } ;;
+      *) echo "error: $file begins with neither #!/bin/bash nor #!/usr/bin/python3"; bad=1; continue ;;
+    esac
+    /usr/bin/python3 -c 'import ast, sys; ast.parse(open(sys.argv[1]).read(), sys.argv[1])' "$file" || bad=1
+  done < <(scripts)
+  return $bad
+}

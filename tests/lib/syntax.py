@@ -1,0 +1,31 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Lets the compiler of a build folder check every source without producing code: syntax.py BUILD JOBS"""
+
+import concurrent.futures
+import json
+import pathlib
+import shlex
+import subprocess
+import sys
+
+
+def check(entry):
+    command = shlex.split(entry["command"])
+    if command[0].endswith("ccache"):
+        command = command[1:]
+    output = command.index("-o")
+    del command[output:output + 2]
+    done = subprocess.run(command + ["-fsyntax-only"], cwd=entry["directory"], capture_output=True, text=True)
+    return entry["file"], done.returncode, done.stderr
+
+
+build = pathlib.Path(sys.argv[1])
+entries = json.loads((build / "compile_commands.json").read_text())
+with concurrent.futures.ThreadPoolExecutor(int(sys.argv[2])) as pool:
+    results = list(pool.map(check, entries))
+for file, code, errors in results:
+    if code:
+        print(f"FAILED: {file}\n{errors}")
+print(f"{len(results)} sources")
+sys.exit(any(code for _, code, _ in results) or not results)
