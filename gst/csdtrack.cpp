@@ -4,9 +4,9 @@
  * @title: csdtrack
  * @short_description: tracks points on deforming tissue
  *
- * Finds features on living tissue in endoscopic video, or takes the points that it is given, and follows them from frame
- * to frame: through deformation, smoke and occlusion, with descriptors that are learnt online for each feature (Mountney
- * and Yang, "Context specific descriptors for tracking deforming tissue", Medical Image Analysis 16, 2012).
+ * Finds features on living tissue in endoscopic video, or takes the points that it is given, and follows them from
+ * frame to frame: through deformation, smoke and occlusion, with descriptors that are learnt online for each feature
+ * (Mountney and Yang, "Context specific descriptors for tracking deforming tissue", Medical Image Analysis 16, 2012).
  *
  * Pixels are looked at, not changed, not copied: no frame is dropped or delayed, and without #GstCsdTrack:overlay=draw
  * none is changed by a bit. The tracks are put on each frame as a #GstCustomMeta named `GstCsdTrackMeta`, posted on the
@@ -36,11 +36,11 @@
  * * #guint64 `frame`: buffers since READY, from 0.
  * * #gint `width`, `height`: the picture that the positions refer to; `tracked-width`, `tracked-height`: the picture
  *   that was tracked. In a message they are the same; in a meta the first are scaled along with the frame.
- * * #GST_TYPE_ARRAY `features`: of structures with #guint `id`, #gdouble `x`, `y` (pixels, centres at integers, top left
- *   0,0; always finite), #gchararray `state`, #gdouble `confidence` (0 to 1), #gboolean `fresh`.
+ * * #GST_TYPE_ARRAY `features`: of structures with #guint `id`, #gdouble `x`, `y` (pixels, centres at integers, top
+ * left 0,0; always finite), #gchararray `state`, #gdouble `confidence` (0 to 1), #gboolean `fresh`.
  *
- * A feature's state is one of `learning`, `tracked` (these two claim a position), `occluded` (hidden since less than 1 s:
- * the position is a prediction), `lost`, `out` (left the picture) and `ended` (reported once; for these three the
+ * A feature's state is one of `learning`, `tracked` (these two claim a position), `occluded` (hidden since less than 1
+ * s: the position is a prediction), `lost`, `out` (left the picture) and `ended` (reported once; for these three the
  * position is the last that was claimed). An id is never given twice until READY.
  *
  * The meta holds the same fields without the four times.
@@ -55,8 +55,8 @@
  *
  * ## When the stream is forgotten
  *
- * All features end, and new ones begin under new ids, after FLUSH_STOP, STREAM_START with another stream-id, a change of
- * the caps' width, height or interlacing, and the signal #GstCsdTrack::reset. READY forgets the ids, too.
+ * All features end, and new ones begin under new ids, after FLUSH_STOP, STREAM_START with another stream-id, a change
+ * of the caps' width, height or interlacing, and the signal #GstCsdTrack::reset. READY forgets the ids, too.
  *
  * Since: 0.1
  */
@@ -73,10 +73,12 @@
 
 #include "frame_mapping.h"
 #include "guard.h"
+#include "image/work_frame.h"
 #include "latency.h"
 #include "lock.h"
 #include "message.h"
 #include "meta.h"
+#include "overlay_painter.h"
 #include "settings.h"
 #include "track/thread_pool.h"
 #include "track/tracker.h"
@@ -90,7 +92,7 @@ namespace {
 constexpr int learner_nice = 10;
 
 enum Signal : guint { signal_add_point, signal_remove_point, signal_reset, signal_count };
-guint signals[signal_count];
+guint gst_csd_track_signals[signal_count];
 
 /// A tracker and the threads it learns in, made at READY→PAUSED. Signals may hold on to it for the length of a call.
 struct Engine {
@@ -102,8 +104,8 @@ struct Engine {
 
 /// What only the streaming thread knows, from READY to READY.
 struct Stream {
-  std::uint64_t frame = 0;  ///< of the next buffer
-  std::string id;           ///< of the last STREAM_START
+  std::uint64_t frame = 0;    ///< of the next buffer
+  std::string id;             ///< of the last STREAM_START
   int width = 0, height = 0;  ///< of the last picture that was seen (with a crop: the rectangle's)
   csd::MessageGate gate;
   bool warned_failure = false, warned_small = false;
@@ -121,7 +123,9 @@ struct GstCsdTrackState {
   csd::Latency latency;
   guint64 failed_frames = 0;
 
-  // The streaming thread's alone; set anew by start().
+  // The streaming thread's alone.
+  csd::OverlayPainter painter;
+  // The same, set anew by start().
   Stream stream;
   csd::AlgorithmKind algorithm = csd::AlgorithmKind::csd_2012;
   unsigned patch_size = 0;
@@ -152,7 +156,7 @@ void post_error(GstCsdTrack *self, const csd::Failure &failure) {
     GST_ELEMENT_ERROR(self, LIBRARY, FAILED, ("%s", text), ("%s", failure.detail.c_str()));
 }
 
-/// The element message, if `failure` is one that nothing can be done about.
+/// For where nothing can be done about a failure, and nobody has to know.
 void log_failure(GstCsdTrack *self, const std::optional<csd::Failure> &failure) {
   if (failure) GST_ERROR_OBJECT(self, "%s (%s)", failure->text.c_str(), failure->detail.c_str());
 }
@@ -189,8 +193,7 @@ bool is_empty_gap(GstBuffer *buffer) {
 
 csd::Tracks track_blind(GstCsdTrack *self, GstBuffer *buffer) {
   auto &state = *self->state;
-  return state.engine->tracker.process_blind(state.stream.width, state.stream.height,
-                                             core_time(GST_BUFFER_PTS(buffer)),
+  return state.engine->tracker.process_blind(state.stream.width, state.stream.height, core_time(GST_BUFFER_PTS(buffer)),
                                              core_time(GST_BUFFER_DURATION(buffer)));
 }
 
@@ -199,19 +202,26 @@ csd::Tracks track(GstCsdTrack *self, GstBuffer *buffer) {
   auto &state = *self->state;
   if (is_empty_gap(buffer)) return track_blind(self, buffer);
   MappedFrame frame(GST_VIDEO_FILTER(self)->in_info, buffer, GST_MAP_READ);
-  const csd::FrameView view = csd::frame_view(*frame, GST_VIDEO_FILTER(self)->in_info, gst_buffer_get_video_crop_meta(buffer));
+  const csd::FrameView view =
+      csd::frame_view(*frame, GST_VIDEO_FILTER(self)->in_info, gst_buffer_get_video_crop_meta(buffer));
   if (view.width < 1 || view.height < 1) throw std::runtime_error("a frame's crop rectangle lies outside the frame");
   state.stream.width = view.width;
   state.stream.height = view.height;
-  return state.engine->tracker.process(view, core_time(GST_BUFFER_PTS(buffer)),
-                                       core_time(GST_BUFFER_DURATION(buffer)));
+  return state.engine->tracker.process(view, core_time(GST_BUFFER_PTS(buffer)), core_time(GST_BUFFER_DURATION(buffer)));
+}
+
+/// Of a feature's patch, in pixels of the picture; the working image has at most WorkFrame::max_lines.
+double patch_side(unsigned asked, int height) {
+  if (asked > 0) return asked;
+  const int lines = std::min(height, csd::WorkFrame::max_lines);
+  return std::round(static_cast<double>(csd::default_patch_size(lines)) * height / lines);
 }
 
 void attach_rois(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks) {
   const GstVideoInfo &info = GST_VIDEO_FILTER(self)->in_info;
   const GstVideoCropMeta *crop = gst_buffer_get_video_crop_meta(buffer);
   const double left = crop ? crop->x : 0, top = crop ? crop->y : 0;
-  const double side = csd::patch_side(self->state->patch_size, tracks.height);
+  const double side = patch_side(self->state->patch_size, tracks.height);
   for (const auto &f : tracks.features) {
     if (f.state != csd::FeatureState::learning && f.state != csd::FeatureState::tracked) continue;
     // Pixel i reaches from i - ½ to i + ½; a region that starts at pixel i, w wide, ends with pixel i + w - 1.
@@ -222,9 +232,9 @@ void attach_rois(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks
     const double x0 = begin(left + f.x), x1 = end(left + f.x, info.width);
     const double y0 = begin(top + f.y), y1 = end(top + f.y, info.height);
     if (x1 <= x0 || y1 <= y0) continue;
-    auto *roi = gst_buffer_add_video_region_of_interest_meta(buffer, "csdtrack", static_cast<guint>(x0),
-                                                             static_cast<guint>(y0), static_cast<guint>(x1 - x0),
-                                                             static_cast<guint>(y1 - y0));
+    auto *roi =
+        gst_buffer_add_video_region_of_interest_meta(buffer, "csdtrack", static_cast<guint>(x0), static_cast<guint>(y0),
+                                                     static_cast<guint>(x1 - x0), static_cast<guint>(y1 - y0));
     roi->id = static_cast<gint>(f.id);
     gst_video_region_of_interest_meta_add_param(
         roi, gst_structure_new("csdtrack", "id", G_TYPE_UINT, f.id, "x", G_TYPE_DOUBLE, f.x, "y", G_TYPE_DOUBLE, f.y,
@@ -233,7 +243,8 @@ void attach_rois(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks
   }
 }
 
-/// Hands the tracks on: meta, regions of interest, message. The overlay comes last, so that what it may throw harms none.
+/// Hands the tracks on: meta, regions of interest, message. The overlay comes last, so that what it may throw harms
+/// none.
 void publish(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, const csd::LiveSettings &live) {
   auto &state = *self->state;
   const char *algorithm = csd::algorithm_name(state.algorithm).data();
@@ -241,8 +252,16 @@ void publish(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, co
   if (live.attach_roi) attach_rois(self, buffer, tracks);
   const auto times = csd::frame_times(GST_BASE_TRANSFORM(self)->segment, buffer);
   if (state.stream.gate.due(live.post_messages, live.message_interval, tracks.changed, times.running_time))
-    csd::post_tracks(GST_ELEMENT(self),
-                     csd::new_tracks_structure("csdtrack", tracks, GST_OBJECT_NAME(self), algorithm), times);
+    csd::post_tracks(GST_ELEMENT(self), csd::new_tracks_structure("csdtrack", tracks, GST_OBJECT_NAME(self), algorithm),
+                     times);
+}
+
+/// Only drawing maps for writing: pixels that somebody else holds too are copied then, and only then.
+void show(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, const csd::LiveSettings &live) {
+  if (live.overlay != GST_CSD_TRACK_OVERLAY_DRAW || is_empty_gap(buffer)) return;
+  const GstVideoInfo &info = GST_VIDEO_FILTER(self)->in_info;
+  MappedFrame frame(info, buffer, GST_MAP_READWRITE);
+  self->state->painter.draw(*frame, info, gst_buffer_get_video_crop_meta(buffer), tracks);
 }
 
 void warn_once(GstCsdTrack *self, const csd::Failure &failure) {
@@ -280,6 +299,7 @@ GstFlowReturn handle(GstCsdTrack *self, GstBuffer *buffer, const csd::LiveSettin
       tracks.frame = state.stream.frame;
       warn_small_once(self, tracks);
       publish(self, buffer, tracks, live);
+      if (!failed) show(self, buffer, tracks, live);
     });
   if (failed || failure) {
     const csd::ObjectLock lock(self);
@@ -378,7 +398,9 @@ gboolean gst_csd_track_accept_caps(GstBaseTransform *trans, GstPadDirection dire
 }
 
 /// Metas pass through an in-place element as they are: what downstream understands, upstream may attach.
-gboolean gst_csd_track_filter_meta(GstBaseTransform *, GstQuery *, GType, const GstStructure *) { return TRUE; }
+gboolean gst_csd_track_filter_meta(GstBaseTransform *, GstQuery *, GType, const GstStructure *) {
+  return TRUE;
+}
 
 /// Reads the settings into the core's. Says what is wrong with them on the bus if they can't be.
 bool read_settings(GstCsdTrack *self, csd::Settings &core, unsigned &threads) {
@@ -457,8 +479,7 @@ GstStateChangeReturn gst_csd_track_change_state(GstElement *element, GstStateCha
     if (!read_settings(self, settings, threads)) return GST_STATE_CHANGE_FAILURE;
   }
   if (transition == GST_STATE_CHANGE_READY_TO_PAUSED) set_running(self, true);
-  const GstStateChangeReturn result =
-      GST_ELEMENT_CLASS(gst_csd_track_parent_class)->change_state(element, transition);
+  const GstStateChangeReturn result = GST_ELEMENT_CLASS(gst_csd_track_parent_class)->change_state(element, transition);
   if (transition == GST_STATE_CHANGE_PAUSED_TO_READY ||
       (transition == GST_STATE_CHANGE_READY_TO_PAUSED && result == GST_STATE_CHANGE_FAILURE))
     set_running(self, false);
@@ -567,7 +588,7 @@ void install_signals(GstCsdTrackClass *klass) {
    * Returns: the point's id; %G_MAXUINT if a coordinate is not finite, 10000 points are tracked already, or the element
    *   is not yet PAUSED.
    */
-  signals[signal_add_point] =
+  gst_csd_track_signals[signal_add_point] =
       g_signal_new_class_handler("add-point", type, flags, G_CALLBACK(gst_csd_track_add_point), nullptr, nullptr,
                                  nullptr, G_TYPE_UINT, 2, G_TYPE_DOUBLE, G_TYPE_DOUBLE);
   /**
@@ -576,7 +597,7 @@ void install_signals(GstCsdTrackClass *klass) {
    *
    * With the next frame that feature is `ended`. An id that is unknown is ignored.
    */
-  signals[signal_remove_point] =
+  gst_csd_track_signals[signal_remove_point] =
       g_signal_new_class_handler("remove-point", type, flags, G_CALLBACK(gst_csd_track_remove_point), nullptr, nullptr,
                                  nullptr, G_TYPE_NONE, 1, G_TYPE_UINT);
   /**
@@ -584,8 +605,8 @@ void install_signals(GstCsdTrackClass *klass) {
    *
    * Forgets the stream: with the next frame all features end, and new ones begin under new ids.
    */
-  signals[signal_reset] = g_signal_new_class_handler("reset", type, flags, G_CALLBACK(gst_csd_track_reset), nullptr,
-                                                     nullptr, nullptr, G_TYPE_NONE, 0);
+  gst_csd_track_signals[signal_reset] = g_signal_new_class_handler(
+      "reset", type, flags, G_CALLBACK(gst_csd_track_reset), nullptr, nullptr, nullptr, G_TYPE_NONE, 0);
 }
 
 }  // namespace

@@ -25,21 +25,19 @@ void set_colour(FrameView &view, const GstVideoInfo &info) {
   view.full_range = colour.range == GST_VIDEO_COLOR_RANGE_0_255;
 }
 
-/// Byte of component `c` within a pixel of its plane.
-int component_offset(const GstVideoFormatInfo &format, guint c) {
-  const int offset = format.poffset[c];
-  // P010's V is declared at byte 1 (seen, 1.22): a 16-bit word can't be, it is word 1.
-  return format.depth[c] > 8 && offset % 2 == 1 ? 2 * offset : offset;
-}
-
 }  // namespace
 
 GstCaps *template_caps() {
   static constexpr char fields[] = ", interlace-mode = (string) { progressive, interleaved, mixed }";
+  // Features with and without the word SystemMemory do not intersect, and elements of both spellings are about.
   gchar *text = g_strconcat(
       GST_VIDEO_CAPS_MAKE(CSD_VIDEO_FORMATS), fields, "; ",
       GST_VIDEO_CAPS_MAKE_WITH_FEATURES(GST_CAPS_FEATURE_META_GST_VIDEO_OVERLAY_COMPOSITION, CSD_VIDEO_FORMATS), fields,
-      nullptr);
+      "; ",
+      GST_VIDEO_CAPS_MAKE_WITH_FEATURES(GST_CAPS_FEATURE_MEMORY_SYSTEM_MEMORY
+                                        ", " GST_CAPS_FEATURE_META_GST_VIDEO_OVERLAY_COMPOSITION,
+                                        CSD_VIDEO_FORMATS),
+      fields, nullptr);
   GstCaps *caps = gst_caps_from_string(text);
   g_free(text);
   return caps;
@@ -95,6 +93,12 @@ const guint8 *plane_end(const GstVideoFrame &frame, guint plane) {
     if (start > first && start < end) end = start;
   }
   return end;
+}
+
+int component_offset(const GstVideoFormatInfo &format, guint c) {
+  const int offset = format.poffset[c];
+  // P010's V is declared at byte 1 (seen, 1.22): a 16-bit word can't be, it is word 1.
+  return format.depth[c] > 8 && offset % 2 == 1 ? 2 * offset : offset;
 }
 
 FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop) {

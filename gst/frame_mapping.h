@@ -47,4 +47,7 @@ FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const
 /// Where the memory of plane `plane` ends: at the next plane, or with the memory it is mapped from.
 const guint8 *plane_end(const GstVideoFrame &frame, guint plane);
 
+/// Byte of component `c` within a pixel of its plane.
+int component_offset(const GstVideoFormatInfo &format, guint c);
+
 }  // namespace csd

@@ -24,8 +24,8 @@ Failure describe_current_exception() noexcept {
       failure.text = "Out of memory while tracking. Track fewer features (max-features), or smaller pictures.";
       failure.detail = e.what();
     } catch (const std::exception &e) {
-      failure.text = std::string("Tracking failed: ") + e.what() +
-                     ". Set on-error=pass to keep the video running without tracks.";
+      failure.text =
+          std::string("Tracking failed: ") + e.what() + ". Set on-error=pass to keep the video running without tracks.";
       failure.detail = e.what();
     } catch (...) {
       failure.text = "Tracking failed. Set on-error=pass to keep the video running without tracks.";

@@ -8,9 +8,8 @@
 namespace {
 
 void mark_plugin_api() {
-  for (const GType type :
-       {GST_TYPE_CSD_TRACK_ALGORITHM, GST_TYPE_CSD_TRACK_CONTENT_AREA, GST_TYPE_CSD_TRACK_LEARNING,
-        GST_TYPE_CSD_TRACK_OVERLAY, GST_TYPE_CSD_TRACK_POST_MESSAGES, GST_TYPE_CSD_TRACK_ON_ERROR})
+  for (const GType type : {GST_TYPE_CSD_TRACK_ALGORITHM, GST_TYPE_CSD_TRACK_CONTENT_AREA, GST_TYPE_CSD_TRACK_LEARNING,
+                           GST_TYPE_CSD_TRACK_OVERLAY, GST_TYPE_CSD_TRACK_POST_MESSAGES, GST_TYPE_CSD_TRACK_ON_ERROR})
     gst_type_mark_as_plugin_api(type, static_cast<GstPluginAPIFlags>(0));
 }
 

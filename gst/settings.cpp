@@ -15,7 +15,9 @@ constexpr auto structural = static_cast<GParamFlags>(common | GST_PARAM_MUTABLE_
 constexpr auto live = static_cast<GParamFlags>(common | GST_PARAM_MUTABLE_PLAYING | GST_PARAM_CONTROLLABLE);
 constexpr auto longest = static_cast<GstClockTime>(G_MAXINT64);  // the core's times are signed
 
-const char *or_empty(const gchar *text) { return text ? text : ""; }
+const char *or_empty(const gchar *text) {
+  return text ? text : "";
+}
 
 }  // namespace
 
@@ -23,11 +25,12 @@ void install_properties(GObjectClass *klass) {
   const ElementSettings d;
   const auto install = [klass](Property id, GParamSpec *spec) { g_object_class_install_property(klass, id, spec); };
 
-  install(prop_algorithm,
-          g_param_spec_enum("algorithm", "Algorithm",
-                            "How features are followed: csd-2012 = online-learnt context-specific descriptors (Mountney "
-                            "& Yang 2012, as printed), lk = pyramidal Lucas-Kanade",
-                            GST_TYPE_CSD_TRACK_ALGORITHM, d.algorithm, structural));
+  install(
+      prop_algorithm,
+      g_param_spec_enum("algorithm", "Algorithm",
+                        "How features are followed: csd-2012 = online-learnt context-specific descriptors (Mountney "
+                        "& Yang 2012, as printed), lk = pyramidal Lucas-Kanade",
+                        GST_TYPE_CSD_TRACK_ALGORITHM, d.algorithm, structural));
   install(prop_max_features,
           g_param_spec_uint("max-features", "Maximum features",
                             "How many features detection keeps; 0 = none, only points that are given. Points that are "
@@ -48,11 +51,11 @@ void install_properties(GObjectClass *klass) {
                               "A detected feature that is lost or out for this many nanoseconds ends: it is reported "
                               "once as ended and leaves the list; 0 = never. Points that were given never end",
                               0, longest, d.forget_after, structural));
-  install(prop_region,
-          g_param_spec_string("region", "Region",
-                              "\"x,y,w,h\" in whole pixels of the picture: where detection may look. Empty = everywhere. "
-                              "Checked when the element goes to READY and PAUSED",
-                              d.region.c_str(), structural));
+  install(prop_region, g_param_spec_string(
+                           "region", "Region",
+                           "\"x,y,w,h\" in whole pixels of the picture: where detection may look. Empty = everywhere. "
+                           "Checked when the element goes to READY and PAUSED",
+                           d.region.c_str(), structural));
   install(prop_content_area,
           g_param_spec_enum("content-area", "Content area",
                             "What of the picture is tissue: auto = all but the dark border (round, D-shaped, pillar "
@@ -118,58 +121,135 @@ void install_properties(GObjectClass *klass) {
                              "Since READY: frames, failed-frames, features now by state, time-p50, time-p95, time-max "
                              "(ns per frame), learning-time (ns of processor time), learned, retrainings, "
                              "false-correspondences, queue (learning jobs that wait), waited, simd",
-                             GST_TYPE_STRUCTURE,
-                             static_cast<GParamFlags>(G_PARAM_READABLE | G_PARAM_STATIC_STRINGS)));
+                             GST_TYPE_STRUCTURE, static_cast<GParamFlags>(G_PARAM_READABLE | G_PARAM_STATIC_STRINGS)));
 }
 
 bool set_property(ElementSettings &s, guint id, const GValue &value) {
   const auto as_enum = [&value]<typename Enum>(Enum &target) { target = static_cast<Enum>(g_value_get_enum(&value)); };
   switch (id) {
-    case prop_algorithm: as_enum(s.algorithm); return true;
-    case prop_max_features: s.max_features = g_value_get_uint(&value); return true;
-    case prop_points: s.points = or_empty(g_value_get_string(&value)); return true;
-    case prop_replenish: s.replenish = g_value_get_boolean(&value); return true;
-    case prop_forget_after: s.forget_after = g_value_get_uint64(&value); return true;
-    case prop_region: s.region = or_empty(g_value_get_string(&value)); return true;
-    case prop_content_area: as_enum(s.content_area); return true;
-    case prop_patch_size: s.patch_size = g_value_get_uint(&value); return true;
-    case prop_search_radius: s.search_radius = g_value_get_uint(&value); return true;
-    case prop_training_time: s.training_time = g_value_get_uint64(&value); return true;
-    case prop_learning: as_enum(s.learning); return true;
-    case prop_n_threads: s.n_threads = g_value_get_uint(&value); return true;
-    case prop_seed: s.seed = g_value_get_uint64(&value); return true;
-    case prop_overlay: as_enum(s.live.overlay); return true;
-    case prop_attach_meta: s.live.attach_meta = g_value_get_boolean(&value); return true;
-    case prop_attach_roi: s.live.attach_roi = g_value_get_boolean(&value); return true;
-    case prop_post_messages: as_enum(s.live.post_messages); return true;
-    case prop_message_interval: s.live.message_interval = g_value_get_uint64(&value); return true;
-    case prop_on_error: as_enum(s.live.on_error); return true;
-    default: return false;
+    case prop_algorithm:
+      as_enum(s.algorithm);
+      return true;
+    case prop_max_features:
+      s.max_features = g_value_get_uint(&value);
+      return true;
+    case prop_points:
+      s.points = or_empty(g_value_get_string(&value));
+      return true;
+    case prop_replenish:
+      s.replenish = g_value_get_boolean(&value);
+      return true;
+    case prop_forget_after:
+      s.forget_after = g_value_get_uint64(&value);
+      return true;
+    case prop_region:
+      s.region = or_empty(g_value_get_string(&value));
+      return true;
+    case prop_content_area:
+      as_enum(s.content_area);
+      return true;
+    case prop_patch_size:
+      s.patch_size = g_value_get_uint(&value);
+      return true;
+    case prop_search_radius:
+      s.search_radius = g_value_get_uint(&value);
+      return true;
+    case prop_training_time:
+      s.training_time = g_value_get_uint64(&value);
+      return true;
+    case prop_learning:
+      as_enum(s.learning);
+      return true;
+    case prop_n_threads:
+      s.n_threads = g_value_get_uint(&value);
+      return true;
+    case prop_seed:
+      s.seed = g_value_get_uint64(&value);
+      return true;
+    case prop_overlay:
+      as_enum(s.live.overlay);
+      return true;
+    case prop_attach_meta:
+      s.live.attach_meta = g_value_get_boolean(&value);
+      return true;
+    case prop_attach_roi:
+      s.live.attach_roi = g_value_get_boolean(&value);
+      return true;
+    case prop_post_messages:
+      as_enum(s.live.post_messages);
+      return true;
+    case prop_message_interval:
+      s.live.message_interval = g_value_get_uint64(&value);
+      return true;
+    case prop_on_error:
+      as_enum(s.live.on_error);
+      return true;
+    default:
+      return false;
   }
 }
 
 bool get_property(const ElementSettings &s, guint id, GValue &value) {
   switch (id) {
-    case prop_algorithm: g_value_set_enum(&value, s.algorithm); return true;
-    case prop_max_features: g_value_set_uint(&value, s.max_features); return true;
-    case prop_points: g_value_set_string(&value, s.points.c_str()); return true;
-    case prop_replenish: g_value_set_boolean(&value, s.replenish); return true;
-    case prop_forget_after: g_value_set_uint64(&value, s.forget_after); return true;
-    case prop_region: g_value_set_string(&value, s.region.c_str()); return true;
-    case prop_content_area: g_value_set_enum(&value, s.content_area); return true;
-    case prop_patch_size: g_value_set_uint(&value, s.patch_size); return true;
-    case prop_search_radius: g_value_set_uint(&value, s.search_radius); return true;
-    case prop_training_time: g_value_set_uint64(&value, s.training_time); return true;
-    case prop_learning: g_value_set_enum(&value, s.learning); return true;
-    case prop_n_threads: g_value_set_uint(&value, s.n_threads); return true;
-    case prop_seed: g_value_set_uint64(&value, s.seed); return true;
-    case prop_overlay: g_value_set_enum(&value, s.live.overlay); return true;
-    case prop_attach_meta: g_value_set_boolean(&value, s.live.attach_meta); return true;
-    case prop_attach_roi: g_value_set_boolean(&value, s.live.attach_roi); return true;
-    case prop_post_messages: g_value_set_enum(&value, s.live.post_messages); return true;
-    case prop_message_interval: g_value_set_uint64(&value, s.live.message_interval); return true;
-    case prop_on_error: g_value_set_enum(&value, s.live.on_error); return true;
-    default: return false;
+    case prop_algorithm:
+      g_value_set_enum(&value, s.algorithm);
+      return true;
+    case prop_max_features:
+      g_value_set_uint(&value, s.max_features);
+      return true;
+    case prop_points:
+      g_value_set_string(&value, s.points.c_str());
+      return true;
+    case prop_replenish:
+      g_value_set_boolean(&value, s.replenish);
+      return true;
+    case prop_forget_after:
+      g_value_set_uint64(&value, s.forget_after);
+      return true;
+    case prop_region:
+      g_value_set_string(&value, s.region.c_str());
+      return true;
+    case prop_content_area:
+      g_value_set_enum(&value, s.content_area);
+      return true;
+    case prop_patch_size:
+      g_value_set_uint(&value, s.patch_size);
+      return true;
+    case prop_search_radius:
+      g_value_set_uint(&value, s.search_radius);
+      return true;
+    case prop_training_time:
+      g_value_set_uint64(&value, s.training_time);
+      return true;
+    case prop_learning:
+      g_value_set_enum(&value, s.learning);
+      return true;
+    case prop_n_threads:
+      g_value_set_uint(&value, s.n_threads);
+      return true;
+    case prop_seed:
+      g_value_set_uint64(&value, s.seed);
+      return true;
+    case prop_overlay:
+      g_value_set_enum(&value, s.live.overlay);
+      return true;
+    case prop_attach_meta:
+      g_value_set_boolean(&value, s.live.attach_meta);
+      return true;
+    case prop_attach_roi:
+      g_value_set_boolean(&value, s.live.attach_roi);
+      return true;
+    case prop_post_messages:
+      g_value_set_enum(&value, s.live.post_messages);
+      return true;
+    case prop_message_interval:
+      g_value_set_uint64(&value, s.live.message_interval);
+      return true;
+    case prop_on_error:
+      g_value_set_enum(&value, s.live.on_error);
+      return true;
+    default:
+      return false;
   }
 }
 

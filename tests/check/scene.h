@@ -73,8 +73,10 @@ inline Buffer allocate(const GstVideoInfo &info, unsigned padding = 0, std::uint
     align.padding_left = align.padding_right = align.padding_top = align.padding_bottom = padding;
     gst_video_info_align(&layout, &align);
   }
-  Buffer buffer(gst_buffer_new_allocate(nullptr, layout.size, nullptr));
-  gst_buffer_memset(buffer.get(), 0, fill, layout.size);
+  // Interlaced P010 of 4n+2 lines lacks a chroma line that GStreamer's own packing writes to (seen, 1.22): room for it.
+  const gsize size = layout.size + static_cast<gsize>(GST_VIDEO_INFO_PLANE_STRIDE(&layout, 0));
+  Buffer buffer(gst_buffer_new_allocate(nullptr, size, nullptr));
+  gst_buffer_memset(buffer.get(), 0, fill, size);
   if (padding > 0)
     gst_buffer_add_video_meta_full(buffer.get(), GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_INFO_FORMAT(&info),
                                    static_cast<guint>(info.width), static_cast<guint>(info.height),

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <unordered_map>
+#include <vector>
+
+#include "track/types.h"
+
+namespace csd {
+
+/// A marker with its id beside it, for one state: what both overlays show.
+struct Sprite {
+  cv::Mat4b rgba;                  ///< R G B A, colour premultiplied by alpha
+  cv::Point origin;                ///< the pixel of the sprite that lies on the feature
+  std::vector<cv::Range> covered;  ///< per row, columns that are not wholly transparent; may be empty
+};
+
+/// The look of the overlay, for pictures of one height. State is told by colour (Okabe and Ito's palette, told apart in
+/// all common forms of colour blindness) and by shape; a dark halo keeps it legible on bright tissue:
+/// learning a yellow diamond, tracked a sky-blue circle with a dot, occluded an orange square, lost a small grey cross,
+/// out a small grey triangle. An ended feature has no marker.
+class Markers {
+ public:
+  /// Digits are rasterised here, once. `lines` is the picture's height, ≥ 1.
+  explicit Markers(int lines);
+
+  int lines() const { return lines_; }
+  /// Made at the first call for that state and id, then kept; the reference is valid until the next call.
+  /// `state` must not be ended.
+  const Sprite &sprite(FeatureState state, FeatureId id);
+
+ private:
+  struct Glyph {
+    cv::Mat1f core, halo;
+  };
+  Glyph draw(cv::Size size, int stroke, const std::function<void(cv::Mat1b &, int thickness)> &shape) const;
+  Sprite compose(FeatureState state, FeatureId id) const;
+
+  int lines_;
+  int radius_, stroke_, halo_, text_height_, digit_advance_;
+  std::array<Glyph, 10> digits_;
+  std::array<Glyph, feature_states> shapes_;
+  std::unordered_map<std::uint64_t, Sprite> sprites_;
+};
+
+}  // namespace csd

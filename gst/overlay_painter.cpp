@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "overlay_painter.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <unordered_map>
+
+#include "frame_mapping.h"
+#include "markers.h"
+
+namespace csd {
+
+namespace {
+
+/// A sprite in the picture's own colour model: alpha, and per component 16 times the 8-bit code value times alpha/255,
+/// in one row after another. Of a premultiplied colour every linear map is premultiplied too.
+struct NativeSprite {
+  int width = 0, height = 0;
+  cv::Point origin;
+  std::vector<cv::Range> covered;
+  std::vector<std::uint8_t> alpha;
+  std::array<std::vector<std::uint16_t>, 4> value;
+};
+
+constexpr int fraction = 16;
+
+NativeSprite to_native(const Sprite &sprite, const FrameView &view) {
+  NativeSprite out;
+  out.width = sprite.rgba.cols;
+  out.height = sprite.rgba.rows;
+  out.origin = sprite.origin;
+  out.covered = sprite.covered;
+  const auto pixels = static_cast<std::size_t>(out.width * out.height);
+  out.alpha.resize(pixels);
+  for (auto &value : out.value) value.resize(pixels);
+  const double y_gain = view.full_range ? 1 : 219.0 / 255, c_gain = view.full_range ? 1 : 224.0 / 255;
+  const double black = view.full_range ? 0 : 16;
+  std::size_t i = 0;
+  for (int row = 0; row < out.height; ++row)
+    for (int x = 0; x < out.width; ++x, ++i) {
+      const cv::Vec4b &p = sprite.rgba(row, x);
+      const double a = p[3] / 255.0;
+      out.alpha[i] = p[3];
+      std::array<double, 3> c{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+      if (view.model != ColourModel::rgb) {
+        const double luma = view.kr * c[0] + (1 - view.kr - view.kb) * c[1] + view.kb * c[2];
+        c = {black * a + y_gain * luma, 128 * a + c_gain * (c[2] - luma) / (2 * (1 - view.kb)),
+             128 * a + c_gain * (c[0] - luma) / (2 * (1 - view.kr))};
+      }
+      for (std::size_t k = 0; k < 3; ++k)
+        out.value[k][i] = static_cast<std::uint16_t>(std::lround(std::clamp(c[k], 0.0, 255.0) * fraction));
+      out.value[3][i] = static_cast<std::uint16_t>(p[3] * fraction);  // alpha of the picture: opaque
+    }
+  return out;
+}
+
+/// Samples of one row, in place. get() and set() are of the sample's own depth.
+struct ByteRow {
+  guint8 *line;
+  int pixel_stride, shift;
+  unsigned get(int x) const { return line[x * pixel_stride]; }
+  void set(int x, unsigned v) const { line[x * pixel_stride] = static_cast<guint8>(v); }
+};
+
+struct WordRow {
+  guint8 *line;
+  int pixel_stride, shift;
+  unsigned get(int x) const { return static_cast<unsigned>(GST_READ_UINT16_LE(line + x * pixel_stride)) >> shift; }
+  void set(int x, unsigned v) const { GST_WRITE_UINT16_LE(line + x * pixel_stride, static_cast<guint16>(v << shift)); }
+};
+
+/// v210: six pixels are 12 samples, U0 Y0 V0 Y1 U1 Y2 V1 Y3 U2 Y4 V2 Y5, three to a 32-bit word from its low bits up.
+template <int component>
+struct V210Row {
+  guint8 *line;
+  int pixel_stride, shift;
+  static constexpr int per_group = component == 0 ? 6 : 3;
+  static int position(int x) {
+    return component == 0 ? 2 * (x % per_group) + 1 : 4 * (x % per_group) + (component == 1 ? 0 : 2);
+  }
+  guint8 *word(int x) const { return line + x / per_group * 16 + position(x) / 3 * 4; }
+  unsigned get(int x) const { return (GST_READ_UINT32_LE(word(x)) >> (10 * (position(x) % 3))) & 0x3ffu; }
+  void set(int x, unsigned v) const {
+    const int bit = 10 * (position(x) % 3);
+    const guint32 old = GST_READ_UINT32_LE(word(x));
+    GST_WRITE_UINT32_LE(word(x), (old & ~(guint32{0x3ff} << bit)) | static_cast<guint32>(v) << bit);
+  }
+};
+
+/// A component of the whole frame, to be written.
+struct Target {
+  guint8 *data = nullptr;
+  const guint8 *end = nullptr;
+  std::ptrdiff_t stride = 0;
+  int pixel_stride = 0, bytes = 1, shift = 0, depth = 8, sub_x = 0, sub_y = 0;
+  int columns = 0;
+  bool fields = false;  ///< chroma lines alternate between the fields
+
+  /// The component's line that frame line `y` belongs to.
+  int line_of(int y) const {
+    if (sub_y == 0) return y;
+    return fields ? (y >> 2) * 2 + (y & 1) : y >> 1;
+  }
+  /// Frame line number `n` of those that component line `line` serves.
+  int frame_line(int line, int n) const {
+    if (sub_y == 0) return line;
+    return fields ? (line >> 1) * 4 + (line & 1) + 2 * n : 2 * line + n;
+  }
+};
+
+/// Where a sprite lies and what may be drawn of it, in pixels of the frame.
+struct Placement {
+  int x, y;
+  cv::Rect clip;
+};
+
+/// Blends component line `line`. Instantiated for each subsampling, so that divisions are by constants.
+template <int sub_x, int sub_y, class Row>
+void blend_line(const Row &row, const Target &target, const NativeSprite &sprite, std::size_t component, int line,
+                const Placement &at) {
+  constexpr int across = 1 << sub_x, down = 1 << sub_y;
+  constexpr unsigned whole = 255u * across * down;
+  int begin = at.clip.x + at.clip.width, end = at.clip.x;
+  std::array<const std::uint8_t *, down> alpha{};
+  std::array<const std::uint16_t *, down> value{};
+  for (int n = 0; n < down; ++n) {
+    const int y = target.frame_line(line, n);
+    if (y < at.clip.y || y >= at.clip.y + at.clip.height) continue;
+    const cv::Range covered = sprite.covered[static_cast<std::size_t>(y - at.y)];
+    if (covered.empty()) continue;
+    begin = std::min(begin, std::max(at.clip.x, at.x + covered.start));
+    end = std::max(end, std::min(at.clip.x + at.clip.width, at.x + covered.end));
+    alpha[static_cast<std::size_t>(n)] = sprite.alpha.data() + (y - at.y) * sprite.width;
+    value[static_cast<std::size_t>(n)] = sprite.value[component].data() + (y - at.y) * sprite.width;
+  }
+  if (begin >= end) return;
+  const int up = target.depth - 8;
+  for (int column = begin >> sub_x; column <= (end - 1) >> sub_x; ++column) {
+    unsigned a = 0, v = 0;
+    for (std::size_t n = 0; n < down; ++n) {
+      if (!alpha[n]) continue;
+      for (int i = 0; i < across; ++i) {
+        const int x = column * across + i;
+        if (x < begin || x >= end) continue;
+        a += alpha[n][x - at.x];
+        v += value[n][x - at.x];
+      }
+    }
+    if (a == 0) continue;
+    // old·(1 − a) + v, with v's 16ths and the pixels that share the sample divided out, rounded.
+    const unsigned old = row.get(column) * (whole - a) * fraction;
+    const unsigned sum = old + (v << up) * 255u;
+    row.set(column, std::min((sum + whole * fraction / 2) / (whole * fraction), (256u << up) - 1));
+  }
+}
+
+template <class Row>
+void blend(const Target &target, const NativeSprite &sprite, std::size_t component, const Placement &at) {
+  const int first = target.line_of(at.clip.y), last = target.line_of(at.clip.y + at.clip.height - 1);
+  // Fields: the last line but one may have its chroma below the last one's.
+  const int beyond = target.fields && target.sub_y ? 1 : 0;
+  for (int line = std::max(0, first - beyond); line <= last + beyond; ++line) {
+    const Row row{target.data + line * target.stride, target.pixel_stride, target.shift};
+    // A GstVideoMeta's plane may lack the last chroma line of an odd pair of fields.
+    if (row.line + std::ptrdiff_t{target.columns - 1} * target.pixel_stride + target.bytes > target.end) break;
+    if (target.sub_x == 0)
+      blend_line<0, 0>(row, target, sprite, component, line, at);
+    else if (target.sub_y == 0)
+      blend_line<1, 0>(row, target, sprite, component, line, at);
+    else
+      blend_line<1, 1>(row, target, sprite, component, line, at);
+  }
+}
+
+}  // namespace
+
+struct OverlayPainter::Impl {
+  std::optional<Markers> markers;
+  std::unordered_map<std::uint64_t, NativeSprite> sprites;
+  FrameView colours;  ///< what the sprites are made for
+
+  const NativeSprite &sprite(const Feature &feature) {
+    const std::uint64_t key =
+        static_cast<std::uint64_t>(feature.id) * feature_states + static_cast<std::uint64_t>(feature.state);
+    if (const auto found = sprites.find(key); found != sprites.end()) return found->second;
+    if (sprites.size() >= 2 * max_points) sprites.clear();
+    return sprites.emplace(key, to_native(markers->sprite(feature.state, feature.id), colours)).first->second;
+  }
+
+  void prepare(const FrameView &view) {
+    const bool same_look = markers && markers->lines() == view.height;
+    if (same_look && colours.model == view.model && colours.kr == view.kr && colours.kb == view.kb &&
+        colours.full_range == view.full_range)
+      return;
+    sprites.clear();
+    colours = view;
+    colours.component = {};
+    if (!same_look) markers.emplace(view.height);
+  }
+};
+
+OverlayPainter::OverlayPainter() : impl_(std::make_unique<Impl>()) {}
+OverlayPainter::~OverlayPainter() = default;
+
+void OverlayPainter::draw(GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop,
+                          const Tracks &tracks) {
+  const PictureArea area = picture_area(frame, caps, crop);
+  if (area.width == 0) return;
+  impl_->prepare(frame_view(frame, caps, crop));
+
+  const GstVideoFormatInfo &format = *frame.info.finfo;
+  const bool v210 = GST_VIDEO_FORMAT_INFO_FORMAT(&format) == GST_VIDEO_FORMAT_v210;
+  const guint components = GST_VIDEO_FORMAT_INFO_N_COMPONENTS(&format);
+  std::array<Target, 4> targets;
+  for (guint c = 0; c < components; ++c) {
+    Target &t = targets[c];
+    const guint plane = format.plane[c];
+    t.data =
+        static_cast<guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, plane)) + (v210 ? 0 : component_offset(format, c));
+    t.end = plane_end(frame, plane);
+    t.stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, plane);
+    t.pixel_stride = format.pixel_stride[c];
+    t.depth = static_cast<int>(format.depth[c]);
+    t.bytes = t.depth > 8 ? 2 : 1;
+    t.shift = static_cast<int>(format.shift[c]);
+    t.sub_x = static_cast<int>(format.w_sub[c]);
+    t.sub_y = static_cast<int>(format.h_sub[c]);
+    t.columns = (area.x + area.width + (1 << t.sub_x) - 1) >> t.sub_x;
+    t.fields = frame_fields(frame) != Fields::progressive;
+  }
+
+  const cv::Rect picture(area.x, area.y, area.width, area.height);
+  for (const Feature &feature : tracks.features) {
+    // Far outside nothing shows, and the sums below must not overflow.
+    if (feature.state == FeatureState::ended || !(std::abs(feature.x) < 1e6) || !(std::abs(feature.y) < 1e6)) continue;
+    const NativeSprite &sprite = impl_->sprite(feature);
+    Placement at;
+    at.x = area.x + static_cast<int>(std::lround(feature.x)) - sprite.origin.x;
+    at.y = area.y + static_cast<int>(std::lround(feature.y)) - sprite.origin.y;
+    at.clip = cv::Rect(at.x, at.y, sprite.width, sprite.height) & picture;
+    if (at.clip.empty()) continue;
+    for (guint c = 0; c < components; ++c) {
+      const Target &t = targets[c];
+      if (v210 && c == 0)
+        blend<V210Row<0>>(t, sprite, c, at);
+      else if (v210 && c == 1)
+        blend<V210Row<1>>(t, sprite, c, at);
+      else if (v210)
+        blend<V210Row<2>>(t, sprite, c, at);
+      else if (t.bytes == 2)
+        blend<WordRow>(t, sprite, c, at);
+      else
+        blend<ByteRow>(t, sprite, c, at);
+    }
+  }
+}
+
+}  // namespace csd

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "overlay_painter.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <set>
+#include <string>
+
+#include "frame_mapping.h"
+#include "markers.h"
+#include "scene.h"
+
+namespace {
+
+csd::Feature feature(csd::FeatureId id, double x, double y, csd::FeatureState state) {
+  csd::Feature out;
+  out.id = id, out.x = x, out.y = y, out.state = state;
+  return out;
+}
+
+/// Every state, inside and over each edge, overlapping too.
+csd::Tracks some_tracks(int width, int height) {
+  using enum csd::FeatureState;
+  csd::Tracks tracks;
+  tracks.width = width, tracks.height = height;
+  tracks.features = {feature(0, 20.4, 20.6, learning),  feature(7, 33, 31, tracked),    feature(19, -2, 5, occluded),
+                     feature(123, width - 1, 12, lost), feature(4, 9, height - 1, out), feature(5, 50, 28, ended)};
+  return tracks;
+}
+
+/// Which pixels of a frame markers may touch, from the sprites' own coverage.
+cv::Mat1b touched(int width, int height, const csd::PictureArea &area, const csd::Tracks &tracks) {
+  cv::Mat1b mask = cv::Mat1b::zeros(height, width);
+  csd::Markers markers(area.height);
+  for (const csd::Feature &f : tracks.features) {
+    if (f.state == csd::FeatureState::ended) continue;
+    const csd::Sprite &s = markers.sprite(f.state, f.id);
+    for (int y = 0; y < s.rgba.rows; ++y)
+      for (int x = 0; x < s.rgba.cols; ++x) {
+        const int px = static_cast<int>(std::lround(f.x)) - s.origin.x + x;
+        const int py = static_cast<int>(std::lround(f.y)) - s.origin.y + y;
+        if (s.rgba(y, x)[3] > 0 && px >= 0 && py >= 0 && px < area.width && py < area.height)
+          mask(area.y + py, area.x + px) = 1;
+      }
+  }
+  return mask;
+}
+
+std::vector<std::uint8_t> bytes(GstBuffer *buffer) {
+  std::vector<std::uint8_t> out(gst_buffer_get_size(buffer));
+  gst_buffer_extract(buffer, 0, out.data(), out.size());
+  return out;
+}
+
+/// Components of every pixel as GStreamer's own unpacking gives them, 16 bit.
+std::vector<std::array<std::uint16_t, 4>> unpack(const GstVideoFrame &frame) {
+  const GstVideoFormatInfo *format = frame.info.finfo;
+  const int width = GST_VIDEO_FRAME_WIDTH(&frame), height = GST_VIDEO_FRAME_HEIGHT(&frame);
+  const bool deep = GST_VIDEO_FORMAT_INFO_DEPTH(format, 0) > 8;
+  const bool fields = csd::frame_fields(frame) != csd::Fields::progressive;
+  std::vector<std::array<std::uint16_t, 4>> out;
+  std::vector<std::uint16_t> line(static_cast<std::size_t>(width + 16) * 4);
+  for (int y = 0; y < height; ++y) {
+    format->unpack_func(format, fields ? GST_VIDEO_PACK_FLAG_INTERLACED : GST_VIDEO_PACK_FLAG_NONE, line.data(),
+                        frame.data, frame.info.stride, 0, y, width);
+    for (int x = 0; x < width; ++x) {
+      std::array<std::uint16_t, 4> p{};
+      for (std::size_t k = 0; k < 4; ++k) {
+        const std::size_t at = static_cast<std::size_t>(x) * 4 + k;
+        p[k] = deep ? line[at] : reinterpret_cast<const std::uint8_t *>(line.data())[at];
+      }
+      out.push_back(p);
+    }
+  }
+  return out;
+}
+
+class EveryFormat : public testing::TestWithParam<GstVideoFormat> {};
+
+std::string format_name(const testing::TestParamInfo<GstVideoFormat> &info) {
+  return gst_video_format_to_string(info.param);
+}
+
+TEST_P(EveryFormat, LeavesAllButTheMarkersAsItWas) {
+  for (const auto mode : {GST_VIDEO_INTERLACE_MODE_PROGRESSIVE, GST_VIDEO_INTERLACE_MODE_INTERLEAVED})
+    for (const auto &[width, height] : {std::pair{160, 120}, {161, 121}, {163, 118}})
+      for (const unsigned padding : {0u, 12u})
+        for (const bool cropped : {false, true}) {
+          const GstVideoInfo info = scene::info_of(GetParam(), width, height, mode);
+          const scene::Buffer buffer = scene::make(info, padding);
+          GstVideoCropMeta crop{};
+          crop.x = 13, crop.y = 7, crop.width = 101, crop.height = 81;
+          const GstVideoCropMeta *used = cropped ? &crop : nullptr;
+          const auto raw_before = bytes(buffer.get());
+          std::vector<std::array<std::uint16_t, 4>> before, after;
+          csd::PictureArea area;
+          csd::Tracks tracks;
+          std::size_t plane_bytes_changed = 0;
+          {
+            scene::Frame frame(info, buffer.get(), GST_MAP_READWRITE);
+            area = csd::picture_area(frame, info, used);
+            tracks = some_tracks(area.width, area.height);
+            before = unpack(frame);
+            csd::OverlayPainter().draw(frame, info, used, tracks);
+            after = unpack(frame);
+          }
+          const auto raw_after = bytes(buffer.get());
+          for (std::size_t i = 0; i < raw_before.size(); ++i) plane_bytes_changed += raw_before[i] != raw_after[i];
+          EXPECT_GT(plane_bytes_changed, 500u);
+
+          const cv::Mat1b mask = touched(width, height, area, tracks);
+          const GstVideoFormatInfo *format = info.finfo;
+          const bool yuv = GST_VIDEO_FORMAT_INFO_IS_YUV(format);
+          const bool fields = mode == GST_VIDEO_INTERLACE_MODE_INTERLEAVED;
+          std::size_t outside = 0, luma_changed = 0, covered = 0;
+          for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+              const std::size_t i =
+                  static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+              covered += mask(y, x);
+              luma_changed += mask(y, x) && before[i] != after[i];
+              for (std::size_t k = 0; k < 4; ++k) {
+                if (before[i][k] == after[i][k] || mask(y, x)) continue;
+                // Chroma may also change where its sample serves a pixel that is covered.
+                bool shared = false;
+                if (yuv && k >= 2) {
+                  const int sx = static_cast<int>(format->w_sub[1]), sy = static_cast<int>(format->h_sub[1]);
+                  for (int yy = std::max(0, y - 3); yy <= std::min(height - 1, y + 3); ++yy)
+                    for (int xx = std::max(0, x - 1); xx <= std::min(width - 1, x + 1); ++xx) {
+                      const auto line = [&](int l) { return sy == 0 ? l : fields ? (l >> 2) * 2 + (l & 1) : l >> 1; };
+                      shared |= mask(yy, xx) && line(yy) == line(y) && xx >> sx == x >> sx;
+                    }
+                }
+                outside += !shared;
+              }
+            }
+          EXPECT_EQ(outside, 0u) << width << "x" << height << " fields " << fields << " crop " << cropped;
+          EXPECT_GT(luma_changed, covered / 2) << "markers show";
+          // Padding bytes around the planes too: every byte that changed holds a sample of the picture, which the
+          // comparison above has seen; so no more bytes may differ than covered samples have.
+          EXPECT_LE(plane_bytes_changed, covered * 4 * (GST_VIDEO_FORMAT_INFO_DEPTH(format, 0) > 8 ? 4 : 2));
+        }
+}
+
+/// The colour in the middle of an opaque stroke, after GStreamer's own conversion to RGB.
+TEST_P(EveryFormat, DrawsTheStatesColour) {
+  if (GetParam() == GST_VIDEO_FORMAT_GRAY8) return;
+  const GstVideoInfo info = scene::info_of(GetParam(), 1920, 1080);
+  const GstVideoInfo rgb = scene::info_of(GST_VIDEO_FORMAT_xRGB, 1920, 1080);
+  const scene::Buffer buffer = scene::allocate(info, 0, 0x40), shown = scene::allocate(rgb);
+  csd::Tracks tracks;
+  tracks.features = {feature(1, 960, 540, csd::FeatureState::tracked)};
+  {
+    scene::Frame frame(info, buffer.get(), GST_MAP_READWRITE);
+    csd::OverlayPainter().draw(frame, info, nullptr, tracks);
+  }
+  scene::convert(info, buffer.get(), rgb, shown.get());
+  const scene::Frame frame(rgb, shown.get(), GST_MAP_READ);
+  // The circle of radius 1080/80 = 14 crosses the row of its centre there; the dot is small.
+  const auto *line = static_cast<const std::uint8_t *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0)) +
+                     540 * GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0);
+  int nearest = 1000;
+  for (int x = 960 - 17; x <= 960 - 11; ++x)
+    nearest = std::min(
+        nearest, std::abs(line[4 * x + 1] - 86) + std::abs(line[4 * x + 2] - 180) + std::abs(line[4 * x + 3] - 233));
+  EXPECT_LE(nearest, 24);
+}
+
+INSTANTIATE_TEST_SUITE_P(OverlayPainter, EveryFormat, testing::ValuesIn(scene::formats(CSD_VIDEO_FORMATS)),
+                         format_name);
+
+TEST(OverlayPainter, SurvivesPositionsAndSizesWithoutSense) {
+  for (const auto &[width, height] : {std::pair{1, 1}, {3, 2}, {16, 2160}}) {
+    const GstVideoInfo info = scene::info_of(GST_VIDEO_FORMAT_I420, width, height);
+    const scene::Buffer buffer = scene::make(info);
+    scene::Frame frame(info, buffer.get(), GST_MAP_READWRITE);
+    csd::Tracks tracks;
+    for (const double v : {0.0, -1e9, 1e300, -0.5})
+      tracks.features.push_back(feature(csd::no_feature - 1, v, -v, csd::FeatureState::tracked));
+    csd::OverlayPainter().draw(frame, info, nullptr, tracks);
+  }
+}
+
+TEST(Markers, TellStatesApartByShapeAlone) {
+  for (const int lines : {240, 480, 720, 2160}) {
+    csd::Markers markers(lines);
+    std::vector<cv::Mat1b> coverage;
+    for (std::size_t s = 0; s + 1 < csd::feature_states; ++s) {
+      const csd::Sprite &sprite = markers.sprite(static_cast<csd::FeatureState>(s), 42);
+      cv::Mat1b alpha(sprite.rgba.size());
+      // Where the bright core is: alpha alone has the halo too.
+      for (int y = 0; y < alpha.rows; ++y)
+        for (int x = 0; x < alpha.cols; ++x) alpha(y, x) = sprite.rgba(y, x)[1] > 70 ? 255 : 0;
+      for (const cv::Mat1b &other : coverage) {
+        ASSERT_EQ(other.size(), alpha.size());
+        EXPECT_GE(cv::norm(other, alpha, cv::NORM_L1) / 255, 8) << lines << " lines, state " << s;
+      }
+      coverage.push_back(alpha);
+    }
+  }
+}
+
+TEST(Markers, GrowWithThePicture) {
+  csd::Markers small(240), large(2160);
+  EXPECT_GE(small.sprite(csd::FeatureState::tracked, 1).rgba.rows, 11);
+  EXPECT_GT(large.sprite(csd::FeatureState::tracked, 1).rgba.rows,
+            4 * small.sprite(csd::FeatureState::tracked, 1).rgba.rows);
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
+  gst_init(&argc, &argv);
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}
