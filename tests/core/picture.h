@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "image/frame_view.h"
+
+namespace csd::test {
+
+/// A smooth random picture without end: cubic B-splines over a lattice of random values at two sizes, so that it can be
+/// rendered at any sub-pixel shift without resampling.
+class Texture {
+ public:
+  explicit Texture(std::uint32_t seed) : seed_(seed) {}
+
+  /// 0…255, at any point, for a channel.
+  double at(double x, double y, int channel) const {
+    const auto layer = static_cast<std::uint32_t>(channel);
+    const double value = 0.6 * spline(x / 11, y / 11, 2 * layer) + 0.4 * spline(x / 4.5, y / 4.5, 2 * layer + 1);
+    return std::clamp(127.5 + 300 * (value - 0.5), 0.0, 255.0);
+  }
+
+  /// CV_8UC3, B G R: pixel (x, y) shows the texture at (x − shift.x, y − shift.y), so content moves by +shift.
+  cv::Mat render(cv::Size size, cv::Point2d shift = {}) const {
+    cv::Mat bgr(size, CV_8UC3);
+    for (int y = 0; y < size.height; ++y)
+      for (int x = 0; x < size.width; ++x)
+        for (int c = 0; c < 3; ++c)
+          bgr.ptr(y)[3 * x + c] = static_cast<std::uint8_t>(std::lround(at(x - shift.x, y - shift.y, c)));
+    return bgr;
+  }
+
+ private:
+  double lattice(int x, int y, std::uint32_t layer) const {
+    std::uint32_t h = seed_ + layer * 0x9e3779b9u;
+    for (const int v : {x, y}) {
+      h ^= static_cast<std::uint32_t>(v) * 0x85ebca6bu;
+      h ^= h >> 15;
+      h *= 0x2c1b3c6du;
+      h ^= h >> 13;
+    }
+    h *= 0x297a2d39u;
+    return static_cast<double>(h >> 8) / (1 << 24);
+  }
+
+  double spline(double x, double y, std::uint32_t layer) const {
+    const int ix = static_cast<int>(std::floor(x)), iy = static_cast<int>(std::floor(y));
+    const auto weights = [](double f, double(&w)[4]) {
+      w[0] = (1 - f) * (1 - f) * (1 - f) / 6;
+      w[1] = (3 * f * f * f - 6 * f * f + 4) / 6;
+      w[2] = (-3 * f * f * f + 3 * f * f + 3 * f + 1) / 6;
+      w[3] = f * f * f / 6;
+    };
+    double wx[4], wy[4], sum = 0;
+    weights(x - ix, wx);
+    weights(y - iy, wy);
+    for (int j = 0; j < 4; ++j)
+      for (int i = 0; i < 4; ++i) sum += wx[i] * wy[j] * lattice(ix + i - 1, iy + j - 1, layer);
+    return sum;
+  }
+
+  std::uint32_t seed_;
+};
+
+enum class Layout {
+  gray8,
+  i420,
+  yv12,
+  nv12,
+  nv21,
+  y42b,
+  y444,
+  yuy2,
+  uyvy,
+  v210,
+  i420_10le,
+  i422_10le,
+  y444_10le,
+  p010_10le,
+  rgb,
+  bgr,
+  rgbx,
+  bgrx,
+  xrgb,
+  xbgr
+};
+
+inline constexpr Layout all_layouts[] = {Layout::gray8,     Layout::i420,      Layout::yv12,      Layout::nv12,
+                                         Layout::nv21,      Layout::y42b,      Layout::y444,      Layout::yuy2,
+                                         Layout::uyvy,      Layout::v210,      Layout::i420_10le, Layout::i422_10le,
+                                         Layout::y444_10le, Layout::p010_10le, Layout::rgb,       Layout::bgr,
+                                         Layout::rgbx,      Layout::bgrx,      Layout::xrgb,      Layout::xbgr};
+
+/// A picture in memory and a view of it. The buffer ends with the last sample, so that a sanitizer sees a read too
+/// many.
+struct Packed {
+  std::vector<std::uint8_t> bytes;
+  FrameView view;
+
+  Packed() = default;
+  // The view points into the buffer, which only a move takes along.
+  Packed(Packed &&) = default;
+  Packed &operator=(Packed &&) = default;
+};
+
+/// Y, U, V of B G R (BT.709, 16…235/240), in 0…255 but not rounded; U, V averaged over 2^sub_x × 2^sub_y pixels (those
+/// of them that exist).
+inline cv::Mat1d yuv_plane(const cv::Mat &bgr, int k, int sub_x, int sub_y, const FrameView &v) {
+  const int w = (bgr.cols + (1 << sub_x) - 1) >> sub_x, h = (bgr.rows + (1 << sub_y) - 1) >> sub_y;
+  cv::Mat1d sum = cv::Mat1d::zeros(h, w), count = cv::Mat1d::zeros(h, w);
+  for (int y = 0; y < bgr.rows; ++y)
+    for (int x = 0; x < bgr.cols; ++x) {
+      const std::uint8_t *p = bgr.ptr(y) + 3 * x;
+      const double luma = v.kr * p[2] + (1 - v.kr - v.kb) * p[1] + v.kb * p[0];
+      const double value = k == 0   ? 16 + luma * 219 / 255
+                           : k == 1 ? 128 + (p[0] - luma) / (2 * (1 - v.kb)) * 224 / 255
+                                    : 128 + (p[2] - luma) / (2 * (1 - v.kr)) * 224 / 255;
+      sum(y >> sub_y, x >> sub_x) += value;
+      count(y >> sub_y, x >> sub_x) += 1;
+    }
+  return sum / count;
+}
+
+/// Packs `bgr` (CV_8UC3) as `layout`, each row followed by `padding` bytes of 0xAB. 10-bit samples are `deep` ? rounded
+/// to 10 bit : the 8-bit samples times 4. gray8 is Y.
+inline Packed pack(const cv::Mat &bgr, Layout layout, int padding = 7, bool deep = false) {
+  Packed out;
+  FrameView &v = out.view;
+  const int w = v.width = bgr.cols, h = v.height = v.rows = bgr.rows;
+  using L = Layout;
+  const auto rgb_at = [&](int stride, int r, int g, int b) {
+    v.model = ColourModel::rgb;
+    const int row = w * stride + padding;
+    out.bytes.assign(static_cast<std::size_t>(row) * h - padding, 0xAB);
+    const int offset[3] = {r, g, b};
+    for (int k = 0; k < 3; ++k) {
+      v.component[k] = {.data = out.bytes.data() + offset[k], .row_stride = row, .pixel_stride = stride};
+      for (int y = 0; y < h; ++y)
+        for (int x = 0; x < w; ++x)
+          out.bytes[static_cast<std::size_t>(y) * row + x * stride + offset[k]] = bgr.ptr(y)[3 * x + 2 - k];
+    }
+  };
+  switch (layout) {
+    case L::rgb:
+      rgb_at(3, 0, 1, 2);
+      return out;
+    case L::bgr:
+      rgb_at(3, 2, 1, 0);
+      return out;
+    case L::rgbx:
+      rgb_at(4, 0, 1, 2);
+      return out;
+    case L::bgrx:
+      rgb_at(4, 2, 1, 0);
+      return out;
+    case L::xrgb:
+      rgb_at(4, 1, 2, 3);
+      return out;
+    case L::xbgr:
+      rgb_at(4, 3, 2, 1);
+      return out;
+    default:
+      break;
+  }
+  const bool ten = layout == L::v210 || (layout >= L::i420_10le && layout <= L::p010_10le);
+  const bool full = layout == L::y444 || layout == L::y444_10le;
+  const bool rows = full || layout == L::y42b || layout == L::yuy2 || layout == L::uyvy || layout == L::v210 ||
+                    layout == L::i422_10le;
+  const int sub_x = full ? 0 : 1, sub_y = rows ? 0 : 1;
+  cv::Mat1i plane[3];
+  for (int k = 0; k < 3; ++k) {
+    const cv::Mat1d exact = yuv_plane(bgr, k, k ? sub_x : 0, k ? sub_y : 0, v);
+    plane[k].create(exact.size());
+    for (int y = 0; y < exact.rows; ++y)
+      for (int x = 0; x < exact.cols; ++x)
+        plane[k](y, x) = static_cast<int>(!ten   ? std::lround(exact(y, x))
+                                          : deep ? std::lround(exact(y, x) * 4)
+                                                 : std::lround(exact(y, x)) * 4);
+  }
+  v.model = layout == L::gray8 ? ColourModel::gray : ColourModel::yuv;
+  if (layout == L::v210) {
+    v.packing = Packing::v210;
+    const int row = (w + 5) / 6 * 16 + padding;
+    out.bytes.assign(static_cast<std::size_t>(row) * h - padding, 0);
+    v.component[0] = {.data = out.bytes.data(), .row_stride = row};
+    for (int y = 0; y < h; ++y)
+      for (int i = 0; i < (w + 5) / 6 * 12; ++i) {  // the i-th sample of the row: U0 Y0 V0 Y1 U1 Y2 V1 Y3 …
+        const int k = i % 2 ? 0 : i % 4 ? 2 : 1, x = k ? i / 4 : i / 2;
+        const auto s = static_cast<std::uint32_t>(x < plane[k].cols ? plane[k](y, x) : 64) << (i % 3 * 10);
+        for (int byte = 0; byte < 4; ++byte)
+          out.bytes[static_cast<std::size_t>(y) * row + i / 3 * 4 + byte] |= static_cast<std::uint8_t>(s >> (8 * byte));
+      }
+    return out;
+  }
+  // Where each component begins in its plane, its pixel stride and which plane it is in, in samples.
+  struct Place {
+    int plane, offset, stride;
+  } place[3] = {{0, 0, 1}, {1, 0, 1}, {2, 0, 1}};
+  const auto places = [&](Place y, Place u, Place t) { place[0] = y, place[1] = u, place[2] = t; };
+  if (layout == L::yv12) places({0, 0, 1}, {2, 0, 1}, {1, 0, 1});
+  if (layout == L::nv12 || layout == L::p010_10le) places({0, 0, 1}, {1, 0, 2}, {1, 1, 2});
+  if (layout == L::nv21) places({0, 0, 1}, {1, 1, 2}, {1, 0, 2});
+  if (layout == L::yuy2) places({0, 0, 2}, {0, 1, 4}, {0, 3, 4});
+  if (layout == L::uyvy) places({0, 1, 2}, {0, 0, 4}, {0, 2, 4});
+  const int bytes = ten ? 2 : 1, up = layout == L::p010_10le ? 6 : 0, components = layout == L::gray8 ? 1 : 3;
+  std::ptrdiff_t start[4] = {}, stride[3] = {};
+  for (int p = 0; p < 3; ++p) {
+    int height = 0;
+    std::ptrdiff_t row = 0;
+    for (int k = 0; k < components; ++k)
+      if (place[k].plane == p) {
+        height = plane[k].rows;
+        row = std::max<std::ptrdiff_t>(row, plane[k].cols * place[k].stride * bytes);
+      }
+    stride[p] = height ? row + padding : 0;
+    start[p + 1] = start[p] + stride[p] * height;
+  }
+  out.bytes.assign(static_cast<std::size_t>(start[3]), 0xAB);
+  for (int k = 0; k < components; ++k) {
+    const Place &at = place[k];
+    v.component[k] = {.data = out.bytes.data() + start[at.plane] + at.offset * bytes,
+                      .row_stride = stride[at.plane],
+                      .pixel_stride = at.stride * bytes,
+                      .bytes = static_cast<std::uint8_t>(bytes),
+                      .shift = static_cast<std::uint8_t>(ten ? 2 + up : 0),
+                      .sub_x = static_cast<std::uint8_t>(k ? sub_x : 0),
+                      .sub_y = static_cast<std::uint8_t>(k ? sub_y : 0)};
+    for (int y = 0; y < plane[k].rows; ++y)
+      for (int x = 0; x < plane[k].cols; ++x) {
+        std::uint8_t *p =
+            out.bytes.data() + start[at.plane] + y * stride[at.plane] + (x * at.stride + at.offset) * bytes;
+        const int value = plane[k](y, x) << up;
+        p[0] = static_cast<std::uint8_t>(value);
+        if (ten) p[1] = static_cast<std::uint8_t>(value >> 8);
+      }
+  }
+  return out;
+}
+
+}  // namespace csd::test
