@@ -22,27 +22,26 @@
  *
  * ## Example launch lines
  * |[
- * gst-launch-1.0 filesrc location=in.mp4 ! decodebin ! csdtrack ! csdtrackenc ! filesink location=tracks.jsonl
- * buffer-mode=unbuffered
+ * gst-launch-1.0 filesrc location=in.mp4 ! decodebin ! csdtrack ! csdtrackenc \
+ *   ! filesink location=tracks.jsonl buffer-mode=unbuffered
  * ]| Tracks only.
  * |[
  * gst-launch-1.0 filesrc location=in.mp4 ! decodebin ! csdtrack ! tee name=t \
  *   t. ! queue ! x264enc ! h264parse ! mp4mux ! filesink location=out.mp4 \
- *   t. ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 ! csdtrackenc ! text/csv ! filesink
- * location=tracks.csv buffer-mode=unbuffered
- * ]| A recording and a table beside it. The branches share no sink: the second queue only has to outlast the encoder's
- * look-ahead while the pipeline starts.
+ *   t. ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 ! csdtrackenc ! text/csv \
+ *   ! filesink location=tracks.csv buffer-mode=unbuffered
+ * ]| A recording and a table beside it. The second queue only has to outlast what the encoder holds back while the
+ * pipeline starts.
  * |[
- * gst-launch-1.0 -q filesrc location=in.mp4 ! decodebin ! csdtrack ! csdtrackenc ! fdsink | jq -c '.features | length'
- * ]| Into another program.
+ * gst-launch-1.0 -q filesrc location=in.mp4 ! decodebin ! csdtrack ! csdtrackenc ! fdsink | jq '.features | length'
+ * ]| Into another program. (Into a file, use filesink: fdsink writes from the file's beginning.)
  * |[
- * gst-launch-1.0 v4l2src ! csdtrack ! csdtrackenc ! text/csv ! identity drop-buffer-flags=gap ! tcpserversink
- * host=127.0.0.1 port=4953
- * ]| Over the network; whoever connects gets the header first. tcpserversink aborts on empty buffers (seen on 1.22):
- * identity takes them out. JSON has none.
+ * gst-launch-1.0 v4l2src ! csdtrack ! csdtrackenc ! tcpserversink host=127.0.0.1 port=4953
+ * ]| Over the network. For CSV put `text/csv ! identity drop-buffer-flags=gap` before the sink: tcpserversink 1.22
+ * aborts on empty buffers.
  * |[
- * gst-launch-1.0 filesrc location=in.mp4 ! decodebin ! csdtrack ! tee name=t matroskamux name=m ! filesink
- * location=out.mkv \
+ * gst-launch-1.0 filesrc location=in.mp4 ! decodebin ! csdtrack ! tee name=t \
+ *   matroskamux name=m ! filesink location=out.mkv \
  *   t. ! queue ! x264enc ! h264parse ! m. \
  *   t. ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 ! csdtrackenc ! m.subtitle_0
  * ]| The tracks as a subtitle track of the recording. The queue before csdtrackenc must hold more time than the encoder

@@ -4,6 +4,7 @@
 #include <gst/video/video.h>
 
 #include <cstring>
+#include <memory>
 #include <vector>
 
 namespace csd {
@@ -136,7 +137,9 @@ void set_tracks(GstStructure *structure, const Tracks &tracks, const char *sourc
   for (const Feature &f : tracks.features)
     features.push_back({f.id, f.x, f.y, state_word(f.state), f.confidence, f.fresh});
   GstCsdHeader header{};
-  header.source = source;
+  // GstStructure refuses what isn't UTF-8, and an element may be called anything.
+  const std::unique_ptr<char, decltype(&g_free)> name(g_utf8_make_valid(source, -1), g_free);
+  header.source = name.get();
   header.algorithm = algorithm;
   header.frame = tracks.frame;
   header.width = header.tracked_width = tracks.width;

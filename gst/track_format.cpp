@@ -3,7 +3,6 @@
 
 #include <charconv>
 #include <cmath>
-#include <memory>
 
 #include "csdtrackmeta.h"
 
@@ -61,19 +60,14 @@ void append_escaped(std::string &out, std::string_view text) {
   }
 }
 
-/// A JSON string. JSON is UTF-8; a name need not be.
+/// A JSON string. JSON is UTF-8, and so is what a GstStructure holds.
 void append_string(std::string &out, const char *text) {
   if (!text) {
     out += "null";
     return;
   }
   out += '"';
-  if (g_utf8_validate(text, -1, nullptr)) {
-    append_escaped(out, text);
-  } else {
-    const std::unique_ptr<char, decltype(&g_free)> valid(g_utf8_make_valid(text, -1), g_free);
-    append_escaped(out, valid.get());
-  }
+  append_escaped(out, text);
   out += '"';
 }
 

@@ -9,8 +9,8 @@ namespace csd {
 namespace {
 
 constexpr double ns_per_second = 1e9;
-constexpr std::int64_t border_period = 30'000'000;     // ns: each frame up to 30 a second, every other one at 60
-constexpr std::int64_t graphics_period = 100'000'000;  // ns: ten looks a second tell moving from fixed
+constexpr std::int64_t border_period = 75'000'000;     // ns: every second frame at 25 a second; it hardly changes
+constexpr std::int64_t graphics_period = 150'000'000;  // ns: six looks a second tell moving from fixed
 
 /// Whether it is time again; a stream that jumped back starts a new period. `elapsed` is in seconds.
 bool due(bool started, std::int64_t now, std::int64_t period, std::int64_t &last, double &elapsed) {

@@ -11,8 +11,7 @@ namespace {
 
 constexpr int most_lines = 144;  // of the small picture
 
-// Video black is 16 and coding noise takes it to about 25; the darkest tissue with any texture in the clips at hand is
-// above 40.
+// Video black is 16 and coding noise takes it to about 25. Chosen by eye: what stays darker than this has no texture.
 constexpr std::uint8_t dark_below = 28;
 
 constexpr double memory = 1.0;        // s, of dark_share_

@@ -15,6 +15,11 @@ using Histogram = std::array<std::uint32_t, max_bins>;
 
 /// Four tables in turn, because an increment of the bin that was incremented just before waits for its store.
 void histogram(const std::uint8_t *values, std::size_t n, int shift, Histogram &h) {
+  if (n < 256) {  // adding up four tables that were just written would cost more than it saves
+    h.fill(0);
+    for (std::size_t i = 0; i < n; ++i) ++h[static_cast<std::size_t>(values[i] >> shift)];
+    return;
+  }
   std::array<Histogram, 4> part{};
   std::size_t i = 0;
   for (; i + 4 <= n; i += 4) {
@@ -30,6 +35,7 @@ void histogram(const std::uint8_t *values, std::size_t n, int shift, Histogram &
 }  // namespace
 
 LogTable::LogTable(std::size_t max_count) : log_(max_count + 1), floor_(std::log(likelihood_floor)) {
+  log_[0] = -1e30;
   for (std::size_t k = 2; k <= max_count; ++k) log_[k] = std::log(static_cast<double>(k));
 }
 
@@ -45,9 +51,9 @@ double variance_ratio(std::span<const std::uint32_t> t, std::uint32_t features, 
   // Σ a·L² and Σ a·L for a = t and a = f, in counts; those for (t+f)/2 are their means.
   double t2 = 0, t1 = 0, f2 = 0, f1 = 0;
   for (std::size_t i = 0; i < t.size(); ++i) {
-    if (t[i] + f[i] == 0) continue;  // L = 0, a = 0
-    const double lt = t[i] ? std::max(log[t[i]] - log_features, floor) : floor;
-    const double lf = f[i] ? std::max(log[f[i]] - log_others, floor) : floor;
+    // No branch on empty bins: which bins of a small node are empty can't be predicted.
+    const double lt = std::max(log[t[i]] - log_features, floor);
+    const double lf = std::max(log[f[i]] - log_others, floor);
     const double l = lt - lf;  // Eq. 4
     const double nt = t[i], nf = f[i];
     t1 += nt * l;

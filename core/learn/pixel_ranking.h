@@ -14,7 +14,7 @@ namespace csd {
 inline constexpr double likelihood_floor = 0.001;  ///< δ of Eq. 4, for histograms of sum 1
 inline constexpr double variance_epsilon = 1e-6;   ///< added to the denominator of Eq. 5
 
-/// log(k) for k = 0…max_count (0 for k = 0, which nothing reads): one table for all histograms of a tree.
+/// log(k) for k = 0…max_count (−1e30 for k = 0, below every floor): one table for all histograms of a tree.
 class LogTable {
  public:
   explicit LogTable(std::size_t max_count);

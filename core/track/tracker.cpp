@@ -29,6 +29,7 @@ bool claims_position(FeatureState state) {
 struct Life {
   Feature feature;
   bool given = false;           // by the user: never ends by itself
+  cv::Point2d start;            // where it began, picture pixels
   std::int64_t last_claim = 0;  // when a position was last claimed
   bool reported = false;        // in an earlier frame
   FeatureState reported_as = FeatureState::learning;
@@ -134,7 +135,7 @@ void Tracker::Impl::end(Life &life) {
 void Tracker::Impl::end_all() {
   for (auto &life : lives) end(life);
   algorithm->forget();
-  content_area = {};
+  content_area.reset();
   stream_begun = detected = false;
 }
 
@@ -186,6 +187,7 @@ void Tracker::Impl::begin(FeatureId id, cv::Point2d position, bool given, const 
   life.feature.id = id;
   life.feature.x = position.x;
   life.feature.y = position.y;
+  life.start = position;
   life.given = given;
   life.last_claim = time;
   if (!context) {
@@ -256,13 +258,15 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
   }
 }
 
-// A feature that detection put on the border or on burnt-in graphics before they were known: it looks perfect to a
-// tracker because it never moves.
+// A feature that detection put on the border or on burnt-in graphics before they were known looks perfect to a tracker
+// because it never moves; so it is told by where it began. One that has moved there later is tissue beside the graphics.
 void Tracker::Impl::leave_graphics(const FrameContext &context) {
   if (settings.content_area == ContentArea::full || context.forbidden.empty()) return;
+  const double still = patch_side(settings, context.frame) / 4.0 * context.frame.scale();
   for (auto &life : lives)
     if (!life.given && claims_position(life.feature.state) &&
-        content_area.contains(context.frame.to_work({life.feature.x, life.feature.y})))
+        cv::norm(cv::Point2d(life.feature.x, life.feature.y) - life.start) < still &&
+        content_area.contains(context.frame.to_work(life.start)))
       end(life);
 }
 

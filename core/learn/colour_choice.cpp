@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "learn/colour_choice.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <functional>
+#include <span>
+
+#include "learn/pixel_ranking.h"
+
+namespace csd {
+
+namespace {
+
+constexpr int max_span = 6;  // |w1| + |w2| + |w3|
+
+/// The score of one space. `planes`: [patch][B, G, R][pixel]. The counts stand at [pixel][class][bin]: the pixels of a
+/// patch fall into histograms of their own, so no increment waits for the one before.
+double score(const ColourSpace &space, std::span<const std::uint8_t> planes, const ColourPatches &patches,
+             std::uint32_t features, const LogTable &log, std::vector<std::uint32_t> &counts,
+             std::vector<std::uint16_t> &mixed) {
+  const std::size_t pixels = mixed.size();
+  const int bits = histogram_bits(patches.size());
+  const std::size_t bins = std::size_t{1} << bits;
+
+  // The bin of each value of F, moved to start at 0: apply() depends on F alone.
+  const int below = (std::min<int>(space.r, 0) + std::min<int>(space.g, 0) + std::min<int>(space.b, 0)) * -255;
+  const int span = std::abs(space.r) + std::abs(space.g) + std::abs(space.b);
+  std::array<std::uint8_t, 255 * max_span + 1> bin{};
+  for (int f = 0; f <= 255 * span; ++f)
+    bin[static_cast<std::size_t>(f)] = static_cast<std::uint8_t>((f / span) >> (8 - bits));
+
+  std::fill(counts.begin(), counts.end(), 0);
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const std::uint8_t *b = planes.data() + i * 3 * pixels, *g = b + pixels, *r = g + pixels;
+    for (std::size_t p = 0; p < pixels; ++p)
+      mixed[p] = static_cast<std::uint16_t>(space.r * r[p] + space.g * g[p] + space.b * b[p] + below);
+    std::uint32_t *histogram = counts.data() + (patches.label(i) == Label::feature ? 0 : bins);
+    for (std::size_t p = 0; p < pixels; ++p) ++histogram[p * 2 * bins + bin[mixed[p]]];
+  }
+
+  std::vector<double> v(pixels);
+  const auto others = static_cast<std::uint32_t>(patches.size()) - features;
+  for (std::size_t p = 0; p < pixels; ++p) {
+    const std::uint32_t *t = counts.data() + p * 2 * bins;
+    v[p] = variance_ratio({t, bins}, features, {t + bins, bins}, others, log);
+  }
+  const std::size_t best = std::min(colour_choice_pixels, pixels);
+  std::partial_sort(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(best), v.end(), std::greater<>());
+  double sum = 0;
+  for (std::size_t k = 0; k < best; ++k) sum += v[k];
+  return sum / static_cast<double>(best);
+}
+
+}  // namespace
+
+ColourPatches::ColourPatches(int patch_size) : patch_size_(patch_size) {
+  CV_Assert(patch_size >= 3 && patch_size <= 255 && patch_size % 2 == 1);
+}
+
+void ColourPatches::add(const cv::Mat &patch, Label label) {
+  CV_Assert(patch.type() == CV_8UC3 && patch.rows == patch_size_ && patch.cols == patch_size_);
+  const auto row_bytes = static_cast<std::size_t>(patch_size_) * 3;
+  for (int y = 0; y < patch_size_; ++y) {
+    const std::uint8_t *row = patch.ptr(y);
+    bytes_.insert(bytes_.end(), row, row + row_bytes);
+  }
+  labels_.push_back(label);
+}
+
+cv::Mat ColourPatches::patch(std::size_t i) const {
+  const auto bytes = static_cast<std::size_t>(patch_size_ * patch_size_) * 3;
+  return {patch_size_, patch_size_, CV_8UC3, const_cast<std::uint8_t *>(bytes_.data() + i * bytes)};
+}
+
+void ColourPatches::convert(std::size_t i, const ColourSpace &space, cv::Mat &out) const {
+  out.create(patch_size_, patch_size_, CV_8UC1);
+  const std::size_t pixels = static_cast<std::size_t>(patch_size_ * patch_size_);
+  const std::uint8_t *in = bytes_.data() + i * pixels * 3;
+  for (int y = 0; y < patch_size_; ++y) {
+    std::uint8_t *row = out.ptr(y);
+    for (int x = 0; x < patch_size_; ++x, in += 3) row[x] = space.apply(in[2], in[1], in[0]);
+  }
+}
+
+std::array<double, 49> colour_scores(const ColourPatches &patches) {
+  const auto pixels = static_cast<std::size_t>(patches.patch_size() * patches.patch_size());
+  std::vector<std::uint8_t> planes(patches.size() * 3 * pixels);
+  std::uint32_t features = 0;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const std::uint8_t *in = patches.patch(i).data;
+    std::uint8_t *out = planes.data() + i * 3 * pixels;
+    for (std::size_t p = 0; p < pixels; ++p)
+      for (std::size_t k = 0; k < 3; ++k) out[k * pixels + p] = in[3 * p + k];
+    features += patches.label(i) == Label::feature;
+  }
+  const LogTable log(patches.size());
+  std::vector<std::uint32_t> counts(pixels * 2 * (std::size_t{1} << histogram_bits(patches.size())));
+  std::vector<std::uint16_t> mixed(pixels);
+  std::array<double, 49> scores{};
+  for (std::size_t s = 0; s < scores.size(); ++s)
+    scores[s] = score(colour_spaces()[s], planes, patches, features, log, counts, mixed);
+  return scores;
+}
+
+ColourSpace choose_colour(const ColourPatches &patches) {
+  const std::array<double, 49> scores = colour_scores(patches);
+  return colour_spaces()[static_cast<std::size_t>(std::max_element(scores.begin(), scores.end()) - scores.begin())];
+}
+
+}  // namespace csd
