@@ -52,12 +52,12 @@ struct OverlayComposition::Impl {
   std::optional<Markers> markers;
   std::unordered_map<std::uint64_t, Entry> entries;
 
-  const Entry &entry(const Feature &feature) {
-    const std::uint64_t key =
-        static_cast<std::uint64_t>(feature.id) * feature_states + static_cast<std::uint64_t>(feature.state);
+  const Entry &entry(const Feature &feature, int width) {
+    const bool left = markers->text_left(feature.id, feature.x, width);
+    const std::uint64_t key = Markers::key(feature.state, feature.id, left);
     if (const auto found = entries.find(key); found != entries.end()) return found->second;
     if (entries.size() >= 2 * max_points) entries.clear();
-    const Sprite &sprite = markers->sprite(feature.state, feature.id);
+    const Sprite &sprite = markers->sprite(feature.state, feature.id, left);
     return entries.emplace(key, Entry{to_pixels(sprite), sprite.origin, sprite.rgba.size()}).first->second;
   }
 };
@@ -75,7 +75,7 @@ void OverlayComposition::attach(GstBuffer *buffer, const Tracks &tracks, int lef
   GstVideoOverlayComposition *composition = nullptr;
   for (const Feature &feature : tracks.features) {
     if (feature.state == FeatureState::ended || !(std::abs(feature.x) < 1e6) || !(std::abs(feature.y) < 1e6)) continue;
-    const Impl::Entry &entry = impl_->entry(feature);
+    const Impl::Entry &entry = impl_->entry(feature, tracks.width);
     const int x = static_cast<int>(std::lround(feature.x)) - entry.origin.x;
     const int y = static_cast<int>(std::lround(feature.y)) - entry.origin.y;
     // What lies outside altogether is left out; whoever renders clips the rest.
@@ -134,18 +134,26 @@ GstCaps *OverlayNegotiation::transform_caps(GstPadDirection direction, GstCaps *
 void OverlayNegotiation::set_caps(GstCaps *in, GstCaps *out) {
   upstream_has_ = has_feature(in);
   downstream_has_ = has_feature(out);
-  may_attach_ = wanted_ && upstream_has_;
-  // Without the feature there may be no allocation query at all: an in-place element whose caps don't change has none.
-  settled_ = upstream_has_ || !downstream_has_;
+  may_attach_ = false;
+  settled_ = false;
 }
 
-OverlayNegotiation::Answer OverlayNegotiation::decide_allocation(GstQuery *query) {
-  if (!wanted_) return Answer::settled;
-  const bool renders =
-      gst_query_find_allocation_meta(query, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE, nullptr) != FALSE;
-  may_attach_ = upstream_has_ || (downstream_has_ && renders);
-  settled_ = true;
-  if (may_attach_ || !downstream_has_) return Answer::settled;
+OverlayNegotiation::Answer OverlayNegotiation::settle(GstPad *src) {
+  if (!wanted_ || settled_.exchange(true)) return Answer::settled;
+  if (upstream_has_ || !downstream_has_) {
+    may_attach_ = upstream_has_;
+    return Answer::settled;
+  }
+  bool renders = false;
+  if (GstCaps *caps = gst_pad_get_current_caps(src)) {
+    GstQuery *query = gst_query_new_allocation(caps, FALSE);
+    renders = gst_pad_peer_query(src, query) &&
+              gst_query_find_allocation_meta(query, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE, nullptr);
+    gst_query_unref(query);
+    gst_caps_unref(caps);
+  }
+  may_attach_ = renders;
+  if (renders) return Answer::settled;
   refused_ = true;
   return Answer::retry;
 }

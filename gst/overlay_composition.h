@@ -32,14 +32,14 @@ class OverlayComposition {
 /// feature already, downstream is bound to render compositions and nothing need be asked.
 ///
 /// The element calls, with overlay=meta only set_wanted(true):
-///  * in transform_caps: transform_caps(), then intersects with the filter;
+///  * in transform_caps: transform_caps(), then intersects with the filter (GST_CAPS_INTERSECT_FIRST);
 ///  * in set_caps (GstVideoFilter: set_info): set_caps();
-///  * in decide_allocation, before its parent's: decide_allocation(); on `retry` gst_base_transform_reconfigure_src();
-///  * in src_event, on GST_EVENT_RECONFIGURE from downstream: restart();
-///  * per buffer: attaches if may_attach(), else posts one WARNING if take_refusal().
-/// It must set prefer_passthrough to FALSE (else the base class tries the caps without the feature first) and must not
-/// be in passthrough (else there is no allocation query).
-/// transform_caps() runs in any thread, the others in the streaming thread; set_wanted() and restart() in any.
+///  * in src_event, on GST_EVENT_RECONFIGURE: restart();
+///  * in transform_ip, first: settle(), and gst_base_transform_reconfigure_src() if it says retry; then it attaches if
+///    may_attach(), else posts one WARNING if take_refusal().
+/// It must set prefer_passthrough to FALSE (else the base class tries the caps without the feature first).
+/// When `overlay` changes in PLAYING: set_wanted(), restart() and gst_base_transform_reconfigure_src().
+/// transform_caps(), set_wanted() and restart() may be called in any thread, the others in the streaming thread.
 class OverlayNegotiation {
  public:
   enum class Answer { settled, retry };
@@ -49,11 +49,13 @@ class OverlayNegotiation {
   /// the feature: either; the feature is never taken away from caps that have it. The caller owns the result.
   GstCaps *transform_caps(GstPadDirection direction, GstCaps *caps) const;
   void set_caps(GstCaps *in, GstCaps *out);
-  /// `query` is the answered allocation query. retry: downstream took the caps but won't render; negotiate again, and
-  /// transform_caps() no longer offers the feature.
-  Answer decide_allocation(GstQuery *query);
+  /// Asks downstream of the pad `src` by an allocation query, once after set_caps(): the base class sends none for an
+  /// in-place element (seen, 1.22), and the answer needs the caps to have been sent. retry: downstream took the caps
+  /// but won't render; negotiate again, transform_caps() no longer offers the feature. Pixels and metas are right
+  /// meanwhile.
+  Answer settle(GstPad *src);
   /// Downstream has changed and is asked anew.
-  void restart() { refused_ = false, told_ = false; }
+  void restart() { refused_ = told_ = settled_ = false; }
 
   bool may_attach() const { return may_attach_; }
   /// True once after it has turned out that overlays can't be attached.
@@ -64,8 +66,8 @@ class OverlayNegotiation {
   std::atomic<bool> refused_ = false;  ///< downstream takes the caps but does not render
   std::atomic<bool> may_attach_ = false;
   std::atomic<bool> told_ = false;
+  std::atomic<bool> settled_ = false;                   ///< downstream has been asked
   bool upstream_has_ = false, downstream_has_ = false;  ///< the feature, in the negotiated caps
-  bool settled_ = false;
 };
 
 }  // namespace csd

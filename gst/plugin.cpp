@@ -1,14 +1,25 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include <gst/gst.h>
-
+#include "csdtrack.h"
 #include "csdtrackenc.h"
+#include "enums.h"
+#include "enumtypes.h"
 #include "meta.h"
 
-#define PACKAGE "csdtrack"
+namespace {
 
-static gboolean plugin_init(GstPlugin *plugin) {
-  return csd::register_track_metas() && GST_ELEMENT_REGISTER(csdtrackenc, plugin);
+void mark_plugin_api() {
+  for (const GType type : {GST_TYPE_CSD_TRACK_ALGORITHM, GST_TYPE_CSD_TRACK_CONTENT_AREA, GST_TYPE_CSD_TRACK_LEARNING,
+                           GST_TYPE_CSD_TRACK_OVERLAY, GST_TYPE_CSD_TRACK_POST_MESSAGES, GST_TYPE_CSD_TRACK_ON_ERROR})
+    gst_type_mark_as_plugin_api(type, static_cast<GstPluginAPIFlags>(0));
 }
 
-GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, csdtrack, "Tracks points on deforming tissue", plugin_init,
-                  "0.1.0", "LGPL", "csdtrack", "csdtrack")
+gboolean plugin_init(GstPlugin *plugin) {
+  if (!csd::register_track_metas()) return FALSE;
+  mark_plugin_api();
+  return GST_ELEMENT_REGISTER(csdtrack, plugin) && GST_ELEMENT_REGISTER(csdtrackenc, plugin);
+}
+
+}  // namespace
+
+GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, csdtrack, "Tracking of deforming tissue in endoscopic video",
+                  plugin_init, PACKAGE_VERSION, "LGPL", PACKAGE, PACKAGE)

@@ -41,12 +41,6 @@ gboolean stage_set_caps(GstBaseTransform *base, GstCaps *in, GstCaps *out) {
   return TRUE;
 }
 
-gboolean stage_decide_allocation(GstBaseTransform *base, GstQuery *query) {
-  if (stage_of(base)->negotiation->decide_allocation(query) == csd::OverlayNegotiation::Answer::retry)
-    gst_base_transform_reconfigure_src(base);
-  return GST_BASE_TRANSFORM_CLASS(stage_parent)->decide_allocation(base, query);
-}
-
 gboolean stage_accept_caps(GstBaseTransform *base, GstPadDirection direction, GstCaps *caps) {
   GstCaps *complete = csd::complete_caps(caps);
   const gboolean accepted = GST_BASE_TRANSFORM_CLASS(stage_parent)->accept_caps(base, direction, complete);
@@ -56,6 +50,8 @@ gboolean stage_accept_caps(GstBaseTransform *base, GstPadDirection direction, Gs
 
 GstFlowReturn stage_transform_ip(GstBaseTransform *base, GstBuffer *buffer) {
   Stage *stage = stage_of(base);
+  if (stage->negotiation->settle(base->srcpad) == csd::OverlayNegotiation::Answer::retry)
+    gst_base_transform_reconfigure_src(base);
   if (stage->negotiation->take_refusal()) ++stage->refusals;
   if (!stage->negotiation->may_attach()) return GST_FLOW_OK;
   csd::Tracks tracks;
@@ -80,7 +76,6 @@ void stage_class_init(gpointer klass, gpointer) {
   auto *base = GST_BASE_TRANSFORM_CLASS(klass);
   base->transform_caps = stage_transform_caps;
   base->set_caps = stage_set_caps;
-  base->decide_allocation = stage_decide_allocation;
   base->accept_caps = stage_accept_caps;
   base->transform_ip = stage_transform_ip;
   GstCaps *caps = csd::template_caps();
@@ -116,9 +111,9 @@ struct Outcome {
 /// Answers the allocation query of the sink "render" as a sink that renders compositions.
 GstPadProbeReturn render(GstPad *, GstPadProbeInfo *info, gpointer) {
   GstQuery *query = GST_PAD_PROBE_INFO_QUERY(info);
-  if (GST_QUERY_TYPE(query) == GST_QUERY_ALLOCATION && (info->type & GST_PAD_PROBE_TYPE_PUSH))
-    gst_query_add_allocation_meta(query, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE, nullptr);
-  return GST_PAD_PROBE_OK;
+  if (GST_QUERY_TYPE(query) != GST_QUERY_ALLOCATION) return GST_PAD_PROBE_OK;
+  gst_query_add_allocation_meta(query, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE, nullptr);
+  return GST_PAD_PROBE_HANDLED;
 }
 
 Outcome run(const std::string &text, bool renders = false) {
@@ -199,6 +194,13 @@ TEST(OverlayNegotiation, KeepsUpstreamsFeatureAndAsksNobody) {
   EXPECT_TRUE(out.ran);
   EXPECT_EQ(out.attached, 5);
   EXPECT_NE(out.caps.find(feature), std::string::npos) << out.caps;
+}
+
+TEST(CompleteCaps, LetStreamsInThatDoNotNameTheirInterlacing) {
+  const Outcome out = run(
+      "videotestsrc num-buffers=5 ! video/x-raw,format=I420,width=320,height=240 ! capssetter join=false replace=true "
+      "caps=video/x-raw,format=I420,width=320,height=240,framerate=30/1 ! csdteststage name=stage ! fakesink");
+  EXPECT_TRUE(out.ran);
 }
 
 TEST(OverlayNegotiation, OffersBothDownstreamAndTakesNothingAway) {

@@ -1,0 +1,648 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/**
+ * SECTION:element-csdtrack
+ * @title: csdtrack
+ * @short_description: tracks points on deforming tissue
+ *
+ * Finds features on living tissue in endoscopic video, or takes the points that it is given, and follows them from
+ * frame to frame: through deformation, smoke and occlusion, with descriptors that are learnt online for each feature
+ * (Mountney and Yang, "Context specific descriptors for tracking deforming tissue", Medical Image Analysis 16, 2012).
+ *
+ * Pixels are looked at, not changed, not copied: no frame is dropped or delayed, and without #GstCsdTrack:overlay=draw
+ * none is changed by a bit. The tracks are put on each frame as a #GstCustomMeta named `GstCsdTrackMeta`, posted on the
+ * bus, and drawn where that is wanted; csdtrackenc writes them to a file.
+ *
+ * ## Example launch lines
+ *
+ * |[
+ * gst-launch-1.0 filesrc location=operation.mp4 ! decodebin ! csdtrack overlay=draw ! videoconvert ! autovideosink
+ * ]| Shows the tracks.
+ * |[
+ * gst-launch-1.0 -m filesrc location=operation.mp4 ! decodebin ! csdtrack points="320,240;100.5,80" ! fakesink
+ * ]| Follows two points and prints the messages.
+ * |[
+ * gst-launch-1.0 filesrc location=operation.mp4 ! decodebin ! csdtrack ! tee name=t \
+ *   t. ! queue ! x264enc ! mp4mux ! filesink location=copy.mp4 \
+ *   t. ! queue ! csdtrackenc ! filesink location=tracks.jsonl buffer-mode=unbuffered
+ * ]| Records the video as it was, and its tracks beside it.
+ *
+ * ## The message
+ *
+ * With #GstCsdTrack:post-messages an element message named `csdtrack` is posted, with these fields:
+ *
+ * * #GstClockTime `timestamp`, `stream-time`, `running-time`, `duration`: of the frame; GST_CLOCK_TIME_NONE if unknown.
+ * * #gint `schema`: 1.
+ * * #gchararray `source`: the name of this element; `algorithm`: the nick of #GstCsdTrack:algorithm.
+ * * #guint64 `frame`: buffers since READY, from 0.
+ * * #gint `width`, `height`: the picture that the positions refer to; `tracked-width`, `tracked-height`: the picture
+ *   that was tracked. In a message they are the same; in a meta the first are scaled along with the frame.
+ * * #GST_TYPE_ARRAY `features`: of structures with #guint `id`, #gdouble `x`, `y` (pixels, centres at integers, top
+ * left 0,0; always finite), #gchararray `state`, #gdouble `confidence` (0 to 1), #gboolean `fresh`.
+ *
+ * A feature's state is one of `learning`, `tracked` (these two claim a position), `occluded` (hidden since less than 1
+ * s: the position is a prediction), `lost`, `out` (left the picture) and `ended` (reported once; for these three the
+ * position is the last that was claimed). An id is never given twice until READY.
+ *
+ * The meta holds the same fields without the four times.
+ *
+ * ## Regions of interest
+ *
+ * With #GstCsdTrack:attach-roi each feature in state `learning` or `tracked` also has a #GstVideoRegionOfInterestMeta:
+ * type `csdtrack`, `id` the feature's, a square of the patch's size around it, clipped to the frame (in pixels of the
+ * whole frame, also where that has a #GstVideoCropMeta), and one parameter structure `csdtrack` with #guint `id`,
+ * #gdouble `x`, `y`, #gchararray `state`, #gdouble `confidence` as above. GStreamer drops the parameters of these metas
+ * where a frame is converted: the #GstCustomMeta is the one to rely on.
+ *
+ * ## When the stream is forgotten
+ *
+ * All features end, and new ones begin under new ids, after FLUSH_STOP, STREAM_START with another stream-id, a change
+ * of the caps' width, height or interlacing, and the signal #GstCsdTrack::reset. READY forgets the ids, too.
+ *
+ * Since: 0.1
+ */
+#include "csdtrack.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "frame_mapping.h"
+#include "guard.h"
+#include "image/work_frame.h"
+#include "latency.h"
+#include "lock.h"
+#include "message.h"
+#include "meta.h"
+#include "overlay_painter.h"
+#include "settings.h"
+#include "track/thread_pool.h"
+#include "track/tracker.h"
+
+GST_DEBUG_CATEGORY_STATIC(gst_csd_track_debug);
+#define GST_CAT_DEFAULT gst_csd_track_debug
+
+namespace {
+
+// Learners give way to the streaming threads and to encoders; 10 is what nice(1) adds when it isn't told.
+constexpr int learner_nice = 10;
+
+enum Signal : guint { signal_add_point, signal_remove_point, signal_reset, signal_count };
+guint gst_csd_track_signals[signal_count];
+
+/// A tracker and the threads it learns in, made at READY→PAUSED. Signals may hold on to it for the length of a call.
+struct Engine {
+  Engine(const csd::Settings &settings, unsigned threads) : pool(threads, learner_nice), tracker(settings, pool) {}
+
+  csd::ThreadPool pool;  // outlives the tracker
+  csd::Tracker tracker;
+};
+
+/// What only the streaming thread knows, from READY to READY.
+struct Stream {
+  std::uint64_t frame = 0;    ///< of the next buffer
+  std::string id;             ///< of the last STREAM_START
+  int width = 0, height = 0;  ///< of the last picture that was seen (with a crop: the rectangle's)
+  csd::MessageGate gate;
+  bool warned_failure = false, warned_small = false;
+};
+
+}  // namespace
+
+/// The C++ members, with destructors.
+struct GstCsdTrackState {
+  // Guarded by the object lock, which is held for as long as a copy takes.
+  csd::ElementSettings settings;
+  bool running = false;            ///< from READY→PAUSED on: structural settings can't be set
+  std::shared_ptr<Engine> engine;  ///< changed by start() and stop() only: the streaming thread reads it unlocked
+  csd::Stats last_stats;           ///< of the engine that was, for who asks after the end
+  csd::Latency latency;
+  guint64 failed_frames = 0;
+
+  // The streaming thread's alone.
+  csd::OverlayPainter painter;
+  // The same, set anew by start().
+  Stream stream;
+  csd::AlgorithmKind algorithm = csd::AlgorithmKind::csd_2012;
+  unsigned patch_size = 0;
+};
+
+struct _GstCsdTrack {
+  GstVideoFilter parent;
+  GstCsdTrackState *state;
+};
+
+G_DEFINE_TYPE_WITH_CODE(GstCsdTrack, gst_csd_track, GST_TYPE_VIDEO_FILTER,
+                        G_IMPLEMENT_INTERFACE(GST_TYPE_PRESET, nullptr);
+                        GST_DEBUG_CATEGORY_INIT(gst_csd_track_debug, "csdtrack", 0, "tissue tracker"))
+GST_ELEMENT_REGISTER_DEFINE(csdtrack, "csdtrack", GST_RANK_NONE, GST_TYPE_CSD_TRACK)
+
+namespace {
+
+std::shared_ptr<Engine> engine_of(GstCsdTrack *self) {
+  const csd::ObjectLock lock(self);
+  return self->state->engine;
+}
+
+void post_error(GstCsdTrack *self, const csd::Failure &failure) {
+  const char *text = failure.text.empty() ? "Tracking failed." : failure.text.c_str();
+  if (failure.out_of_memory)
+    GST_ELEMENT_ERROR(self, RESOURCE, NO_SPACE_LEFT, ("%s", text), ("%s", failure.detail.c_str()));
+  else
+    GST_ELEMENT_ERROR(self, LIBRARY, FAILED, ("%s", text), ("%s", failure.detail.c_str()));
+}
+
+/// For where nothing can be done about a failure, and nobody has to know.
+void log_failure(GstCsdTrack *self, const std::optional<csd::Failure> &failure) {
+  if (failure) GST_ERROR_OBJECT(self, "%s (%s)", failure->text.c_str(), failure->detail.c_str());
+}
+
+// ---- What is done with a frame -------------------------------------------------------------------------------------
+
+class MappedFrame {
+ public:
+  /// Throws std::runtime_error if the buffer can't be mapped, or is not what the caps say.
+  MappedFrame(const GstVideoInfo &info, GstBuffer *buffer, GstMapFlags access) {
+    // NO_REF: a reference of ours would make the buffer unwritable.
+    const auto flags = static_cast<GstMapFlags>(access | static_cast<int>(GST_VIDEO_FRAME_MAP_FLAG_NO_REF));
+    if (!gst_video_frame_map(&frame_, &info, buffer, flags))
+      throw std::runtime_error("a frame's pixels can't be mapped: it is damaged, or smaller than its caps say");
+  }
+  ~MappedFrame() { gst_video_frame_unmap(&frame_); }
+  MappedFrame(const MappedFrame &) = delete;
+  MappedFrame &operator=(const MappedFrame &) = delete;
+  GstVideoFrame *operator->() { return &frame_; }
+  GstVideoFrame &operator*() { return frame_; }
+
+ private:
+  GstVideoFrame frame_;
+};
+
+std::int64_t core_time(GstClockTime time) {
+  return time <= static_cast<GstClockTime>(G_MAXINT64) ? static_cast<std::int64_t>(time) : csd::no_time;
+}
+
+/// Frames without pixels are legal where they are marked as a gap: there is nothing to see, and nothing wrong.
+bool is_empty_gap(GstBuffer *buffer) {
+  return GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_GAP) && gst_buffer_get_size(buffer) == 0;
+}
+
+csd::Tracks track_blind(GstCsdTrack *self, GstBuffer *buffer) {
+  auto &state = *self->state;
+  return state.engine->tracker.process_blind(state.stream.width, state.stream.height, core_time(GST_BUFFER_PTS(buffer)),
+                                             core_time(GST_BUFFER_DURATION(buffer)));
+}
+
+/// Maps for reading only: a map for writing copies the pixels of every frame that somebody else holds, too.
+csd::Tracks track(GstCsdTrack *self, GstBuffer *buffer) {
+  auto &state = *self->state;
+  if (is_empty_gap(buffer)) return track_blind(self, buffer);
+  MappedFrame frame(GST_VIDEO_FILTER(self)->in_info, buffer, GST_MAP_READ);
+  const csd::FrameView view =
+      csd::frame_view(*frame, GST_VIDEO_FILTER(self)->in_info, gst_buffer_get_video_crop_meta(buffer));
+  if (view.width < 1 || view.height < 1) throw std::runtime_error("a frame's crop rectangle lies outside the frame");
+  state.stream.width = view.width;
+  state.stream.height = view.height;
+  return state.engine->tracker.process(view, core_time(GST_BUFFER_PTS(buffer)), core_time(GST_BUFFER_DURATION(buffer)));
+}
+
+/// Of a feature's patch, in pixels of the picture; the working image has at most WorkFrame::max_lines.
+double patch_side(unsigned asked, int height) {
+  if (asked > 0) return asked;
+  const int lines = std::min(height, csd::WorkFrame::max_lines);
+  return std::round(static_cast<double>(csd::default_patch_size(lines)) * height / lines);
+}
+
+void attach_rois(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks) {
+  const GstVideoInfo &info = GST_VIDEO_FILTER(self)->in_info;
+  const GstVideoCropMeta *crop = gst_buffer_get_video_crop_meta(buffer);
+  const double left = crop ? crop->x : 0, top = crop ? crop->y : 0;
+  const double side = patch_side(self->state->patch_size, tracks.height);
+  for (const auto &f : tracks.features) {
+    if (f.state != csd::FeatureState::learning && f.state != csd::FeatureState::tracked) continue;
+    // Pixel i reaches from i - ½ to i + ½; a region that starts at pixel i, w wide, ends with pixel i + w - 1.
+    const auto begin = [side](double centre) { return std::max(0., std::round(centre - (side - 1) / 2)); };
+    const auto end = [side](double centre, int limit) {
+      return std::min<double>(limit, std::round(centre - (side - 1) / 2) + side);
+    };
+    const double x0 = begin(left + f.x), x1 = end(left + f.x, info.width);
+    const double y0 = begin(top + f.y), y1 = end(top + f.y, info.height);
+    if (x1 <= x0 || y1 <= y0) continue;
+    auto *roi =
+        gst_buffer_add_video_region_of_interest_meta(buffer, "csdtrack", static_cast<guint>(x0), static_cast<guint>(y0),
+                                                     static_cast<guint>(x1 - x0), static_cast<guint>(y1 - y0));
+    roi->id = static_cast<gint>(f.id);
+    gst_video_region_of_interest_meta_add_param(
+        roi, gst_structure_new("csdtrack", "id", G_TYPE_UINT, f.id, "x", G_TYPE_DOUBLE, f.x, "y", G_TYPE_DOUBLE, f.y,
+                               "state", G_TYPE_STRING, csd::state_name(f.state).data(), "confidence", G_TYPE_DOUBLE,
+                               f.confidence, nullptr));
+  }
+}
+
+/// Hands the tracks on: meta, regions of interest, message. The overlay comes last, so that what it may throw harms
+/// none.
+void publish(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, const csd::LiveSettings &live) {
+  auto &state = *self->state;
+  const char *algorithm = csd::algorithm_name(state.algorithm).data();
+  if (live.attach_meta) csd::add_track_meta(buffer, tracks, GST_OBJECT_NAME(self), algorithm);
+  if (live.attach_roi) attach_rois(self, buffer, tracks);
+  const auto times = csd::frame_times(GST_BASE_TRANSFORM(self)->segment, buffer);
+  if (state.stream.gate.due(live.post_messages, live.message_interval, tracks.changed, times.running_time))
+    csd::post_tracks(GST_ELEMENT(self), csd::new_tracks_structure("csdtrack", tracks, GST_OBJECT_NAME(self), algorithm),
+                     times);
+}
+
+/// Only drawing maps for writing: pixels that somebody else holds too are copied then, and only then.
+void show(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, const csd::LiveSettings &live) {
+  if (live.overlay != GST_CSD_TRACK_OVERLAY_DRAW || is_empty_gap(buffer)) return;
+  const GstVideoInfo &info = GST_VIDEO_FILTER(self)->in_info;
+  MappedFrame frame(info, buffer, GST_MAP_READWRITE);
+  self->state->painter.draw(*frame, info, gst_buffer_get_video_crop_meta(buffer), tracks);
+}
+
+void warn_once(GstCsdTrack *self, const csd::Failure &failure) {
+  auto &stream = self->state->stream;
+  GST_WARNING_OBJECT(self, "frame %" G_GUINT64_FORMAT ": %s (%s)", stream.frame, failure.text.c_str(),
+                     failure.detail.c_str());
+  if (std::exchange(stream.warned_failure, true)) return;
+  GST_ELEMENT_WARNING(self, STREAM, FAILED, ("Frames pass without being tracked. %s", failure.text.c_str()),
+                      ("first at frame %" G_GUINT64_FORMAT ": %s", stream.frame, failure.detail.c_str()));
+}
+
+void warn_small_once(GstCsdTrack *self, const csd::Tracks &tracks) {
+  if (!tracks.too_small || std::exchange(self->state->stream.warned_small, true)) return;
+  GST_ELEMENT_WARNING(self, STREAM, FORMAT,
+                      ("A picture of %d×%d pixels is too small to track features in: it is smaller than a feature's "
+                       "patch. Set patch-size lower, or leave the picture larger.",
+                       tracks.width, tracks.height),
+                      ("no features in this stream"));
+}
+
+/// One frame, from the pixels to what is said about them. An exception of any part is one of the whole.
+GstFlowReturn handle(GstCsdTrack *self, GstBuffer *buffer, const csd::LiveSettings &live) {
+  auto &state = *self->state;
+  csd::Tracks tracks;
+  auto failure = csd::guarded([&] { tracks = track(self, buffer); });
+  const bool failed = failure.has_value();
+  if (failed && live.on_error == GST_CSD_TRACK_ON_ERROR_PASS) {
+    warn_once(self, *failure);
+    failure = csd::guarded([&] { tracks = track_blind(self, buffer); });
+    log_failure(self, failure);
+    failure.reset();
+  }
+  if (!failure)
+    failure = csd::guarded([&] {
+      tracks.frame = state.stream.frame;
+      warn_small_once(self, tracks);
+      publish(self, buffer, tracks, live);
+      if (!failed) show(self, buffer, tracks, live);
+    });
+  if (failed || failure) {
+    const csd::ObjectLock lock(self);
+    ++state.failed_frames;
+  }
+  ++state.stream.frame;
+  if (!failure) return GST_FLOW_OK;
+  if (live.on_error == GST_CSD_TRACK_ON_ERROR_PASS) {
+    warn_once(self, *failure);
+    return GST_FLOW_OK;
+  }
+  post_error(self, *failure);
+  return GST_FLOW_ERROR;
+}
+
+// ---- GstBaseTransform, GstVideoFilter ------------------------------------------------------------------------------
+
+void gst_csd_track_before_transform(GstBaseTransform *trans, GstBuffer *buffer) {
+  const GstClockTime time = gst_segment_to_stream_time(&trans->segment, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer));
+  if (GST_CLOCK_TIME_IS_VALID(time)) gst_object_sync_values(GST_OBJECT(trans), time);
+}
+
+GstFlowReturn gst_csd_track_transform_ip(GstBaseTransform *trans, GstBuffer *buffer) {
+  auto *self = GST_CSD_TRACK(trans);
+  auto &state = *self->state;
+  if (!GST_VIDEO_FILTER(trans)->negotiated || !state.engine) {
+    GST_ELEMENT_ERROR(self, CORE, NEGOTIATION, (nullptr), ("a buffer came before its caps"));
+    return GST_FLOW_NOT_NEGOTIATED;
+  }
+  const auto begun = std::chrono::steady_clock::now();
+  csd::LiveSettings live;
+  {
+    const csd::ObjectLock lock(self);
+    live = state.settings.live;
+  }
+  const GstFlowReturn flow = handle(self, buffer, live);
+  const std::chrono::nanoseconds taken = std::chrono::steady_clock::now() - begun;
+  const csd::ObjectLock lock(self);
+  state.latency.add(static_cast<std::uint64_t>(taken.count()));
+  return flow;
+}
+
+gboolean gst_csd_track_set_info(GstVideoFilter *filter, GstCaps *, GstVideoInfo *info, GstCaps *, GstVideoInfo *) {
+  auto *self = GST_CSD_TRACK(filter);
+  auto &state = *self->state;
+  const GstVideoInfo &last = filter->in_info;  // the base class sets it after this
+  const bool same = filter->negotiated && last.width == info->width && last.height == info->height &&
+                    last.interlace_mode == info->interlace_mode;
+  GST_DEBUG_OBJECT(self, "%s %dx%d: the stream is %s", gst_video_format_to_string(GST_VIDEO_INFO_FORMAT(info)),
+                   info->width, info->height, same ? "the same" : "another");
+  if (same) return TRUE;
+  if (state.stream.width > 0) state.engine->tracker.reset();
+  state.stream.width = info->width;
+  state.stream.height = info->height;
+  state.stream.warned_small = false;
+  return TRUE;
+}
+
+/// A new stream, if this is one: everything that was known of the old one is forgotten.
+void forget_at(GstCsdTrack *self, GstEvent *event) {
+  auto &state = *self->state;
+  switch (GST_EVENT_TYPE(event)) {
+    case GST_EVENT_FLUSH_STOP:
+      GST_DEBUG_OBJECT(self, "flush: the stream is forgotten");
+      state.engine->tracker.reset();
+      break;
+    case GST_EVENT_STREAM_START: {
+      const gchar *id = nullptr;
+      gst_event_parse_stream_start(event, &id);
+      if (!state.stream.id.empty() && state.stream.id != id) {
+        GST_DEBUG_OBJECT(self, "stream %s follows %s, which is forgotten", id, state.stream.id.c_str());
+        state.engine->tracker.reset();
+      }
+      state.stream.id = id;
+      break;
+    }
+    default:
+      break;
+  }
+}
+
+gboolean gst_csd_track_sink_event(GstBaseTransform *trans, GstEvent *event) {
+  auto *self = GST_CSD_TRACK(trans);
+  // Events that are not serialized come from any thread; these two hold the stream lock.
+  if (self->state->engine && GST_EVENT_IS_SERIALIZED(event))
+    log_failure(self, csd::guarded([&] { forget_at(self, event); }));
+  return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->sink_event(trans, event);
+}
+
+gboolean gst_csd_track_accept_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps) {
+  GstCaps *complete = csd::complete_caps(caps);
+  const gboolean accepted =
+      GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->accept_caps(trans, direction, complete);
+  gst_caps_unref(complete);
+  return accepted;
+}
+
+/// Metas pass through an in-place element as they are: what downstream understands, upstream may attach.
+gboolean gst_csd_track_filter_meta(GstBaseTransform *, GstQuery *, GType, const GstStructure *) {
+  return TRUE;
+}
+
+/// Reads the settings into the core's. Says what is wrong with them on the bus if they can't be.
+bool read_settings(GstCsdTrack *self, csd::Settings &core, unsigned &threads) {
+  std::string problem;
+  const auto failure = csd::guarded([&] {
+    csd::ElementSettings settings;
+    {
+      const csd::ObjectLock lock(self);
+      settings = self->state->settings;
+    }
+    core = csd::core_settings(settings, problem);
+    threads = csd::thread_count(settings.n_threads);
+  });
+  if (failure) {
+    post_error(self, *failure);
+    return false;
+  }
+  if (problem.empty()) return true;
+  GST_ELEMENT_ERROR(self, RESOURCE, SETTINGS, ("%s", problem.c_str()), (nullptr));
+  return false;
+}
+
+/// READY→PAUSED.
+gboolean gst_csd_track_start(GstBaseTransform *trans) {
+  auto *self = GST_CSD_TRACK(trans);
+  auto &state = *self->state;
+  csd::Settings settings;
+  unsigned threads = 1;
+  if (!read_settings(self, settings, threads)) return FALSE;
+  std::shared_ptr<Engine> engine;
+  const auto failure = csd::guarded([&] {
+    state.stream = {};
+    state.algorithm = settings.algorithm;
+    state.patch_size = settings.patch_size;
+    engine = std::make_shared<Engine>(settings, threads);
+  });
+  if (failure) {
+    post_error(self, *failure);
+    return FALSE;
+  }
+  const csd::ObjectLock lock(self);
+  state.engine = std::move(engine);
+  state.last_stats = {};
+  state.latency = {};
+  state.failed_frames = 0;
+  return TRUE;
+}
+
+/// PAUSED→READY: the streaming thread has stopped. Learners that are at work are waited for.
+gboolean gst_csd_track_stop(GstBaseTransform *trans) {
+  auto *self = GST_CSD_TRACK(trans);
+  auto &state = *self->state;
+  std::shared_ptr<Engine> engine = engine_of(self);
+  if (!engine) return TRUE;
+  log_failure(self, csd::guarded([&] {
+                const csd::Stats stats = engine->tracker.stats();
+                const csd::ObjectLock lock(self);
+                state.last_stats = stats;
+                state.engine.reset();
+              }));
+  return TRUE;
+}
+
+// ---- GstElement ----------------------------------------------------------------------------------------------------
+
+void set_running(GstCsdTrack *self, bool running) {
+  const csd::ObjectLock lock(self);
+  self->state->running = running;
+}
+
+GstStateChangeReturn gst_csd_track_change_state(GstElement *element, GstStateChange transition) {
+  auto *self = GST_CSD_TRACK(element);
+  if (transition == GST_STATE_CHANGE_NULL_TO_READY) {
+    csd::Settings settings;
+    unsigned threads;
+    if (!read_settings(self, settings, threads)) return GST_STATE_CHANGE_FAILURE;
+  }
+  if (transition == GST_STATE_CHANGE_READY_TO_PAUSED) set_running(self, true);
+  const GstStateChangeReturn result = GST_ELEMENT_CLASS(gst_csd_track_parent_class)->change_state(element, transition);
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY ||
+      (transition == GST_STATE_CHANGE_READY_TO_PAUSED && result == GST_STATE_CHANGE_FAILURE))
+    set_running(self, false);
+  return result;
+}
+
+// ---- Signals -------------------------------------------------------------------------------------------------------
+
+guint gst_csd_track_add_point(GstCsdTrack *self, gdouble x, gdouble y) {
+  guint id = csd::no_feature;
+  log_failure(self, csd::guarded([&] {
+                if (const auto engine = engine_of(self)) id = engine->tracker.add_point(x, y);
+              }));
+  GST_DEBUG_OBJECT(self, "%f,%f is point %u", x, y, id);
+  return id;
+}
+
+void gst_csd_track_remove_point(GstCsdTrack *self, guint id) {
+  bool removed = false;
+  log_failure(self, csd::guarded([&] {
+                if (const auto engine = engine_of(self)) removed = engine->tracker.remove_point(id);
+              }));
+  GST_DEBUG_OBJECT(self, "point %u %s", id, removed ? "ends" : "is unknown");
+}
+
+void gst_csd_track_reset(GstCsdTrack *self) {
+  log_failure(self, csd::guarded([&] {
+                if (const auto engine = engine_of(self)) engine->tracker.reset();
+              }));
+}
+
+// ---- GObject -------------------------------------------------------------------------------------------------------
+
+GstStructure *stats_structure(GstCsdTrack *self) {
+  const auto &state = *self->state;
+  const auto engine = engine_of(self);
+  csd::Stats stats;
+  if (engine) stats = engine->tracker.stats();
+  csd::Latency latency;
+  guint64 failed = 0;
+  {
+    const csd::ObjectLock lock(self);
+    if (!engine) stats = state.last_stats;
+    latency = state.latency;
+    failed = state.failed_frames;
+  }
+  GstStructure *s = gst_structure_new(
+      "application/x-csdtrack-stats", "frames", G_TYPE_UINT64, latency.count(), "failed-frames", G_TYPE_UINT64, failed,
+      "time-p50", G_TYPE_UINT64, latency.quantile(0.5), "time-p95", G_TYPE_UINT64, latency.quantile(0.95), "time-max",
+      G_TYPE_UINT64, latency.max(), "detected", G_TYPE_UINT64, stats.detected, "learning-time", G_TYPE_UINT64,
+      static_cast<guint64>(stats.learning_time), "learned", G_TYPE_UINT64, stats.learned, "retrainings", G_TYPE_UINT64,
+      stats.retrainings, "false-correspondences", G_TYPE_UINT64, stats.false_correspondences, "queue", G_TYPE_UINT64,
+      stats.queue, "waited", G_TYPE_UINT64, stats.waited, "simd", G_TYPE_STRING, csd::simd_target(), nullptr);
+  for (std::size_t i = 0; i < csd::feature_states; ++i)
+    gst_structure_set(s, csd::state_name(static_cast<csd::FeatureState>(i)).data(), G_TYPE_UINT64, stats.features[i],
+                      nullptr);
+  return s;
+}
+
+void gst_csd_track_set_property(GObject *object, guint id, const GValue *value, GParamSpec *spec) {
+  auto *self = GST_CSD_TRACK(object);
+  bool known = true, refused = false;
+  log_failure(self, csd::guarded([&] {
+                const csd::ObjectLock lock(self);
+                refused = id <= csd::last_structural && self->state->running;
+                if (!refused) known = csd::set_property(self->state->settings, id, *value);
+              }));
+  if (!known) G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
+  if (refused) GST_WARNING_OBJECT(self, "%s can be set in NULL and READY only: it stays as it was", spec->name);
+  if (id == csd::prop_overlay) gst_base_transform_reconfigure_src(GST_BASE_TRANSFORM(self));
+}
+
+void gst_csd_track_get_property(GObject *object, guint id, GValue *value, GParamSpec *spec) {
+  auto *self = GST_CSD_TRACK(object);
+  bool known = true;
+  log_failure(self, csd::guarded([&] {
+                if (id == csd::prop_stats) return g_value_take_boxed(value, stats_structure(self));
+                const csd::ObjectLock lock(self);
+                known = csd::get_property(self->state->settings, id, *value);
+              }));
+  if (!known) G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
+}
+
+void gst_csd_track_finalize(GObject *object) {
+  delete GST_CSD_TRACK(object)->state;
+  G_OBJECT_CLASS(gst_csd_track_parent_class)->finalize(object);
+}
+
+void add_pad_templates(GstElementClass *klass) {
+  GstCaps *caps = csd::template_caps();
+  gst_element_class_add_pad_template(klass, gst_pad_template_new("sink", GST_PAD_SINK, GST_PAD_ALWAYS, caps));
+  gst_element_class_add_pad_template(klass, gst_pad_template_new("src", GST_PAD_SRC, GST_PAD_ALWAYS, caps));
+  gst_caps_unref(caps);
+}
+
+void install_signals(GstCsdTrackClass *klass) {
+  const GType type = G_TYPE_FROM_CLASS(klass);
+  constexpr auto flags = static_cast<GSignalFlags>(G_SIGNAL_RUN_LAST | G_SIGNAL_ACTION);
+  /**
+   * GstCsdTrack::add-point:
+   * @x: pixels of the next frame, centres at integers
+   * @y: pixels of the next frame
+   *
+   * Also tracks this point, from the next frame on. May be emitted from any thread.
+   *
+   * Returns: the point's id; %G_MAXUINT if a coordinate is not finite, 10000 points are tracked already, or the element
+   *   is not yet PAUSED.
+   */
+  gst_csd_track_signals[signal_add_point] =
+      g_signal_new_class_handler("add-point", type, flags, G_CALLBACK(gst_csd_track_add_point), nullptr, nullptr,
+                                 nullptr, G_TYPE_UINT, 2, G_TYPE_DOUBLE, G_TYPE_DOUBLE);
+  /**
+   * GstCsdTrack::remove-point:
+   * @id: of a feature, given or detected
+   *
+   * With the next frame that feature is `ended`. An id that is unknown is ignored.
+   */
+  gst_csd_track_signals[signal_remove_point] =
+      g_signal_new_class_handler("remove-point", type, flags, G_CALLBACK(gst_csd_track_remove_point), nullptr, nullptr,
+                                 nullptr, G_TYPE_NONE, 1, G_TYPE_UINT);
+  /**
+   * GstCsdTrack::reset:
+   *
+   * Forgets the stream: with the next frame all features end, and new ones begin under new ids.
+   */
+  gst_csd_track_signals[signal_reset] = g_signal_new_class_handler(
+      "reset", type, flags, G_CALLBACK(gst_csd_track_reset), nullptr, nullptr, nullptr, G_TYPE_NONE, 0);
+}
+
+}  // namespace
+
+static void gst_csd_track_class_init(GstCsdTrackClass *klass) {
+  auto *object_class = G_OBJECT_CLASS(klass);
+  auto *element_class = GST_ELEMENT_CLASS(klass);
+  auto *trans_class = GST_BASE_TRANSFORM_CLASS(klass);
+
+  object_class->set_property = gst_csd_track_set_property;
+  object_class->get_property = gst_csd_track_get_property;
+  object_class->finalize = gst_csd_track_finalize;
+  csd::install_properties(object_class);
+  install_signals(klass);
+
+  gst_element_class_set_static_metadata(element_class, "Tissue tracker", "Filter/Analyzer/Video",
+                                        "Tracks points on deforming tissue in endoscopic video", "csdtrack");
+  add_pad_templates(element_class);
+  element_class->change_state = GST_DEBUG_FUNCPTR(gst_csd_track_change_state);
+
+  // GstVideoFilter's own transform_ip maps for reading and writing: behind a tee that copies every frame's pixels.
+  trans_class->transform_ip = GST_DEBUG_FUNCPTR(gst_csd_track_transform_ip);
+  trans_class->before_transform = GST_DEBUG_FUNCPTR(gst_csd_track_before_transform);
+  trans_class->sink_event = GST_DEBUG_FUNCPTR(gst_csd_track_sink_event);
+  trans_class->accept_caps = GST_DEBUG_FUNCPTR(gst_csd_track_accept_caps);
+  trans_class->filter_meta = GST_DEBUG_FUNCPTR(gst_csd_track_filter_meta);
+  trans_class->start = GST_DEBUG_FUNCPTR(gst_csd_track_start);
+  trans_class->stop = GST_DEBUG_FUNCPTR(gst_csd_track_stop);
+  GST_VIDEO_FILTER_CLASS(klass)->set_info = GST_DEBUG_FUNCPTR(gst_csd_track_set_info);
+}
+
+static void gst_csd_track_init(GstCsdTrack *self) {
+  self->state = new GstCsdTrackState;
+  auto *trans = GST_BASE_TRANSFORM(self);
+  gst_base_transform_set_in_place(trans, TRUE);
+  gst_base_transform_set_gap_aware(trans, TRUE);
+  // GstVideoFilter turns it on; then a late frame is dropped before it gets here, and a recording has a hole.
+  gst_base_transform_set_qos_enabled(trans, FALSE);
+}

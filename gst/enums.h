@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+//
+// The enumerations of the elements' properties. glib-mkenums makes their GTypes (enumtypes.h); what a value does is
+// told by the blurb of its property. Plain C: glib-mkenums reads it.
+#pragma once
+
+#include <glib-object.h>
+
+G_BEGIN_DECLS
+
+typedef enum {
+  /* 0 is kept for `csd` */
+  GST_CSD_TRACK_ALGORITHM_CSD_2012 = 1, /*< nick=csd-2012 >*/
+  GST_CSD_TRACK_ALGORITHM_LK = 2, /*< nick=lk >*/
+} GstCsdTrackAlgorithm;
+
+typedef enum {
+  GST_CSD_TRACK_CONTENT_AREA_AUTO, /*< nick=auto >*/
+  GST_CSD_TRACK_CONTENT_AREA_FULL, /*< nick=full >*/
+} GstCsdTrackContentArea;
+
+typedef enum {
+  GST_CSD_TRACK_LEARNING_ASYNC, /*< nick=async >*/
+  GST_CSD_TRACK_LEARNING_SYNC, /*< nick=sync >*/
+} GstCsdTrackLearning;
+
+typedef enum {
+  GST_CSD_TRACK_OVERLAY_NONE, /*< nick=none >*/
+  GST_CSD_TRACK_OVERLAY_DRAW, /*< nick=draw >*/
+  GST_CSD_TRACK_OVERLAY_META, /*< nick=meta >*/
+} GstCsdTrackOverlay;
+
+typedef enum {
+  GST_CSD_TRACK_POST_MESSAGES_NONE, /*< nick=none >*/
+  GST_CSD_TRACK_POST_MESSAGES_CHANGE, /*< nick=change >*/
+  GST_CSD_TRACK_POST_MESSAGES_FRAME, /*< nick=frame >*/
+} GstCsdTrackPostMessages;
+
+typedef enum {
+  GST_CSD_TRACK_ON_ERROR_ERROR, /*< nick=error >*/
+  GST_CSD_TRACK_ON_ERROR_PASS, /*< nick=pass >*/
+} GstCsdTrackOnError;
+
+G_END_DECLS

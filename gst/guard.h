@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <new>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace csd {
+
+/// What a caught exception means for the person who runs the pipeline.
+struct Failure {
+  std::string text;    ///< one sentence, and what to change
+  std::string detail;  ///< where it came from: for the debug string of the message
+  bool out_of_memory = false;
+};
+
+/// Words for the exception that is being handled; only to be called in a catch block. Does not throw.
+Failure describe_current_exception() noexcept;
+
+/// Runs `body`. No exception leaves: it is returned instead, and nothing if all went well. Every function that C code
+/// calls goes through here, for an exception that unwinds through C is the end of the process.
+template <typename Body>
+std::optional<Failure> guarded(Body &&body) noexcept {
+  try {
+    std::forward<Body>(body)();
+    return std::nullopt;
+  } catch (...) {
+    return describe_current_exception();
+  }
+}
+
+}  // namespace csd

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "message.h"
+
+namespace csd {
+
+FrameTimes frame_times(const GstSegment &segment, GstBuffer *buffer) {
+  FrameTimes times;
+  times.timestamp = GST_BUFFER_PTS(buffer);
+  times.duration = GST_BUFFER_DURATION(buffer);
+  if (segment.format != GST_FORMAT_TIME || !GST_CLOCK_TIME_IS_VALID(times.timestamp)) return times;
+  times.stream_time = gst_segment_to_stream_time(&segment, GST_FORMAT_TIME, times.timestamp);
+  times.running_time = gst_segment_to_running_time(&segment, GST_FORMAT_TIME, times.timestamp);
+  return times;
+}
+
+void post_tracks(GstElement *element, GstStructure *tracks, const FrameTimes &times) {
+  gst_structure_set_name(tracks, "csdtrack");
+  gst_structure_set(tracks, "timestamp", GST_TYPE_CLOCK_TIME, times.timestamp, "stream-time", GST_TYPE_CLOCK_TIME,
+                    times.stream_time, "running-time", GST_TYPE_CLOCK_TIME, times.running_time, "duration",
+                    GST_TYPE_CLOCK_TIME, times.duration, nullptr);
+  gst_element_post_message(element, gst_message_new_element(GST_OBJECT_CAST(element), tracks));
+}
+
+bool MessageGate::due(GstCsdTrackPostMessages mode, GstClockTime interval, bool changed, GstClockTime running_time) {
+  if (mode == GST_CSD_TRACK_POST_MESSAGES_NONE) {
+    pending_ = false;
+    return false;
+  }
+  pending_ |= changed || mode == GST_CSD_TRACK_POST_MESSAGES_FRAME;
+  const bool known = GST_CLOCK_TIME_IS_VALID(running_time) && GST_CLOCK_TIME_IS_VALID(last_);
+  if (!pending_ || (known && running_time >= last_ && running_time - last_ < interval)) return false;
+  pending_ = false;
+  last_ = running_time;
+  return true;
+}
+
+}  // namespace csd

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <opencv2/core/types.hpp>
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace csd {
+
+/// What a text property holds, or why it holds nothing: one of the two is set. `error` shows the part that is wrong and
+/// says what to write instead.
+template <typename T>
+struct Parsed {
+  T value{};
+  std::string error;
+
+  explicit operator bool() const { return error.empty(); }
+};
+
+/// "x,y;x,y;…" in pixels of the picture, decimal point whatever the locale, blanks allowed, one `;` at the end too.
+/// Empty text is no points. At most csd::max_points, all finite. A point may lie outside the picture.
+Parsed<std::vector<cv::Point2d>> parse_points(std::string_view text);
+
+/// "x,y,w,h" in whole pixels, x and y from 0, w and h from 1. Empty text is the empty rectangle: everywhere.
+Parsed<cv::Rect> parse_region(std::string_view text);
+
+}  // namespace csd
