@@ -128,9 +128,13 @@ class Job:
         self._feeds.append(sink)
 
     def _video_stream(self, pad, caps):
-        if self.track.get_static_pad("sink").query_accept_caps(caps):
+        known, over, under = caps.get_structure(0).get_fraction("pixel-aspect-ratio")
+        if known and (over <= 0 or under <= 0):  # avidemux makes -1/1 of some files, which no encoder takes
+            convert = self._make("capssetter", caps=Gst.Caps.from_string("video/x-raw, pixel-aspect-ratio=1/1"))
+        elif self.track.get_static_pad("sink").query_accept_caps(caps):
             return self._feed(pad, self.track)
-        convert = self._make("videoconvert")
+        else:
+            convert = self._make("videoconvert")
         self._chain(convert, self.track)
         self._feed(pad, convert)
         convert.sync_state_with_parent()

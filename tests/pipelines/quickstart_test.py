@@ -94,7 +94,7 @@ def test_encodes_what_mp4_cannot_hold(tmp):
 
 
 def test_odd_size_ten_bit(tmp):
-    ffmpeg(*picture("321x241"), "-c:v", "ffv1", "-pix_fmt", "yuv444p10le", tmp / "odd.mkv")
+    ffmpeg(*picture("321x241", source="testsrc"), "-c:v", "ffv1", "-pix_fmt", "yuv444p10le", tmp / "odd.mkv")
     tracked(tmp / "odd.mkv", tmp / "out", 50)
     first = json.loads((tmp / "out" / "tracks.jsonl").read_text().splitlines()[0])
     assert (first["width"], first["height"]) == (321, 241)
