@@ -55,7 +55,7 @@ def preview(video, picture, frames):
     # Square pixels first, then at most 640 columns each.
     filters = (f"select='{select}',scale='trunc(iw*max(sar,0.01)/2)*2':ih,setsar=1,scale='min(640,iw)':-2,"
                f"tile={columns}x{rows}:padding=4")
-    done = subprocess.run(["ffmpeg", "-v", "error", "-y", "-i", str(video), "-an", "-vsync", "0", "-vf", filters,
+    done = subprocess.run(["ffmpeg", "-v", "error", "-y", "-ignore_editlist", "1", "-i", str(video), "-an", "-vsync", "0", "-vf", filters,
                            "-frames:v", "1", str(picture)], stdin=subprocess.DEVNULL, capture_output=True, text=True)
     if done.returncode:
         print(f"quickstart: no preview.png: {done.stderr.strip().splitlines()[-1]}", file=sys.stderr)

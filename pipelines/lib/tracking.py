@@ -128,9 +128,13 @@ class Job:
         self._feeds.append(sink)
 
     def _video_stream(self, pad, caps):
-        if self.track.get_static_pad("sink").query_accept_caps(caps):
+        known, over, under = caps.get_structure(0).get_fraction("pixel-aspect-ratio")
+        if known and (over <= 0 or under <= 0):  # avidemux makes -1/1 of some files, which no encoder takes
+            convert = self._make("capssetter", caps=Gst.Caps.from_string("video/x-raw, pixel-aspect-ratio=1/1"))
+        elif self.track.get_static_pad("sink").query_accept_caps(caps):
             return self._feed(pad, self.track)
-        convert = self._make("videoconvert")
+        else:
+            convert = self._make("videoconvert")
         self._chain(convert, self.track)
         self._feed(pad, convert)
         convert.sync_state_with_parent()
@@ -262,13 +266,21 @@ def set_checked(element, name, text):
     if spec.value_type == GObject.TYPE_STRING:
         element.set_property(name, text)
         return
-    value = GObject.Value(spec.value_type)
-    if not Gst.value_deserialize(value, text):
-        choices = ""
-        if spec.value_type.is_a(GObject.TYPE_ENUM):
-            choices = ": it is one of " + ", ".join(v.value_nick for v in spec.enum_class.__enum_values__.values())
-        raise Failure(f"'{text}' is no value for {name}{choices or ' (see --properties)'}")
-    number = value.get_value()
+    if spec.value_type.is_a(GObject.TYPE_ENUM):
+        choices = {v.value_nick: v for v in spec.enum_class.__enum_values__.values()}
+        if text not in choices:
+            raise Failure(f"'{text}' is no value for {name}: it is one of {', '.join(choices)}")
+        element.set_property(name, choices[text])
+        return
+    if spec.value_type == GObject.TYPE_BOOLEAN:
+        if text not in ("true", "false"):
+            raise Failure(f"{name} is true or false, not '{text}'")
+        element.set_property(name, text == "true")
+        return
+    try:
+        number = float(text) if spec.value_type in (GObject.TYPE_DOUBLE, GObject.TYPE_FLOAT) else int(text)
+    except ValueError:
+        raise Failure(f"'{text}' is no value for {name}, a number (see --properties)") from None
     low, high = getattr(spec, "minimum", None), getattr(spec, "maximum", None)
     if low is not None and high is not None and not low <= number <= high:
         raise Failure(f"{name} is from {low} to {high}, not {text}")

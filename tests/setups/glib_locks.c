@@ -19,31 +19,31 @@ static void release(void *address) {
 }
 
 /* The function that this library stands in front of. A race to look it up is harmless: both find the same. */
-#define NEXT(name)                                                        \
-  static __typeof__(&name) next;                                          \
-  if (!__atomic_load_n((void **)&next, __ATOMIC_ACQUIRE)) {               \
-    void *found = dlsym(RTLD_NEXT, #name);                                \
-    __atomic_store_n((void **)&next, found, __ATOMIC_RELEASE);            \
+#define NEXT(name)                                             \
+  static __typeof__(&name) next;                               \
+  if (!__atomic_load_n((void **)&next, __ATOMIC_ACQUIRE)) {    \
+    void *found = dlsym(RTLD_NEXT, #name);                     \
+    __atomic_store_n((void **)&next, found, __ATOMIC_RELEASE); \
   }
 
-#define LOCK(name, type)                                                  \
-  __attribute__((visibility("default"))) void name(type *lock) {          \
-    NEXT(name)                                                            \
-    next(lock);                                                           \
-    acquire(lock);                                                        \
+#define LOCK(name, type)                                         \
+  __attribute__((visibility("default"))) void name(type *lock) { \
+    NEXT(name)                                                   \
+    next(lock);                                                  \
+    acquire(lock);                                               \
   }
-#define TRYLOCK(name, type)                                               \
-  __attribute__((visibility("default"))) gboolean name(type *lock) {      \
-    NEXT(name)                                                            \
-    const gboolean got = next(lock);                                      \
-    if (got) acquire(lock);                                               \
-    return got;                                                           \
+#define TRYLOCK(name, type)                                          \
+  __attribute__((visibility("default"))) gboolean name(type *lock) { \
+    NEXT(name)                                                       \
+    const gboolean got = next(lock);                                 \
+    if (got) acquire(lock);                                          \
+    return got;                                                      \
   }
-#define UNLOCK(name, type)                                                \
-  __attribute__((visibility("default"))) void name(type *lock) {          \
-    NEXT(name)                                                            \
-    release(lock);                                                        \
-    next(lock);                                                           \
+#define UNLOCK(name, type)                                       \
+  __attribute__((visibility("default"))) void name(type *lock) { \
+    NEXT(name)                                                   \
+    release(lock);                                               \
+    next(lock);                                                  \
   }
 
 LOCK(g_mutex_lock, GMutex)
