@@ -417,9 +417,8 @@ void forget_at(GstCsdTrack *self, GstEvent *event) {
 
 gboolean gst_csd_track_sink_event(GstBaseTransform *trans, GstEvent *event) {
   auto *self = GST_CSD_TRACK(trans);
-  // Events that are not serialized come from any thread; these two hold the stream lock.
-  if (self->state->engine && GST_EVENT_IS_SERIALIZED(event))
-    log_failure(self, csd::guarded([&] { forget_at(self, event); }));
+  // These two are serialized: the streaming thread's, or nothing streams.
+  if (self->state->engine) log_failure(self, csd::guarded([&] { forget_at(self, event); }));
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->sink_event(trans, event);
 }
 

@@ -348,6 +348,33 @@ GST_START_TEST(pixels_behind_a_tee_are_shared_not_copied) {
 }
 GST_END_TEST
 
+GST_START_TEST(overlay_meta_leaves_pixels_and_warns_where_nobody_renders) {
+  for (const bool renders : {true, false}) {
+    GstHarness *h = gst_harness_new_parse("csdtrack algorithm=lk overlay=meta points=\"160,120\"");
+    GstElement *track = element(h);
+    GstBus *bus = gst_bus_new();
+    gst_element_set_bus(track, bus);
+    if (renders) gst_harness_add_propose_allocation_meta(h, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE, nullptr);
+    gst_harness_set_src_caps_str(h, gray_320);
+    for (int i = 0; i < 3; ++i) {
+      GstBuffer *in = picture(320, 240, i);
+      GstBuffer *out = gst_harness_push_and_pull(h, gst_buffer_ref(in));
+      fail_unless((gst_buffer_get_video_overlay_composition_meta(out) != nullptr) == renders);
+      fail_unless(gst_buffer_peek_memory(out, 0) == gst_buffer_peek_memory(in, 0));
+      gst_buffer_unref(in);
+      gst_buffer_unref(out);
+    }
+    int warnings = 0;
+    while (GstMessage *message = gst_bus_pop_filtered(bus, GST_MESSAGE_WARNING)) ++warnings, gst_message_unref(message);
+    fail_unless_equals_int(warnings, renders ? 0 : 1);
+    gst_element_set_bus(track, nullptr);
+    gst_object_unref(bus);
+    gst_object_unref(track);
+    gst_harness_teardown(h);
+  }
+}
+GST_END_TEST
+
 GST_START_TEST(metas_of_others_stay) {
   GstHarness *h = harness("csdtrack algorithm=lk attach-roi=true points=\"160,120;-9,0\" patch-size=21");
   GstBuffer *in = picture(320, 240, 0);
@@ -408,6 +435,7 @@ static Suite *csdtrack_suite() {
   tcase_add_test(tc, points_are_added_and_removed_while_it_runs);
   tcase_add_test(tc, a_message_has_the_four_times_and_comes_on_change);
   tcase_add_test(tc, pixels_behind_a_tee_are_shared_not_copied);
+  tcase_add_test(tc, overlay_meta_leaves_pixels_and_warns_where_nobody_renders);
   tcase_add_test(tc, metas_of_others_stay);
   tcase_add_test(tc, no_frame_is_dropped_for_being_late);
   return suite;
