@@ -42,9 +42,9 @@ GstHarness *harness(const char *launch, const char *caps = gray_320) {
   return h;
 }
 
+/// The bin of gst_harness_new_parse() has one child. The caller owns a reference.
 GstElement *element(GstHarness *h) {
-  return GST_IS_BIN(h->element) ? gst_bin_get_by_name(GST_BIN(h->element), "csdtrack0")
-                                : GST_ELEMENT(gst_object_ref(h->element));
+  return GST_ELEMENT(gst_object_ref(GST_IS_BIN(h->element) ? GST_BIN(h->element)->children->data : h->element));
 }
 
 std::map<guint, std::string> states(GstBuffer *buffer) {
