@@ -78,6 +78,7 @@
 #include "lock.h"
 #include "message.h"
 #include "meta.h"
+#include "overlay_composition.h"
 #include "overlay_painter.h"
 #include "settings.h"
 #include "track/thread_pool.h"
@@ -123,8 +124,11 @@ struct GstCsdTrackState {
   csd::Latency latency;
   guint64 failed_frames = 0;
 
+  csd::OverlayNegotiation negotiation;  ///< guards itself
+
   // The streaming thread's alone.
   csd::OverlayPainter painter;
+  csd::OverlayComposition composition;
   // The same, set anew by start().
   Stream stream;
   csd::AlgorithmKind algorithm = csd::AlgorithmKind::csd_2012;
@@ -258,10 +262,22 @@ void publish(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, co
 
 /// Only drawing maps for writing: pixels that somebody else holds too are copied then, and only then.
 void show(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, const csd::LiveSettings &live) {
-  if (live.overlay != GST_CSD_TRACK_OVERLAY_DRAW || is_empty_gap(buffer)) return;
-  const GstVideoInfo &info = GST_VIDEO_FILTER(self)->in_info;
-  MappedFrame frame(info, buffer, GST_MAP_READWRITE);
-  self->state->painter.draw(*frame, info, gst_buffer_get_video_crop_meta(buffer), tracks);
+  if (live.overlay == GST_CSD_TRACK_OVERLAY_NONE || is_empty_gap(buffer)) return;
+  auto &state = *self->state;
+  const GstVideoCropMeta *crop = gst_buffer_get_video_crop_meta(buffer);
+  if (live.overlay == GST_CSD_TRACK_OVERLAY_DRAW) {
+    const GstVideoInfo &info = GST_VIDEO_FILTER(self)->in_info;
+    MappedFrame frame(info, buffer, GST_MAP_READWRITE);
+    state.painter.draw(*frame, info, crop, tracks);
+  } else if (state.negotiation.may_attach()) {
+    state.composition.attach(buffer, tracks, crop ? static_cast<int>(crop->x) : 0, crop ? static_cast<int>(crop->y) : 0,
+                             tracks.height);
+  } else if (state.negotiation.take_refusal()) {
+    GST_ELEMENT_WARNING(self, STREAM, FAILED,
+                        ("Nothing downstream can show an overlay that is not drawn. Use overlay=draw, or a sink that "
+                         "renders GstVideoOverlayComposition."),
+                        ("the pixels stay as they are"));
+  }
 }
 
 void warn_once(GstCsdTrack *self, const csd::Failure &failure) {
@@ -335,6 +351,9 @@ GstFlowReturn gst_csd_track_transform_ip(GstBaseTransform *trans, GstBuffer *buf
     const csd::ObjectLock lock(self);
     live = state.settings.live;
   }
+  if (live.overlay == GST_CSD_TRACK_OVERLAY_META &&
+      state.negotiation.settle(GST_BASE_TRANSFORM_SRC_PAD(trans)) == csd::OverlayNegotiation::Answer::retry)
+    gst_base_transform_reconfigure_src(trans);
   const GstFlowReturn flow = handle(self, buffer, live);
   const std::chrono::nanoseconds taken = std::chrono::steady_clock::now() - begun;
   const csd::ObjectLock lock(self);
@@ -342,7 +361,21 @@ GstFlowReturn gst_csd_track_transform_ip(GstBaseTransform *trans, GstBuffer *buf
   return flow;
 }
 
-gboolean gst_csd_track_set_info(GstVideoFilter *filter, GstCaps *, GstVideoInfo *info, GstCaps *, GstVideoInfo *) {
+GstCaps *gst_csd_track_transform_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps,
+                                      GstCaps *filter) {
+  GstCaps *other = GST_CSD_TRACK(trans)->state->negotiation.transform_caps(direction, caps);
+  if (!filter) return other;
+  GstCaps *both = gst_caps_intersect_full(filter, other, GST_CAPS_INTERSECT_FIRST);
+  gst_caps_unref(other);
+  return both;
+}
+
+gboolean gst_csd_track_src_event(GstBaseTransform *trans, GstEvent *event) {
+  if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE) GST_CSD_TRACK(trans)->state->negotiation.restart();
+  return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->src_event(trans, event);
+}
+
+gboolean gst_csd_track_set_info(GstVideoFilter *filter, GstCaps *in, GstVideoInfo *info, GstCaps *out, GstVideoInfo *) {
   auto *self = GST_CSD_TRACK(filter);
   auto &state = *self->state;
   const GstVideoInfo &last = filter->in_info;  // the base class sets it after this
@@ -350,6 +383,7 @@ gboolean gst_csd_track_set_info(GstVideoFilter *filter, GstCaps *, GstVideoInfo 
                     last.interlace_mode == info->interlace_mode;
   GST_DEBUG_OBJECT(self, "%s %dx%d: the stream is %s", gst_video_format_to_string(GST_VIDEO_INFO_FORMAT(info)),
                    info->width, info->height, same ? "the same" : "another");
+  state.negotiation.set_caps(in, out);
   if (same) return TRUE;
   if (state.stream.width > 0) state.engine->tracker.reset();
   state.stream.width = info->width;
@@ -383,9 +417,8 @@ void forget_at(GstCsdTrack *self, GstEvent *event) {
 
 gboolean gst_csd_track_sink_event(GstBaseTransform *trans, GstEvent *event) {
   auto *self = GST_CSD_TRACK(trans);
-  // Events that are not serialized come from any thread; these two hold the stream lock.
-  if (self->state->engine && GST_EVENT_IS_SERIALIZED(event))
-    log_failure(self, csd::guarded([&] { forget_at(self, event); }));
+  // These two are serialized: the streaming thread's, or nothing streams.
+  if (self->state->engine) log_failure(self, csd::guarded([&] { forget_at(self, event); }));
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->sink_event(trans, event);
 }
 
@@ -549,7 +582,11 @@ void gst_csd_track_set_property(GObject *object, guint id, const GValue *value, 
               }));
   if (!known) G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
   if (refused) GST_WARNING_OBJECT(self, "%s can be set in NULL and READY only: it stays as it was", spec->name);
-  if (id == csd::prop_overlay) gst_base_transform_reconfigure_src(GST_BASE_TRANSFORM(self));
+  if (id == csd::prop_overlay) {
+    self->state->negotiation.set_wanted(g_value_get_enum(value) == GST_CSD_TRACK_OVERLAY_META);
+    self->state->negotiation.restart();
+    gst_base_transform_reconfigure_src(GST_BASE_TRANSFORM(self));
+  }
 }
 
 void gst_csd_track_get_property(GObject *object, guint id, GValue *value, GParamSpec *spec) {
@@ -631,6 +668,8 @@ static void gst_csd_track_class_init(GstCsdTrackClass *klass) {
   trans_class->transform_ip = GST_DEBUG_FUNCPTR(gst_csd_track_transform_ip);
   trans_class->before_transform = GST_DEBUG_FUNCPTR(gst_csd_track_before_transform);
   trans_class->sink_event = GST_DEBUG_FUNCPTR(gst_csd_track_sink_event);
+  trans_class->src_event = GST_DEBUG_FUNCPTR(gst_csd_track_src_event);
+  trans_class->transform_caps = GST_DEBUG_FUNCPTR(gst_csd_track_transform_caps);
   trans_class->accept_caps = GST_DEBUG_FUNCPTR(gst_csd_track_accept_caps);
   trans_class->filter_meta = GST_DEBUG_FUNCPTR(gst_csd_track_filter_meta);
   trans_class->start = GST_DEBUG_FUNCPTR(gst_csd_track_start);
@@ -643,6 +682,8 @@ static void gst_csd_track_init(GstCsdTrack *self) {
   auto *trans = GST_BASE_TRANSFORM(self);
   gst_base_transform_set_in_place(trans, TRUE);
   gst_base_transform_set_gap_aware(trans, TRUE);
+  // Else the base class tries the input's caps first, and never offers the feature that overlay=meta needs.
+  gst_base_transform_set_prefer_passthrough(trans, FALSE);
   // GstVideoFilter turns it on; then a late frame is dropped before it gets here, and a recording has a hole.
   gst_base_transform_set_qos_enabled(trans, FALSE);
 }

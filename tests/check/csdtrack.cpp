@@ -1,0 +1,444 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// What csdtrack promises, element by harness: properties, states, messages, metas, and what makes it forget.
+#include <gst/check/gstcheck.h>
+#include <gst/check/gstharness.h>
+#include <gst/video/video.h>
+
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <string>
+
+#include "csdtrackmeta.h"
+
+namespace {
+
+constexpr char gray_320[] = "video/x-raw,format=GRAY8,width=320,height=240,framerate=25/1";
+
+/// A picture with texture everywhere: squares of 16 pixels whose brightness is a hash of their place.
+guint8 texture(int x, int y) {
+  guint32 h = static_cast<guint32>(x / 16) * 2654435761u ^ static_cast<guint32>(y / 16) * 40503u;
+  h ^= h >> 13;
+  h *= 0x5bd1e995u;
+  return static_cast<guint8>(40 + (h >> 24) % 160);
+}
+
+GstBuffer *picture(int width, int height, int index, guint8 (*value)(int, int) = texture) {
+  const int stride = GST_ROUND_UP_4(width);
+  GstBuffer *buffer = gst_buffer_new_allocate(nullptr, static_cast<gsize>(stride) * height, nullptr);
+  GstMapInfo map;
+  gst_buffer_map(buffer, &map, GST_MAP_WRITE);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) map.data[y * stride + x] = value(x, y);
+  gst_buffer_unmap(buffer, &map);
+  GST_BUFFER_PTS(buffer) = index * 40 * GST_MSECOND;
+  GST_BUFFER_DURATION(buffer) = 40 * GST_MSECOND;
+  return buffer;
+}
+
+GstHarness *harness(const char *launch, const char *caps = gray_320) {
+  GstHarness *h = gst_harness_new_parse(launch);
+  gst_harness_set_src_caps_str(h, caps);
+  return h;
+}
+
+/// The bin of gst_harness_new_parse() has one child. The caller owns a reference.
+GstElement *element(GstHarness *h) {
+  return GST_ELEMENT(gst_object_ref(GST_IS_BIN(h->element) ? GST_BIN(h->element)->children->data : h->element));
+}
+
+std::map<guint, std::string> states(GstBuffer *buffer) {
+  std::map<guint, std::string> result;
+  const GstStructure *s = gst_buffer_get_csd_tracks(buffer, GST_CSD_TRACK_META_NAME, nullptr);
+  fail_unless(s != nullptr);
+  GstCsdHeader header;
+  fail_unless(gst_csd_structure_get_header(s, &header));
+  for (guint i = 0; i < header.n_features; ++i) {
+    GstCsdFeature f;
+    fail_unless(gst_csd_structure_get_feature(s, i, &f));
+    fail_unless(std::isfinite(f.x) && std::isfinite(f.y) && f.confidence >= 0 && f.confidence <= 1);
+    result[f.id] = f.state;
+  }
+  return result;
+}
+
+guint64 frame_number(GstBuffer *buffer) {
+  GstCsdHeader header;
+  fail_unless(
+      gst_csd_structure_get_header(gst_buffer_get_csd_tracks(buffer, GST_CSD_TRACK_META_NAME, nullptr), &header));
+  return header.frame;
+}
+
+std::map<guint, std::string> push(GstHarness *h, GstBuffer *in) {
+  GstBuffer *out = gst_harness_push_and_pull(h, in);
+  fail_unless(out != nullptr);
+  auto result = states(out);
+  gst_buffer_unref(out);
+  return result;
+}
+
+using States = std::map<guint, std::string>;
+
+GstMessage *message_of(const char *points, GstStateChangeReturn *result) {
+  GstElement *track = gst_element_factory_make("csdtrack", nullptr);
+  GstBus *bus = gst_bus_new();
+  gst_element_set_bus(track, bus);
+  g_object_set(track, "points", points, nullptr);
+  *result = gst_element_set_state(track, GST_STATE_READY);
+  GstMessage *message = gst_bus_pop_filtered(bus, GST_MESSAGE_ERROR);
+  gst_element_set_state(track, GST_STATE_NULL);
+  gst_element_set_bus(track, nullptr);
+  gst_object_unref(bus);
+  gst_object_unref(track);
+  return message;
+}
+
+}  // namespace
+
+GST_START_TEST(properties_have_their_documented_defaults) {
+  GstElement *track = gst_element_factory_make("csdtrack", nullptr);
+  const std::map<std::string, std::string> expected = {{"algorithm", "csd-2012"},
+                                                       {"max-features", "50"},
+                                                       {"points", ""},
+                                                       {"replenish", "TRUE"},
+                                                       {"forget-after", "10000000000"},
+                                                       {"region", ""},
+                                                       {"content-area", "auto"},
+                                                       {"patch-size", "0"},
+                                                       {"search-radius", "0"},
+                                                       {"training-time", "500000000"},
+                                                       {"learning", "async"},
+                                                       {"n-threads", "0"},
+                                                       {"overlay", "none"},
+                                                       {"attach-meta", "TRUE"},
+                                                       {"attach-roi", "FALSE"},
+                                                       {"post-messages", "change"},
+                                                       {"message-interval", "0"},
+                                                       {"on-error", "error"},
+                                                       {"seed", "1"},
+                                                       {"qos", "FALSE"}};
+  for (const auto &[name, text] : expected) {
+    GParamSpec *spec = g_object_class_find_property(G_OBJECT_GET_CLASS(track), name.c_str());
+    fail_unless(spec != nullptr, "no property %s", name.c_str());
+    GValue value = G_VALUE_INIT;
+    g_value_init(&value, spec->value_type);
+    g_object_get_property(G_OBJECT(track), name.c_str(), &value);
+    std::string shown;
+    if (G_VALUE_HOLDS_ENUM(&value)) {
+      auto *klass = static_cast<GEnumClass *>(g_type_class_ref(spec->value_type));
+      shown = g_enum_get_value(klass, g_value_get_enum(&value))->value_nick;
+      g_type_class_unref(klass);
+    } else if (G_VALUE_HOLDS_STRING(&value)) {
+      shown = g_value_get_string(&value);
+    } else {
+      gchar *serialized = gst_value_serialize(&value);
+      for (const char *c = serialized; *c; ++c) shown += spec->value_type == G_TYPE_BOOLEAN ? g_ascii_toupper(*c) : *c;
+      g_free(serialized);
+    }
+    fail_unless_equals_string(shown.c_str(), text.c_str());
+    g_value_unset(&value);
+  }
+  GstElementFactory *factory = gst_element_get_factory(track);
+  fail_unless_equals_int(gst_plugin_feature_get_rank(GST_PLUGIN_FEATURE(factory)), GST_RANK_NONE);
+  fail_unless_equals_string(gst_element_factory_get_metadata(factory, "klass"), "Filter/Analyzer/Video");
+  fail_unless(GST_IS_PRESET(track));
+  gst_object_unref(track);
+}
+GST_END_TEST
+
+GST_START_TEST(states_go_up_and_down) {
+  GstElement *track = gst_element_factory_make("csdtrack", nullptr);
+  for (int i = 0; i < 3; ++i)
+    for (const GstState state :
+         {GST_STATE_READY, GST_STATE_PAUSED, GST_STATE_PLAYING, GST_STATE_PAUSED, GST_STATE_READY, GST_STATE_NULL})
+      fail_unless_equals_int(gst_element_set_state(track, state), GST_STATE_CHANGE_SUCCESS);
+  gst_object_unref(track);
+}
+GST_END_TEST
+
+GST_START_TEST(bad_points_are_shown_and_stop_null_to_ready) {
+  std::string many;
+  for (int i = 0; i < 10001; ++i) many += "1,1;";
+  const std::map<std::string, std::string> bad = {{"1,2;3", "\"3\" (point 2)"},
+                                                  {"nan,2", "\"nan,2\" (point 1)"},
+                                                  {"1,5,2,5", "\"1,5,2,5\""},
+                                                  {"x,1", "\"x,1\""},
+                                                  {";", "\"\""},
+                                                  {"1e999,2", "\"1e999,2\""},
+                                                  {"inf,1", "\"inf,1\""},
+                                                  {"truth", "\"truth\""},
+                                                  {many, "(point 10001)"}};
+  for (const auto &[points, shown] : bad) {
+    if (points == ";") continue;  // no points, with the semicolon that may end them
+    GstStateChangeReturn result;
+    GstMessage *message = message_of(points.c_str(), &result);
+    fail_unless_equals_int(result, GST_STATE_CHANGE_FAILURE);
+    fail_unless(message != nullptr, "%s", points.c_str());
+    GError *error = nullptr;
+    gst_message_parse_error(message, &error, nullptr);
+    fail_unless(g_error_matches(error, GST_RESOURCE_ERROR, GST_RESOURCE_ERROR_SETTINGS));
+    fail_unless(std::strstr(error->message, shown.c_str()) != nullptr, "%s", error->message);
+    g_error_free(error);
+    gst_message_unref(message);
+  }
+  GstStateChangeReturn result;
+  fail_unless(message_of(" 1,2 ; +3.5,-4 ;", &result) == nullptr);
+  fail_unless_equals_int(result, GST_STATE_CHANGE_SUCCESS);
+}
+GST_END_TEST
+
+GST_START_TEST(a_region_set_in_ready_is_checked_at_paused) {
+  GstElement *track = gst_element_factory_make("csdtrack", nullptr);
+  fail_unless_equals_int(gst_element_set_state(track, GST_STATE_READY), GST_STATE_CHANGE_SUCCESS);
+  g_object_set(track, "region", "0,0,-5,10", nullptr);
+  fail_unless_equals_int(gst_element_set_state(track, GST_STATE_PAUSED), GST_STATE_CHANGE_FAILURE);
+  g_object_set(track, "region", "0,0,5,10", nullptr);
+  fail_unless_equals_int(gst_element_set_state(track, GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
+  // From PAUSED on it stays as it is.
+  g_object_set(track, "region", "rubbish", nullptr);
+  gchar *region = nullptr;
+  g_object_get(track, "region", &region, nullptr);
+  fail_unless_equals_string(region, "0,0,5,10");
+  g_free(region);
+  gst_element_set_state(track, GST_STATE_NULL);
+  gst_object_unref(track);
+}
+GST_END_TEST
+
+GST_START_TEST(given_points_have_ids_in_order_and_outside_is_out) {
+  GstHarness *h = harness("csdtrack algorithm=lk points=\"160,120;96.5,64;-5,10;1e6,1e6\"");
+  const auto first = push(h, picture(320, 240, 0));
+  fail_unless(first == (States{{0, "learning"}, {1, "learning"}, {2, "out"}, {3, "out"}}) ||
+              first == (States{{0, "tracked"}, {1, "tracked"}, {2, "out"}, {3, "out"}}));
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+GST_START_TEST(flush_size_and_stream_forget_and_format_does_not) {
+  GstHarness *h = harness("csdtrack algorithm=lk points=\"160,120\"");
+  fail_unless(push(h, picture(320, 240, 0)).count(0) == 1);
+  // Another framerate: the same stream.
+  gst_harness_set_src_caps_str(h, "video/x-raw,format=GRAY8,width=320,height=240,framerate=30/1");
+  const auto same = push(h, picture(320, 240, 1));
+  fail_unless(same.size() == 1 && same.count(0) == 1 && same.at(0) != "ended");
+  // A flush: the old one ends, the same pixels begin again under the next id.
+  gst_harness_push_event(h, gst_event_new_flush_start());
+  gst_harness_push_event(h, gst_event_new_flush_stop(TRUE));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_harness_push_event(h, gst_event_new_segment(&segment));
+  auto next = push(h, picture(320, 240, 2));
+  fail_unless(next.size() == 2 && next.at(0) == "ended" && next.count(1) == 1);
+  // Another size.
+  gst_harness_set_src_caps_str(h, "video/x-raw,format=GRAY8,width=336,height=240,framerate=30/1");
+  next = push(h, picture(336, 240, 3));
+  fail_unless(next.size() == 2 && next.at(1) == "ended" && next.count(2) == 1);
+  // Another stream; the harness began with one of its own.
+  gst_harness_push_event(h, gst_event_new_stream_start("another"));
+  gst_harness_set_src_caps_str(h, "video/x-raw,format=GRAY8,width=336,height=240,framerate=30/1");
+  gst_harness_push_event(h, gst_event_new_segment(&segment));
+  next = push(h, picture(336, 240, 4));
+  fail_unless(next.size() == 2 && next.at(2) == "ended" && next.count(3) == 1);
+  // The signal.
+  GstElement *track = element(h);
+  g_signal_emit_by_name(track, "reset");
+  GstBuffer *out = gst_harness_push_and_pull(h, picture(336, 240, 5));
+  next = states(out);
+  fail_unless(next.size() == 2 && next.at(3) == "ended" && next.count(4) == 1);
+  fail_unless_equals_uint64(frame_number(out), 5);
+  gst_buffer_unref(out);
+  gst_object_unref(track);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+GST_START_TEST(points_are_added_and_removed_while_it_runs) {
+  GstElement *track = gst_element_factory_make("csdtrack", nullptr);
+  guint id = 7;
+  g_signal_emit_by_name(track, "add-point", 10., 10., &id);  // in NULL
+  fail_unless_equals_int(id, G_MAXUINT);
+  gst_element_set_state(track, GST_STATE_READY);
+  g_signal_emit_by_name(track, "add-point", 10., 10., &id);
+  fail_unless_equals_int(id, G_MAXUINT);
+  g_object_set(track, "max-features", 0, "algorithm", 2, nullptr);
+  GstHarness *h = gst_harness_new_with_element(track, "sink", "src");
+  gst_harness_play(h);
+  gst_harness_set_src_caps_str(h, gray_320);
+  fail_unless(push(h, picture(320, 240, 0)).empty());
+  g_signal_emit_by_name(track, "add-point", 160., 120., &id);
+  fail_unless_equals_int(id, 0);
+  guint bad = 0;
+  g_signal_emit_by_name(track, "add-point", static_cast<double>(NAN), 120., &bad);
+  fail_unless_equals_int(bad, G_MAXUINT);
+  fail_unless(push(h, picture(320, 240, 1)).count(0) == 1);
+  g_signal_emit_by_name(track, "remove-point", 0u);
+  g_signal_emit_by_name(track, "remove-point", 99u);
+  fail_unless(push(h, picture(320, 240, 2)) == (States{{0, "ended"}}));
+  fail_unless(push(h, picture(320, 240, 3)).empty());
+  gst_harness_teardown(h);
+  gst_object_unref(track);
+}
+GST_END_TEST
+
+GST_START_TEST(a_message_has_the_four_times_and_comes_on_change) {
+  GstHarness *h = harness("csdtrack algorithm=lk points=\"160,120\" training-time=0");
+  GstElement *track = element(h);
+  GstBus *bus = gst_bus_new();
+  gst_element_set_bus(track, bus);
+  for (int i = 0; i < 5; ++i) push(h, picture(320, 240, i));
+  GstMessage *message = gst_bus_pop_filtered(bus, GST_MESSAGE_ELEMENT);
+  fail_unless(message != nullptr);
+  const GstStructure *s = gst_message_get_structure(message);
+  fail_unless_equals_string(gst_structure_get_name(s), "csdtrack");
+  GstCsdHeader header;
+  fail_unless(gst_csd_structure_get_header(s, &header));
+  fail_unless_equals_uint64(header.frame, 0);
+  fail_unless_equals_int(header.width, 320);
+  guint64 timestamp, stream_time, running_time, duration;
+  fail_unless(gst_structure_get(s, "timestamp", G_TYPE_UINT64, &timestamp, "stream-time", G_TYPE_UINT64, &stream_time,
+                                "running-time", G_TYPE_UINT64, &running_time, "duration", G_TYPE_UINT64, &duration,
+                                nullptr));
+  fail_unless_equals_uint64(timestamp, 0);
+  fail_unless_equals_uint64(stream_time, 0);
+  fail_unless_equals_uint64(running_time, 0);
+  fail_unless_equals_uint64(duration, 40 * GST_MSECOND);
+  gst_message_unref(message);
+  int more = 0;
+  while ((message = gst_bus_pop_filtered(bus, GST_MESSAGE_ELEMENT))) more++, gst_message_unref(message);
+  fail_unless(more <= 1, "%d", more);  // learning → tracked at most: nothing else changes
+  // Every frame, at most one in 100 ms: at 200, 320 and 440 ms of these at 40 ms.
+  g_object_set(track, "post-messages", 2, "message-interval", 100 * GST_MSECOND, nullptr);
+  for (int i = 5; i < 12; ++i) push(h, picture(320, 240, i));
+  std::string when;
+  while ((message = gst_bus_pop_filtered(bus, GST_MESSAGE_ELEMENT))) {
+    gst_structure_get(gst_message_get_structure(message), "running-time", G_TYPE_UINT64, &running_time, nullptr);
+    when += std::to_string(running_time / GST_MSECOND) + " ";
+    gst_message_unref(message);
+  }
+  fail_unless_equals_string(when.c_str(), "200 320 440 ");
+  gst_element_set_bus(track, nullptr);
+  gst_object_unref(bus);
+  gst_object_unref(track);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+GST_START_TEST(pixels_behind_a_tee_are_shared_not_copied) {
+  for (const bool draw : {false, true}) {
+    GstHarness *h = harness(draw ? "csdtrack algorithm=lk overlay=draw" : "csdtrack algorithm=lk");
+    for (int i = 0; i < 3; ++i) {
+      GstBuffer *in = picture(320, 240, i);
+      GstBuffer *before = gst_buffer_copy_deep(in);
+      GstBuffer *out = gst_harness_push_and_pull(h, gst_buffer_ref(in));  // we hold it too, as a tee's other branch
+      fail_unless(out != in);                                             // its metas are not ours to write
+      fail_unless((gst_buffer_peek_memory(out, 0) == gst_buffer_peek_memory(in, 0)) == !draw);
+      fail_unless(gst_buffer_get_csd_tracks(in, GST_CSD_TRACK_META_NAME, nullptr) == nullptr);
+      fail_if(states(out).empty());
+      GstMapInfo a;
+      gst_buffer_map(before, &a, GST_MAP_READ);
+      gst_check_buffer_data(in, a.data, a.size);
+      if (draw) fail_unless(gst_buffer_memcmp(out, 0, a.data, a.size) != 0);
+      gst_buffer_unmap(before, &a);
+      gst_buffer_unref(before);
+      gst_buffer_unref(in);
+      gst_buffer_unref(out);
+    }
+    gst_harness_teardown(h);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(overlay_meta_leaves_pixels_and_warns_where_nobody_renders) {
+  for (const bool renders : {true, false}) {
+    GstHarness *h = gst_harness_new_parse("csdtrack algorithm=lk overlay=meta points=\"160,120\"");
+    GstElement *track = element(h);
+    GstBus *bus = gst_bus_new();
+    gst_element_set_bus(track, bus);
+    if (renders) gst_harness_add_propose_allocation_meta(h, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE, nullptr);
+    gst_harness_set_src_caps_str(h, gray_320);
+    for (int i = 0; i < 3; ++i) {
+      GstBuffer *in = picture(320, 240, i);
+      GstBuffer *out = gst_harness_push_and_pull(h, gst_buffer_ref(in));
+      fail_unless((gst_buffer_get_video_overlay_composition_meta(out) != nullptr) == renders);
+      fail_unless(gst_buffer_peek_memory(out, 0) == gst_buffer_peek_memory(in, 0));
+      gst_buffer_unref(in);
+      gst_buffer_unref(out);
+    }
+    int warnings = 0;
+    while (GstMessage *message = gst_bus_pop_filtered(bus, GST_MESSAGE_WARNING)) ++warnings, gst_message_unref(message);
+    fail_unless_equals_int(warnings, renders ? 0 : 1);
+    gst_element_set_bus(track, nullptr);
+    gst_object_unref(bus);
+    gst_object_unref(track);
+    gst_harness_teardown(h);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(metas_of_others_stay) {
+  GstHarness *h = harness("csdtrack algorithm=lk attach-roi=true points=\"160,120;-9,0\" patch-size=21");
+  GstBuffer *in = picture(320, 240, 0);
+  gst_buffer_add_video_region_of_interest_meta(in, "face", 1, 2, 3, 4);
+  GstCaps *caps = gst_caps_new_empty_simple("timestamp/x-unix");
+  gst_buffer_add_reference_timestamp_meta(in, caps, 5, GST_CLOCK_TIME_NONE);
+  gst_caps_unref(caps);
+  GstBuffer *out = gst_harness_push_and_pull(h, in);
+  fail_unless(gst_buffer_get_reference_timestamp_meta(out, nullptr) != nullptr);
+  fail_unless_equals_int(gst_buffer_get_n_meta(out, GST_VIDEO_REGION_OF_INTEREST_META_API_TYPE), 2);
+  gpointer iter = nullptr;
+  bool ours = false, theirs = false;
+  while (GstMeta *meta = gst_buffer_iterate_meta_filtered(out, &iter, GST_VIDEO_REGION_OF_INTEREST_META_API_TYPE)) {
+    auto *roi = reinterpret_cast<GstVideoRegionOfInterestMeta *>(meta);
+    theirs |= roi->roi_type == g_quark_from_string("face") && roi->x == 1 && roi->h == 4;
+    if (roi->roi_type != g_quark_from_string("csdtrack")) continue;
+    ours = true;  // 21 pixels around 160,120: from 150,110 to 170,130
+    fail_unless(roi->id == 0 && roi->x == 150 && roi->y == 110 && roi->w == 21 && roi->h == 21);
+    gdouble x = 0;
+    fail_unless(gst_structure_get_double(gst_video_region_of_interest_meta_get_param(roi, "csdtrack"), "x", &x));
+    fail_unless_equals_float(x, 160.);
+  }
+  fail_unless(ours && theirs);
+  gst_buffer_unref(out);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+GST_START_TEST(no_frame_is_dropped_for_being_late) {
+  GstHarness *h = harness("csdtrack algorithm=lk");
+  gst_harness_push_upstream_event(h, gst_event_new_qos(GST_QOS_TYPE_UNDERFLOW, 2., GST_SECOND, GST_SECOND));
+  for (int i = 0; i < 10; ++i) push(h, picture(320, 240, i));  // all are due before the time that QoS asks for
+  GstElement *track = element(h);
+  GstStructure *stats = nullptr;
+  g_object_get(track, "stats", &stats, nullptr);
+  guint64 frames = 0, p50 = 0, p95 = 0, max = 0;
+  fail_unless(gst_structure_get(stats, "frames", G_TYPE_UINT64, &frames, "time-p50", G_TYPE_UINT64, &p50, "time-p95",
+                                G_TYPE_UINT64, &p95, "time-max", G_TYPE_UINT64, &max, nullptr));
+  fail_unless_equals_uint64(frames, 10);
+  fail_unless(p50 > 0 && p50 <= p95 && p95 <= max);
+  fail_unless(gst_structure_get_string(stats, "simd") != nullptr);
+  gst_structure_free(stats);
+  gst_object_unref(track);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+static Suite *csdtrack_suite() {
+  Suite *suite = suite_create("csdtrack");
+  TCase *tc = tcase_create("element");
+  suite_add_tcase(suite, tc);
+  tcase_add_test(tc, properties_have_their_documented_defaults);
+  tcase_add_test(tc, states_go_up_and_down);
+  tcase_add_test(tc, bad_points_are_shown_and_stop_null_to_ready);
+  tcase_add_test(tc, a_region_set_in_ready_is_checked_at_paused);
+  tcase_add_test(tc, given_points_have_ids_in_order_and_outside_is_out);
+  tcase_add_test(tc, flush_size_and_stream_forget_and_format_does_not);
+  tcase_add_test(tc, points_are_added_and_removed_while_it_runs);
+  tcase_add_test(tc, a_message_has_the_four_times_and_comes_on_change);
+  tcase_add_test(tc, pixels_behind_a_tee_are_shared_not_copied);
+  tcase_add_test(tc, overlay_meta_leaves_pixels_and_warns_where_nobody_renders);
+  tcase_add_test(tc, metas_of_others_stay);
+  tcase_add_test(tc, no_frame_is_dropped_for_being_late);
+  return suite;
+}
+
+GST_CHECK_MAIN(csdtrack)

@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// What csdtrack does when something fails. The element is linked in, above an algorithm that fails on demand: it takes
+// the place of core/track/make_algorithm.cpp.
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <new>
+#include <stdexcept>
+#include <string>
+
+#include "csdtrack.h"
+#include "csdtrackmeta.h"
+#include "meta.h"
+#include "track/algorithm.h"
+
+// After everything in C++: Check has a macro `fail`.
+#include <gst/check/gstcheck.h>
+#include <gst/check/gstharness.h>
+
+namespace {
+
+enum class Trouble { none, opencv, memory, runtime, number, construction };
+std::atomic<Trouble> trouble = Trouble::none;
+
+void fail_as_asked() {
+  switch (trouble) {
+    case Trouble::opencv:
+      CV_Error(cv::Error::StsAssert, "planted");
+    case Trouble::memory:
+      throw std::bad_alloc();
+    case Trouble::runtime:
+      throw std::runtime_error("planted");
+    case Trouble::number:
+      throw 42;
+    default:
+      break;
+  }
+}
+
+/// Sees every feature where it was.
+class Fragile : public csd::Algorithm {
+ public:
+  void track(const csd::FrameContext &, std::vector<csd::Claim> &claims) override {
+    fail_as_asked();
+    for (auto &claim : claims) claim.kind = csd::Claim::Kind::tracked;
+  }
+  csd::Claim::Kind begin(csd::FeatureId, cv::Point2d, const csd::FrameContext &) override {
+    return csd::Claim::Kind::learning;
+  }
+  void end(csd::FeatureId) override {}
+  void finish(const csd::FrameContext &) override {}
+  void forget() override {}
+  void add_to(csd::Stats &) const override {}
+};
+
+GstBuffer *noise(int width, int height, int index, int low = 0, int high = 256) {
+  GstBuffer *buffer = gst_buffer_new_allocate(nullptr, static_cast<gsize>(GST_ROUND_UP_4(width)) * height, nullptr);
+  GstMapInfo map;
+  gst_buffer_map(buffer, &map, GST_MAP_WRITE);
+  GRand *random = g_rand_new_with_seed(static_cast<guint32>(index));
+  for (gsize i = 0; i < map.size; ++i) map.data[i] = static_cast<guint8>(g_rand_int_range(random, low, high));
+  g_rand_free(random);
+  gst_buffer_unmap(buffer, &map);
+  GST_BUFFER_PTS(buffer) = index * 40 * GST_MSECOND;
+  return buffer;
+}
+
+struct Bench {
+  GstElement *track;
+  GstHarness *h;
+  GstBus *bus;
+};
+
+Bench bench(int width = 320, int height = 240) {
+  auto *track = GST_ELEMENT(g_object_new(GST_TYPE_CSD_TRACK, "name", "csdtrack", nullptr));
+  gst_object_ref_sink(track);
+  Bench b{track, gst_harness_new_with_element(track, "sink", "src"), gst_bus_new()};
+  gst_element_set_bus(track, b.bus);
+  gchar *caps = g_strdup_printf("video/x-raw,format=GRAY8,width=%d,height=%d,framerate=25/1", width, height);
+  gst_harness_set_src_caps_str(b.h, caps);
+  g_free(caps);
+  return b;
+}
+
+void close(Bench &b) {
+  gst_element_set_bus(b.track, nullptr);
+  gst_harness_teardown(b.h);
+  gst_object_unref(b.bus);
+  gst_object_unref(b.track);
+}
+
+/// A bench whose element has `property` set from the start: structural ones can't be set later.
+Bench bench_with(const char *property, const char *value) {
+  auto *track = GST_ELEMENT(g_object_new(GST_TYPE_CSD_TRACK, "name", "csdtrack", nullptr));
+  gst_object_ref_sink(track);
+  gst_util_set_object_arg(G_OBJECT(track), property, value);
+  Bench b{track, gst_harness_new_with_element(track, "sink", "src"), gst_bus_new()};
+  gst_element_set_bus(track, b.bus);
+  gst_harness_set_src_caps_str(b.h, "video/x-raw,format=GRAY8,width=320,height=240,framerate=25/1");
+  return b;
+}
+
+int count(GstBus *bus, GstMessageType type) {
+  int n = 0;
+  while (GstMessage *message = gst_bus_pop_filtered(bus, type)) {
+    ++n;
+    gst_message_unref(message);
+  }
+  return n;
+}
+
+guint features_in(GstBuffer *buffer, const char *state) {
+  GstCsdHeader header;
+  const GstStructure *s = gst_buffer_get_csd_tracks(buffer, GST_CSD_TRACK_META_NAME, nullptr);
+  fail_unless(s != nullptr && gst_csd_structure_get_header(s, &header));
+  guint n = 0;
+  for (guint i = 0; i < header.n_features; ++i) {
+    GstCsdFeature f;
+    fail_unless(gst_csd_structure_get_feature(s, i, &f));
+    fail_unless(std::isfinite(f.x) && std::isfinite(f.y) && std::isfinite(f.confidence));
+    n += !state || std::strcmp(f.state, state) == 0;
+  }
+  return n;
+}
+
+guint pushed(Bench &b, GstBuffer *in, const char *state = nullptr) {
+  GstBuffer *out = gst_harness_push_and_pull(b.h, in);
+  fail_unless(out != nullptr);
+  const guint n = features_in(out, state);
+  gst_buffer_unref(out);
+  return n;
+}
+
+}  // namespace
+
+std::unique_ptr<csd::Algorithm> csd::make_algorithm(const Settings &, Executor &) {
+  if (trouble == Trouble::construction) throw std::runtime_error("planted");
+  return std::make_unique<Fragile>();
+}
+
+GST_START_TEST(an_exception_is_an_element_error) {
+  for (const Trouble t : {Trouble::opencv, Trouble::memory, Trouble::runtime, Trouble::number}) {
+    trouble = Trouble::none;
+    Bench b = bench_with("points", "100,100");
+    fail_unless_equals_int(pushed(b, noise(320, 240, 0)), 1);
+    trouble = t;
+    fail_unless_equals_int(gst_harness_push(b.h, noise(320, 240, 1)), GST_FLOW_ERROR);
+    GstMessage *message = gst_bus_pop_filtered(b.bus, GST_MESSAGE_ERROR);
+    fail_unless(message != nullptr);
+    GError *error = nullptr;
+    gst_message_parse_error(message, &error, nullptr);
+    // The text says what to change.
+    fail_unless(std::strstr(error->message, t == Trouble::memory ? "max-features" : "on-error=pass") != nullptr);
+    g_error_free(error);
+    gst_message_unref(message);
+    fail_unless_equals_int(count(b.bus, GST_MESSAGE_ERROR), 0);
+    close(b);
+  }
+  trouble = Trouble::none;
+}
+GST_END_TEST
+
+GST_START_TEST(on_error_pass_warns_once_and_frames_go_through_untouched) {
+  Bench b = bench_with("points", "100,100;200,100");
+  gst_util_set_object_arg(G_OBJECT(b.track), "on-error", "pass");
+  gst_util_set_object_arg(G_OBJECT(b.track), "overlay", "draw");
+  fail_unless_equals_int(pushed(b, noise(320, 240, 0), "learning"), 2);
+  trouble = Trouble::opencv;
+  for (int i = 1; i < 4; ++i) {
+    GstBuffer *in = noise(320, 240, i), *same = noise(320, 240, i);
+    GstBuffer *out = gst_harness_push_and_pull(b.h, in);
+    fail_unless(out != nullptr);
+    fail_unless_equals_int(features_in(out, "lost"), 2);
+    GstMapInfo map;
+    gst_buffer_map(same, &map, GST_MAP_READ);
+    gst_check_buffer_data(out, map.data, map.size);
+    gst_buffer_unmap(same, &map);
+    gst_buffer_unref(same);
+    gst_buffer_unref(out);
+  }
+  fail_unless_equals_int(count(b.bus, GST_MESSAGE_WARNING), 1);
+  fail_unless_equals_int(count(b.bus, GST_MESSAGE_ERROR), 0);
+  trouble = Trouble::none;
+  fail_unless_equals_int(pushed(b, noise(320, 240, 4), "tracked"), 2);  // it goes on when it can
+  GstStructure *stats = nullptr;
+  g_object_get(b.track, "stats", &stats, nullptr);
+  guint64 frames = 0, failed = 0;
+  gst_structure_get(stats, "frames", G_TYPE_UINT64, &frames, "failed-frames", G_TYPE_UINT64, &failed, nullptr);
+  fail_unless_equals_uint64(frames, 5);
+  fail_unless_equals_uint64(failed, 3);
+  gst_structure_free(stats);
+  close(b);
+}
+GST_END_TEST
+
+GST_START_TEST(an_exception_at_start_fails_the_state_change) {
+  trouble = Trouble::construction;
+  auto *track = GST_ELEMENT(g_object_new(GST_TYPE_CSD_TRACK, nullptr));
+  gst_object_ref_sink(track);
+  GstBus *bus = gst_bus_new();
+  gst_element_set_bus(track, bus);
+  fail_unless_equals_int(gst_element_set_state(track, GST_STATE_READY), GST_STATE_CHANGE_SUCCESS);
+  fail_unless_equals_int(gst_element_set_state(track, GST_STATE_PAUSED), GST_STATE_CHANGE_FAILURE);
+  fail_unless_equals_int(count(bus, GST_MESSAGE_ERROR), 1);
+  trouble = Trouble::none;
+  fail_unless_equals_int(gst_element_set_state(track, GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
+  gst_element_set_state(track, GST_STATE_NULL);
+  gst_element_set_bus(track, nullptr);
+  gst_object_unref(bus);
+  gst_object_unref(track);
+}
+GST_END_TEST
+
+GST_START_TEST(a_frame_without_its_pixels) {
+  // Marked as a gap it is none's fault: features are lost, no more.
+  Bench b = bench_with("points", "100,100");
+  fail_unless_equals_int(pushed(b, noise(320, 240, 0)), 1);
+  GstBuffer *gap = gst_buffer_new();
+  GST_BUFFER_FLAG_SET(gap, GST_BUFFER_FLAG_GAP);
+  fail_unless_equals_int(pushed(b, gap, "lost"), 1);
+  fail_unless_equals_int(count(b.bus, static_cast<GstMessageType>(GST_MESSAGE_WARNING | GST_MESSAGE_ERROR)), 0);
+  // Half a frame is damaged.
+  gst_util_set_object_arg(G_OBJECT(b.track), "on-error", "pass");
+  fail_unless_equals_int(pushed(b, noise(320, 120, 2), "lost"), 1);
+  fail_unless_equals_int(count(b.bus, GST_MESSAGE_WARNING), 1);
+  gst_util_set_object_arg(G_OBJECT(b.track), "on-error", "error");
+  fail_unless_equals_int(gst_harness_push(b.h, noise(320, 120, 3)), GST_FLOW_ERROR);
+  fail_unless_equals_int(count(b.bus, GST_MESSAGE_ERROR), 1);
+  close(b);
+}
+GST_END_TEST
+
+GST_START_TEST(frames_without_timestamps) {
+  Bench b = bench_with("points", "100,100");
+  for (int i = 0; i < 5; ++i) {
+    GstBuffer *in = noise(320, 240, i);
+    GST_BUFFER_PTS(in) = GST_CLOCK_TIME_NONE;
+    fail_unless_equals_int(pushed(b, in), 1);
+  }
+  GstMessage *message = gst_bus_pop_filtered(b.bus, GST_MESSAGE_ELEMENT);
+  guint64 time = 0;
+  fail_unless(gst_structure_get_uint64(gst_message_get_structure(message), "running-time", &time));
+  fail_unless(time == GST_CLOCK_TIME_NONE);
+  gst_message_unref(message);
+  close(b);
+}
+GST_END_TEST
+
+GST_START_TEST(frames_too_small_for_a_feature) {
+  for (const int side : {1, 2, 4}) {
+    Bench b = bench(side, side);
+    for (int i = 0; i < 3; ++i) fail_unless_equals_int(pushed(b, noise(side, side, i)), 0);
+    fail_unless_equals_int(count(b.bus, GST_MESSAGE_WARNING), 1);
+    close(b);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(frames_without_anything_to_see) {
+  for (const int value : {0, 16, 128, 255}) {
+    Bench b = bench();
+    for (int i = 0; i < 3; ++i) fail_unless_equals_int(pushed(b, noise(320, 240, i, value, value + 1)), 0);
+    fail_unless_equals_int(count(b.bus, static_cast<GstMessageType>(GST_MESSAGE_WARNING | GST_MESSAGE_ERROR)), 0);
+    close(b);
+  }
+  Bench b = bench();
+  for (int i = 0; i < 3; ++i) fail_unless(pushed(b, noise(320, 240, i)) <= 50);
+  close(b);
+}
+GST_END_TEST
+
+GST_START_TEST(the_largest_frame) {
+  Bench b = bench(16384, 16384);
+  fail_unless_equals_int(pushed(b, gst_buffer_new_allocate(nullptr, gsize{16384} * 16384, nullptr), nullptr) > 50, 0);
+  fail_unless_equals_int(count(b.bus, GST_MESSAGE_ERROR), 0);
+  close(b);
+}
+GST_END_TEST
+
+static Suite *csdtrack_errors_suite() {
+  csd::register_track_metas();
+  Suite *suite = suite_create("csdtrack_errors");
+  TCase *tc = tcase_create("errors");
+  suite_add_tcase(suite, tc);
+  tcase_add_test(tc, an_exception_is_an_element_error);
+  tcase_add_test(tc, on_error_pass_warns_once_and_frames_go_through_untouched);
+  tcase_add_test(tc, an_exception_at_start_fails_the_state_change);
+  tcase_add_test(tc, a_frame_without_its_pixels);
+  tcase_add_test(tc, frames_without_timestamps);
+  tcase_add_test(tc, frames_too_small_for_a_feature);
+  tcase_add_test(tc, frames_without_anything_to_see);
+  tcase_add_test(tc, the_largest_frame);
+  return suite;
+}
+
+GST_CHECK_MAIN(csdtrack_errors)
