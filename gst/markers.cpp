@@ -122,14 +122,26 @@ Markers::Markers(int lines) : lines_(std::max(1, lines)) {
     });
 }
 
-const Sprite &Markers::sprite(FeatureState state, FeatureId id) {
-  const std::uint64_t key = static_cast<std::uint64_t>(id) * feature_states + static_cast<std::uint64_t>(state);
-  if (const auto found = sprites_.find(key); found != sprites_.end()) return found->second;
-  if (sprites_.size() >= most_sprites) sprites_.clear();
-  return sprites_.emplace(key, compose(state, id)).first->second;
+std::uint64_t Markers::key(FeatureState state, FeatureId id, bool text_left) {
+  return (static_cast<std::uint64_t>(id) * feature_states + static_cast<std::uint64_t>(state)) * 2 + text_left;
 }
 
-Sprite Markers::compose(FeatureState state, FeatureId id) const {
+bool Markers::text_left(FeatureId id, double x, int width) const {
+  const auto digits = static_cast<int>(std::to_string(id).size());
+  const int side = shapes_[0].core.cols;
+  const int reach = side / 2 - digit_advance_ / 4 + digits_[0].core.cols + digit_advance_ * (digits - 1);
+  // Not where the left side is no better.
+  return x + reach >= width && x - reach >= 0;
+}
+
+const Sprite &Markers::sprite(FeatureState state, FeatureId id, bool text_left) {
+  const std::uint64_t key = Markers::key(state, id, text_left);
+  if (const auto found = sprites_.find(key); found != sprites_.end()) return found->second;
+  if (sprites_.size() >= most_sprites) sprites_.clear();
+  return sprites_.emplace(key, compose(state, id, text_left)).first->second;
+}
+
+Sprite Markers::compose(FeatureState state, FeatureId id, bool text_left) const {
   const Glyph &shape = shapes_[static_cast<std::size_t>(state)];
   const std::string text = std::to_string(id);
   const cv::Size digit = digits_[0].core.size();
@@ -141,16 +153,17 @@ Sprite Markers::compose(FeatureState state, FeatureId id) const {
   const cv::Size size(text_x + digit.width + digit_advance_ * static_cast<int>(text.size() - 1),
                       std::max(above + side, above + text_y + digit.height));
   cv::Mat1f core = cv::Mat1f::zeros(size), halo = cv::Mat1f::zeros(size);
-  paste(shape.core, core, {0, above});
-  paste(shape.halo, halo, {0, above});
+  const int shape_x = text_left ? size.width - side : 0, first_x = text_left ? 0 : text_x;
+  paste(shape.core, core, {shape_x, above});
+  paste(shape.halo, halo, {shape_x, above});
   for (std::size_t i = 0; i < text.size(); ++i) {
     const Glyph &glyph = digits_[static_cast<std::size_t>(text[i] - '0')];
-    const cv::Point at(text_x + digit_advance_ * static_cast<int>(i), text_y);
+    const cv::Point at(first_x + digit_advance_ * static_cast<int>(i), text_y);
     paste(glyph.core, core, at);
     paste(glyph.halo, halo, at);
   }
   const Style style = style_of(state);
-  out.origin = {side / 2, above + side / 2};
+  out.origin = {shape_x + side / 2, above + side / 2};
   out.rgba.create(size);
   out.covered.assign(static_cast<std::size_t>(size.height), cv::Range(0, 0));
   for (int y = 0; y < size.height; ++y) {

@@ -30,16 +30,20 @@ class Markers {
   explicit Markers(int lines);
 
   int lines() const { return lines_; }
-  /// Made at the first call for that state and id, then kept; the reference is valid until the next call.
+  /// Made at the first call for that state, id and side, then kept; the reference is valid until the next call.
   /// `state` must not be ended.
-  const Sprite &sprite(FeatureState state, FeatureId id);
+  const Sprite &sprite(FeatureState state, FeatureId id, bool text_left = false);
+  /// Whether the id must stand left of a feature at `x` to be read in a picture of `width` pixels.
+  bool text_left(FeatureId id, double x, int width) const;
+  /// A key for caches of sprites: one for each that sprite() can give.
+  static std::uint64_t key(FeatureState state, FeatureId id, bool text_left);
 
  private:
   struct Glyph {
     cv::Mat1f core, halo;
   };
   Glyph draw(cv::Size size, int stroke, const std::function<void(cv::Mat1b &, int thickness)> &shape) const;
-  Sprite compose(FeatureState state, FeatureId id) const;
+  Sprite compose(FeatureState state, FeatureId id, bool text_left) const;
 
   int lines_;
   int radius_, stroke_, halo_, text_height_, digit_advance_;

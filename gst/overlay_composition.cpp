@@ -52,12 +52,12 @@ struct OverlayComposition::Impl {
   std::optional<Markers> markers;
   std::unordered_map<std::uint64_t, Entry> entries;
 
-  const Entry &entry(const Feature &feature) {
-    const std::uint64_t key =
-        static_cast<std::uint64_t>(feature.id) * feature_states + static_cast<std::uint64_t>(feature.state);
+  const Entry &entry(const Feature &feature, int width) {
+    const bool left = markers->text_left(feature.id, feature.x, width);
+    const std::uint64_t key = Markers::key(feature.state, feature.id, left);
     if (const auto found = entries.find(key); found != entries.end()) return found->second;
     if (entries.size() >= 2 * max_points) entries.clear();
-    const Sprite &sprite = markers->sprite(feature.state, feature.id);
+    const Sprite &sprite = markers->sprite(feature.state, feature.id, left);
     return entries.emplace(key, Entry{to_pixels(sprite), sprite.origin, sprite.rgba.size()}).first->second;
   }
 };
@@ -75,7 +75,7 @@ void OverlayComposition::attach(GstBuffer *buffer, const Tracks &tracks, int lef
   GstVideoOverlayComposition *composition = nullptr;
   for (const Feature &feature : tracks.features) {
     if (feature.state == FeatureState::ended || !(std::abs(feature.x) < 1e6) || !(std::abs(feature.y) < 1e6)) continue;
-    const Impl::Entry &entry = impl_->entry(feature);
+    const Impl::Entry &entry = impl_->entry(feature, tracks.width);
     const int x = static_cast<int>(std::lround(feature.x)) - entry.origin.x;
     const int y = static_cast<int>(std::lround(feature.y)) - entry.origin.y;
     // What lies outside altogether is left out; whoever renders clips the rest.

@@ -181,12 +181,12 @@ struct OverlayPainter::Impl {
   std::unordered_map<std::uint64_t, NativeSprite> sprites;
   FrameView colours;  ///< what the sprites are made for
 
-  const NativeSprite &sprite(const Feature &feature) {
-    const std::uint64_t key =
-        static_cast<std::uint64_t>(feature.id) * feature_states + static_cast<std::uint64_t>(feature.state);
+  const NativeSprite &sprite(const Feature &feature, int width) {
+    const bool left = markers->text_left(feature.id, feature.x, width);
+    const std::uint64_t key = Markers::key(feature.state, feature.id, left);
     if (const auto found = sprites.find(key); found != sprites.end()) return found->second;
     if (sprites.size() >= 2 * max_points) sprites.clear();
-    return sprites.emplace(key, to_native(markers->sprite(feature.state, feature.id), colours)).first->second;
+    return sprites.emplace(key, to_native(markers->sprite(feature.state, feature.id, left), colours)).first->second;
   }
 
   void prepare(const FrameView &view) {
@@ -235,7 +235,7 @@ void OverlayPainter::draw(GstVideoFrame &frame, const GstVideoInfo &caps, const 
   for (const Feature &feature : tracks.features) {
     // Far outside nothing shows, and the sums below must not overflow.
     if (feature.state == FeatureState::ended || !(std::abs(feature.x) < 1e6) || !(std::abs(feature.y) < 1e6)) continue;
-    const NativeSprite &sprite = impl_->sprite(feature);
+    const NativeSprite &sprite = impl_->sprite(feature, area.width);
     Placement at;
     at.x = area.x + static_cast<int>(std::lround(feature.x)) - sprite.origin.x;
     at.y = area.y + static_cast<int>(std::lround(feature.y)) - sprite.origin.y;

@@ -20,7 +20,11 @@ int scaled(double pixels, double pixel) {
 }  // namespace
 
 FeatureLearner::FeatureLearner(const LearnerOptions &options, Random random, std::shared_ptr<LearningCounters> counters)
-    : options_(options), random_(random), smoke_(options.patch, random_, options.smoke), warps_(geometric_warps(options.patch)), counters_(std::move(counters)) {}
+    : options_(options),
+      random_(random),
+      smoke_(options.patch, random_, options.smoke),
+      warps_(geometric_warps(options.patch)),
+      counters_(std::move(counters)) {}
 
 std::shared_ptr<const Tree> FeatureLearner::published() const {
   const std::lock_guard lock(mutex_);
@@ -37,7 +41,8 @@ NegativeRules FeatureLearner::rules() const {
   return {options_.patch, ignore_radius * options_.pixel, near_radius * options_.pixel};
 }
 
-/// S of one frame (§2.1.2): what is labelled by LK and by chance and likeness, each with smoke; and the feature's warps.
+/// S of one frame (§2.1.2): what is labelled by LK and by chance and likeness, each with smoke; and the feature's
+/// warps.
 ColourPatches FeatureLearner::collect(const Snapshot &snapshot, cv::Point position) {
   ColourPatches lesson(options_.patch);
   cv::Mat patch, smoky;
@@ -55,8 +60,8 @@ ColourPatches FeatureLearner::collect(const Snapshot &snapshot, cv::Point positi
     sample_patch(snapshot.bgr, position, options_.patch, warp, patch);
     lesson.add(patch, Label::feature);
   }
-  for (const auto &p : random_negatives(snapshot.bgr.size(), snapshot.forbidden, position, random_per_lesson, rules(),
-                                        random_))
+  for (const auto &p :
+       random_negatives(snapshot.bgr.size(), snapshot.forbidden, position, random_per_lesson, rules(), random_))
     with_smoke(p, Label::not_feature);
   for (const auto &p : similar_negatives(snapshot.luma, snapshot.forbidden, position, similar_per_lesson,
                                          least_similarity, scaled(similarity_radius, options_.pixel), rules()))

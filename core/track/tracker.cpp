@@ -259,7 +259,8 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
 }
 
 // A feature that detection put on the border or on burnt-in graphics before they were known looks perfect to a tracker
-// because it never moves; so it is told by where it began. One that has moved there later is tissue beside the graphics.
+// because it never moves; so it is told by where it began. One that has moved there later is tissue beside the
+// graphics.
 void Tracker::Impl::leave_graphics(const FrameContext &context) {
   if (settings.content_area == ContentArea::full || context.forbidden.empty()) return;
   const double still = patch_side(settings, context.frame) / 4.0 * context.frame.scale();

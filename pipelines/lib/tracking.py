@@ -57,7 +57,7 @@ class Job:
         if element is None:
             raise Failure(f"GStreamer has no element '{factory}': run without --no-install, or install its package")
         for name, value in properties.items():
-            element.set_property(name.replace("_", "-"), value)
+            element.set_property(name.strip("_").replace("_", "-"), value)
         self.pipeline.add(element)
         return element
 
@@ -86,11 +86,12 @@ class Job:
         Gst.util_set_object_arg(encoder, "pass", "qual")
         Gst.util_set_object_arg(encoder, "speed-preset", "veryfast")
         self.mux = self._make("mp4mux")
-        sink = self._make("filesink", location=str(self.out / "overlay.mp4"))
+        # async=false: no sink waits for the others to start, for x264enc says nothing before its look-ahead is full.
+        sink = self._make("filesink", location=str(self.out / "overlay.mp4"), async_=False)
         self._chain(tee, self._make("queue", max_size_buffers=4), self.crop, self._make("videoconvert"),
                     self._make("videoscale"), self.size, encoder, self._make("queue"), self.mux, sink)
         for name, caps in (("tracks.jsonl", "application/x-ndjson"), ("tracks.csv", "text/csv")):
-            sink = self._make("filesink", location=str(self.out / name))
+            sink = self._make("filesink", location=str(self.out / name), async_=False)
             Gst.util_set_object_arg(sink, "buffer-mode", "unbuffered")
             self._chain(tee, self._make("queue", max_size_buffers=4), self._make("csdtrackenc"),
                         self._make("capsfilter", caps=Gst.Caps.from_string(caps)), sink)

@@ -196,6 +196,13 @@ TEST(OverlayNegotiation, KeepsUpstreamsFeatureAndAsksNobody) {
   EXPECT_NE(out.caps.find(feature), std::string::npos) << out.caps;
 }
 
+TEST(CompleteCaps, LetStreamsInThatDoNotNameTheirInterlacing) {
+  const Outcome out = run(
+      "videotestsrc num-buffers=5 ! video/x-raw,format=I420,width=320,height=240 ! capssetter join=false replace=true "
+      "caps=video/x-raw,format=I420,width=320,height=240,framerate=30/1 ! csdteststage name=stage ! fakesink");
+  EXPECT_TRUE(out.ran);
+}
+
 TEST(OverlayNegotiation, OffersBothDownstreamAndTakesNothingAway) {
   csd::OverlayNegotiation negotiation;
   GstCaps *plain = gst_caps_from_string("video/x-raw, format=I420");

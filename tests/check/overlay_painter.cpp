@@ -35,7 +35,7 @@ cv::Mat1b touched(int width, int height, const csd::PictureArea &area, const csd
   csd::Markers markers(area.height);
   for (const csd::Feature &f : tracks.features) {
     if (f.state == csd::FeatureState::ended) continue;
-    const csd::Sprite &s = markers.sprite(f.state, f.id);
+    const csd::Sprite &s = markers.sprite(f.state, f.id, markers.text_left(f.id, f.x, area.width));
     for (int y = 0; y < s.rgba.rows; ++y)
       for (int x = 0; x < s.rgba.cols; ++x) {
         const int px = static_cast<int>(std::lround(f.x)) - s.origin.x + x;
@@ -199,6 +199,18 @@ TEST(Markers, TellStatesApartByShapeAlone) {
       coverage.push_back(alpha);
     }
   }
+}
+
+TEST(Markers, PutTheIdWhereThePictureIs) {
+  csd::Markers markers(480);
+  EXPECT_FALSE(markers.text_left(123, 320, 640));
+  EXPECT_TRUE(markers.text_left(123, 630, 640));
+  EXPECT_FALSE(markers.text_left(123, 5, 10)) << "no room on either side";
+  const csd::Sprite right = markers.sprite(csd::FeatureState::tracked, 123);
+  const csd::Sprite left = markers.sprite(csd::FeatureState::tracked, 123, true);
+  EXPECT_LT(right.origin.x, right.rgba.cols / 2);
+  EXPECT_GT(left.origin.x, left.rgba.cols / 2);
+  EXPECT_LE(630 - left.origin.x + left.rgba.cols - 640, 2) << "all but the shape's edge is inside";
 }
 
 TEST(Markers, GrowWithThePicture) {

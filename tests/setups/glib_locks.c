@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later
+ * Tells ThreadSanitizer of GLib's locks: GLib is not instrumented and its locks are futexes of its own, so TSan would
+ * take all that they guard for races. Loaded before GLib by the tsan set-up; does nothing in a program without TSan.
+ *
+ * A lock acquires what the last unlock of the same address released. Readers release too: that orders more than a
+ * reader lock does, and so can hide a race between two readers that write, but it never invents one. */
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <glib.h>
+
+extern void __tsan_acquire(void *address) __attribute__((weak));
+extern void __tsan_release(void *address) __attribute__((weak));
+
+static void acquire(void *address) {
+  if (__tsan_acquire) __tsan_acquire(address);
+}
+static void release(void *address) {
+  if (__tsan_release) __tsan_release(address);
+}
+
+/* The function that this library stands in front of. A race to look it up is harmless: both find the same. */
+#define NEXT(name)                                                        \
+  static __typeof__(&name) next;                                          \
+  if (!__atomic_load_n((void **)&next, __ATOMIC_ACQUIRE)) {               \
+    void *found = dlsym(RTLD_NEXT, #name);                                \
+    __atomic_store_n((void **)&next, found, __ATOMIC_RELEASE);            \
+  }
+
+#define LOCK(name, type)                                                  \
+  __attribute__((visibility("default"))) void name(type *lock) {          \
+    NEXT(name)                                                            \
+    next(lock);                                                           \
+    acquire(lock);                                                        \
+  }
+#define TRYLOCK(name, type)                                               \
+  __attribute__((visibility("default"))) gboolean name(type *lock) {      \
+    NEXT(name)                                                            \
+    const gboolean got = next(lock);                                      \
+    if (got) acquire(lock);                                               \
+    return got;                                                           \
+  }
+#define UNLOCK(name, type)                                                \
+  __attribute__((visibility("default"))) void name(type *lock) {          \
+    NEXT(name)                                                            \
+    release(lock);                                                        \
+    next(lock);                                                           \
+  }
+
+LOCK(g_mutex_lock, GMutex)
+TRYLOCK(g_mutex_trylock, GMutex)
+UNLOCK(g_mutex_unlock, GMutex)
+LOCK(g_rec_mutex_lock, GRecMutex)
+TRYLOCK(g_rec_mutex_trylock, GRecMutex)
+UNLOCK(g_rec_mutex_unlock, GRecMutex)
+LOCK(g_rw_lock_writer_lock, GRWLock)
+TRYLOCK(g_rw_lock_writer_trylock, GRWLock)
+UNLOCK(g_rw_lock_writer_unlock, GRWLock)
+LOCK(g_rw_lock_reader_lock, GRWLock)
+TRYLOCK(g_rw_lock_reader_trylock, GRWLock)
+UNLOCK(g_rw_lock_reader_unlock, GRWLock)
+UNLOCK(g_cond_signal, GCond)
+UNLOCK(g_cond_broadcast, GCond)
+
+__attribute__((visibility("default"))) void g_cond_wait(GCond *cond, GMutex *mutex) {
+  NEXT(g_cond_wait)
+  release(mutex);
+  next(cond, mutex);
+  acquire(mutex);
+  acquire(cond);
+}
+
+__attribute__((visibility("default"))) gboolean g_cond_wait_until(GCond *cond, GMutex *mutex, gint64 end) {
+  NEXT(g_cond_wait_until)
+  release(mutex);
+  const gboolean signalled = next(cond, mutex, end);
+  acquire(mutex);
+  acquire(cond);
+  return signalled;
+}
+
+/* One-time initialisation: who sees the value sees what was done for it. In the headers these are macros as well. */
+#undef g_once_init_enter
+#undef g_once_init_leave
+__attribute__((visibility("default"))) gboolean g_once_init_enter(volatile void *location) {
+  NEXT(g_once_init_enter)
+  const gboolean first = next(location);
+  if (!first) acquire((void *)location);
+  return first;
+}
+
+__attribute__((visibility("default"))) void g_once_init_leave(volatile void *location, gsize result) {
+  NEXT(g_once_init_leave)
+  release((void *)location);
+  next(location, result);
+}
