@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// What a frame costs the streaming thread (Tracker::process), by size, format, number of features and algorithm, with
+// OpenCV's PyrLK on as many points of the same frames beside it. Learning runs in its own thread meanwhile, as in use.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
+#include <vector>
+
+#include "core/picture.h"
+#include "core/track/moving_scene.h"
+#include "track/thread_pool.h"
+#include "track/tracker.h"
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double ms(Clock::time_point from) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - from).count();
+}
+
+struct Percentiles {
+  double p50, p95;
+};
+
+Percentiles percentiles(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return {values[values.size() / 2], values[values.size() * 95 / 100]};
+}
+
+struct Format {
+  csd::test::Layout layout;
+  const char *name;
+};
+
+constexpr int pictures = 16;  // that go to and fro, so that the motion has no jump
+
+int picture_of(int frame) {
+  const int i = frame % (2 * pictures - 2);
+  return i < pictures ? i : 2 * pictures - 2 - i;
+}
+
+/// The scene of the size's working image, enlarged: texture of the same fineness in the working image at every size.
+std::vector<cv::Mat> render(cv::Size size) {
+  const double zoom = std::max(1.0, size.height / 576.0);
+  const csd::MovingScene scene({static_cast<int>(size.width / zoom), static_cast<int>(size.height / zoom)});
+  std::vector<cv::Mat> out;
+  for (int i = 0; i < pictures; ++i) {
+    cv::Mat enlarged;
+    cv::resize(scene.render({0.6 * i, 4 * std::sin(0.3 * i)}), enlarged, size, 0, 0, cv::INTER_CUBIC);
+    out.push_back(enlarged);
+  }
+  return out;
+}
+
+Percentiles time_tracker(const std::vector<csd::test::Packed> &frames, csd::AlgorithmKind algorithm, unsigned features,
+                         int warm, int timed) {
+  csd::Settings settings;
+  settings.algorithm = algorithm;
+  settings.max_features = features;
+  csd::ThreadPool pool(0, 10);
+  csd::Tracker tracker(settings, pool);
+  int i = 0;
+  const auto next = [&] {
+    const auto pts = i * csd::second / 25;
+    return tracker.process(frames[static_cast<std::size_t>(picture_of(i++))].view, pts, csd::second / 25).frame;
+  };
+  // The start is not what a frame costs: detection, then learning, which the stream waits for here so as to be over.
+  for (int k = 0; k < warm || (tracker.stats().queue > 0 && k < 4000); ++k) next();
+  std::vector<double> times;
+  for (int k = 0; k < timed; ++k) {
+    const auto start = Clock::now();
+    next();
+    times.push_back(ms(start));
+  }
+  return percentiles(times);
+}
+
+Percentiles time_opencv(const std::vector<cv::Mat> &gray, unsigned features, int timed) {
+  std::vector<cv::Point2f> points, next;
+  cv::goodFeaturesToTrack(gray[0], points, static_cast<int>(features), 0.001, 10);
+  std::vector<unsigned char> found;
+  std::vector<float> error;
+  std::vector<double> times;
+  for (int i = 0; i < timed; ++i) {
+    const auto &a = gray[static_cast<std::size_t>(picture_of(i))],
+               &b = gray[static_cast<std::size_t>(picture_of(i + 1))];
+    const auto start = Clock::now();
+    cv::calcOpticalFlowPyrLK(a, b, points, next, found, error);
+    times.push_back(ms(start));
+  }
+  return percentiles(times);
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
+  const bool quick = argc > 1 && std::string_view(argv[1]) == "--quick";
+  if (argc > 1 && !quick) {
+    std::printf("usage: bench-frames [--quick]\nPrints ms a frame, p50 and p95. --quick: few frames, one size.\n");
+    return std::string_view(argv[1]) == "--help" ? 0 : 2;
+  }
+  const int timed = quick ? 10 : 200, warm = quick ? 10 : 60;
+  std::vector<cv::Size> sizes{{640, 480}, {1280, 720}, {1920, 1080}, {3840, 2160}};
+  if (quick) sizes.resize(1);
+  const Format formats[] = {
+      {csd::test::Layout::i420, "I420"}, {csd::test::Layout::uyvy, "UYVY"}, {csd::test::Layout::v210, "v210"}};
+  std::printf(
+      "ms a frame on the streaming thread, p50 / p95 of %d frames; OpenCV's PyrLK on as many points of the gray "
+      "frames\n",
+      timed);
+  std::printf("%-10s %-5s %8s  %16s  %16s  %16s\n", "size", "", "features", "csd-2012", "lk", "OpenCV PyrLK");
+  for (const auto &size : sizes) {
+    const auto scene = render(size);
+    std::vector<cv::Mat> gray(scene.size());
+    for (std::size_t i = 0; i < scene.size(); ++i) cv::cvtColor(scene[i], gray[i], cv::COLOR_BGR2GRAY);
+    for (const auto &format : formats) {
+      std::vector<csd::test::Packed> frames;
+      for (const auto &picture : scene) frames.push_back(csd::test::pack(picture, format.layout));
+      for (const unsigned features : {50u, 100u}) {
+        const auto ours = time_tracker(frames, csd::AlgorithmKind::csd_2012, features, warm, timed);
+        const auto lk = time_tracker(frames, csd::AlgorithmKind::lk, features, 10, timed);
+        const auto opencv = time_opencv(gray, features, timed);
+        std::printf("%4dx%-5d %-5s %8u  %7.2f /%7.2f  %7.2f /%7.2f  %7.2f /%7.2f\n", size.width, size.height,
+                    format.name, features, ours.p50, ours.p95, lk.p50, lk.p95, opencv.p50, opencv.p95);
+        std::fflush(stdout);
+      }
+    }
+  }
+}
