@@ -379,8 +379,8 @@ gboolean gst_csd_track_set_info(GstVideoFilter *filter, GstCaps *in, GstVideoInf
   auto *self = GST_CSD_TRACK(filter);
   auto &state = *self->state;
   const GstVideoInfo &last = filter->in_info;  // the base class sets it after this
-  const bool same = filter->negotiated && last.width == info->width && last.height == info->height &&
-                    last.interlace_mode == info->interlace_mode;
+  const bool same = filter->negotiated && state.stream.width > 0 && last.width == info->width &&
+                    last.height == info->height && last.interlace_mode == info->interlace_mode;
   GST_DEBUG_OBJECT(self, "%s %dx%d: the stream is %s", gst_video_format_to_string(GST_VIDEO_INFO_FORMAT(info)),
                    info->width, info->height, same ? "the same" : "another");
   state.negotiation.set_caps(in, out);
