@@ -117,12 +117,17 @@ FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const
 
   int first_line = area.y;  // of the frame
   int line_step = 1;
-  if (fields != Fields::progressive) {
+  // In a mixed stream a progressive frame is looked at as its top field: a tracker could not go on from frames of one
+  // size to frames of another.
+  const bool as_field =
+      fields != Fields::progressive || GST_VIDEO_INFO_INTERLACE_MODE(&frame.info) == GST_VIDEO_INTERLACE_MODE_MIXED;
+  if (as_field) {
     // The field's lines of the frame are those of its parity; a crop that begins on an odd line swaps the parities.
     view.row_offset = (area.y & 1) == (fields == Fields::bottom_first ? 1 : 0) ? 0 : 1;
     if (view.row_offset < area.height) {
       view.row_step = line_step = 2;
-      view.rows = (area.height - view.row_offset + 1) / 2;
+      // As many for both parities, for the same reason: of an odd height the last line is left out.
+      view.rows = std::max(area.height / 2, 1);
       first_line += view.row_offset;
     } else {
       view.row_offset = 0;  // one line, of the other field: better than none
@@ -151,7 +156,8 @@ FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const
     out.sub_y = static_cast<std::uint8_t>(format.h_sub[c]);
 
     int line = first_line >> out.sub_y;
-    if (line_step == 2 && out.sub_y > 0) {
+    const bool in_both_fields = line_step == 2 && out.sub_y > 0 && fields == Fields::progressive;
+    if (line_step == 2 && out.sub_y > 0 && !in_both_fields) {
       // Interlaced 4:2:0: chroma lines alternate between the fields as luma lines do.
       line = ((first_line >> 1) >> out.sub_y) * 2 + (first_line & 1);
     }
@@ -161,7 +167,11 @@ FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const
     out.data = base + line * stride + column;
     out.row_stride = stride * line_step;
 
-    if (line_step == 2 && out.sub_y > 0) {
+    if (in_both_fields) {
+      // Progressive 4:2:0: each chroma line serves a line of either field.
+      out.row_stride = stride;
+      out.sub_y = 0;
+    } else if (line_step == 2 && out.sub_y > 0) {
       // With 4n+2 lines the bottom field's last chroma line is one more than the picture needs. GStreamer's own layout
       // has it; a GstVideoMeta's may not: then the view takes the chroma lines of both fields, one a row.
       const int last = line + 2 * ((view.rows - 1) >> out.sub_y);

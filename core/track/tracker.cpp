@@ -29,7 +29,7 @@ bool claims_position(FeatureState state) {
 struct Life {
   Feature feature;
   bool given = false;           // by the user: never ends by itself
-  cv::Point2d start;            // where it began, picture pixels
+  cv::Point2d start, claimed;   // where it began, and where it was seen last; picture pixels
   std::int64_t last_claim = 0;  // when a position was last claimed
   bool reported = false;        // in an earlier frame
   FeatureState reported_as = FeatureState::learning;
@@ -75,8 +75,7 @@ struct Tracker::Impl {
   std::vector<Request> asked;      // points to begin in this frame
   std::vector<FeatureId> unasked;  // features to end in this frame
   Tracks tracks;
-  cv::Size last_size;
-  int last_row_step = 0;
+  cv::Size last_size, last_work_size;
   bool stream_begun = false;         // the given points have begun
   bool points_begun_before = false;  // … in an earlier stream: now they need new ids
   bool detected = false;             // detection has found something
@@ -142,8 +141,7 @@ void Tracker::Impl::end_all() {
 void Tracker::Impl::apply(const Claim &claim, Life &life) {
   auto &feature = life.feature;
   const auto state = feature.state;
-  if (std::isfinite(claim.position.x) && std::isfinite(claim.position.y))
-    feature.x = claim.position.x, feature.y = claim.position.y;
+  const bool finite = std::isfinite(claim.position.x) && std::isfinite(claim.position.y);
   feature.confidence = 0;
   switch (claim.kind) {
     case Claim::Kind::learning:
@@ -151,6 +149,7 @@ void Tracker::Impl::apply(const Claim &claim, Life &life) {
       feature.state = claim.kind == Claim::Kind::learning ? FeatureState::learning : FeatureState::tracked;
       feature.confidence = claim.confidence;
       life.last_claim = time;
+      if (finite) life.claimed = claim.position;
       break;
     case Claim::Kind::out:
       feature.state = FeatureState::out;
@@ -164,6 +163,10 @@ void Tracker::Impl::apply(const Claim &claim, Life &life) {
                           : FeatureState::lost;
       break;
   }
+  // A prediction is told only of what is occluded; what is lost or out keeps the position last claimed.
+  const bool predicted = feature.state == FeatureState::occluded && finite;
+  feature.x = predicted ? claim.position.x : life.claimed.x;
+  feature.y = predicted ? claim.position.y : life.claimed.y;
 }
 
 void Tracker::Impl::follow(const FrameContext &context) {
@@ -187,7 +190,7 @@ void Tracker::Impl::begin(FeatureId id, cv::Point2d position, bool given, const 
   life.feature.id = id;
   life.feature.x = position.x;
   life.feature.y = position.y;
-  life.start = position;
+  life.start = life.claimed = position;
   life.given = given;
   life.last_claim = time;
   if (!context) {
@@ -310,12 +313,13 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
   std::erase_if(lives, [](const Life &l) { return l.reported && l.reported_as == FeatureState::ended; });
   advance_time(pts, duration);
   take_requests();
-  const int row_step = view ? view->row_step : last_row_step;
-  if (size != last_size || row_step != last_row_step) end_all();
-  last_size = size;
-  last_row_step = row_step;
-
   if (view) frame.load(*view);
+  // Fields instead of frames are another working image, though of the same picture.
+  const auto work_size = view ? frame.size() : last_work_size;
+  if (size != last_size || work_size != last_work_size) end_all();
+  last_size = size;
+  last_work_size = work_size;
+
   const int patch = view ? patch_side(settings, frame) : 0;
   tracks.too_small = view && std::min(frame.size().width, frame.size().height) < patch;
   if (!view || tracks.too_small) {

@@ -229,6 +229,7 @@ TEST_F(TrackerLife, WhatLeavesThePictureIsOutUntilItIsSeenAgain) {
   EXPECT_EQ(tracks.features[0].state, FeatureState::tracked);
   next(tracker);
   EXPECT_EQ(tracks.features[0].state, FeatureState::out);
+  EXPECT_EQ(tracks.features[0].x, 319) << "the last position claimed";
   script_.motion = {0, 0};
   script_.kinds[0] = Claim::Kind::hidden;
   next(tracker);
