@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "image/work_frame.h"
 
-#include <opencv2/imgproc.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -16,18 +14,44 @@ namespace {
 /// Rows are converted in blocks of so many pixels, whose components then fit the first-level cache.
 constexpr int block = 512;
 
-constexpr int interpolation = cv::INTER_AREA;
+/// Colour is scaled in bands of so many working lines: a window then pays for few lines that it does not show, and
+/// threads that gather rarely wait for each other.
+constexpr int band = 32;
 
-/// Component `k` as a matrix on the memory of the view, if it can be one.
+// A plane of bytes can be read where it is.
 bool is_plane(const FrameView &view, int k) {
   const Component &c = view.component[k];
-  return view.packing == Packing::components && c.bytes == 1 && c.shift == 0 && c.pixel_stride == 1 &&
-         c.row_stride >= component_columns(view, k);
+  return view.packing == Packing::components && c.bytes == 1 && c.shift == 0 && c.pixel_stride == 1;
 }
 
-// OpenCV has no matrix of const; nothing writes through it.
-cv::Mat plane(const FrameView &view, int type, const std::uint8_t *data, std::ptrdiff_t stride) {
-  return cv::Mat(view.rows, view.width, type, const_cast<std::uint8_t *>(data), static_cast<std::size_t>(stride));
+int sub_x(const FrameView &view, int k) {
+  return view.packing == Packing::v210 ? k != 0 : view.component[k].sub_x;
+}
+int sub_y(const FrameView &view, int k) {
+  return view.packing == Packing::v210 ? 0 : view.component[k].sub_y;
+}
+
+RowReader component_reader(const FrameView &view, int k) {
+  if (is_plane(view, k))
+    return [c = view.component[k]](int row, int first, int, std::uint8_t *) {
+      return c.data + row * c.row_stride + first;
+    };
+  return [&view, k](int row, int first, int n, std::uint8_t *buffer) {
+    read_samples(view, k, row, first, n, buffer);
+    return static_cast<const std::uint8_t *>(buffer);
+  };
+}
+
+RowReader rgb_luma_reader(const FrameView &view) {
+  return [&view, c = LumaCoefficients::make(view.kr, view.kb)](int row, int first, int n, std::uint8_t *out) {
+    std::uint8_t rgb[3][block];
+    for (int x = 0; x < n; x += block) {
+      const int part = std::min(block, n - x);
+      for (int k = 0; k < 3; ++k) read_samples(view, k, row, first + x, part, rgb[k]);
+      rgb_to_luma(c, rgb[0], rgb[1], rgb[2], part, out + x);
+    }
+    return static_cast<const std::uint8_t *>(out);
+  };
 }
 
 }  // namespace
@@ -45,85 +69,65 @@ void WorkFrame::load(const FrameView &view) {
   scale_x_ = static_cast<double>(view.width) / columns;
   const cv::Size size(columns, lines);
 
-  direct_ = size == cv::Size(view.width, view.rows);
-  luma_ = cv::Mat();
-  if (view.model == ColourModel::rgb)
-    load_rgb(size);
-  else
-    load_luma(size);
-}
-
-void WorkFrame::load_luma(cv::Size size) {
-  cv::Mat full;
-  if (is_plane(view_, 0)) {
-    full = plane(view_, CV_8UC1, view_.component[0].data, view_.component[0].row_stride);
-  } else {
-    gathered_.create(view_.rows, view_.width, CV_8UC1);
-    for (int y = 0; y < view_.rows; ++y) read_samples(view_, 0, y, 0, view_.width, gathered_.ptr(y));
-    full = gathered_;
-  }
-  if (direct_) {
-    luma_ = full;
+  const bool direct = size == cv::Size(view.width, view.rows);
+  const bool rgb = view.model == ColourModel::rgb;
+  bands_.reset();
+  if (direct && !rgb && is_plane(view, 0) && view.component[0].row_stride >= view.width) {
+    // OpenCV has no matrix of const; nothing writes through it.
+    luma_ = cv::Mat(size, CV_8UC1, const_cast<std::uint8_t *>(view.component[0].data),
+                    static_cast<std::size_t>(view.component[0].row_stride));
     return;
   }
-  cv::resize(full, scaled_, size, 0, 0, interpolation);
-  luma_ = scaled_;
-  if (view_.model == ColourModel::yuv) {
-    find_footprints(component_columns(view_, 1), size.width, columns_);
-    find_footprints(component_rows(view_, 1), size.height, rows_);
+  own_luma_.create(size, CV_8UC1);
+  luma_ = own_luma_;
+  const RowReader read = rgb ? rgb_luma_reader(view_) : component_reader(view_, 0);
+  if (direct) {
+    for (int y = 0; y < size.height; ++y) {
+      const std::uint8_t *row = read(y, 0, size.width, own_luma_.ptr(y));
+      if (row != own_luma_.ptr(y)) std::memcpy(own_luma_.ptr(y), row, static_cast<std::size_t>(size.width));
+    }
+    return;
   }
+  find_axes(size);
+  scale_area(columns_[0], rows_[0], read, {0, size.height}, own_luma_);
+  if (view.model != ColourModel::gray) prepare_colour(size);
 }
 
-void WorkFrame::load_rgb(cv::Size size) {
-  const auto rgb_of = [](const FrameView &from, int y, int x, int n, std::uint8_t *r, std::uint8_t *g,
-                         std::uint8_t *b) {
-    read_samples(from, 0, y, x, n, r);
-    read_samples(from, 1, y, x, n, g);
-    read_samples(from, 2, y, x, n, b);
-  };
-  std::uint8_t r[block], g[block], b[block];
-  if (!direct_) {
-    // R, G and B are scaled together, so that luma and colour see the same picture; luma is then made of few pixels.
-    gathered_.create(view_.rows, view_.width, CV_8UC3);
-    for (int y = 0; y < view_.rows; ++y)
-      for (int x = 0; x < view_.width; x += block) {
-        const int n = std::min(block, view_.width - x);
-        rgb_of(view_, y, x, n, r, g, b);
-        interleave(b, g, r, n, gathered_.ptr(y) + 3 * x);
-      }
-    cv::resize(gathered_, rgb_scaled_, size, 0, 0, interpolation);
-    source_.width = size.width;
-    source_.height = source_.rows = size.height;
-    for (int k = 0; k < 3; ++k)
-      source_.component[k] = {.data = rgb_scaled_.data + (2 - k),
-                              .row_stride = static_cast<std::ptrdiff_t>(rgb_scaled_.step[0]),
-                              .pixel_stride = 3};
-    direct_ = true;
-  }
-  const LumaCoefficients coefficients = LumaCoefficients::make(view_.kr, view_.kb);
-  scaled_.create(size, CV_8UC1);
-  for (int y = 0; y < size.height; ++y)
-    for (int x = 0; x < size.width; x += block) {
-      const int n = std::min(block, size.width - x);
-      rgb_of(source_, y, x, n, r, g, b);
-      rgb_to_luma(coefficients, r, g, b, n, scaled_.ptr(y) + x);
-    }
-  luma_ = scaled_;
+/// What luma, and what chroma, covers of the picture: computed anew only when the geometry changes.
+void WorkFrame::find_axes(cv::Size size) {
+  const int chroma_x = sub_x(view_, 1), chroma_y = sub_y(view_, 1);
+  const std::array<int, 6> geometry{view_.width, view_.rows, size.width, size.height, chroma_x, chroma_y};
+  if (geometry == geometry_) return;
+  geometry_ = geometry;
+  columns_[0] = AreaAxis(view_.width, 0, size.width);
+  rows_[0] = AreaAxis(view_.rows, 0, size.height);
+  columns_[1] = AreaAxis(view_.width, chroma_x, size.width);
+  rows_[1] = AreaAxis(view_.rows, chroma_y, size.height);
 }
 
-/// Shares `samples` out among `pixels`: each pixel gets those that begin nearest to its interval; one that would get
-/// none gets the one over its centre.
-void WorkFrame::find_footprints(int samples, int pixels, std::vector<Footprint> &out) {
-  out.resize(static_cast<std::size_t>(pixels));
-  const double step = static_cast<double>(samples) / pixels;
-  for (int i = 0; i < pixels; ++i) {
-    Footprint f{static_cast<int>(std::lround(i * step)), static_cast<int>(std::lround((i + 1) * step))};
-    if (f.end <= f.begin) {
-      f.begin = std::min(static_cast<int>((i + 0.5) * step), samples - 1);
-      f.end = f.begin + 1;
-    }
-    out[static_cast<std::size_t>(i)] = f;
+/// Makes the planes that colour will be scaled into, and gather() read them.
+void WorkFrame::prepare_colour(cv::Size size) {
+  source_ = {};
+  source_.model = view_.model;
+  source_.width = size.width;
+  source_.height = source_.rows = size.height;
+  for (int k = 0; k < 3; ++k) {
+    cv::Mat &plane = colour_[k];
+    plane.create(size, CV_8UC1);
+    source_.component[k] = {.data = plane.data, .row_stride = static_cast<std::ptrdiff_t>(plane.step[0])};
   }
+  bands_ = std::make_unique<std::once_flag[]>(static_cast<std::size_t>((size.height + band - 1) / band));
+}
+
+/// Scales the colour of working rows [begin, end), where nobody has yet.
+void WorkFrame::scale_colour(int begin, int end) const {
+  for (int b = begin / band; b * band < end; ++b)
+    std::call_once(bands_[static_cast<std::size_t>(b)], [&] {
+      const cv::Range range(b * band, std::min((b + 1) * band, luma_.rows));
+      const int chroma = view_.model == ColourModel::yuv;
+      for (int k = chroma; k < 3; ++k)
+        scale_area(columns_[chroma], rows_[chroma], component_reader(view_, k), range, colour_[k]);
+    });
 }
 
 cv::Point2d WorkFrame::to_work(cv::Point2d picture) const {
@@ -142,31 +146,12 @@ void WorkFrame::read_row_inside(int component, int y, int x, int n, std::uint8_t
     std::memcpy(out, luma_.ptr(y) + x, static_cast<std::size_t>(n));
     return;
   }
-  if (direct_) {
-    const bool v210 = source_.packing == Packing::v210;
-    const int sub_x = v210 ? 1 : source_.component[component].sub_x;
-    const int row = v210 ? y : y >> source_.component[component].sub_y;
-    if (sub_x == 0) return read_samples(source_, component, row, x, n, out);
-    std::uint8_t coarse[block + 1];
-    const int first = x >> sub_x;
-    read_samples(source_, component, row, first, ((x + n - 1) >> sub_x) - first + 1, coarse);
-    for (int i = 0; i < n; ++i) out[i] = coarse[((x + i) >> sub_x) - first];
-    return;
-  }
-  const Footprint *columns = columns_.data() + x;
-  const Footprint rows = rows_[static_cast<std::size_t>(y)];
-  const int first = columns[0].begin, count = columns[n - 1].end - first;
-  cv::AutoBuffer<std::uint8_t, 4 * block> samples(static_cast<std::size_t>(count));
-  std::uint32_t sum[block] = {};
-  for (int row = rows.begin; row < rows.end; ++row) {
-    read_samples(source_, component, row, first, count, samples.data());
-    for (int i = 0; i < n; ++i)
-      for (int s = columns[i].begin; s < columns[i].end; ++s) sum[i] += samples[static_cast<std::size_t>(s - first)];
-  }
-  for (int i = 0; i < n; ++i) {
-    const auto area = static_cast<std::uint32_t>((columns[i].end - columns[i].begin) * (rows.end - rows.begin));
-    out[i] = static_cast<std::uint8_t>((sum[i] + area / 2) / area);
-  }
+  const int sub = sub_x(source_, component), row = y >> sub_y(source_, component);
+  if (sub == 0) return read_samples(source_, component, row, x, n, out);
+  std::uint8_t coarse[block + 1];
+  const int first = x >> sub;
+  read_samples(source_, component, row, first, ((x + n - 1) >> sub) - first + 1, coarse);
+  for (int i = 0; i < n; ++i) out[i] = coarse[((x + i) >> sub) - first];
 }
 
 /// `n` pixels of a component from (x, y) on; outside the working image its border goes on.
@@ -184,6 +169,10 @@ void WorkFrame::read_row(int component, int y, int x, int n, std::uint8_t *out) 
 /// Calls store(y, x, n, r, g, b), y and x relative to the rectangle, for all of it in blocks.
 template <class Store>
 void WorkFrame::gather_rows(const cv::Rect &rect, Store store) const {
+  if (bands_ && !rect.empty()) {
+    const int last = luma_.rows - 1;
+    scale_colour(std::clamp(rect.y, 0, last), std::clamp(rect.y + rect.height - 1, 0, last) + 1);
+  }
   std::uint8_t c[3][block], r[block], g[block], b[block];
   for (int y = 0; y < rect.height; ++y)
     for (int x = 0; x < rect.width; x += block) {

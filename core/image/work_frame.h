@@ -3,9 +3,12 @@
 
 #include <opencv2/core.hpp>
 
+#include <array>
 #include <cstdint>
-#include <vector>
+#include <memory>
+#include <mutex>
 
+#include "image/area_scaler.h"
 #include "image/colour_rows.h"
 #include "image/colour_space.h"
 #include "image/frame_view.h"
@@ -46,34 +49,30 @@ class WorkFrame {
   /// Colour of the rectangle `r` of the working image (it may reach over the edge: the border is replicated).
   /// `out` becomes CV_8UC3, B G R, full range. A gray picture has R=G=B=Y.
   ///
-  /// Where chroma is coarser than the working image, each pixel takes the sample that covers it (chroma siting of a
-  /// fraction of a pixel is ignored); where it is finer, the mean of those that its footprint covers.
+  /// A chroma sample is the colour of all pixels that it stands for (siting of a fraction of a pixel is ignored); a
+  /// working pixel is the mean of what it covers. Scaled colour is made on first use, in bands, and kept until load().
   void gather_bgr(const cv::Rect &r, cv::Mat &out) const;
   /// The same, in one colour space. `out` becomes CV_8UC1.
   void gather(const cv::Rect &r, const ColourSpace &space, cv::Mat &out) const;
 
  private:
-  /// Samples of a component along one axis that a working pixel covers: [begin, end), never empty.
-  struct Footprint {
-    int begin = 0, end = 1;
-  };
-
-  void load_luma(cv::Size size);
-  void load_rgb(cv::Size size);
-  static void find_footprints(int samples, int pixels, std::vector<Footprint> &out);
+  void find_axes(cv::Size size);
+  void prepare_colour(cv::Size size);
+  void scale_colour(int begin, int end) const;
   void read_row(int component, int y, int x, int n, std::uint8_t *out) const;
   void read_row_inside(int component, int y, int x, int n, std::uint8_t *out) const;
   template <class Store>
   void gather_rows(const cv::Rect &r, Store store) const;
 
   FrameView view_;
-  cv::Mat luma_;
-  cv::Mat gathered_, scaled_, rgb_scaled_;
-  double scale_x_ = 1, scale_y_ = 1;       ///< view columns and rows per working pixel
-  FrameView source_;                       ///< where R, G, B or U, V are read: the view, or rgb_scaled_
-  bool direct_ = true;                     ///< the source has the working size
-  std::vector<Footprint> columns_, rows_;  ///< of the chroma samples, where not direct
+  cv::Mat luma_, own_luma_;
+  double scale_x_ = 1, scale_y_ = 1;  ///< view columns and rows per working pixel
+  FrameView source_;                  ///< where R, G, B or U, V are read: the view, or colour_
   YuvCoefficients yuv_;
+  std::array<int, 6> geometry_{};  ///< what the axes were made for
+  AreaAxis columns_[2], rows_[2];  ///< of luma, R, G and B; of chroma
+  mutable cv::Mat colour_[3];      ///< R, G, B or –, U, V at working size: a band is written once, under its flag
+  std::unique_ptr<std::once_flag[]> bands_;  ///< null where the source is the view
 };
 
 /// Odd side, in working pixels, of the square patch for a working image of `lines`: 21 from 480 lines on, scaled below,

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// What the working image costs: load(), and colour of one window and of the whole picture.
+#include <benchmark/benchmark.h>
+
+#include <string>
+#include <vector>
+
+#include "core/picture.h"
+#include "image/work_frame.h"
+
+namespace csd {
+namespace {
+
+struct Size {
+  int width, height;
+};
+constexpr Size sizes[] = {{640, 480}, {1280, 720}, {1920, 1080}, {3840, 2160}};
+constexpr struct {
+  const char *name;
+  test::Layout layout;
+} layouts[] = {{"I420", test::Layout::i420},
+               {"UYVY", test::Layout::uyvy},
+               {"v210", test::Layout::v210},
+               {"BGRx", test::Layout::bgrx}};
+
+cv::Mat noise(const Size &size) {
+  cv::Mat bgr(size.height, size.width, CV_8UC3);
+  cv::RNG(1).fill(bgr, cv::RNG::UNIFORM, 0, 256);
+  return bgr;
+}
+
+void load(benchmark::State &state, test::Layout layout, Size size) {
+  const auto packed = test::pack(noise(size), layout);
+  WorkFrame frame;
+  for (auto _ : state) {
+    frame.load(packed.view);
+    benchmark::DoNotOptimize(frame.luma().data);
+  }
+}
+
+/// One more window of a frame of which every band has been asked for.
+void window(benchmark::State &state, test::Layout layout, Size size) {
+  const auto packed = test::pack(noise(size), layout);
+  WorkFrame frame;
+  frame.load(packed.view);
+  cv::Mat out;
+  frame.gather_bgr({{0, 0}, frame.size()}, out);
+  int x = 0;
+  for (auto _ : state) {
+    x = (x + 37) % 500;
+    frame.gather({x, x / 2, 61, 61}, {2, -1, 1}, out);
+    benchmark::DoNotOptimize(out.data);
+  }
+}
+
+/// The first colour of a frame, all of it: scaled where it has to be, and converted.
+void whole(benchmark::State &state, test::Layout layout, Size size) {
+  const auto packed = test::pack(noise(size), layout);
+  WorkFrame frame;
+  cv::Mat out;
+  for (auto _ : state) {
+    state.PauseTiming();
+    frame.load(packed.view);
+    state.ResumeTiming();
+    frame.gather_bgr({{0, 0}, frame.size()}, out);
+    benchmark::DoNotOptimize(out.data);
+  }
+}
+
+/// The same once more.
+void whole_again(benchmark::State &state, test::Layout layout, Size size) {
+  const auto packed = test::pack(noise(size), layout);
+  WorkFrame frame;
+  frame.load(packed.view);
+  cv::Mat out;
+  for (auto _ : state) {
+    frame.gather_bgr({{0, 0}, frame.size()}, out);
+    benchmark::DoNotOptimize(out.data);
+  }
+}
+
+const int registered = [] {
+  constexpr struct {
+    const char *name;
+    void (*run)(benchmark::State &, test::Layout, Size);
+  } runs[] = {{"load", load}, {"gather61", window}, {"gather_bgr_first", whole}, {"gather_bgr_again", whole_again}};
+  for (const auto &run : runs)
+    for (const auto &l : layouts)
+      for (const Size &size : sizes)
+        benchmark::RegisterBenchmark(
+            (std::string(run.name) + '/' + l.name + '/' + std::to_string(size.height)).c_str(),
+            [run = run.run, layout = l.layout, size](benchmark::State &state) { run(state, layout, size); })
+            ->Unit(benchmark::kMicrosecond);
+  return 0;
+}();
+
+}  // namespace
+}  // namespace csd
