@@ -62,8 +62,8 @@ void recursive_per_frame(benchmark::State &state) {
     tracker.track(b, p, found);
     benchmark::DoNotOptimize(p.data());
   }
-  state.counters["us_per_feature"] = benchmark::Counter(static_cast<double>(state.iterations() * state.range(0)) / 1e6,
-                                                        benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["per_feature"] = benchmark::Counter(static_cast<double>(state.iterations() * state.range(0)),
+                                                     benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 BENCHMARK(recursive_per_frame)->Arg(50)->Arg(100)->Unit(benchmark::kMicrosecond);
 
@@ -77,8 +77,8 @@ void opencv_pyrlk_per_frame(benchmark::State &state) {
     cv::calcOpticalFlowPyrLK(a, b, start, p, found, error);
     benchmark::DoNotOptimize(p.data());
   }
-  state.counters["us_per_feature"] = benchmark::Counter(static_cast<double>(state.iterations() * state.range(0)) / 1e6,
-                                                        benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["per_feature"] = benchmark::Counter(static_cast<double>(state.iterations() * state.range(0)),
+                                                     benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 BENCHMARK(opencv_pyrlk_per_frame)->Arg(50)->Arg(100)->Unit(benchmark::kMicrosecond);
 

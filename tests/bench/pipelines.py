@@ -1,0 +1,153 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What csdtrack costs whole pipelines: a 720p recording, a live 720p source, and the parts a frame passes.
+
+usage: tests/bench/pipelines.py [--quick]
+
+Nothing is asserted. The picture is a coloured texture that sways; frames are made before anything is timed and pushed
+by reference.
+"""
+import statistics
+import sys
+import time
+
+import gi
+
+gi.require_version("Gst", "1.0")
+from gi.repository import Gst  # noqa: E402
+
+import cv2  # noqa: E402
+import numpy as np  # noqa: E402
+
+WIDTH, HEIGHT, RATE = 1280, 720, 30
+CAPS = f"video/x-raw,format=I420,width={WIDTH},height={HEIGHT},framerate={RATE}/1,colorimetry=bt709"
+ENCODER = "x264enc speed-preset=veryfast key-int-max=60"
+
+
+def make_frames(count=32):
+    """I420 frames of a texture with the contrast of tissue (standard deviation about 16), swaying by some pixels."""
+    random = np.random.default_rng(5)
+    noise = random.normal(size=(HEIGHT + 80, WIDTH + 80, 3)).astype(np.float32)
+    texture = 120 * cv2.GaussianBlur(noise, (0, 0), 3) + 250 * cv2.GaussianBlur(noise, (0, 0), 9) + (90, 100, 150)
+    frames = []
+    for i in range(count):
+        phase = 2 * np.pi * i / count
+        shift = np.float32([[1, 0, -40 + 8 * np.sin(phase)], [0, 1, -40 + 5 * np.cos(phase)]])
+        moved = cv2.warpAffine(texture, shift, (WIDTH, HEIGHT)) + random.normal(scale=2, size=(HEIGHT, WIDTH, 3))
+        yuv = cv2.cvtColor(np.clip(moved, 0, 255).astype(np.uint8), cv2.COLOR_BGR2YUV_I420)
+        frames.append(Gst.Buffer.new_wrapped(yuv.tobytes()))
+    return frames
+
+
+def stamped(frames, i):
+    buffer = frames[i % len(frames)].copy()  # the memory is shared
+    buffer.pts = i * Gst.SECOND // RATE
+    buffer.duration = Gst.SECOND // RATE
+    return buffer
+
+
+def wait(pipeline):
+    message = pipeline.get_bus().timed_pop_filtered(600 * Gst.SECOND, Gst.MessageType.EOS | Gst.MessageType.ERROR)
+    if message is None or message.type == Gst.MessageType.ERROR:
+        raise SystemExit(message.parse_error()[0].message if message else "no end within ten minutes")
+
+
+def record(frames, element, count):
+    """Frames a second of `count` frames through [element !] x264enc, as fast as they go."""
+    pipeline = Gst.parse_launch(
+        f"appsrc name=in format=time block=true max-buffers=4 caps={CAPS} ! {element} "
+        f"queue max-size-buffers=8 max-size-bytes=0 max-size-time=0 ! {ENCODER} ! fakesink")
+    source = pipeline.get_by_name("in")
+    pipeline.set_state(Gst.State.PLAYING)
+    start = time.monotonic()
+    for i in range(count):
+        source.emit("push-buffer", stamped(frames, i))
+    source.emit("end-of-stream")
+    wait(pipeline)
+    seconds = time.monotonic() - start
+    pipeline.set_state(Gst.State.NULL)
+    return count / seconds
+
+
+def live(frames, element, seconds):
+    """Of a live source: frames made, and frames it had to drop because nobody took them in time (2 may wait)."""
+    pipeline = Gst.parse_launch(
+        f"appsrc name=in format=time is-live=true leaky-type=downstream max-buffers=2 max-bytes=0 caps={CAPS} ! "
+        f"{element} queue max-size-buffers=8 max-size-bytes=0 max-size-time=0 ! {ENCODER} tune=zerolatency ! "
+        "fakesink name=out sync=false")
+    source = pipeline.get_by_name("in")
+    passed = 0
+
+    def count(_pad, _info):
+        nonlocal passed
+        passed += 1
+        return Gst.PadProbeReturn.OK
+
+    source.get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER, count)
+    pipeline.set_state(Gst.State.PLAYING)
+    start, made = time.monotonic(), 0
+    while made < seconds * RATE:
+        source.emit("push-buffer", stamped(frames, made))
+        made += 1
+        time.sleep(max(0.0, start + made / RATE - time.monotonic()))
+    source.emit("end-of-stream")
+    wait(pipeline)
+    pipeline.set_state(Gst.State.NULL)
+    return made, made - passed
+
+
+def element_cost(frames, properties, tail, count):
+    """p50 and p95 of csdtrack's own time a frame, ms, from its stats; the source is not the limit."""
+    pipeline = Gst.parse_launch(
+        f"appsrc name=in format=time block=true max-buffers=4 caps={CAPS} ! csdtrack name=t {properties} ! {tail} "
+        "fakesink")
+    source, track = pipeline.get_by_name("in"), pipeline.get_by_name("t")
+    pipeline.set_state(Gst.State.PLAYING)
+    for i in range(count):
+        source.emit("push-buffer", stamped(frames, i))
+    source.emit("end-of-stream")
+    wait(pipeline)
+    stats = track.get_property("stats")
+    pipeline.set_state(Gst.State.NULL)
+    return [stats.get_value(name) / 1e6 for name in ("time-p50", "time-p95")]
+
+
+def main():
+    if sys.argv[1:] not in ([], ["--quick"]):
+        print(__doc__)
+        return 0 if sys.argv[1:] == ["--help"] else 2
+    quick = "--quick" in sys.argv
+    Gst.init(None)
+    frames = make_frames()
+    count, rounds, seconds = (30, 1, 1) if quick else (600, 5, 20)
+
+    print(f"record: {WIDTH}x{HEIGHT} I420 ! x264enc speed-preset=veryfast, {count} frames, in alternation, medians of {rounds}")
+    elements = {"without csdtrack": "", "csdtrack algorithm=csd-2012": "csdtrack algorithm=csd-2012 !",
+                "csdtrack algorithm=lk": "csdtrack algorithm=lk !"}
+    rates = {name: [] for name in elements}
+    for _ in range(rounds):
+        for name, element in elements.items():
+            rates[name].append(record(frames, element, count))
+    for name, values in rates.items():
+        kept = statistics.median(r / b for r, b in zip(values, rates["without csdtrack"]))
+        print(f"  {name:30} {statistics.median(values):7.1f} fps  {100 * kept:5.1f} % kept")
+    print(f"live: {WIDTH}x{HEIGHT} I420 at {RATE} fps ! x264enc speed-preset=veryfast tune=zerolatency, {seconds} s")
+    for name, element in elements.items():
+        made, dropped = live(frames, element, seconds)
+        print(f"  {name:30} {dropped:4} of {made} frames dropped at the source")
+
+    print("element: csdtrack's own time a frame, ms p50 / p95, algorithm=lk, 100 features (the rest is what is switched on)")
+    base = "algorithm=lk max-features=100 replenish=false"
+    for name, properties, tail in (
+            ("tracking alone", "attach-meta=false", ""),
+            ("+ metadata", "", ""),
+            ("+ metadata, a message a frame", "post-messages=frame", ""),
+            ("+ metadata, overlay=draw", "overlay=draw", ""),
+            ("+ metadata, csdtrackenc after it", "", "csdtrackenc !")):
+        p50, p95 = element_cost(frames, f"{base} {properties}", tail, count)
+        print(f"  {name:34} {p50:7.2f} / {p95:7.2f}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
