@@ -70,6 +70,20 @@ void RgbToSpace(const ColourSpace &space, const std::uint8_t *r, const std::uint
   });
 }
 
+void RgbToLuma(const LumaCoefficients &c, const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n,
+               std::uint8_t *out) {
+  const int lanes = static_cast<int>(hn::Lanes(u16));
+  if (n < lanes) return scalar::rgb_to_luma(c, r, g, b, n, out);
+  const auto cr = hn::Set(u16, c.r), cg = hn::Set(u16, c.g), cb = hn::Set(u16, c.b), half = hn::Set(u16, 128);
+  cover(n, lanes, [&](int i) HWY_ATTR {
+    const auto rr = hn::MulHigh(hn::ShiftLeft<8>(hn::PromoteTo(u16, hn::LoadU(u8, r + i))), cr);
+    const auto gg = hn::MulHigh(hn::ShiftLeft<8>(hn::PromoteTo(u16, hn::LoadU(u8, g + i))), cg);
+    const auto bb = hn::MulHigh(hn::ShiftLeft<8>(hn::PromoteTo(u16, hn::LoadU(u8, b + i))), cb);
+    const auto sum = hn::ShiftRight<8>(hn::Add(hn::Add(rr, gg), hn::Add(bb, half)));
+    hn::StoreU(hn::DemoteTo(u8, hn::BitCast(i16, sum)), u8, out + i);
+  });
+}
+
 void Interleave(const std::uint8_t *a, const std::uint8_t *b, const std::uint8_t *c, int n, std::uint8_t *out) {
   const hn::ScalableTag<std::uint8_t> d;
   const int lanes = static_cast<int>(hn::Lanes(d));
@@ -87,6 +101,7 @@ namespace csd {
 
 HWY_EXPORT(YuvToRgb);
 HWY_EXPORT(RgbToSpace);
+HWY_EXPORT(RgbToLuma);
 HWY_EXPORT(Interleave);
 
 YuvCoefficients YuvCoefficients::make(double kr, double kb, bool full_range) {
@@ -110,11 +125,9 @@ LumaCoefficients LumaCoefficients::make(double kr, double kb) {
     kr = 0.2126;
     kb = 0.0722;
   }
-  LumaCoefficients c;
-  c.r = static_cast<std::uint32_t>(std::lround(kr * 65536));
-  c.b = static_cast<std::uint32_t>(std::lround(kb * 65536));
-  c.g = 65536 - std::min(65536u, c.r + c.b);
-  return c;
+  const auto r = static_cast<int>(std::lround(kr * 65536)), b = static_cast<int>(std::lround(kb * 65536));
+  const auto fixed = [](int c) { return static_cast<std::uint16_t>(std::clamp(c, 0, 65535)); };
+  return {.r = fixed(r), .g = fixed(65536 - r - b), .b = fixed(b)};
 }
 
 void yuv_to_rgb(const YuvCoefficients &c, const std::uint8_t *y, const std::uint8_t *u, const std::uint8_t *v, int n,
@@ -129,7 +142,7 @@ void rgb_to_space(const ColourSpace &space, const std::uint8_t *r, const std::ui
 
 void rgb_to_luma(const LumaCoefficients &c, const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n,
                  std::uint8_t *out) {
-  for (int i = 0; i < n; ++i) out[i] = static_cast<std::uint8_t>((c.r * r[i] + c.g * g[i] + c.b * b[i] + 32768) >> 16);
+  HWY_DYNAMIC_DISPATCH(RgbToLuma)(c, r, g, b, n, out);
 }
 
 void interleave(const std::uint8_t *a, const std::uint8_t *b, const std::uint8_t *c, int n, std::uint8_t *out) {
@@ -153,6 +166,12 @@ void yuv_to_rgb(const YuvCoefficients &c, const std::uint8_t *y, const std::uint
 void rgb_to_space(const ColourSpace &space, const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n,
                   std::uint8_t *out) {
   for (int i = 0; i < n; ++i) out[i] = space.apply(r[i], g[i], b[i]);
+}
+
+void rgb_to_luma(const LumaCoefficients &c, const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n,
+                 std::uint8_t *out) {
+  for (int i = 0; i < n; ++i)
+    out[i] = static_cast<std::uint8_t>(((r[i] * c.r >> 8) + (g[i] * c.g >> 8) + (b[i] * c.b >> 8) + 128) >> 8);
 }
 
 void interleave(const std::uint8_t *a, const std::uint8_t *b, const std::uint8_t *c, int n, std::uint8_t *out) {

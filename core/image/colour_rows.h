@@ -19,9 +19,11 @@ struct YuvCoefficients {
   static YuvCoefficients make(double kr, double kb, bool full_range);
 };
 
-/// R, G, B to Y' in full range, in 16-bit fixed point; the weights add up to 65536, so gray keeps its value.
+/// R, G, B to Y' in full range: each product is floor(a·c / 2^8) with c in 1/65536; the sum is rounded. The weights add
+/// up to 65536 (65535 where one of them would be that), so gray keeps its value; else it is within 0.52 of the exact
+/// one.
 struct LumaCoefficients {
-  std::uint32_t r = 0, g = 0, b = 0;
+  std::uint16_t r = 0, g = 0, b = 0;
   static LumaCoefficients make(double kr, double kb);
 };
 
@@ -38,6 +40,8 @@ void interleave(const std::uint8_t *a, const std::uint8_t *b, const std::uint8_t
 
 /// The same without SIMD; what tests compare with, bit for bit.
 namespace scalar {
+void rgb_to_luma(const LumaCoefficients &c, const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n,
+                 std::uint8_t *out);
 void yuv_to_rgb(const YuvCoefficients &c, const std::uint8_t *y, const std::uint8_t *u, const std::uint8_t *v, int n,
                 std::uint8_t *r, std::uint8_t *g, std::uint8_t *b);
 void rgb_to_space(const ColourSpace &space, const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n,

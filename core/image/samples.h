@@ -21,4 +21,9 @@ inline int component_rows(const FrameView &view, int component) {
 /// component's own grid and must lie in it. Deeper samples are rounded to nearest, and to 255 at most.
 void read_samples(const FrameView &view, int component, int row, int first, int n, std::uint8_t *out);
 
+/// The same without SIMD; what tests compare with, bit for bit.
+namespace scalar {
+void read_samples(const FrameView &view, int component, int row, int first, int n, std::uint8_t *out);
+}
+
 }  // namespace csd
