@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "detect/shi_tomasi.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace {
+
+// The eigenvalue is level while the window moves over the corner, so a maximum is as near as half a window.
+TEST(ShiTomasi, CornersOfACheckerboard) {
+  cv::Mat luma(160, 200, CV_8UC1);
+  for (int y = 0; y < luma.rows; ++y) {
+    for (int x = 0; x < luma.cols; ++x) luma.at<std::uint8_t>(y, x) = (x / 40 + y / 40) % 2 == 0 ? 60 : 180;
+  }
+  const cv::Mat all(luma.size(), CV_8UC1, cv::Scalar(255));
+  const csd::Candidates found = csd::find_shi_tomasi(luma, all, 7, 10);
+  EXPECT_EQ(found.size(), 4U * 3U);
+  for (const csd::Candidate &c : found) {
+    EXPECT_LE(std::abs(std::remainder(c.at.x - 39.5, 40)), 3.5) << c.at;
+    EXPECT_LE(std::abs(std::remainder(c.at.y - 39.5, 40)), 3.5) << c.at;
+  }
+}
+
+TEST(ShiTomasi, AStraightEdgeIsNoCorner) {
+  cv::Mat luma(100, 100, CV_8UC1, cv::Scalar(60));
+  luma.colRange(50, 100).setTo(180);
+  EXPECT_TRUE(csd::find_shi_tomasi(luma, cv::Mat(luma.size(), CV_8UC1, cv::Scalar(255)), 7, 10).empty());
+}
+
+}  // namespace
