@@ -16,8 +16,8 @@ constexpr int block_rows = 32;         // blocks over the picture's height
 constexpr int ring = 3;                // blocks on each side of a block that count as its neighbours
 constexpr double memory = 1.0;         // s, of mean and deviation
 constexpr double warm_up = 0.5;        // s before the first conclusion
-constexpr float sure_after = 0.8F;     // s of evidence
-constexpr float most_evidence = 2.0F;  // s
+constexpr float sure_after = 1.8F;     // s of evidence: with 0.8, tools and tissue that pause are marked
+constexpr float most_evidence = 3.0F;  // s
 constexpr float doubt_rate = 0.5F;     // neighbours that stand still take evidence away so much slower
 
 // Chosen by looking at six clips, not measured as distributions: medians over a picture were about 0.25 px on slowly

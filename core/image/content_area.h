@@ -18,7 +18,7 @@ class ContentAreaFinder {
  public:
   /// Takes the next frame: `luma` CV_8UC1, the working image; its time in ns, only differences of which matter; `patch`
   /// the odd side of the tracked patch in working pixels. The border is known from the first lit frame on, graphics
-  /// after about a second of motion around them. A change of size forgets everything, a time that runs back nothing.
+  /// after about 2.5 s of motion around them. A change of size forgets everything, a time that runs back nothing.
   void update(const cv::Mat &luma, std::int64_t time, int patch);
 
   /// Where no patch may be centred: CV_8UC1 of the luma's size, 255 where a patch would touch border or graphics, else

@@ -87,7 +87,7 @@ TEST(ContentArea, DarkToolThatComesInIsNoBorder) {
 TEST(ContentArea, TextOverMovingTexture) {
   const cv::Mat all = texture();
   csd::ContentAreaFinder finder;
-  for (int i = 0; i < 60; ++i) {
+  for (int i = 0; i < 75; ++i) {
     cv::Mat frame = window(all, i);
     cv::putText(frame, "LASER OFF", {240, 250}, cv::FONT_HERSHEY_SIMPLEX, 1, cv::Scalar(235), 2);
     finder.update(frame, i * frame_time, patch);
