@@ -9,7 +9,7 @@ namespace csd {
 namespace {
 
 constexpr double ns_per_second = 1e9;
-constexpr std::int64_t border_period = 75'000'000;     // ns: every second frame at 25 a second; it hardly changes
+constexpr std::int64_t border_period = 200'000'000;    // ns: it hardly changes; a look costs up to 4 ms at 576 lines
 constexpr std::int64_t graphics_period = 150'000'000;  // ns: six looks a second tell moving from fixed
 
 /// Whether it is time again; a stream that jumped back starts a new period. `elapsed` is in seconds.
@@ -32,7 +32,8 @@ void ContentAreaFinder::update(const cv::Mat &luma, std::int64_t time, int patch
   if (luma.size() != forbidden_.size()) reset();
   double elapsed = 0;
   bool stale = !started_ || patch != patch_;
-  if (due(started_, time, border_period, last_border_, elapsed)) stale |= border_.update(luma, elapsed);
+  // Until there is light each frame may be the first that shows something.
+  if (due(started_, time, border_.lit() ? border_period : 0, last_border_, elapsed)) stale |= border_.update(luma, elapsed);
   if (due(started_, time, graphics_period, last_graphics_, elapsed)) stale |= graphics_.update(luma, elapsed);
   started_ = true;
   patch_ = patch;

@@ -20,6 +20,8 @@ class DarkBorder {
   /// CV_8UC1, 255 on the border, a fraction of the luma's size (the same field of view); not grown by a patch, but
   /// holds every pixel that the border touches.
   const cv::Mat &mask() const { return mask_; }
+  /// Whether there was a frame that was not wholly dark.
+  bool lit() const { return lit_; }
 
   void reset();
 
