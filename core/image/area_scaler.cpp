@@ -158,16 +158,17 @@ void scale_area(const AreaAxis &columns, const AreaAxis &rows, const RowReader &
   std::vector<const std::uint8_t *> source;
   std::vector<std::uint16_t> blended, scratch;
   std::vector<std::uint8_t> result;
-  for (int first = 0, n; first < columns.outputs(); first += n) {
-    n = tile_outputs(columns, first);
-    const int inside = std::min(n, columns.outputs() - first);
-    const int left = columns.begin(first), width = columns.end(first + inside - 1) - left, padded = round_up(width);
-    blended.resize(static_cast<std::size_t>(strip) * padded);
-    scratch.resize(blended.size());
-    result.resize(static_cast<std::size_t>(strip) * n);
-    for (int y = range.start; y < range.end; y += strip) {
-      const int lines = std::min(strip, range.end - y);
-      const int top = rows.begin(y), count = rows.end(y + lines - 1) - top;
+  // Tiles go along a strip, not down the picture, which took 7.0 ms instead of 4.2 for v210 of 2160 lines.
+  for (int y = range.start; y < range.end; y += strip) {
+    const int lines = std::min(strip, range.end - y);
+    const int top = rows.begin(y), count = rows.end(y + lines - 1) - top;
+    for (int first = 0, n; first < columns.outputs(); first += n) {
+      n = tile_outputs(columns, first);
+      const int inside = std::min(n, columns.outputs() - first);
+      const int left = columns.begin(first), width = columns.end(first + inside - 1) - left, padded = round_up(width);
+      blended.resize(static_cast<std::size_t>(strip) * padded);
+      scratch.resize(blended.size());
+      result.resize(static_cast<std::size_t>(strip) * n);
       samples.resize(static_cast<std::size_t>(count) * padded);
       source.resize(static_cast<std::size_t>(count));
       for (int k = 0; k < count; ++k)
