@@ -3,6 +3,10 @@
 """A recording is never harmed: encoded bytes, timestamps and pixels are the same with and without csdtrack."""
 
 import hashlib
+import os
+import pathlib
+import subprocess
+import sys
 import unittest
 
 import harness
@@ -88,8 +92,11 @@ class Recording(harness.Case):
         the tee holds each frame for as long as a branch has it: it is always shared.
         """
         log = self.tmp / "performance.log"
-        done = harness.launch("-q", self.source, "! tee name=t t. !", element, "! fakesink async=false t. ! fakesink",
-                              env={"GST_DEBUG": "GST_PERFORMANCE:5", "GST_DEBUG_NO_COLOR": "1", "GST_DEBUG_FILE": str(log)})
+        line = f"{self.source} ! tee name=t t. ! {element} ! fakesink async=false t. ! fakesink async=false"
+        done = subprocess.run([sys.executable, "-c", f"import harness; harness.play({line!r})"],
+                              cwd=pathlib.Path(__file__).parent, capture_output=True, text=True,
+                              env=dict(os.environ, GST_DEBUG="GST_PERFORMANCE:5", GST_DEBUG_NO_COLOR="1",
+                                       GST_DEBUG_FILE=str(log)))
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("GST_PERFORMANCE", log.read_text(), "without a log nothing is known")
         return len([line for line in log.read_text().splitlines() if "memcpy" in line or "_mem_copy" in line or
