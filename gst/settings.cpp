@@ -44,8 +44,8 @@ void install_properties(GObjectClass *klass) {
                               d.points.c_str(), structural));
   install(prop_replenish,
           g_param_spec_boolean("replenish", "Replenish",
-                               "Detect new features, with new ids, as old ones end (csd-2012 never does)", d.replenish,
-                               structural));
+                               "Detect new features, with new ids, as old ones end (only lk does, csd-2012 never)",
+                               d.replenish, structural));
   install(prop_forget_after,
           g_param_spec_uint64("forget-after", "Forget after",
                               "A detected feature that is lost or out for this many nanoseconds ends: it is reported "
@@ -68,12 +68,12 @@ void install_properties(GObjectClass *klass) {
   install(prop_search_radius,
           g_param_spec_uint("search-radius", "Search radius",
                             "How far a feature is looked for from where it was, in pixels of the full picture; 0 = "
-                            "from the picture's height",
+                            "from the picture's height (20 at 480 lines; lk does not use it)",
                             0, 2048, d.search_radius, structural));
   install(prop_training_time,
           g_param_spec_uint64("training-time", "Training time",
-                              "How many nanoseconds a feature is followed by Lucas-Kanade, in state learning, before "
-                              "its descriptor takes over",
+                              "How many nanoseconds, but at least 8 frames, a feature is followed by Lucas-Kanade, in "
+                              "state learning, before its descriptor takes over",
                               0, longest, d.training_time, structural));
   install(prop_learning,
           g_param_spec_enum("learning", "Learning",
@@ -116,12 +116,13 @@ void install_properties(GObjectClass *klass) {
                             "When a frame can't be tracked: error = stop with an error message, pass = warn once, let "
                             "frames through untouched and report features as lost",
                             GST_TYPE_CSD_TRACK_ON_ERROR, d.live.on_error, live));
-  install(prop_stats,
-          g_param_spec_boxed("stats", "Statistics",
-                             "Since READY: frames, failed-frames, features now by state, time-p50, time-p95, time-max "
-                             "(ns per frame), learning-time (ns of processor time), learned, retrainings, "
-                             "false-correspondences, queue (learning jobs that wait), waited, simd",
-                             GST_TYPE_STRUCTURE, static_cast<GParamFlags>(G_PARAM_READABLE | G_PARAM_STATIC_STRINGS)));
+  install(prop_stats, g_param_spec_boxed(
+                          "stats", "Statistics",
+                          "Since READY: frames, failed-frames, features now by state, detected (features that ever "
+                          "began), time-p50, time-p95, time-max (ns per frame), learning-time (ns that learning jobs "
+                          "took, added up), learned, retrainings, false-correspondences, queue (learning jobs that "
+                          "wait), waited, simd",
+                          GST_TYPE_STRUCTURE, static_cast<GParamFlags>(G_PARAM_READABLE | G_PARAM_STATIC_STRINGS)));
 }
 
 bool set_property(ElementSettings &s, guint id, const GValue &value) {
