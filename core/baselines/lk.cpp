@@ -34,8 +34,9 @@ void LucasKanade::track(const FrameContext &context, std::vector<Claim> &claims)
 }
 
 Claim::Kind LucasKanade::begin(FeatureId id, cv::Point2d position, const FrameContext &context) {
-  points_.push_back({id, cv::Point2f(context.frame.to_work(position))});
-  std::sort(points_.begin(), points_.end(), [](const Point &a, const Point &b) { return a.id < b.id; });
+  const auto at =
+      std::upper_bound(points_.begin(), points_.end(), id, [](FeatureId i, const Point &p) { return i < p.id; });
+  points_.insert(at, {id, cv::Point2f(context.frame.to_work(position))});
   return Claim::Kind::tracked;
 }
 

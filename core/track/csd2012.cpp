@@ -21,7 +21,7 @@ struct Csd2012::Follower {
 
   FeatureId id;
   cv::Point2d work;  ///< last known position, working pixels
-  std::int64_t begun, last_seen;
+  std::int64_t begun, last_seen, last_lesson = 0;
   bool recursive = true;  ///< LK follows it; else the descriptor does
   bool learn = true;      ///< this frame is a lesson
   int lessons = 0;
@@ -164,7 +164,8 @@ void Csd2012::recurse(const FrameContext &context) {
     const bool training =
         context.time - follower.begun < settings_.training_time || follower.lessons < least_training_frames;
     if (training) {
-      follower.learn = follower.lane.waiting() < waiting_lessons;
+      const auto apart = settings_.training_time / most_lessons;
+      follower.learn = context.time - follower.last_lesson >= apart && follower.lane.waiting() < waiting_lessons;
     } else if (follower.lane.waiting() == 0 && follower.learner->published()) {
       follower.recursive = false;
       follower.last_seen = context.time - 1;  // The descriptor has yet to see it in this frame.
@@ -203,6 +204,9 @@ void Csd2012::look(const FrameContext &context, Follower &follower, bool whole_p
   if (result.best) {
     follower.work = *result.best;
     follower.last_seen = context.time;
+    const double ignore = rules_for(settings_, frame).ignore_radius;
+    counters_->false_correspondences += static_cast<std::uint64_t>(std::count_if(
+        result.matches.begin(), result.matches.end(), [&](cv::Point p) { return apart(p, *result.best) > ignore; }));
   }
   if (settings_.learn_synchronously || follower.lane.waiting() < waiting_updates)
     prepare_update(context, follower, *descriptor, result, origin);
@@ -221,7 +225,6 @@ void Csd2012::prepare_update(const FrameContext &context, Follower &follower, co
     std::vector<cv::Point> wrong;
     for (const auto &p : result.matches)
       if (apart(p, *result.best) > rules.ignore_radius) wrong.push_back(p);
-    counters_->false_correspondences += wrong.size();
     for (int i = 0; i < false_updates && !wrong.empty(); ++i) {
       const auto k = follower.random.below(static_cast<std::uint32_t>(wrong.size()));
       update.negatives.push_back(cut(wrong[k]));
@@ -233,6 +236,7 @@ void Csd2012::prepare_update(const FrameContext &context, Follower &follower, co
                                         rules, follower.random)) {
     cv::Mat patch;
     context.frame.gather(square(p, half), descriptor.space(), patch);
+    counters_->false_correspondences += descriptor.is_feature(descriptor.leaf(patch));
     update.negatives.push_back(patch);
   }
 }
@@ -252,6 +256,7 @@ void Csd2012::finish(const FrameContext &context) {
         snapshot = std::move(copy);
       }
       ++follower->lessons;
+      follower->last_lesson = context.time;
       queue_.post(follower->lane, [learner = follower->learner, snapshot, position = rounded(follower->work)] {
         learner->learn(*snapshot, position);
       });

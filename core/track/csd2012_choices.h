@@ -11,6 +11,7 @@
 namespace csd::csd2012 {
 
 // The recursive start (§2.1).
+inline constexpr int most_lessons = 32;  ///< of a long training-time, evenly spread: the training set stays bounded
 inline constexpr int least_training_frames = 8;  ///< A7: at low frame rates half a second holds too few
 
 // The training set of one frame (§2.1.2.1).
@@ -42,6 +43,6 @@ inline constexpr int false_updates = 10;            ///< A32: at most so many of
 inline constexpr int recent_positives = 200;        ///< A31: ring
 inline constexpr int negative_reservoir = 3000;     ///< A31
 inline constexpr std::size_t waiting_updates = 4;   ///< of one feature; with learning=async more are skipped
-inline constexpr std::size_t waiting_lessons = 64;  ///< training frames of one feature that may wait
+inline constexpr std::size_t waiting_lessons = 32;  ///< training frames of one feature that may wait
 
 }  // namespace csd::csd2012

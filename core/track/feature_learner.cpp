@@ -20,11 +20,7 @@ int scaled(double pixels, double pixel) {
 }  // namespace
 
 FeatureLearner::FeatureLearner(const LearnerOptions &options, Random random, std::shared_ptr<LearningCounters> counters)
-    : options_(options),
-      random_(random),
-      smoke_(options.patch, random_, options.smoke),
-      warps_(geometric_warps(options.patch)),
-      counters_(std::move(counters)) {}
+    : options_(options), random_(random), counters_(std::move(counters)) {}
 
 std::shared_ptr<const Tree> FeatureLearner::published() const {
   const std::lock_guard lock(mutex_);
@@ -50,7 +46,7 @@ ColourPatches FeatureLearner::collect(const Snapshot &snapshot, cv::Point positi
     lesson.add(patch, label);
     for (const double density : smoke_densities) {
       patch.copyTo(smoky);
-      smoke_.apply(smoky, density, random_);
+      smoke_->apply(smoky, density, random_);
       lesson.add(smoky, label);
     }
   };
@@ -65,6 +61,11 @@ ColourPatches FeatureLearner::collect(const Snapshot &snapshot, cv::Point positi
 }
 
 void FeatureLearner::learn(const Snapshot &snapshot, cv::Point position) {
+  if (!smoke_) {
+    // Not in the constructor, which runs in the streaming thread: 3 ms.
+    smoke_.emplace(options_.patch, random_, options_.smoke);
+    warps_ = geometric_warps(options_.patch);
+  }
   const auto lesson = collect(snapshot, position);
   const bool first = !tree_;
   cv::Mat patch;
@@ -79,33 +80,42 @@ void FeatureLearner::learn(const Snapshot &snapshot, cv::Point position) {
     growth.seed = random_.next();
     tree_.emplace(options_.patch, choose_colour(root), growth);
   }
-  std::vector<SampleId> added;
+  std::vector<SampleId> wrong, positives;
+  const auto add = [&](Label label) {
+    const bool errs = !first && tree_->classify(patch) != label;
+    const auto id = tree_->add(patch, label);
+    if (errs) wrong.push_back(id);
+    if (label == Label::feature) positives.push_back(id);
+  };
   for (std::size_t i = 0; i < lesson.size(); ++i) {
     lesson.convert(i, tree_->space(), patch);
-    added.push_back(tree_->add(patch, lesson.label(i)));
+    add(lesson.label(i));
   }
   // Warped in the one colour space: a third of the cost of warping B, G and R.
   cv::Mat channel;
   to_space(snapshot.bgr, tree_->space(), channel);
   for (const auto &warp : warps_) {
     sample_patch(channel, position, options_.patch, warp, patch);
-    added.push_back(tree_->add(patch, Label::feature));
+    add(Label::feature);
   }
   if (first)
     tree_->build();
   else
-    retrain(added);
-  correct(snapshot, channel, position);
+    retrain(wrong);
+  correct(snapshot, channel, position, positives);
   publish();
 }
 
-void FeatureLearner::retrain(const std::vector<SampleId> &samples) {
-  counters_->retrainings += static_cast<std::uint64_t>(tree_->retrain(samples));
+int FeatureLearner::retrain(const std::vector<SampleId> &samples) {
+  const int replaced = tree_->retrain(samples);
+  counters_->retrainings += static_cast<std::uint64_t>(replaced);
+  return replaced;
 }
 
 /// §2.2.2: classify patches of the current frame, add those that are wrongly called the feature, retrain the leaves
-/// that did it; until there are none, or A34's rounds are over.
-void FeatureLearner::correct(const Snapshot &snapshot, const cv::Mat &channel, cv::Point position) {
+/// that did it, and those that call the feature something else; until there are none, or A34's rounds are over.
+void FeatureLearner::correct(const Snapshot &snapshot, const cv::Mat &channel, cv::Point position,
+                             const std::vector<SampleId> &positives) {
   const int half = options_.patch / 2;
   const cv::Rect picture({0, 0}, snapshot.bgr.size());
   cv::Mat bordered;
@@ -119,23 +129,25 @@ void FeatureLearner::correct(const Snapshot &snapshot, const cv::Mat &channel, c
     const auto tree = tree_->publish();
     const SpatialWeight anywhere{position};
     auto wrong = search(*tree, bordered, origin, {window, 1}, anywhere).matches;
-    const auto elsewhere = search(*tree, bordered, origin, {picture, evaluation_grid}, anywhere).matches;
-    wrong.insert(wrong.end(), elsewhere.begin(), elsewhere.end());
+    for (const auto &p : search(*tree, bordered, origin, {picture, evaluation_grid}, anywhere).matches)
+      if (!window.contains(p)) wrong.push_back(p);
     std::erase_if(wrong, [&](cv::Point p) {
       return std::hypot(p.x - position.x, p.y - position.y) <= ignore ||
              (!snapshot.forbidden.empty() && snapshot.forbidden.at<unsigned char>(p) != 0);
     });
-    if (wrong.empty()) break;
     counters_->false_correspondences += wrong.size();
-    std::vector<SampleId> added;
+    std::vector<SampleId> errors;
+    for (const auto id : positives)
+      if (tree_->misclassified(id)) errors.push_back(id);
     for (int i = 0; i < errors_per_round && !wrong.empty(); ++i) {
       const auto k = random_.below(static_cast<std::uint32_t>(wrong.size()));
       const auto p = wrong[k];
       wrong[k] = wrong.back();
       wrong.pop_back();
-      added.push_back(tree_->add(bordered({p.x, p.y, options_.patch, options_.patch}), Label::not_feature));
+      errors.push_back(tree_->add(bordered({p.x, p.y, options_.patch, options_.patch}), Label::not_feature));
     }
-    retrain(added);
+    // Nothing errs, or nothing that the stop rules let divide.
+    if (errors.empty() || retrain(errors) == 0) break;
   }
 }
 
@@ -152,7 +164,6 @@ void FeatureLearner::update(const DescriptorUpdate &update) {
   }
   for (const auto &patch : update.negatives) {
     const bool error = tree_->classify(patch) == Label::feature;
-    counters_->false_correspondences += error;
     // Reservoir: each negative ever seen is kept with equal probability. One that was called the feature always stays,
     // in the place of another: without it the leaf could not be retrained.
     ++negatives_seen_;

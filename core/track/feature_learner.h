@@ -62,14 +62,15 @@ class FeatureLearner {
 
  private:
   ColourPatches collect(const Snapshot &snapshot, cv::Point position);
-  void correct(const Snapshot &snapshot, const cv::Mat &channel, cv::Point position);
-  void retrain(const std::vector<SampleId> &samples);
+  void correct(const Snapshot &snapshot, const cv::Mat &channel, cv::Point position,
+               const std::vector<SampleId> &positives);
+  int retrain(const std::vector<SampleId> &samples);
   void publish();
   NegativeRules rules() const;
 
   LearnerOptions options_;
   Random random_;
-  Smoke smoke_;
+  std::optional<Smoke> smoke_;  // made with the first lesson
   std::vector<Warp> warps_;
   std::shared_ptr<LearningCounters> counters_;
   std::optional<GrowingTree> tree_;

@@ -58,7 +58,20 @@ void LearningQueue::post(Lane &lane, std::function<void()> job) {
     if (lane.state_->scheduled) return;
     lane.state_->scheduled = true;
   }
-  shared_->executor.post([shared = shared_, state = lane.state_] { run_one(shared, state); });
+  book(shared_, lane.state_);
+}
+
+// A turn for the lane. An executor that refuses it (no memory) takes the lane's jobs with it: nobody may wait for them.
+void LearningQueue::book(const std::shared_ptr<Shared> &shared, const std::shared_ptr<Lane::State> &lane) {
+  try {
+    shared->executor.post([shared, lane] { run_one(shared, lane); });
+  } catch (...) {
+    const std::lock_guard lock(shared->mutex);
+    if (!shared->failure) shared->failure = std::current_exception();
+    shared->waiting -= lane->jobs.size();
+    lane->jobs.clear();
+    lane->scheduled = false;
+  }
 }
 
 // One job, then to the back of the executor's line: that is how the features take turns.
@@ -88,13 +101,14 @@ void LearningQueue::run_one(std::shared_ptr<Shared> shared, std::shared_ptr<Lane
     const std::lock_guard lock(shared->mutex);
     shared->spent += std::chrono::duration_cast<std::chrono::nanoseconds>(spent).count();
     if (failure && !shared->failure) shared->failure = failure;
-    --shared->running;
     --shared->waiting;
     more = lane->scheduled = !lane->jobs.empty();
-    // Notified under the lock: once it is released the owner may be gone.
-    shared->idle.notify_all();
   }
-  if (more) shared->executor.post([shared, lane] { run_one(shared, lane); });
+  if (more) book(shared, lane);
+  const std::lock_guard lock(shared->mutex);
+  --shared->running;
+  // Notified under the lock: once it is released the owner, and with it the executor, may be gone.
+  shared->idle.notify_all();
 }
 
 void LearningQueue::wait_idle() {

@@ -9,12 +9,12 @@
 
 namespace csd {
 
-/// Odd side of the patch in working pixels: the user's, given in the picture's, or the default for the picture's height
-/// (A1).
+/// Odd side of the patch in working pixels, 5…255: the user's, given in the picture's, or the default for the
+/// picture's height (A1).
 inline int patch_side(const Settings &settings, const WorkFrame &frame) {
   if (settings.patch_size == 0) return default_patch_size(frame.size().height);
   const int half = static_cast<int>(std::lround((settings.patch_size / frame.scale() - 1) / 2));
-  return 2 * std::max(half, 2) + 1;
+  return 2 * std::clamp(half, 2, 127) + 1;
 }
 
 }  // namespace csd

@@ -21,6 +21,8 @@ constexpr std::int64_t nominal_duration = second / 25;  // of a frame, where the
 constexpr std::int64_t occluded_for = second;           // DESIGN: hidden for longer is lost
 constexpr std::int64_t replenish_every = second / 2;    // detection costs as much as ten frames of tracking
 
+constexpr double least_contrast = 1;  // grey levels, of a picture worth looking for features in
+
 bool claims_position(FeatureState state) {
   return state == FeatureState::learning || state == FeatureState::tracked;
 }
@@ -29,6 +31,8 @@ bool claims_position(FeatureState state) {
 struct Life {
   Feature feature;
   bool given = false;           // by the user: never ends by itself
+  bool begun = false;           // the algorithm knows of it
+  std::int64_t gone_since = 0;  // when it became lost or out
   cv::Point2d start, claimed;   // where it began, and where it was seen last; picture pixels
   std::int64_t last_claim = 0;  // when a position was last claimed
   bool reported = false;        // in an earlier frame
@@ -46,6 +50,7 @@ struct Tracker::Impl {
   Impl(const Settings &s, Executor &e) : settings(s), algorithm(make_algorithm(s, e)) {
     if (settings.points.size() > max_points) settings.points.resize(max_points);
     next_id = static_cast<FeatureId>(settings.points.size());
+    for (FeatureId id = 0; id < next_id; ++id) known.push_back(id);
   }
 
   const Tracks &process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration);
@@ -54,9 +59,10 @@ struct Tracker::Impl {
   void end_all();
   void follow(const FrameContext &context);
   void apply(const Claim &claim, Life &life);
-  void forget_old(const FrameContext &context);
+  void forget_old();
   void leave_graphics(const FrameContext &context);
   void begin(FeatureId id, cv::Point2d position, bool given, const FrameContext *context);
+  void show(Life &life, const FrameContext &context);
   void begin_given(const FrameContext *context);
   void detect_more(const FrameContext &context);
   void end(Life &life);
@@ -132,7 +138,10 @@ void Tracker::Impl::end(Life &life) {
 }
 
 void Tracker::Impl::end_all() {
-  for (auto &life : lives) end(life);
+  for (auto &life : lives) {
+    life.feature.state = FeatureState::ended;
+    life.feature.confidence = 0;
+  }
   algorithm->forget();
   content_area.reset();
   stream_begun = detected = false;
@@ -163,6 +172,8 @@ void Tracker::Impl::apply(const Claim &claim, Life &life) {
                           : FeatureState::lost;
       break;
   }
+  const auto gone = [](FeatureState s) { return s == FeatureState::lost || s == FeatureState::out; };
+  if (gone(feature.state) && !gone(state)) life.gone_since = time;
   // A prediction is told only of what is occluded; what is lost or out keeps the position last claimed.
   const bool predicted = feature.state == FeatureState::occluded && finite;
   feature.x = predicted ? claim.position.x : life.claimed.x;
@@ -192,15 +203,17 @@ void Tracker::Impl::begin(FeatureId id, cv::Point2d position, bool given, const 
   life.feature.y = position.y;
   life.start = life.claimed = position;
   life.given = given;
-  life.last_claim = time;
-  if (!context) {
-    life.feature.state = FeatureState::lost;
-  } else if (!context->bounds().contains(position)) {
-    life.feature.state = FeatureState::out;
-  } else {
-    apply({id, algorithm->begin(id, position, *context), position, 1}, life);
-  }
+  life.last_claim = life.gone_since = time;
+  life.feature.state = context && !context->bounds().contains(position) ? FeatureState::out : FeatureState::lost;
+  if (context) show(life, *context);
   lives.push_back(life);
+}
+
+// Where nothing could be seen when a point came, it begins in the first frame that shows something.
+void Tracker::Impl::show(Life &life, const FrameContext &context) {
+  if (life.begun || life.feature.state == FeatureState::ended || !context.bounds().contains(life.start)) return;
+  life.begun = true;
+  apply({life.feature.id, algorithm->begin(life.feature.id, life.start, context), life.start, 1}, life);
 }
 
 void Tracker::Impl::begin_given(const FrameContext *context) {
@@ -252,6 +265,10 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
     if (life.feature.state != FeatureState::ended)
       taken.push_back(context.frame.to_work({life.feature.x, life.feature.y}));
   if (cv::countNonZero(forbidden) == forbidden.size().area()) return;
+  // Nothing stands out of the noise: the detectors need 40 ms to find that out, and would on each frame.
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(luma, mean, deviation, forbidden == 0);
+  if (deviation[0] < least_contrast) return;
 
   cv::Mat specular;
   specular_mask(context.frame, {{0, 0}, luma.size()}, specular);
@@ -274,12 +291,12 @@ void Tracker::Impl::leave_graphics(const FrameContext &context) {
       end(life);
 }
 
-void Tracker::Impl::forget_old(const FrameContext &) {
+void Tracker::Impl::forget_old() {
   if (settings.forget_after <= 0) return;
   for (auto &life : lives) {
     const auto state = life.feature.state;
     if (!life.given && (state == FeatureState::lost || state == FeatureState::out) &&
-        time - life.last_claim >= settings.forget_after)
+        time - life.gone_since >= settings.forget_after)
       end(life);
   }
 }
@@ -316,7 +333,7 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
   if (view) frame.load(*view);
   // Fields instead of frames are another working image, though of the same picture.
   const auto work_size = view ? frame.size() : last_work_size;
-  if (size != last_size || work_size != last_work_size) end_all();
+  if (size != last_size || (work_size != last_work_size && !last_work_size.empty())) end_all();
   last_size = size;
   last_work_size = work_size;
 
@@ -333,7 +350,8 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
         frame, settings.content_area == ContentArea::automatic ? content_area.forbidden() : nowhere, time};
     follow(context);
     leave_graphics(context);
-    forget_old(context);
+    forget_old();
+    for (auto &life : lives) show(life, context);
     begin_given(&context);
     detect_more(context);
     algorithm->finish(context);

@@ -134,6 +134,49 @@ TEST(Csd2012, AHiddenFeatureIsSaidToBeHiddenAndIsFoundAgain) {
   EXPECT_LE(std::hypot(last.x - 160, last.y - 120), 3);
 }
 
+// The window around the old place has a radius of 10 px at 240 lines: only the search of the whole picture gets there.
+// Four points, of which two are looked for in a frame: each has its turn.
+TEST(Csd2012, AfterALongAbsenceAFeatureIsFoundElsewhereInThePicture) {
+  auto settings = few_features();
+  settings.points = {{110, 100}, {160, 120}, {200, 90}, {130, 150}};
+  const MovingScene scene;
+  ThreadPool pool(1);
+  Tracker tracker(settings, pool);
+  std::vector<Feature> last;
+  for (int i = 0; i < 100; ++i) {
+    auto picture = scene.render(i < 80 ? cv::Point2d(0, 0) : cv::Point2d(36, 24));
+    // Brighter to the right: the order of pixels is nothing that the tree knows as the feature.
+    if (i >= 20 && i < 80)
+      for (int x = 0; x < picture.cols; ++x) picture.col(x).setTo(cv::Scalar::all(40 + x / 2));
+    last = tracker.process(MovingScene::view(picture), i * frame_time).features;
+    if (i == 79) {
+      for (const auto &f : last) EXPECT_EQ(f.state, FeatureState::lost) << f.id;
+    }
+  }
+  int found = 0;
+  for (const auto &f : last)
+    found += f.state == FeatureState::tracked &&
+             std::hypot(f.x - settings.points[f.id].x - 36, f.y - settings.points[f.id].y - 24) <= 4;
+  EXPECT_GE(found, 3);
+}
+
+TEST(Csd2012, OverTheEdgeIsOut) {
+  auto settings = few_features();
+  settings.points = {{310, 120}};
+  const MovingScene scene;
+  ThreadPool pool(1);
+  Tracker tracker(settings, pool);
+  FeatureState state{};
+  for (int i = 0; i < 60; ++i) {
+    const auto picture = scene.render({i < 20 ? 0.0 : std::min(i - 20, 38) * 1.0, 0});
+    state = tracker.process(MovingScene::view(picture), i * frame_time).features.at(0).state;
+    if (i == 19) {
+      EXPECT_EQ(state, FeatureState::tracked);
+    }
+  }
+  EXPECT_EQ(state, FeatureState::out);
+}
+
 TEST(Csd2012, TheStreamingThreadNeverWaitsForLearning) {
   class Never final : public Executor {
     void post(std::function<void()>) override {}

@@ -109,7 +109,7 @@ TEST_F(LearningAFeature, AFalseCorrespondenceRetrainsItsLeaf) {
     if (is_feature(tried)) alike = tried;
   }
   ASSERT_FALSE(alike.empty()) << "no stripe fools the descriptor";
-  const auto retrainings = counters_->retrainings.load(), wrong = counters_->false_correspondences.load();
+  const auto retrainings = counters_->retrainings.load();
   DescriptorUpdate update;
   // Four of them: a leaf of fewer samples than four is not divided.
   for (int i = 0; i < 4; ++i) update.negatives.push_back(alike);
@@ -117,7 +117,6 @@ TEST_F(LearningAFeature, AFalseCorrespondenceRetrainsItsLeaf) {
   EXPECT_FALSE(is_feature(alike));
   EXPECT_TRUE(is_feature(patch(at_)));
   EXPECT_GT(counters_->retrainings, retrainings);
-  EXPECT_EQ(counters_->false_correspondences, wrong + 4);
 }
 
 TEST_F(LearningAFeature, NothingIsLearntWhereItIsForbidden) {

@@ -135,6 +135,8 @@ TEST_F(TrackerLife, AGivenPointNeverEndsADetectedOneIsForgotten) {
   ASSERT_EQ(tracks.features.size(), 6u);
   for (const auto &f : tracks.features) script_.kinds[f.id] = Claim::Kind::lost;
   for (int i = 0; i < 25; ++i) next(tracker);
+  for (const auto &f : tracks.features) EXPECT_EQ(f.state, FeatureState::lost) << "0.96 s";
+  next(tracker);
   ASSERT_EQ(tracks.features.size(), 6u);
   for (const auto &f : tracks.features)
     EXPECT_EQ(f.state, f.id == first ? FeatureState::lost : FeatureState::ended) << f.id;
@@ -280,6 +282,63 @@ TEST_F(TrackerLife, AfterAnExceptionTheTrackerGoesOnBlind) {
   EXPECT_EQ(tracks.frame, 1u);
   EXPECT_EQ(tracks.features[0].state, FeatureState::lost);
   EXPECT_EQ(tracks.features[1].state, FeatureState::out);
+}
+
+TEST_F(TrackerLife, APointThatComesWhileNothingCanBeSeenBeginsLater) {
+  Tracker tracker(with_points({{100, 100}}), executor_);
+  tracker.process_blind(320, 240, 0);
+  const auto second_point = tracker.add_point(50, 60);
+  const auto &tracks = tracker.process_blind(320, 240, second / 25);
+  ASSERT_EQ(tracks.features.size(), 2u);
+  EXPECT_EQ(tracks.features[0].state, FeatureState::lost);
+  pts_ = 2 * second / 25;
+  next(tracker);
+  ASSERT_EQ(tracks.features.size(), 2u) << "under the same ids";
+  EXPECT_EQ(tracks.features[0].id, 0u);
+  EXPECT_EQ(tracks.features[0].state, FeatureState::learning);
+  EXPECT_EQ(find(tracks, second_point)->state, FeatureState::learning);
+  EXPECT_EQ(script_.begun, (std::vector<FeatureId>{0, 1}));
+}
+
+TEST_F(TrackerLife, ThereAreAtMostTenThousandPoints) {
+  Tracker tracker(with_points(std::vector<cv::Point2d>(max_points - 1, {100, 100})), executor_);
+  EXPECT_EQ(tracker.add_point(1, 1), max_points - 1);
+  EXPECT_EQ(tracker.add_point(1, 1), no_feature);
+}
+
+TEST_F(TrackerLife, WhatBeganOnBurntInGraphicsEndsAPointOfTheUserStays) {
+  // A moving texture under a still caption, on which detection puts features, as on any corner.
+  const cv::Rect caption(240, 226, 175, 26);
+  cv::Mat noise(600, 800, CV_8UC1), texture;
+  cv::RNG rng(3);
+  rng.fill(noise, cv::RNG::UNIFORM, 0, 256);
+  cv::GaussianBlur(noise, texture, {0, 0}, 3);
+  cv::normalize(texture, texture, 30, 130, cv::NORM_MINMAX);
+  const auto frame = [&](int i) {
+    cv::Mat moved = texture(cv::Rect(i % 150, i % 110, 640, 480)).clone();
+    cv::putText(moved, "LASER OFF", {240, 250}, cv::FONT_HERSHEY_SIMPLEX, 1, cv::Scalar(205),
+                2);  // not so bright as to be a highlight
+    return moved;
+  };
+  Settings settings;
+  settings.max_features = 6;
+  settings.region = caption;
+  settings.forget_after = 0;
+  Tracker tracker(settings, executor_);
+  const auto mine = tracker.add_point(410, 248);
+  std::size_t detected = 0, ended = 0;
+  for (int i = 0; i < 100; ++i) {
+    for (const auto &f : next(tracker, frame(i)).features) {
+      if (f.id == mine) {
+        EXPECT_NE(f.state, FeatureState::ended);
+      } else {
+        detected += i == 0;
+        ended += f.state == FeatureState::ended;
+      }
+    }
+  }
+  EXPECT_GT(detected, 0u);
+  EXPECT_EQ(ended, detected);
 }
 
 TEST_F(TrackerLife, MissingTimestampsCountAsTwentyFiveFramesASecond) {
