@@ -8,6 +8,8 @@
 
 G_BEGIN_DECLS
 
+// glib-mkenums reads the comment behind a value: none may move.
+// clang-format off
 typedef enum {
   /* 0 is kept for `csd` */
   GST_CSD_TRACK_ALGORITHM_CSD_2012 = 1, /*< nick=csd-2012 >*/
@@ -40,5 +42,6 @@ typedef enum {
   GST_CSD_TRACK_ON_ERROR_ERROR, /*< nick=error >*/
   GST_CSD_TRACK_ON_ERROR_PASS, /*< nick=pass >*/
 } GstCsdTrackOnError;
+// clang-format on
 
 G_END_DECLS

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "learn/colour_choice.h"
 
+#include "image/convert.h"
+
 #include <algorithm>
 #include <cstdlib>
 #include <functional>
@@ -74,13 +76,13 @@ cv::Mat ColourPatches::patch(std::size_t i) const {
 }
 
 void ColourPatches::convert(std::size_t i, const ColourSpace &space, cv::Mat &out) const {
+  // As one row: the kernel behind it has less to do at row ends.
+  const int pixels = patch_size_ * patch_size_;
+  const auto *first = bytes_.data() + i * static_cast<std::size_t>(pixels) * 3;
+  const cv::Mat in(1, pixels, CV_8UC3, const_cast<std::uint8_t *>(first));
   out.create(patch_size_, patch_size_, CV_8UC1);
-  const std::size_t pixels = static_cast<std::size_t>(patch_size_ * patch_size_);
-  const std::uint8_t *in = bytes_.data() + i * pixels * 3;
-  for (int y = 0; y < patch_size_; ++y) {
-    std::uint8_t *row = out.ptr(y);
-    for (int x = 0; x < patch_size_; ++x, in += 3) row[x] = space.apply(in[2], in[1], in[0]);
-  }
+  cv::Mat row(1, pixels, CV_8UC1, out.data);
+  to_space(in, space, row);
 }
 
 std::array<double, 49> colour_scores(const ColourPatches &patches) {

@@ -56,9 +56,17 @@ void GrowingTree::build() {
 
 int GrowingTree::retrain(std::span<const SampleId> samples) {
   int replaced = 0;
+  std::vector<std::int32_t> refused;  // by the stop rules: not to be tried again for each of their samples
   for (const SampleId id : samples) {
-    // Growing a leaf puts its samples into new leaves, so none is grown twice for the same error.
-    if (set_.contains(id) && misclassified(id) && grow(places_[id].leaf)) ++replaced;
+    if (!set_.contains(id)) continue;
+    const std::int32_t at = places_[id].leaf;
+    const Node &leaf = nodes_[static_cast<std::size_t>(at)];
+    const bool errs = leaf.feature > 0 && leaf.feature < leaf.samples.size();
+    if (!errs || std::find(refused.begin(), refused.end(), at) != refused.end()) continue;
+    if (grow(at))
+      ++replaced;
+    else
+      refused.push_back(at);
   }
   retrainings_ += static_cast<std::uint64_t>(replaced);
   return replaced;

@@ -57,9 +57,10 @@ class GrowingTree {
 
   /// Learns the whole tree anew from S by ID3.
   void build();
-  /// Grows a subtree, on all samples that it holds, in the place of each leaf that misclassifies one of `samples`
-  /// (§2.2.2: "only the leaf nodes responsible"). Returns how many leaves it replaced. A leaf that the stop rules do
-  /// not let divide stays.
+  /// Grows a subtree, on all samples that it holds, in the place of each leaf that one of `samples` ended in and that
+  /// errs (§2.2.2: "only the leaf nodes responsible"): one that holds both classes calls the fewer by the wrong name,
+  /// and be they the feature itself, outnumbered by the patches just added. Returns how many leaves it replaced. A leaf
+  /// that the stop rules do not let divide stays.
   int retrain(std::span<const SampleId> samples);
   /// Leaves that retrain() has replaced since the beginning.
   std::uint64_t retrainings() const { return retrainings_; }

@@ -41,8 +41,7 @@ NegativeRules FeatureLearner::rules() const {
   return {options_.patch, ignore_radius * options_.pixel, near_radius * options_.pixel};
 }
 
-/// S of one frame (§2.1.2): what is labelled by LK and by chance and likeness, each with smoke; and the feature's
-/// warps.
+/// S of one frame (§2.1.2.1) without the warps: what LK, chance and likeness label, each with smoke.
 ColourPatches FeatureLearner::collect(const Snapshot &snapshot, cv::Point position) {
   ColourPatches lesson(options_.patch);
   cv::Mat patch, smoky;
@@ -56,10 +55,6 @@ ColourPatches FeatureLearner::collect(const Snapshot &snapshot, cv::Point positi
     }
   };
   with_smoke(position, Label::feature);
-  for (const auto &warp : warps_) {
-    sample_patch(snapshot.bgr, position, options_.patch, warp, patch);
-    lesson.add(patch, Label::feature);
-  }
   for (const auto &p :
        random_negatives(snapshot.bgr.size(), snapshot.forbidden, position, random_per_lesson, rules(), random_))
     with_smoke(p, Label::not_feature);
@@ -72,23 +67,35 @@ ColourPatches FeatureLearner::collect(const Snapshot &snapshot, cv::Point positi
 void FeatureLearner::learn(const Snapshot &snapshot, cv::Point position) {
   const auto lesson = collect(snapshot, position);
   const bool first = !tree_;
+  cv::Mat patch;
   if (first) {
+    auto root = lesson;
+    for (const auto &warp : warps_) {
+      sample_patch(snapshot.bgr, position, options_.patch, warp, patch);
+      root.add(patch, Label::feature);
+    }
     GrowthOptions growth;
     growth.search.search = options_.pair_search;
     growth.seed = random_.next();
-    tree_.emplace(options_.patch, choose_colour(lesson), growth);
+    tree_.emplace(options_.patch, choose_colour(root), growth);
   }
   std::vector<SampleId> added;
-  cv::Mat channel;
   for (std::size_t i = 0; i < lesson.size(); ++i) {
-    lesson.convert(i, tree_->space(), channel);
-    added.push_back(tree_->add(channel, lesson.label(i)));
+    lesson.convert(i, tree_->space(), patch);
+    added.push_back(tree_->add(patch, lesson.label(i)));
+  }
+  // Warped in the one colour space: a third of the cost of warping B, G and R.
+  cv::Mat channel;
+  to_space(snapshot.bgr, tree_->space(), channel);
+  for (const auto &warp : warps_) {
+    sample_patch(channel, position, options_.patch, warp, patch);
+    added.push_back(tree_->add(patch, Label::feature));
   }
   if (first)
     tree_->build();
   else
     retrain(added);
-  correct(snapshot, position);
+  correct(snapshot, channel, position);
   publish();
 }
 
@@ -98,11 +105,10 @@ void FeatureLearner::retrain(const std::vector<SampleId> &samples) {
 
 /// §2.2.2: classify patches of the current frame, add those that are wrongly called the feature, retrain the leaves
 /// that did it; until there are none, or A34's rounds are over.
-void FeatureLearner::correct(const Snapshot &snapshot, cv::Point position) {
+void FeatureLearner::correct(const Snapshot &snapshot, const cv::Mat &channel, cv::Point position) {
   const int half = options_.patch / 2;
   const cv::Rect picture({0, 0}, snapshot.bgr.size());
-  cv::Mat bordered, channel;
-  to_space(snapshot.bgr, tree_->space(), channel);
+  cv::Mat bordered;
   cv::copyMakeBorder(channel, bordered, half, half, half, half, cv::BORDER_REPLICATE);
   const cv::Point origin(-half, -half);
   const int radius = options_.search_radius;

@@ -62,7 +62,7 @@ class FeatureLearner {
 
  private:
   ColourPatches collect(const Snapshot &snapshot, cv::Point position);
-  void correct(const Snapshot &snapshot, cv::Point position);
+  void correct(const Snapshot &snapshot, const cv::Mat &channel, cv::Point position);
   void retrain(const std::vector<SampleId> &samples);
   void publish();
   NegativeRules rules() const;

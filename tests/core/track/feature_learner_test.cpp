@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/feature_learner.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "image/convert.h"
+#include "image/patch.h"
+#include "track/moving_scene.h"
+#include "track/search.h"
+
+namespace csd {
+namespace {
+
+class LearningAFeature : public testing::Test {
+ protected:
+  LearningAFeature() {
+    snapshot_.bgr = MovingScene().render({0, 0});
+    cv::cvtColor(snapshot_.bgr, snapshot_.luma, cv::COLOR_BGR2GRAY);
+  }
+  /// The patch around `p` as the descriptor sees it.
+  cv::Mat patch(cv::Point2d p, const Warp &warp = Warp::eye()) const {
+    cv::Mat bgr, channel;
+    sample_patch(snapshot_.bgr, p, 21, warp, bgr);
+    to_space(bgr, learner_.published()->space(), channel);
+    return channel;
+  }
+  bool is_feature(const cv::Mat &patch) const {
+    const auto tree = learner_.published();
+    return tree->is_feature(tree->leaf(patch));
+  }
+
+  Snapshot snapshot_;
+  const cv::Point at_{160, 120};
+  std::shared_ptr<LearningCounters> counters_ = std::make_shared<LearningCounters>();
+  FeatureLearner learner_{LearnerOptions{}, Random(1), counters_};
+};
+
+TEST_F(LearningAFeature, NothingIsPublishedBeforeTheFirstLesson) {
+  EXPECT_EQ(learner_.published(), nullptr);
+  learner_.update({});
+  EXPECT_EQ(learner_.published(), nullptr);
+}
+
+TEST_F(LearningAFeature, AfterALessonTheFeatureIsRecognisedAndItsSurroundingsAreNot) {
+  learner_.learn(snapshot_, at_);
+  const auto tree = learner_.published();
+  ASSERT_NE(tree, nullptr);
+  cv::Mat channel;
+  to_space(snapshot_.bgr, tree->space(), channel);
+  EXPECT_TRUE(is_feature(patch(at_)));
+  // One positive, 3 in smoke, 66 warps.
+  EXPECT_EQ(tree->features(), 70u);
+  const auto result = search(*tree, channel, {0, 0}, {{120, 80, 81, 81}, 1}, {at_, 10});
+  ASSERT_TRUE(result.best);
+  EXPECT_LE(std::hypot(result.best->x - at_.x, result.best->y - at_.y), 4);
+  // §2.2.2 ends with no false correspondence in the search window (radius 20) beyond the 4 px that are left alone.
+  for (const auto &p : result.matches) {
+    const double distance = std::hypot(p.x - at_.x, p.y - at_.y);
+    EXPECT_TRUE(distance <= 4 || std::abs(p.x - at_.x) > 20 || std::abs(p.y - at_.y) > 20) << p;
+  }
+}
+
+// The warps are in the training set. One may still be called "not a feature", but only in a leaf that the stop rules do
+// not let divide: of fewer than four samples (StopRules).
+TEST_F(LearningAFeature, WarpsOfTheFeatureAreRecognisedAsFarAsTheStopRulesAllow) {
+  learner_.learn(snapshot_, at_);
+  const auto tree = learner_.published();
+  cv::Mat channel, bent;
+  to_space(snapshot_.bgr, tree->space(), channel);
+  int recognised = 0;
+  for (const auto &warp : geometric_warps(21)) {
+    sample_patch(channel, at_, 21, warp, bent);
+    const auto &leaf = tree->nodes()[static_cast<std::size_t>(tree->leaf(bent))];
+    EXPECT_GE(leaf.feature, 1u);
+    if (is_feature(bent))
+      ++recognised;
+    else
+      EXPECT_LT(leaf.feature + leaf.not_feature, 4u);
+  }
+  EXPECT_GT(recognised, 33);
+}
+
+TEST_F(LearningAFeature, EachLessonAddsItsPositives) {
+  learner_.learn(snapshot_, at_);
+  learner_.learn(snapshot_, at_);
+  EXPECT_EQ(learner_.published()->features(), 140u);
+}
+
+TEST_F(LearningAFeature, SuccessAddsToTheDistributionAndTheRingHolds200) {
+  learner_.learn(snapshot_, at_);
+  DescriptorUpdate update;
+  update.positives.push_back(patch(at_));
+  learner_.update(update);
+  EXPECT_EQ(learner_.published()->features(), 71u);
+  for (int i = 0; i < 300; ++i) learner_.update(update);
+  EXPECT_EQ(learner_.published()->features(), 270u);
+}
+
+TEST_F(LearningAFeature, AFalseCorrespondenceRetrainsItsLeaf) {
+  learner_.learn(snapshot_, at_);
+  // A look-alike: the feature itself with a bright stripe, of which the descriptor knows nothing yet.
+  cv::Mat alike;
+  for (int row = 0; row < 21 && alike.empty(); ++row) {
+    cv::Mat tried = patch(at_).clone();
+    tried.row(row).setTo(255);
+    if (is_feature(tried)) alike = tried;
+  }
+  ASSERT_FALSE(alike.empty()) << "no stripe fools the descriptor";
+  const auto retrainings = counters_->retrainings.load(), wrong = counters_->false_correspondences.load();
+  DescriptorUpdate update;
+  // Four of them: a leaf of fewer samples than four is not divided.
+  for (int i = 0; i < 4; ++i) update.negatives.push_back(alike);
+  learner_.update(update);
+  EXPECT_FALSE(is_feature(alike));
+  EXPECT_TRUE(is_feature(patch(at_)));
+  EXPECT_GT(counters_->retrainings, retrainings);
+  EXPECT_EQ(counters_->false_correspondences, wrong + 4);
+}
+
+TEST_F(LearningAFeature, NothingIsLearntWhereItIsForbidden) {
+  snapshot_.forbidden = cv::Mat(snapshot_.luma.size(), CV_8UC1, cv::Scalar(255));
+  learner_.learn(snapshot_, at_);
+  const auto tree = learner_.published();
+  std::uint32_t negatives = 0;
+  for (const auto &node : tree->nodes()) negatives += node.not_feature;
+  EXPECT_EQ(negatives, 0u);
+  EXPECT_EQ(tree->features(), 70u);
+}
+
+TEST_F(LearningAFeature, AtTheEdgeOfThePicture) {
+  for (const auto &p : {cv::Point(0, 0), cv::Point(319, 239), cv::Point(3, 120)}) {
+    FeatureLearner learner(LearnerOptions{}, Random(1), counters_);
+    learner.learn(snapshot_, p);
+    ASSERT_NE(learner.published(), nullptr);
+    EXPECT_GE(learner.published()->features(), 70u);
+  }
+}
+
+}  // namespace
+}  // namespace csd

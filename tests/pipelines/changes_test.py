@@ -1,0 +1,159 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What happens to a stream on its way: seeks, loops, other sizes, missing timestamps, damaged and cut files."""
+
+import harness
+from harness import Gst, Scene
+
+SINK = "csdtrackenc ! filesink buffer-mode=unbuffered location="
+
+
+def alive(line):
+    return {f["id"] for f in line["features"] if f["state"] != "ended"}
+
+
+def ended(line):
+    return {f["id"] for f in line["features"] if f["state"] == "ended"}
+
+
+class Changes(harness.Case):
+    def setUp(self):
+        self.path = self.tmp / f"{self.id()}.jsonl"
+
+    def check_one_change(self, lines, at, messages):
+        """At line `at` all that lived ends and others begin; one message says so."""
+        harness.check_tracks(self, lines, stamped=False)
+        before, line = alive(lines[at - 1]), lines[at]
+        self.assertTrue(before)
+        self.assertEqual(ended(line), before, "all old ids end")
+        self.assertTrue(alive(line), "new ones begin at once")
+        self.assertGreater(min(alive(line)), max(before))
+        telling = [m for m in messages if m.get_value("frame") == at]
+        self.assertEqual(len(telling), 1, "one message")
+        told = [(f.get_value("id"), f.get_value("state")) for f in telling[0].get_value("features")]
+        self.assertEqual(told, [(f["id"], f["state"]) for f in line["features"]])
+
+    def test_seek_and_loop(self):
+        video = harness.scene_video(self.tmp / "seek.mkv", 50, *harness.H264, "-g", "10")
+        for algorithm in ("lk", "csd-2012"):
+            with self.subTest(algorithm):
+                run = harness.Run(f"filesrc location={video} ! decodebin ! csdtrack algorithm={algorithm} ! tee name=t "
+                                  f"t. ! queue ! {SINK}{self.path} t. ! queue ! fakesink name=out")
+                run.pipeline.set_state(Gst.State.PLAYING)
+                run.until(Gst.MessageType.EOS)
+                first = len(harness.read_lines(self.path))
+                self.assertEqual(first, 50)
+                # A loop as players make it: a flushing seek to the start at the end. filesink would begin its file anew.
+                stamps = run.collect("out", lambda buffer: (self.meta(buffer), buffer.pts))
+                flags = Gst.SeekFlags.FLUSH | Gst.SeekFlags.ACCURATE
+                for target in (0, Gst.SECOND):
+                    self.assertTrue(run.pipeline.seek_simple(Gst.Format.TIME, flags, target))
+                    run.until(Gst.MessageType.EOS)
+                run.pipeline.set_state(Gst.State.NULL)
+                starts = [i for i, (_, pts) in enumerate(stamps) if i == 0 or pts < stamps[i - 1][1]]
+                self.assertEqual(starts, [0, 50])
+                self.assertEqual(len(stamps), 75)
+                known = set()
+                for (features, _), index in zip(stamps, range(75)):
+                    new = {i for i, state in features if state != "ended"}
+                    over = {i for i, state in features if state == "ended"}
+                    if index in starts:
+                        self.assertTrue(over and new and min(new) > max(over))
+                        self.assertFalse(new & known, "no id of before the seek lives on")
+                        about = [m for m in run.messages if m.get_value("frame") == 50 + index]
+                        self.assertEqual(len(about), 1)
+                    known |= new | over
+
+    @staticmethod
+    def meta(buffer):
+        structure = buffer.get_custom_meta("GstCsdTrackMeta").get_structure()
+        return [(f.get_value("id"), f.get_value("state")) for f in structure.get_value("features")]
+
+    def test_another_size_in_mid_stream(self):
+        large, small = Scene(), Scene(width=256, height=192)
+
+        def feed():
+            for i in range(40):
+                scene = large if i < 20 else small
+                caps = Gst.Caps.from_string(harness.rgb_caps(scene.width, scene.height))
+                buffer = next(harness.buffers([scene.picture(i)]))
+                buffer.pts = i * harness.FRAME
+                yield Gst.Sample.new(buffer, caps, None, None)
+
+        for properties in ("algorithm=lk", "overlay=draw", "points=100,100;50,80"):
+            with self.subTest(properties):
+                run = harness.play(f"appsrc name=in ! csdtrack {properties} ! {SINK}{self.path}", feed())
+                lines = harness.read_lines(self.path)
+                self.assertEqual(len(lines), 40)
+                self.assertEqual([line["width"] for line in lines], [320] * 20 + [256] * 20)
+                self.check_one_change(lines, 20, run.messages)
+
+    def test_another_size_in_an_h264_stream(self):
+        parts = []
+        for width, height in ((320, 240), (256, 192)):
+            part = harness.scene_video(self.tmp / f"{width}.h264", 25, *harness.H264, "-bf", "0", width=width, height=height)
+            parts.append(part.read_bytes())
+        (self.tmp / "both.h264").write_bytes(b"".join(parts))
+        run = harness.play(f"filesrc location={self.tmp}/both.h264 ! decodebin ! csdtrack ! {SINK}{self.path}")
+        lines = harness.read_lines(self.path)
+        self.assertEqual([line["width"] for line in lines], [320] * 25 + [256] * 25)
+        self.check_one_change(lines, 25, run.messages)
+
+    def test_one_file_after_another(self):
+        one = harness.scene_video(self.tmp / "one.mkv", 20)
+        two = harness.scene_video(self.tmp / "two.mkv", 20, seed=9)
+        run = harness.play(f"concat name=c ! csdtrack ! {SINK}{self.path} filesrc location={one} ! decodebin ! c. "
+                           f"filesrc location={two} ! decodebin ! c.")
+        lines = harness.read_lines(self.path)
+        self.assertEqual(len(lines), 40)
+        self.check_one_change(lines, 20, run.messages)
+
+    def test_no_timestamps(self):
+        scene, result = Scene(), {}
+        for stamped in (True, False):
+            path = f"{self.path}.{stamped}"
+            harness.play(f"appsrc name=in ! csdtrack algorithm=csd-2012 learning=sync max-features=5 ! {SINK}{path}",
+                         harness.buffers((scene.picture(t) for t in range(30)), stamped), harness.rgb_caps())
+            result[stamped] = harness.read_lines(path)
+            harness.check_tracks(self, result[stamped], 30, stamped)
+        for with_, without in zip(result[True], result[False]):
+            for field in ("pts", "duration", "running_time", "stream_time"):
+                self.assertIsNone(without[field])
+            # 25 frames a second are assumed, which these have.
+            self.assertEqual(with_["features"], without["features"])
+
+    def test_cut_and_damaged_files(self):
+        for name, options in (("cut.mkv", ()), ("cut.ts", ()), ("cut.mp4", ("-movflags", "+faststart"))):
+            with self.subTest(name):
+                whole = harness.scene_video(self.tmp / f"whole-{name}", 60, *harness.H264, "-g", "5", *options).read_bytes()
+                cut = self.tmp / name
+                cut.write_bytes(whole[:len(whole) * 6 // 10])
+                done = harness.launch("-q filesrc", f"location={cut} ! decodebin ! csdtrack ! {SINK}{self.path}")
+                lines = harness.read_lines(self.path)
+                harness.check_tracks(self, lines, stamped=False)
+                plain = harness.launch(f"filesrc location={cut} ! decodebin ! fakesink silent=false -v")
+                self.assertEqual(done.returncode, plain.returncode, "csdtrack adds no error of its own")
+                self.assertEqual(len(lines), plain.stdout.count("chain   *******"))
+                self.assertGreater(len(lines), 20)
+                self.assertLess(len(lines), 60)
+
+    def test_what_holds_no_video(self):
+        (self.tmp / "text.mkv").write_text("no video, only words\n" * 200)
+        (self.tmp / "empty.mkv").touch()
+        for name in ("text.mkv", "empty.mkv", "none.mkv", ""):
+            with self.subTest(name):
+                done = harness.launch("-q filesrc", f"location={self.tmp}/{name} ! decodebin ! csdtrack ! {SINK}{self.path}")
+                self.assertNotEqual(done.returncode, 0)
+                self.assertIn("ERROR", done.stderr)
+
+    def test_nothing_to_see(self):
+        for pattern in ("black", "white", "snow", "solid-color", "checkers-1"):
+            for size in ("320,height=240", "1,height=1", "16,height=16", "33,height=2000"):
+                with self.subTest(pattern=pattern, size=size):
+                    harness.play(f"videotestsrc num-buffers=12 pattern={pattern} ! video/x-raw,width={size} ! "
+                                 f"csdtrack learning=sync max-features=5 training-time=200000000 overlay=draw ! {SINK}{self.path}")
+                    harness.check_tracks(self, harness.read_lines(self.path), 12)
+
+
+if __name__ == "__main__":
+    harness.main()

@@ -1,0 +1,34 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Every real clip: a line for each frame that can be decoded, and each line is as the schema says."""
+
+import csv
+
+import harness
+
+
+class Clips(harness.Case):
+    def test_a_valid_line_for_each_decoded_frame(self):
+        for clip in harness.clips():
+            with self.subTest(clip=clip.name):
+                stem = self.tmp / clip.stem
+                run = harness.Run(
+                    "filesrc name=file ! decodebin ! csdtrack ! tee name=t "
+                    f"t. ! queue ! csdtrackenc ! filesink location={stem}.jsonl buffer-mode=unbuffered "
+                    f"t. ! queue ! csdtrackenc ! text/csv ! filesink location={stem}.csv")
+                run.element("file").set_property("location", str(clip))
+                run.to_end()
+                lines = harness.read_lines(f"{stem}.jsonl")
+                harness.check_tracks(self, lines, harness.decoded_frames(clip), most=50)
+                self.assertTrue(any(line["features"] for line in lines), "tissue has features")
+                self.assertGreaterEqual(run.messages[0].get_value("frame"), 0)
+                self.assertEqual(run.warnings, [])
+                with open(f"{stem}.csv", newline="") as file:
+                    rows = [(int(r["frame"]), int(r["id"]), float(r["x"]), float(r["y"]), r["state"])
+                            for r in csv.DictReader(file)]
+                self.assertEqual(rows, [(line["frame"], f["id"], f["x"], f["y"], f["state"])
+                                        for line in lines for f in line["features"]])
+
+
+if __name__ == "__main__":
+    harness.main()

@@ -1,0 +1,75 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""learning=sync and one seed: the same bytes on every run, for every n-threads, beside any number of others."""
+
+import re
+
+import harness
+
+SYNC = "algorithm=csd-2012 learning=sync max-features=8 training-time=200000000 seed=7"
+
+
+class Determinism(harness.Case):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        video = harness.scene_video(cls.tmp / "in.mkv", 40)
+        cls.source = f"filesrc location={video} ! decodebin"
+
+    def tracks(self, properties, name="csdtrack0"):
+        path = self.tmp / "tracks.jsonl"
+        run = harness.Run(f"{self.source} ! csdtrack name={name} {properties} ! csdtrackenc ! filesink location={path}")
+        track = run.element(name)
+        run.to_end()
+        lines = harness.read_lines(path)
+        harness.check_tracks(self, lines, 40)
+        self.stats = track.get_property("stats")
+        return path.read_bytes()
+
+    def test_runs_and_threads(self):
+        first = self.tracks(SYNC + " n-threads=1")
+        self.assertGreater(self.stats.get_value("learned"), 0, "descriptors were learned: else this test says nothing")
+        self.assertGreater(self.stats.get_value("retrainings"), 0)
+        for threads in (1, 2, 4):
+            with self.subTest(threads=threads):
+                self.assertEqual(self.tracks(f"{SYNC} n-threads={threads}"), first)
+
+    def test_in_another_process(self):
+        path = self.tmp / "other.jsonl"
+        done = harness.launch("-q", self.source, "! csdtrack", SYNC, "! csdtrackenc ! filesink", f"location={path}")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(path.read_bytes(), self.tracks(SYNC))
+
+    def test_eight_at_once_know_nothing_of_each_other(self):
+        alone = self.tracks(SYNC)
+        lk = self.tracks("algorithm=lk")
+        branches = []
+        for i in range(4):
+            # Two in a row: each adds its own meta, and csdtrackenc is told whose it writes.
+            branches.append(
+                f"t. ! queue ! csdtrack name=a{i} {SYNC} n-threads={1 + i} ! csdtrack name=b{i} algorithm=lk ! tee name=s{i} "
+                f"s{i}. ! queue ! csdtrackenc source=a{i} ! filesink location={self.tmp}/a{i}.jsonl "
+                f"s{i}. ! queue ! csdtrackenc source=b{i} ! filesink location={self.tmp}/b{i}.jsonl")
+        harness.play(f"{self.source} ! tee name=t {' '.join(branches)}")
+        for i in range(4):
+            for name, expected in ((f"a{i}", alone), (f"b{i}", lk)):
+                with self.subTest(name):
+                    text = (self.tmp / f"{name}.jsonl").read_bytes()
+                    self.assertEqual(re.sub(rb'"source":"[ab]\d"', b'"source":"csdtrack0"', text), expected)
+
+    def test_on_a_clip(self):
+        clip = min(harness.clips(), key=lambda p: p.stat().st_size)
+        results = []
+        for threads in (1, 2, 4):
+            path = self.tmp / f"{threads}.jsonl"
+            run = harness.Run("filesrc name=file ! decodebin ! csdtrack name=csdtrack0 learning=sync max-features=10 "
+                              f"n-threads={threads} ! csdtrackenc ! filesink location={path}")
+            run.element("file").set_property("location", str(clip))
+            run.to_end()
+            results.append(path.read_bytes())
+        self.assertEqual(results[0], results[1])
+        self.assertEqual(results[0], results[2])
+
+
+if __name__ == "__main__":
+    harness.main()

@@ -1,0 +1,266 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What the pipeline tests share: made-up videos with known motion, running a pipeline, reading tracks."""
+
+import json
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import cv2
+import gi
+import numpy as np
+
+gi.require_version("Gst", "1.0")
+gi.require_version("GstVideo", "1.0")
+from gi.repository import Gst  # noqa: E402
+
+Gst.init(None)
+
+HANGS = 60  # seconds without an end: far more than any pipeline here takes
+FRAME = Gst.SECOND // 25
+STATES = ("learning", "tracked", "occluded", "lost", "out", "ended")
+CLAIMS = ("learning", "tracked")
+LINE_FIELDS = ["schema", "source", "role", "algorithm", "frame", "pts", "duration", "running_time", "stream_time",
+               "reference", "width", "height", "features"]
+
+
+class Case(unittest.TestCase):
+    """Has a folder of its own, self.tmp, and says what differs at length."""
+
+    maxDiff = None
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory(prefix="csdtrack-")
+        cls.addClassCleanup(folder.cleanup)
+        cls.tmp = pathlib.Path(folder.name)
+        assert Gst.ElementFactory.find("csdtrack"), "no csdtrack: is GST_PLUGIN_PATH_1_0 set?"
+
+
+# ---- Made-up videos ------------------------------------------------------------------------------------------------
+
+
+def texture(width, height, seed=1, sigma=2.5):
+    """Noise in colour, smoothed: corners everywhere, of a size that survives encoders. H×W×3, RGB, 8 bit."""
+    noise = np.random.default_rng(seed).standard_normal((height, width, 3))
+    grey = noise[:, :, :1]
+    noise = cv2.GaussianBlur(0.8 * grey + 0.4 * noise, (0, 0), sigma)
+    noise = 128 + 45 * noise / noise.std()
+    return np.clip(np.round(noise), 16, 240).astype(np.uint8)
+
+
+class Scene:
+    """A texture that moves as a whole: at time t (in frames; halves are fields) all points are at start + motion(t)."""
+
+    MARGIN = 40
+
+    def __init__(self, width=320, height=240, motion=None, seed=1, sigma=2.5):
+        self.width, self.height = width, height
+        self.motion = motion or (lambda t: (round(6 * math.sin(t / 5)), round(5 * math.sin(t / 7))))
+        self._all = texture(width + 2 * self.MARGIN, height + 2 * self.MARGIN, seed, sigma)
+
+    def picture(self, t):
+        """Motion is by whole pixels: what is shown is exact, with no interpolation that a tracker could see."""
+        dx, dy = self.motion(t)
+        assert dx == int(dx) and dy == int(dy) and max(abs(dx), abs(dy)) <= self.MARGIN, "of whole pixels, and not far"
+        x, y = self.MARGIN - int(dx), self.MARGIN - int(dy)
+        return self._all[y:y + self.height, x:x + self.width]
+
+
+def encode(path, pictures, *options, rate=25):
+    """Writes pictures (H×W×3, RGB) with ffmpeg."""
+    pictures = list(pictures)
+    height, width = pictures[0].shape[:2]
+    subprocess.run(["ffmpeg", "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r",
+                    str(rate), "-i", "-", *map(str, options), str(path)],
+                   input=b"".join(np.ascontiguousarray(p).tobytes() for p in pictures), check=True)
+    return path
+
+
+H264 = ("-c:v", "libx264", "-pix_fmt", "yuv420p", "-preset", "veryfast", "-crf", "18", "-threads", "1")
+
+
+def scene_video(path, frames=60, *options, **scene):
+    made = Scene(**scene)
+    return encode(path, (made.picture(t) for t in range(frames)), *(options or H264))
+
+
+def decoded_frames(path):
+    """How many frames ffmpeg's decoder gets out of a file: a count that owes nothing to GStreamer."""
+    out = subprocess.run(["ffprobe", "-v", "quiet", "-count_frames", "-select_streams", "v:0", "-show_entries",
+                          "stream=nb_read_frames", "-of", "csv=p=0", str(path)], capture_output=True, text=True).stdout
+    return int(out.split()[0].strip(","))
+
+
+def clips():
+    folder = pathlib.Path(os.environ.get("CSDTRACK_CLIPS") or
+                          pathlib.Path(__file__).resolve().parents[2] / ".." / "shared" / "clips")
+    found = sorted(p for p in folder.glob("*") if p.suffix in (".mkv", ".mp4"))
+    if not found:
+        raise unittest.SkipTest(f"no clips in {folder}")
+    return found
+
+
+# ---- Running -------------------------------------------------------------------------------------------------------
+
+
+class PipelineError(Exception):
+    def __init__(self, error, debug):
+        super().__init__(f"{error.message} ({debug})")
+        self.error = error
+
+
+class Run:
+    """A pipeline from a launch line. With `feed`, an iterable of buffers, appsrc `in` is fed with them."""
+
+    def __init__(self, launch, feed=None, caps=None):
+        self.pipeline = Gst.parse_launch(launch)
+        self.messages = []  # structures of csdtrack's messages
+        self.warnings = []
+        self._seen = {}
+        if feed is not None:
+            source = self.element("in")
+            source.set_property("format", Gst.Format.TIME)
+            if caps:
+                source.set_property("caps", Gst.Caps.from_string(caps))
+            self._feed = iter(feed)
+            source.connect("need-data", self._push)
+
+    def element(self, name):
+        return self.pipeline.get_by_name(name)
+
+    def _push(self, source, _length):
+        try:
+            item = next(self._feed, None)
+        except Exception:
+            source.emit("end-of-stream")  # else the pipeline waits for ever
+            raise
+        if item is None:
+            source.emit("end-of-stream")
+        elif isinstance(item, Gst.Buffer):
+            source.emit("push-buffer", item)
+        else:
+            source.emit("push-sample", item)
+
+    def collect(self, name, of):
+        """Calls `of` on each buffer that fakesink `name` gets; the results are in the list that is returned."""
+        result = []
+        sink = self.element(name)
+        sink.set_property("signal-handoffs", True)
+        sink.connect("handoff", lambda _sink, buffer, _pad: result.append(of(buffer)))
+        return result
+
+    def until(self, kinds):
+        """Waits for a message of these kinds, keeping csdtrack's and warnings; an error is raised."""
+        bus = self.pipeline.get_bus()
+        while True:
+            message = bus.timed_pop(HANGS * Gst.SECOND)
+            if message is None:
+                raise AssertionError(f"the pipeline hangs: nothing on the bus for {HANGS} s")
+            if message.type == Gst.MessageType.ERROR:
+                raise PipelineError(*message.parse_error())
+            if message.type == Gst.MessageType.WARNING:
+                self.warnings.append((message.src.get_name(), message.parse_warning()[0].message))
+            if message.type == Gst.MessageType.ELEMENT and message.has_name("csdtrack"):
+                self.messages.append(message.get_structure().copy())
+            if message.type & kinds:
+                return message
+
+    def to_end(self):
+        """Plays to EOS."""
+        try:
+            self.pipeline.set_state(Gst.State.PLAYING)
+            self.until(Gst.MessageType.EOS)
+        finally:
+            self.pipeline.set_state(Gst.State.NULL)
+        return self
+
+
+def play(launch, feed=None, caps=None):
+    return Run(launch, feed, caps).to_end()
+
+
+def buffers(pictures, stamped=True):
+    """Gst buffers of arrays whose rows are as long as GStreamer wants them."""
+    for i, picture in enumerate(pictures):
+        buffer = Gst.Buffer.new_wrapped(np.ascontiguousarray(picture).tobytes())
+        if stamped:
+            buffer.pts, buffer.duration = i * FRAME, FRAME
+        yield buffer
+
+
+def rgb_caps(width=320, height=240):
+    return f"video/x-raw,format=RGB,width={width},height={height},framerate=25/1"
+
+
+def launch(*arguments, env=None, timeout=HANGS, **options):
+    """gst-launch-1.0 with a pipeline as a user types it, in a process of its own."""
+    return subprocess.run(["gst-launch-1.0", *" ".join(map(str, arguments)).split()], capture_output=True, text=True,
+                          stdin=subprocess.DEVNULL, timeout=timeout, env=dict(os.environ, **(env or {})), **options)
+
+
+# ---- Tracks --------------------------------------------------------------------------------------------------------
+
+
+def parse_line(text):
+    def refuse(word):
+        raise ValueError(f"{word} is no JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def read_lines(path, torn=False):
+    """The objects of a .jsonl file; every line must parse. With `torn` an unfinished last line is left out."""
+    text = pathlib.Path(path).read_text(encoding="utf-8")
+    if not torn:
+        assert text == "" or text.endswith("\n"), f"{path} ends with a torn line"
+    return [parse_line(line) for line in text.split("\n")[:-1]]
+
+
+def check_tracks(test, lines, frames=None, stamped=True, most=None):
+    """What holds in every track file: fields, numbers, ids, order. `most` bounds the features alive at a time."""
+    if frames is not None:
+        test.assertEqual(len(lines), frames, "lines and frames")
+    alive, ended, last_pts = set(), set(), -1
+    for index, line in enumerate(lines):
+        where = f"line {index + 1}"
+        test.assertEqual(list(line), LINE_FIELDS, where)
+        test.assertEqual((line["schema"], line["role"], line["frame"]), (1, "track", index), where)
+        if stamped:
+            test.assertGreater(line["pts"], last_pts, where)
+            last_pts = line["pts"]
+        ids = [f["id"] for f in line["features"]]
+        test.assertEqual(ids, sorted(set(ids)), f"{where}: ids ascend and are unique")
+        now = set(ids)
+        test.assertFalse(now & ended, f"{where}: an id that had ended is back")
+        test.assertFalse(alive - now, f"{where}: left the list without having ended")
+        new = now - alive
+        if new and (alive or ended):
+            test.assertGreater(min(new), max(alive | ended), f"{where}: a new id is newer than all others")
+        for f in line["features"]:
+            test.assertIn(f["state"], STATES, where)
+            test.assertTrue(math.isfinite(f["x"]) and math.isfinite(f["y"]), where)
+            # All algorithms so far say 1 when they claim and 0 when not.
+            test.assertEqual(f["confidence"], 1 if f["state"] in CLAIMS else 0, f"{where}: {f}")
+            test.assertLessEqual(set(f), {"id", "x", "y", "state", "confidence", "fresh"}, where)
+            if f["state"] in CLAIMS:
+                test.assertTrue(-0.5 <= f["x"] < line["width"] and -0.5 <= f["y"] < line["height"], f"{where}: {f}")
+        over = {f["id"] for f in line["features"] if f["state"] == "ended"}
+        alive, ended = now - over, ended | over
+        if most is not None:
+            test.assertLessEqual(len(alive), most, where)
+
+
+def main():
+    """Exit code for meson's protocol `exitcode`: 0, 1, or 77 if all tests were skipped."""
+    program = unittest.main(module="__main__", exit=False, verbosity=2)
+    result = program.result
+    for test, why in result.skipped:
+        print(f"SKIP: {test}: {why}")
+    if not result.wasSuccessful():
+        sys.exit(1)
+    sys.exit(77 if result.skipped and len(result.skipped) >= result.testsRun else 0)

@@ -1,0 +1,120 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""gst-launch-1.0 as users type it: decoders without converters, locales, full disks, a killed recording."""
+
+import locale
+import os
+import re
+import signal
+import subprocess
+import unittest
+
+import harness
+from harness import Gst
+
+
+class Launch(harness.Case):
+    def play(self, *line, **options):
+        done = harness.launch("-q", *line, **options)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done
+
+    def test_no_converter_is_needed(self):
+        for name, options in {
+                "h264.mkv": harness.H264, "hevc10.mkv": ("-c:v", "libx265", "-pix_fmt", "yuv420p10le", "-x265-params", "log-level=0"),
+                "prores.mov": ("-c:v", "prores_ks"), "v210.mov": ("-c:v", "v210"), "mjpeg.avi": ("-c:v", "mjpeg", "-pix_fmt", "yuvj422p"),
+                "ffv1.mkv": ("-c:v", "ffv1", "-pix_fmt", "yuv444p"), "uyvy.avi": ("-c:v", "rawvideo", "-pix_fmt", "uyvy422"),
+                "rgb.avi": ("-c:v", "rawvideo", "-pix_fmt", "bgr24"), "grey.mkv": ("-c:v", "ffv1", "-pix_fmt", "gray"),
+                "mpeg2.ts": ("-c:v", "mpeg2video", "-q:v", "2"),
+        }.items():
+            with self.subTest(name):
+                video = harness.scene_video(self.tmp / name, 20, *options)
+                path = self.tmp / "tracks.jsonl"
+                self.play(f"filesrc location={video} ! decodebin ! csdtrack ! csdtrackenc ! filesink location={path}")
+                lines = harness.read_lines(path)
+                harness.check_tracks(self, lines, harness.decoded_frames(video), stamped=False)
+                self.assertTrue(lines[-1]["features"])
+
+    def test_as_written(self):
+        video = harness.scene_video(self.tmp / "X.mkv", 20)
+        self.play(f"filesrc location={video} ! decodebin ! csdtrack ! fakesink")
+        # Plays in time, as autovideosink would, which without a display crashes in some builds, csdtrack or not.
+        self.play(f"filesrc location={video} ! decodebin ! csdtrack ! fakevideosink")
+
+    def test_a_german_locale_changes_no_byte(self):
+        try:
+            before = locale.setlocale(locale.LC_ALL)
+            locale.setlocale(locale.LC_ALL, "de_DE.UTF-8")
+            self.assertEqual(locale.localeconv()["decimal_point"], ",")
+            locale.setlocale(locale.LC_ALL, before)
+        except locale.Error:
+            raise unittest.SkipTest("the locale de_DE.UTF-8 is not installed") from None
+        video = harness.scene_video(self.tmp / "X.mkv", 30)
+        results = []
+        for name in ("C.UTF-8", "de_DE.UTF-8"):
+            stem = self.tmp / name
+            self.play(f"filesrc location={video} ! decodebin ! csdtrack algorithm=lk points=100.5,80.25;200.125,99 ! "
+                      f"tee name=t t. ! queue ! csdtrackenc ! filesink location={stem}.jsonl "
+                      f"t. ! queue ! csdtrackenc ! text/csv ! filesink location={stem}.csv", env={"LC_ALL": name})
+            results.append([(self.tmp / f"{name}{end}").read_bytes() for end in (".jsonl", ".csv")])
+        self.assertEqual(results[0], results[1])
+        first = harness.read_lines(self.tmp / "de_DE.UTF-8.jsonl")[0]["features"]
+        self.assertEqual([(f["x"], f["y"]) for f in first], [(100.5, 80.25), (200.125, 99)])
+
+    def test_a_full_disk_stops_with_its_name(self):
+        video = harness.scene_video(self.tmp / "X.mkv", 60)
+        run = harness.Run(f"filesrc location={video} ! decodebin ! csdtrack ! csdtrackenc ! "
+                          "filesink buffer-mode=unbuffered location=/dev/full")
+        with self.assertRaises(harness.PipelineError) as caught:
+            run.to_end()
+        self.assertTrue(caught.exception.error.matches(Gst.ResourceError.quark(), Gst.ResourceError.NO_SPACE_LEFT))
+
+    def test_a_full_disk_under_the_tracks_stops_a_recording_that_does_not_isolate_them(self):
+        # What happens, not what is wished: a tee hands the branch's error up, the source stops. A recorder that must go
+        # on takes the branch out when this error comes.
+        video = harness.scene_video(self.tmp / "X.mkv", 60)
+        run = harness.Run(f"filesrc location={video} ! decodebin ! csdtrack ! tee name=t "
+                          f"t. ! queue ! matroskamux ! filesink async=false location={self.tmp}/copy.mkv "
+                          "t. ! queue ! csdtrackenc ! filesink async=false buffer-mode=unbuffered location=/dev/full")
+        with self.assertRaises(harness.PipelineError) as caught:
+            run.to_end()
+        self.assertTrue(caught.exception.error.matches(Gst.ResourceError.quark(), Gst.ResourceError.NO_SPACE_LEFT))
+
+    @unittest.skipUnless(os.geteuid() == 0, "mounting wants root")
+    def test_a_disk_that_fills_keeps_whole_lines(self):
+        disk = self.tmp / "disk"
+        disk.mkdir()
+        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", disk], capture_output=True).returncode:
+            raise unittest.SkipTest("mounting is not allowed here")
+        try:
+            video = harness.scene_video(self.tmp / "X.mkv", 60)
+            done = harness.launch(f"-q filesrc location={video} ! decodebin ! csdtrack algorithm=lk ! csdtrackenc ! "
+                                  f"filesink buffer-mode=unbuffered location={disk}/t.jsonl")
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, re.compile("no space", re.I))
+            lines = harness.read_lines(disk / "t.jsonl", torn=True)
+            harness.check_tracks(self, lines)
+            self.assertGreater(len(lines), 2)
+        finally:
+            subprocess.run(["umount", disk], check=True)
+
+    def test_a_killed_recording_keeps_all_but_the_last_line(self):
+        path = self.tmp / "killed.jsonl"
+        # The tee serves the file first, then the pipe, frame by frame: what we read has been written.
+        line = ("gst-launch-1.0 -q videotestsrc pattern=smpte is-live=true ! video/x-raw,width=320,height=240,framerate=100/1 ! "
+                f"csdtrack ! csdtrackenc ! tee name=t t. ! filesink async=false buffer-mode=unbuffered location={path} "
+                "t. ! fdsink async=false sync=false")
+        with subprocess.Popen(line.split(), stdout=subprocess.PIPE, stdin=subprocess.DEVNULL) as process:
+            seen = b"".join(process.stdout.readline() for _ in range(50))
+            process.send_signal(signal.SIGKILL)
+            seen += process.stdout.read()
+        self.assertEqual(process.returncode, -signal.SIGKILL)
+        whole = seen[:seen.rindex(b"\n") + 1]
+        written = path.read_bytes()
+        self.assertEqual(written[:len(whole)], whole, "every line that left the pipeline is in the file")
+        self.assertLessEqual(written.count(b"\n") - whole.count(b"\n"), 1)
+        harness.check_tracks(self, harness.read_lines(path, torn=True))
+
+
+if __name__ == "__main__":
+    harness.main()

@@ -1,0 +1,112 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""A recording is never harmed: encoded bytes, timestamps and pixels are the same with and without csdtrack."""
+
+import hashlib
+import os
+import pathlib
+import subprocess
+import sys
+import unittest
+
+import harness
+from harness import Gst
+
+# One thread and a fixed quantizer: x264 then gives the same bytes on every run.
+X264 = "x264enc threads=1 pass=quant quantizer=24 speed-preset=veryfast bframes=2 b-adapt=false rc-lookahead=5 key-int-max=30"
+# The encoder's sink must not keep the other branch waiting: it gets nothing until the look-ahead is full.
+SINK = "fakesink name=out async=false"
+
+
+def stamped_bytes(buffer):
+    ok, map_ = buffer.map(Gst.MapFlags.READ)
+    assert ok
+    digest = hashlib.md5(map_.data).hexdigest()
+    buffer.unmap(map_)
+    kept = buffer.get_flags() & (Gst.BufferFlags.DELTA_UNIT | Gst.BufferFlags.DISCONT | Gst.BufferFlags.GAP |
+                                 Gst.BufferFlags.HEADER)
+    return digest, buffer.pts, buffer.dts, buffer.duration, int(kept)
+
+
+def stream(launch):
+    run = harness.Run(launch)
+    seen = run.collect("out", stamped_bytes)
+    run.to_end()
+    return seen, run
+
+
+class Recording(harness.Case):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        video = harness.scene_video(cls.tmp / "in.mkv", 60, *harness.H264, "-bf", "2")
+        cls.source = f"filesrc location={video} ! decodebin"
+
+    def encoded(self, before_tee="", branch="", after=""):
+        return stream(f"{self.source} {before_tee} ! tee name=t "
+                      f"t. ! queue {after} ! {X264} ! {SINK} t. ! queue {branch} ! fakesink")
+
+    @unittest.skipUnless(Gst.ElementFactory.find("x264enc"), "no x264enc")
+    def test_the_encoded_stream_is_the_same_to_the_bit(self):
+        plain, _ = self.encoded()
+        again, _ = self.encoded()
+        self.assertEqual(plain, again, "the encoder itself repeats: else this test says nothing")
+        self.assertEqual(len(plain), 60)
+        for name, where in {
+                "in line, before the tee": dict(before_tee="! csdtrack post-messages=frame attach-roi=true"),
+                "in line, tracks written": dict(before_tee="! csdtrack post-messages=frame", branch="! csdtrackenc"),
+                "in the encoder's branch": dict(after="! csdtrack"),
+                "in the other branch": dict(branch="! csdtrack post-messages=frame ! csdtrackenc"),
+                "drawn in the other branch": dict(branch="! csdtrack overlay=draw"),
+                "the paper's, waiting for its learners": dict(before_tee="! csdtrack learning=sync max-features=10"),
+        }.items():
+            with self.subTest(name):
+                tracked, run = self.encoded(**where)
+                self.assertEqual(tracked, plain)
+                self.assertEqual(run.warnings, [])
+                self.assertTrue(run.messages)
+
+    def test_drawing_in_line_is_the_one_thing_that_changes_it(self):
+        plain, _ = stream(f"{self.source} ! {SINK}")
+        drawn, _ = stream(f"{self.source} ! csdtrack overlay=draw ! {SINK}")
+        self.assertEqual([p[1:] for p in plain], [d[1:] for d in drawn], "timestamps stay even so")
+        self.assertTrue(all(p[0] != d[0] for p, d in zip(plain, drawn)))
+
+    def test_raw_frames_are_the_same_to_the_bit(self):
+        plain, _ = stream(f"{self.source} ! {SINK}")
+        self.assertEqual(len(plain), 60)
+        for line in ("csdtrack", "csdtrack algorithm=lk attach-roi=true post-messages=frame", "csdtrack ! csdtrack",
+                     "tee ! queue ! csdtrack"):
+            with self.subTest(line):
+                self.assertEqual(stream(f"{self.source} ! {line} ! {SINK}")[0], plain)
+
+    def test_an_overlay_that_nobody_can_show_leaves_the_pixels(self):
+        plain, _ = stream(f"{self.source} ! {SINK}")
+        # videoflip knows neither the meta nor the caps feature.
+        meta, run = stream(f"{self.source} ! csdtrack overlay=meta ! videoflip method=none ! {SINK}")
+        self.assertEqual(meta, plain)
+        self.assertEqual(len(run.warnings), 1, run.warnings)
+
+    def frames_copied(self, element):
+        """How often memory was copied, by GStreamer's own log, with `element` in one branch of a tee. Without queues
+        the tee holds each frame for as long as a branch has it: it is always shared.
+        """
+        log = self.tmp / "performance.log"
+        line = f"{self.source} ! tee name=t t. ! {element} ! fakesink async=false t. ! fakesink async=false"
+        done = subprocess.run([sys.executable, "-c", f"import harness; harness.play({line!r})"],
+                              cwd=pathlib.Path(__file__).parent, capture_output=True, text=True,
+                              env=dict(os.environ, GST_DEBUG="GST_PERFORMANCE:5", GST_DEBUG_NO_COLOR="1",
+                                       GST_DEBUG_FILE=str(log)))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("GST_PERFORMANCE", log.read_text(), "without a log nothing is known")
+        return len([line for line in log.read_text().splitlines() if "memcpy" in line or "_mem_copy" in line or
+                    "GstMemory" in line and "copy" in line])
+
+    def test_behind_a_tee_no_pixel_is_copied(self):
+        self.assertEqual(self.frames_copied("identity"), 0)
+        self.assertEqual(self.frames_copied("csdtrack post-messages=frame attach-roi=true"), 0)
+        self.assertGreaterEqual(self.frames_copied("csdtrack overlay=draw"), 60, "here there must be some")
+
+
+if __name__ == "__main__":
+    harness.main()
