@@ -20,7 +20,10 @@ constexpr GstClockTime frame_time = 40 * GST_MSECOND;
 
 std::string temporary(const char *name) {
   static std::string dir;
-  if (dir.empty()) dir = g_dir_make_tmp("csdtrackenc-XXXXXX", nullptr);
+  if (dir.empty()) {
+    g_autofree gchar *made = g_dir_make_tmp("csdtrackenc-XXXXXX", nullptr);
+    dir = made;
+  }
   return dir + "/" + name;
 }
 
