@@ -33,7 +33,8 @@ void ContentAreaFinder::update(const cv::Mat &luma, std::int64_t time, int patch
   double elapsed = 0;
   bool stale = !started_ || patch != patch_;
   // Until there is light each frame may be the first that shows something.
-  if (due(started_, time, border_.lit() ? border_period : 0, last_border_, elapsed)) stale |= border_.update(luma, elapsed);
+  if (due(started_, time, border_.lit() ? border_period : 0, last_border_, elapsed))
+    stale |= border_.update(luma, elapsed);
   if (due(started_, time, graphics_period, last_graphics_, elapsed)) stale |= graphics_.update(luma, elapsed);
   started_ = true;
   patch_ = patch;
