@@ -27,6 +27,9 @@ COPIED = (
 )
 
 
+SILENCE = 60  # seconds without a stream, after which none is waited for
+
+
 class Failure(Exception):
     """Nothing could be made; the text is one line that says what to change."""
 
@@ -47,7 +50,10 @@ class Job:
         self._feeds = []  # sink pads that decodebin feeds
         self._loop = GLib.MainLoop()
         self._failure = None
+        self._started = 0.0
         self._ending = False
+        if lacks_index(video):
+            raise Failure(no_index(video))
         self._build(properties)
 
     # ---- the pipeline ----------------------------------------------------------------------------------------------
@@ -192,7 +198,7 @@ class Job:
         bus.connect("message", self._message)
         GLib.unix_signal_add(GLib.PRIORITY_DEFAULT, 2, self._interrupted)
         GLib.timeout_add(200, self._tick, progress)
-        started = time.monotonic()
+        self._started = started = time.monotonic()
         self.pipeline.set_state(Gst.State.PLAYING)
         self._loop.run()
         self.seconds = time.monotonic() - started
@@ -205,6 +211,10 @@ class Job:
             raise Failure(self._failure)
 
     def _tick(self, progress):
+        # decodebin drops an error that comes while it plugs elements together (seen with qtdemux, 1 run in 10 of a file
+        # without an index), and then nothing ever happens.
+        if not self._feeds and not self._ending and time.monotonic() - self._started > SILENCE:
+            self._fail(f"'{self.video}' shows no stream: check that it plays, or convert it to H.264")
         known, duration = self.pipeline.query_duration(Gst.Format.TIME)
         progress.show(self.position / duration if known and duration > 0 else None, self.frames)
         return True
@@ -247,6 +257,35 @@ class Job:
                       "the tracks end there")
         elif not self._ending:
             self._fail(text)
+
+
+def lacks_index(path):
+    """Whether this is an mp4 (or mov) whose moov box is missing: the recording ended before it was written."""
+    boxes = []
+    try:
+        with open(path, "rb") as file:
+            end = file.seek(0, 2)
+            at = 0
+            while at + 8 <= end and len(boxes) < 1000:
+                file.seek(at)
+                head = file.read(16)
+                size, kind = int.from_bytes(head[:4], "big"), head[4:8]
+                if not boxes and kind != b"ftyp":
+                    return False
+                boxes.append(kind)
+                if size == 1 and len(head) == 16:
+                    size = int.from_bytes(head[8:16], "big")
+                if size < 8:  # 0: up to the end
+                    break
+                at += size
+    except OSError:
+        return False  # filesrc says it better
+    return bool(boxes) and b"moov" not in boxes
+
+
+def no_index(video):
+    return (f"'{video}' has no index, its recording was cut off: repair it with a tool such as untrunc, and record "
+            "to .mkv or fragmented mp4")
 
 
 def copied(caps):
@@ -297,8 +336,7 @@ def explain(video, out, tracker, element, error, debug, missing):
     if element in (tracker, "csdtrackenc"):
         return f"{element}: {error.message}"
     if element == "qtdemux" and ("moov" in debug or "incomplete" in error.message or "no playable" in error.message):
-        return (f"'{video}' has no index, its recording was cut off: repair it with a tool such as untrunc, and record "
-                "to .mkv or fragmented mp4")
+        return no_index(video)
     if missing:
         return f"'{video}' needs a {missing[0]} that this machine does not have: install it, or convert the video to H.264"
     if error.matches(Gst.StreamError.quark(), Gst.StreamError.TYPE_NOT_FOUND) or error.matches(
