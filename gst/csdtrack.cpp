@@ -63,9 +63,7 @@
  */
 #include "csdtrack.h"
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -74,13 +72,13 @@
 
 #include "frame_mapping.h"
 #include "guard.h"
-#include "image/work_frame.h"
 #include "latency.h"
 #include "lock.h"
 #include "message.h"
 #include "meta.h"
 #include "overlay_composition.h"
 #include "overlay_painter.h"
+#include "rois.h"
 #include "settings.h"
 #include "track/thread_pool.h"
 #include "track/tracker.h"
@@ -153,12 +151,14 @@ std::shared_ptr<Engine> engine_of(GstCsdTrack *self) {
   return self->state->engine;
 }
 
-void post_error(GstCsdTrack *self, const csd::Failure &failure) {
+/// `advice`: a sentence after the failure's own, unless that gives some.
+void post_error(GstCsdTrack *self, const csd::Failure &failure, const char *advice = "") {
   const char *text = failure.text.empty() ? "Tracking failed." : failure.text.c_str();
+  // NO_SPACE_LEFT is a full disk's.
   if (failure.out_of_memory)
-    GST_ELEMENT_ERROR(self, RESOURCE, NO_SPACE_LEFT, ("%s", text), ("%s", failure.detail.c_str()));
+    GST_ELEMENT_ERROR(self, RESOURCE, FAILED, ("%s", text), ("%s", failure.detail.c_str()));
   else
-    GST_ELEMENT_ERROR(self, LIBRARY, FAILED, ("%s", text), ("%s", failure.detail.c_str()));
+    GST_ELEMENT_ERROR(self, LIBRARY, FAILED, ("%s%s", text, advice), ("%s", failure.detail.c_str()));
 }
 
 /// For where nothing can be done about a failure, and nobody has to know.
@@ -215,46 +215,15 @@ csd::Tracks track(GstCsdTrack *self, GstBuffer *buffer) {
   return state.engine->tracker.process(view, core_time(GST_BUFFER_PTS(buffer)), core_time(GST_BUFFER_DURATION(buffer)));
 }
 
-/// Of a feature's patch, in pixels of the picture; the working image has at most WorkFrame::max_lines.
-double patch_side(unsigned asked, int height) {
-  if (asked > 0) return asked;
-  const int lines = std::min(height, csd::WorkFrame::max_lines);
-  return std::round(static_cast<double>(csd::default_patch_size(lines)) * height / lines);
-}
-
-void attach_rois(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks) {
-  const GstVideoInfo &info = GST_VIDEO_FILTER(self)->in_info;
-  const GstVideoCropMeta *crop = gst_buffer_get_video_crop_meta(buffer);
-  const double left = crop ? crop->x : 0, top = crop ? crop->y : 0;
-  const double side = patch_side(self->state->patch_size, tracks.height);
-  for (const auto &f : tracks.features) {
-    if (f.state != csd::FeatureState::learning && f.state != csd::FeatureState::tracked) continue;
-    // Pixel i reaches from i - ½ to i + ½; a region that starts at pixel i, w wide, ends with pixel i + w - 1.
-    const auto begin = [side](double centre) { return std::max(0., std::round(centre - (side - 1) / 2)); };
-    const auto end = [side](double centre, int limit) {
-      return std::min<double>(limit, std::round(centre - (side - 1) / 2) + side);
-    };
-    const double x0 = begin(left + f.x), x1 = end(left + f.x, info.width);
-    const double y0 = begin(top + f.y), y1 = end(top + f.y, info.height);
-    if (x1 <= x0 || y1 <= y0) continue;
-    auto *roi =
-        gst_buffer_add_video_region_of_interest_meta(buffer, "csdtrack", static_cast<guint>(x0), static_cast<guint>(y0),
-                                                     static_cast<guint>(x1 - x0), static_cast<guint>(y1 - y0));
-    roi->id = static_cast<gint>(f.id);
-    gst_video_region_of_interest_meta_add_param(
-        roi, gst_structure_new("csdtrack", "id", G_TYPE_UINT, f.id, "x", G_TYPE_DOUBLE, f.x, "y", G_TYPE_DOUBLE, f.y,
-                               "state", G_TYPE_STRING, csd::state_name(f.state).data(), "confidence", G_TYPE_DOUBLE,
-                               f.confidence, nullptr));
-  }
-}
-
 /// Hands the tracks on: meta, regions of interest, message. The overlay comes last, so that what it may throw harms
 /// none.
 void publish(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, const csd::LiveSettings &live) {
   auto &state = *self->state;
   const char *algorithm = csd::algorithm_name(state.algorithm).data();
   if (live.attach_meta) csd::add_track_meta(buffer, tracks, GST_OBJECT_NAME(self), algorithm);
-  if (live.attach_roi) attach_rois(self, buffer, tracks);
+  if (live.attach_roi)
+    csd::attach_rois(buffer, GST_VIDEO_FILTER(self)->in_info, gst_buffer_get_video_crop_meta(buffer), tracks,
+                     state.patch_size);
   const auto times = csd::frame_times(GST_BASE_TRANSFORM(self)->segment, buffer);
   if (state.stream.gate.due(live.post_messages, live.message_interval, tracks.changed, times.running_time))
     csd::post_tracks(GST_ELEMENT(self), csd::new_tracks_structure("csdtrack", tracks, GST_OBJECT_NAME(self), algorithm),
@@ -328,13 +297,14 @@ GstFlowReturn handle(GstCsdTrack *self, GstBuffer *buffer, const csd::LiveSettin
     warn_once(self, *failure);
     return GST_FLOW_OK;
   }
-  post_error(self, *failure);
+  post_error(self, *failure, " Set on-error=pass to keep the video running without tracks.");
   return GST_FLOW_ERROR;
 }
 
 // ---- GstBaseTransform, GstVideoFilter ------------------------------------------------------------------------------
 
 void gst_csd_track_before_transform(GstBaseTransform *trans, GstBuffer *buffer) {
+  if (trans->segment.format != GST_FORMAT_TIME) return;
   const GstClockTime time = gst_segment_to_stream_time(&trans->segment, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer));
   if (GST_CLOCK_TIME_IS_VALID(time)) gst_object_sync_values(GST_OBJECT(trans), time);
 }
@@ -489,12 +459,13 @@ gboolean gst_csd_track_stop(GstBaseTransform *trans) {
   auto &state = *self->state;
   std::shared_ptr<Engine> engine = engine_of(self);
   if (!engine) return TRUE;
-  log_failure(self, csd::guarded([&] {
-                const csd::Stats stats = engine->tracker.stats();
-                const csd::ObjectLock lock(self);
-                state.last_stats = stats;
-                state.engine.reset();
-              }));
+  csd::Stats stats;
+  log_failure(self, csd::guarded([&] { stats = engine->tracker.stats(); }));
+  {
+    const csd::ObjectLock lock(self);
+    state.last_stats = stats;
+    state.engine.reset();
+  }
   return TRUE;
 }
 
@@ -661,7 +632,8 @@ static void gst_csd_track_class_init(GstCsdTrackClass *klass) {
   install_signals(klass);
 
   gst_element_class_set_static_metadata(element_class, "Tissue tracker", "Filter/Analyzer/Video",
-                                        "Tracks points on deforming tissue in endoscopic video", "csdtrack");
+                                        "Tracks points on deforming tissue in endoscopic video",
+                                        "The csdtrack authors");
   add_pad_templates(element_class);
   element_class->change_state = GST_DEBUG_FUNCPTR(gst_csd_track_change_state);
 
