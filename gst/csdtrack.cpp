@@ -554,8 +554,9 @@ void gst_csd_track_set_property(GObject *object, guint id, const GValue *value, 
               }));
   if (!known) G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
   if (refused) GST_WARNING_OBJECT(self, "%s can be set in NULL and READY only: it stays as it was", spec->name);
-  if (id == csd::prop_overlay) {
-    self->state->negotiation.set_wanted(g_value_get_enum(value) == GST_CSD_TRACK_OVERLAY_META);
+  // A controller sets it on every frame.
+  if (id == csd::prop_overlay &&
+      self->state->negotiation.set_wanted(g_value_get_enum(value) == GST_CSD_TRACK_OVERLAY_META)) {
     self->state->negotiation.restart();
     gst_base_transform_reconfigure_src(GST_BASE_TRANSFORM(self));
   }
