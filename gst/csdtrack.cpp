@@ -322,9 +322,11 @@ GstFlowReturn gst_csd_track_transform_ip(GstBaseTransform *trans, GstBuffer *buf
     const csd::ObjectLock lock(self);
     live = state.settings.live;
   }
-  if (live.overlay == GST_CSD_TRACK_OVERLAY_META &&
-      state.negotiation.settle(GST_BASE_TRANSFORM_SRC_PAD(trans)) == csd::OverlayNegotiation::Answer::retry)
-    gst_base_transform_reconfigure_src(trans);
+  log_failure(self, csd::guarded([&] {
+                if (live.overlay == GST_CSD_TRACK_OVERLAY_META && state.negotiation.settle(GST_BASE_TRANSFORM_SRC_PAD(
+                                                                      trans)) == csd::OverlayNegotiation::Answer::retry)
+                  gst_base_transform_reconfigure_src(trans);
+              }));
   const GstFlowReturn flow = handle(self, buffer, live);
   const std::chrono::nanoseconds taken = std::chrono::steady_clock::now() - begun;
   const csd::ObjectLock lock(self);
@@ -334,7 +336,10 @@ GstFlowReturn gst_csd_track_transform_ip(GstBaseTransform *trans, GstBuffer *buf
 
 GstCaps *gst_csd_track_transform_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps,
                                       GstCaps *filter) {
-  GstCaps *other = GST_CSD_TRACK(trans)->state->negotiation.transform_caps(direction, caps);
+  GstCaps *other = nullptr;
+  log_failure(GST_CSD_TRACK(trans),
+              csd::guarded([&] { other = GST_CSD_TRACK(trans)->state->negotiation.transform_caps(direction, caps); }));
+  if (!other) return gst_caps_new_empty();
   if (!filter) return other;
   GstCaps *both = gst_caps_intersect_full(filter, other, GST_CAPS_INTERSECT_FIRST);
   gst_caps_unref(other);
@@ -342,7 +347,8 @@ GstCaps *gst_csd_track_transform_caps(GstBaseTransform *trans, GstPadDirection d
 }
 
 gboolean gst_csd_track_src_event(GstBaseTransform *trans, GstEvent *event) {
-  if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE) GST_CSD_TRACK(trans)->state->negotiation.restart();
+  if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE)
+    log_failure(GST_CSD_TRACK(trans), csd::guarded([&] { GST_CSD_TRACK(trans)->state->negotiation.restart(); }));
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->src_event(trans, event);
 }
 
@@ -356,7 +362,11 @@ gboolean gst_csd_track_set_info(GstVideoFilter *filter, GstCaps *in, GstVideoInf
                    info->width, info->height, same ? "the same" : "another");
   state.negotiation.set_caps(in, out);
   if (same) return TRUE;
-  if (state.stream.width > 0) state.engine->tracker.reset();
+  if (state.stream.width > 0)
+    if (const auto failure = csd::guarded([&] { state.engine->tracker.reset(); })) {
+      post_error(self, *failure);
+      return FALSE;
+    }
   state.stream.width = info->width;
   state.stream.height = info->height;
   state.stream.warned_small = false;
@@ -394,7 +404,9 @@ gboolean gst_csd_track_sink_event(GstBaseTransform *trans, GstEvent *event) {
 }
 
 gboolean gst_csd_track_accept_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps) {
-  GstCaps *complete = csd::complete_caps(caps);
+  GstCaps *complete = nullptr;
+  log_failure(GST_CSD_TRACK(trans), csd::guarded([&] { complete = csd::complete_caps(caps); }));
+  if (!complete) return FALSE;
   const gboolean accepted =
       GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->accept_caps(trans, direction, complete);
   gst_caps_unref(complete);

@@ -56,7 +56,7 @@ struct OverlayComposition::Impl {
     const bool left = markers->text_left(feature.id, feature.x, width);
     const std::uint64_t key = Markers::key(feature.state, feature.id, left);
     if (const auto found = entries.find(key); found != entries.end()) return found->second;
-    if (entries.size() >= 2 * max_points) entries.clear();
+    if (entries.size() >= most_sprites) entries.clear();
     const Sprite &sprite = markers->sprite(feature.state, feature.id, left);
     return entries.emplace(key, Entry{to_pixels(sprite), sprite.origin, sprite.rgba.size()}).first->second;
   }
