@@ -63,9 +63,7 @@
  */
 #include "csdtrack.h"
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -74,13 +72,13 @@
 
 #include "frame_mapping.h"
 #include "guard.h"
-#include "image/work_frame.h"
 #include "latency.h"
 #include "lock.h"
 #include "message.h"
 #include "meta.h"
 #include "overlay_composition.h"
 #include "overlay_painter.h"
+#include "rois.h"
 #include "settings.h"
 #include "track/thread_pool.h"
 #include "track/tracker.h"
@@ -153,12 +151,14 @@ std::shared_ptr<Engine> engine_of(GstCsdTrack *self) {
   return self->state->engine;
 }
 
-void post_error(GstCsdTrack *self, const csd::Failure &failure) {
+/// `advice`: a sentence after the failure's own, unless that gives some.
+void post_error(GstCsdTrack *self, const csd::Failure &failure, const char *advice = "") {
   const char *text = failure.text.empty() ? "Tracking failed." : failure.text.c_str();
+  // NO_SPACE_LEFT is a full disk's.
   if (failure.out_of_memory)
-    GST_ELEMENT_ERROR(self, RESOURCE, NO_SPACE_LEFT, ("%s", text), ("%s", failure.detail.c_str()));
+    GST_ELEMENT_ERROR(self, RESOURCE, FAILED, ("%s", text), ("%s", failure.detail.c_str()));
   else
-    GST_ELEMENT_ERROR(self, LIBRARY, FAILED, ("%s", text), ("%s", failure.detail.c_str()));
+    GST_ELEMENT_ERROR(self, LIBRARY, FAILED, ("%s%s", text, advice), ("%s", failure.detail.c_str()));
 }
 
 /// For where nothing can be done about a failure, and nobody has to know.
@@ -215,46 +215,15 @@ csd::Tracks track(GstCsdTrack *self, GstBuffer *buffer) {
   return state.engine->tracker.process(view, core_time(GST_BUFFER_PTS(buffer)), core_time(GST_BUFFER_DURATION(buffer)));
 }
 
-/// Of a feature's patch, in pixels of the picture; the working image has at most WorkFrame::max_lines.
-double patch_side(unsigned asked, int height) {
-  if (asked > 0) return asked;
-  const int lines = std::min(height, csd::WorkFrame::max_lines);
-  return std::round(static_cast<double>(csd::default_patch_size(lines)) * height / lines);
-}
-
-void attach_rois(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks) {
-  const GstVideoInfo &info = GST_VIDEO_FILTER(self)->in_info;
-  const GstVideoCropMeta *crop = gst_buffer_get_video_crop_meta(buffer);
-  const double left = crop ? crop->x : 0, top = crop ? crop->y : 0;
-  const double side = patch_side(self->state->patch_size, tracks.height);
-  for (const auto &f : tracks.features) {
-    if (f.state != csd::FeatureState::learning && f.state != csd::FeatureState::tracked) continue;
-    // Pixel i reaches from i - ½ to i + ½; a region that starts at pixel i, w wide, ends with pixel i + w - 1.
-    const auto begin = [side](double centre) { return std::max(0., std::round(centre - (side - 1) / 2)); };
-    const auto end = [side](double centre, int limit) {
-      return std::min<double>(limit, std::round(centre - (side - 1) / 2) + side);
-    };
-    const double x0 = begin(left + f.x), x1 = end(left + f.x, info.width);
-    const double y0 = begin(top + f.y), y1 = end(top + f.y, info.height);
-    if (x1 <= x0 || y1 <= y0) continue;
-    auto *roi =
-        gst_buffer_add_video_region_of_interest_meta(buffer, "csdtrack", static_cast<guint>(x0), static_cast<guint>(y0),
-                                                     static_cast<guint>(x1 - x0), static_cast<guint>(y1 - y0));
-    roi->id = static_cast<gint>(f.id);
-    gst_video_region_of_interest_meta_add_param(
-        roi, gst_structure_new("csdtrack", "id", G_TYPE_UINT, f.id, "x", G_TYPE_DOUBLE, f.x, "y", G_TYPE_DOUBLE, f.y,
-                               "state", G_TYPE_STRING, csd::state_name(f.state).data(), "confidence", G_TYPE_DOUBLE,
-                               f.confidence, nullptr));
-  }
-}
-
 /// Hands the tracks on: meta, regions of interest, message. The overlay comes last, so that what it may throw harms
 /// none.
 void publish(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, const csd::LiveSettings &live) {
   auto &state = *self->state;
   const char *algorithm = csd::algorithm_name(state.algorithm).data();
   if (live.attach_meta) csd::add_track_meta(buffer, tracks, GST_OBJECT_NAME(self), algorithm);
-  if (live.attach_roi) attach_rois(self, buffer, tracks);
+  if (live.attach_roi)
+    csd::attach_rois(buffer, GST_VIDEO_FILTER(self)->in_info, gst_buffer_get_video_crop_meta(buffer), tracks,
+                     state.patch_size);
   const auto times = csd::frame_times(GST_BASE_TRANSFORM(self)->segment, buffer);
   if (state.stream.gate.due(live.post_messages, live.message_interval, tracks.changed, times.running_time))
     csd::post_tracks(GST_ELEMENT(self), csd::new_tracks_structure("csdtrack", tracks, GST_OBJECT_NAME(self), algorithm),
@@ -328,13 +297,14 @@ GstFlowReturn handle(GstCsdTrack *self, GstBuffer *buffer, const csd::LiveSettin
     warn_once(self, *failure);
     return GST_FLOW_OK;
   }
-  post_error(self, *failure);
+  post_error(self, *failure, " Set on-error=pass to keep the video running without tracks.");
   return GST_FLOW_ERROR;
 }
 
 // ---- GstBaseTransform, GstVideoFilter ------------------------------------------------------------------------------
 
 void gst_csd_track_before_transform(GstBaseTransform *trans, GstBuffer *buffer) {
+  if (trans->segment.format != GST_FORMAT_TIME) return;
   const GstClockTime time = gst_segment_to_stream_time(&trans->segment, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer));
   if (GST_CLOCK_TIME_IS_VALID(time)) gst_object_sync_values(GST_OBJECT(trans), time);
 }
@@ -352,9 +322,11 @@ GstFlowReturn gst_csd_track_transform_ip(GstBaseTransform *trans, GstBuffer *buf
     const csd::ObjectLock lock(self);
     live = state.settings.live;
   }
-  if (live.overlay == GST_CSD_TRACK_OVERLAY_META &&
-      state.negotiation.settle(GST_BASE_TRANSFORM_SRC_PAD(trans)) == csd::OverlayNegotiation::Answer::retry)
-    gst_base_transform_reconfigure_src(trans);
+  log_failure(self, csd::guarded([&] {
+                if (live.overlay == GST_CSD_TRACK_OVERLAY_META && state.negotiation.settle(GST_BASE_TRANSFORM_SRC_PAD(
+                                                                      trans)) == csd::OverlayNegotiation::Answer::retry)
+                  gst_base_transform_reconfigure_src(trans);
+              }));
   const GstFlowReturn flow = handle(self, buffer, live);
   const std::chrono::nanoseconds taken = std::chrono::steady_clock::now() - begun;
   const csd::ObjectLock lock(self);
@@ -364,7 +336,10 @@ GstFlowReturn gst_csd_track_transform_ip(GstBaseTransform *trans, GstBuffer *buf
 
 GstCaps *gst_csd_track_transform_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps,
                                       GstCaps *filter) {
-  GstCaps *other = GST_CSD_TRACK(trans)->state->negotiation.transform_caps(direction, caps);
+  GstCaps *other = nullptr;
+  log_failure(GST_CSD_TRACK(trans),
+              csd::guarded([&] { other = GST_CSD_TRACK(trans)->state->negotiation.transform_caps(direction, caps); }));
+  if (!other) return gst_caps_new_empty();
   if (!filter) return other;
   GstCaps *both = gst_caps_intersect_full(filter, other, GST_CAPS_INTERSECT_FIRST);
   gst_caps_unref(other);
@@ -372,7 +347,8 @@ GstCaps *gst_csd_track_transform_caps(GstBaseTransform *trans, GstPadDirection d
 }
 
 gboolean gst_csd_track_src_event(GstBaseTransform *trans, GstEvent *event) {
-  if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE) GST_CSD_TRACK(trans)->state->negotiation.restart();
+  if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE)
+    log_failure(GST_CSD_TRACK(trans), csd::guarded([&] { GST_CSD_TRACK(trans)->state->negotiation.restart(); }));
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->src_event(trans, event);
 }
 
@@ -386,7 +362,11 @@ gboolean gst_csd_track_set_info(GstVideoFilter *filter, GstCaps *in, GstVideoInf
                    info->width, info->height, same ? "the same" : "another");
   state.negotiation.set_caps(in, out);
   if (same) return TRUE;
-  if (state.stream.width > 0) state.engine->tracker.reset();
+  if (state.stream.width > 0)
+    if (const auto failure = csd::guarded([&] { state.engine->tracker.reset(); })) {
+      post_error(self, *failure);
+      return FALSE;
+    }
   state.stream.width = info->width;
   state.stream.height = info->height;
   state.stream.warned_small = false;
@@ -424,7 +404,9 @@ gboolean gst_csd_track_sink_event(GstBaseTransform *trans, GstEvent *event) {
 }
 
 gboolean gst_csd_track_accept_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps) {
-  GstCaps *complete = csd::complete_caps(caps);
+  GstCaps *complete = nullptr;
+  log_failure(GST_CSD_TRACK(trans), csd::guarded([&] { complete = csd::complete_caps(caps); }));
+  if (!complete) return FALSE;
   const gboolean accepted =
       GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->accept_caps(trans, direction, complete);
   gst_caps_unref(complete);
@@ -489,12 +471,13 @@ gboolean gst_csd_track_stop(GstBaseTransform *trans) {
   auto &state = *self->state;
   std::shared_ptr<Engine> engine = engine_of(self);
   if (!engine) return TRUE;
-  log_failure(self, csd::guarded([&] {
-                const csd::Stats stats = engine->tracker.stats();
-                const csd::ObjectLock lock(self);
-                state.last_stats = stats;
-                state.engine.reset();
-              }));
+  csd::Stats stats;
+  log_failure(self, csd::guarded([&] { stats = engine->tracker.stats(); }));
+  {
+    const csd::ObjectLock lock(self);
+    state.last_stats = stats;
+    state.engine.reset();
+  }
   return TRUE;
 }
 
@@ -583,8 +566,9 @@ void gst_csd_track_set_property(GObject *object, guint id, const GValue *value, 
               }));
   if (!known) G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
   if (refused) GST_WARNING_OBJECT(self, "%s can be set in NULL and READY only: it stays as it was", spec->name);
-  if (id == csd::prop_overlay) {
-    self->state->negotiation.set_wanted(g_value_get_enum(value) == GST_CSD_TRACK_OVERLAY_META);
+  // A controller sets it on every frame.
+  if (id == csd::prop_overlay &&
+      self->state->negotiation.set_wanted(g_value_get_enum(value) == GST_CSD_TRACK_OVERLAY_META)) {
     self->state->negotiation.restart();
     gst_base_transform_reconfigure_src(GST_BASE_TRANSFORM(self));
   }
@@ -661,7 +645,8 @@ static void gst_csd_track_class_init(GstCsdTrackClass *klass) {
   install_signals(klass);
 
   gst_element_class_set_static_metadata(element_class, "Tissue tracker", "Filter/Analyzer/Video",
-                                        "Tracks points on deforming tissue in endoscopic video", "csdtrack");
+                                        "Tracks points on deforming tissue in endoscopic video",
+                                        "The csdtrack authors");
   add_pad_templates(element_class);
   element_class->change_state = GST_DEBUG_FUNCPTR(gst_csd_track_change_state);
 

@@ -346,6 +346,13 @@ static gboolean gst_csd_track_enc_sink_event(GstPad *pad, GstObject *parent, Gst
   return gst_pad_event_default(pad, parent, event);
 }
 
+/// Lateness of who shows or sends the text must not make a decoder skip frames, which a recording beside it would lack.
+static gboolean gst_csd_track_enc_src_event(GstPad *pad, GstObject *parent, GstEvent *event) {
+  if (GST_EVENT_TYPE(event) != GST_EVENT_QOS) return gst_pad_event_default(pad, parent, event);
+  gst_event_unref(event);
+  return TRUE;
+}
+
 /// As no pixel is looked at, any layout, cropping or overlay beside the pixels is welcome. Without this answer a tee
 /// would tell upstream that a branch knows none of them, and upstream would copy or blend for all.
 static gboolean gst_csd_track_enc_sink_query(GstPad *pad, GstObject *parent, GstQuery *query) {
@@ -432,5 +439,6 @@ static void gst_csd_track_enc_init(GstCsdTrackEnc *self) {
 
   self->srcpad = gst_pad_new_from_static_template(&src_template, "src");
   gst_pad_use_fixed_caps(self->srcpad);
+  gst_pad_set_event_function(self->srcpad, GST_DEBUG_FUNCPTR(gst_csd_track_enc_src_event));
   gst_element_add_pad(GST_ELEMENT_CAST(self), self->srcpad);
 }

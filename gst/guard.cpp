@@ -16,19 +16,17 @@ Failure describe_current_exception() noexcept {
       failure.out_of_memory = e.code == cv::Error::StsNoMem;
       failure.text = failure.out_of_memory ? "Out of memory while tracking. Track fewer features (max-features), or "
                                              "smaller pictures."
-                                           : "OpenCV failed while tracking: " + e.err +
-                                                 ". Set on-error=pass to keep the video running without tracks.";
+                                           : "OpenCV failed while tracking: " + e.err + ".";
       failure.detail = e.what();
     } catch (const std::bad_alloc &e) {
       failure.out_of_memory = true;
       failure.text = "Out of memory while tracking. Track fewer features (max-features), or smaller pictures.";
       failure.detail = e.what();
     } catch (const std::exception &e) {
-      failure.text =
-          std::string("Tracking failed: ") + e.what() + ". Set on-error=pass to keep the video running without tracks.";
+      failure.text = std::string("Tracking failed: ") + e.what() + ".";
       failure.detail = e.what();
     } catch (...) {
-      failure.text = "Tracking failed. Set on-error=pass to keep the video running without tracks.";
+      failure.text = "Tracking failed.";
       failure.detail = "an exception of unknown type";
     }
   } catch (...) {

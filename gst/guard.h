@@ -11,7 +11,7 @@ namespace csd {
 
 /// What a caught exception means for the person who runs the pipeline.
 struct Failure {
-  std::string text;    ///< one sentence, and what to change
+  std::string text;    ///< one sentence; where memory is short, what to change too
   std::string detail;  ///< where it came from: for the debug string of the message
   bool out_of_memory = false;
 };

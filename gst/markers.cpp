@@ -14,9 +14,6 @@ namespace {
 /// Drawn so many times larger and then averaged: sharper at few pixels than OpenCV's own anti-aliasing.
 constexpr int fine = 8;
 
-/// As many sprites as 10 000 points in two states need; past that all are made anew.
-constexpr std::size_t most_sprites = 2 * max_points;
-
 struct Style {
   std::array<float, 3> rgb;  ///< 0…255
   float opacity;

@@ -20,6 +20,9 @@ struct Sprite {
   std::vector<cv::Range> covered;  ///< per row, columns that are not wholly transparent; may be empty
 };
 
+/// What a cache of sprites holds, past which all are made anew; at 2160 lines a sprite is some 80 kB.
+inline constexpr std::size_t most_sprites = 2000;
+
 /// The look of the overlay, for pictures of one height. State is told by colour (Okabe and Ito's palette, told apart in
 /// all common forms of colour blindness) and by shape; a dark halo keeps it legible on bright tissue:
 /// learning a yellow diamond, tracked a sky-blue circle with a dot, occluded an orange square, lost a small grey cross,

@@ -56,7 +56,7 @@ struct OverlayComposition::Impl {
     const bool left = markers->text_left(feature.id, feature.x, width);
     const std::uint64_t key = Markers::key(feature.state, feature.id, left);
     if (const auto found = entries.find(key); found != entries.end()) return found->second;
-    if (entries.size() >= 2 * max_points) entries.clear();
+    if (entries.size() >= most_sprites) entries.clear();
     const Sprite &sprite = markers->sprite(feature.state, feature.id, left);
     return entries.emplace(key, Entry{to_pixels(sprite), sprite.origin, sprite.rgba.size()}).first->second;
   }
@@ -138,11 +138,30 @@ void OverlayNegotiation::set_caps(GstCaps *in, GstCaps *out) {
   settled_ = false;
 }
 
+bool OverlayNegotiation::set_wanted(bool wanted) {
+  if (wanted_.exchange(wanted) == wanted) return false;
+  told_ = false;
+  return true;
+}
+
+void OverlayNegotiation::restart() {
+  const std::lock_guard lock(mutex_);
+  ++restarts_;
+  refused_ = settled_ = false;
+}
+
 OverlayNegotiation::Answer OverlayNegotiation::settle(GstPad *src) {
-  if (!wanted_ || settled_.exchange(true)) return Answer::settled;
-  if (upstream_has_ || !downstream_has_) {
-    may_attach_ = upstream_has_;
-    return Answer::settled;
+  std::uint64_t asked;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!wanted_ || settled_) return Answer::settled;
+    asked = restarts_;
+    if (upstream_has_ || !downstream_has_) {
+      settled_ = true;
+      may_attach_ = upstream_has_;
+      if (may_attach_) told_ = false;
+      return Answer::settled;
+    }
   }
   bool renders = false;
   if (GstCaps *caps = gst_pad_get_current_caps(src)) {
@@ -152,7 +171,12 @@ OverlayNegotiation::Answer OverlayNegotiation::settle(GstPad *src) {
     gst_query_unref(query);
     gst_caps_unref(caps);
   }
+  const std::lock_guard lock(mutex_);
+  // The answer of a downstream that is no more: the next frame asks again.
+  if (asked != restarts_) return Answer::settled;
+  settled_ = true;
   may_attach_ = renders;
+  if (renders) told_ = false;
   if (renders) return Answer::settled;
   refused_ = true;
   return Answer::retry;

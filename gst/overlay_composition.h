@@ -5,7 +5,9 @@
 #include <gst/video/video.h>
 
 #include <atomic>
+#include <cstdint>
 #include <memory>
+#include <mutex>
 
 #include "track/types.h"
 
@@ -38,13 +40,14 @@ class OverlayComposition {
 ///  * in transform_ip, first: settle(), and gst_base_transform_reconfigure_src() if it says retry; then it attaches if
 ///    may_attach(), else posts one WARNING if take_refusal().
 /// It must set prefer_passthrough to FALSE (else the base class tries the caps without the feature first).
-/// When `overlay` changes in PLAYING: set_wanted(), restart() and gst_base_transform_reconfigure_src().
+/// When `overlay` is set: set_wanted(), and if that says so, restart() and gst_base_transform_reconfigure_src().
 /// transform_caps(), set_wanted() and restart() may be called in any thread, the others in the streaming thread.
 class OverlayNegotiation {
  public:
   enum class Answer { settled, retry };
 
-  void set_wanted(bool wanted) { wanted_ = wanted; }
+  /// True if that is another wish than before: then restart() and gst_base_transform_reconfigure_src() are due.
+  bool set_wanted(bool wanted);
   /// What the other pad may have. Downstream of plain caps: with the feature first, then plain; upstream of caps with
   /// the feature: either; the feature is never taken away from caps that have it. The caller owns the result.
   GstCaps *transform_caps(GstPadDirection direction, GstCaps *caps) const;
@@ -54,14 +57,17 @@ class OverlayNegotiation {
   /// but won't render; negotiate again, transform_caps() no longer offers the feature. Pixels and metas are right
   /// meanwhile.
   Answer settle(GstPad *src);
-  /// Downstream has changed and is asked anew.
-  void restart() { refused_ = told_ = settled_ = false; }
+  /// Downstream has changed and is asked anew. A refusal that was told is not told again unless it could be attached
+  /// meanwhile, or set_wanted() asks anew.
+  void restart();
 
   bool may_attach() const { return may_attach_; }
   /// True once after it has turned out that overlays can't be attached.
   bool take_refusal();
 
  private:
+  std::mutex mutex_;  ///< of settling and restarting; not held while downstream is asked
+  std::uint64_t restarts_ = 0;
   std::atomic<bool> wanted_ = false;
   std::atomic<bool> refused_ = false;  ///< downstream takes the caps but does not render
   std::atomic<bool> may_attach_ = false;

@@ -185,7 +185,7 @@ struct OverlayPainter::Impl {
     const bool left = markers->text_left(feature.id, feature.x, width);
     const std::uint64_t key = Markers::key(feature.state, feature.id, left);
     if (const auto found = sprites.find(key); found != sprites.end()) return found->second;
-    if (sprites.size() >= 2 * max_points) sprites.clear();
+    if (sprites.size() >= most_sprites) sprites.clear();
     return sprites.emplace(key, to_native(markers->sprite(feature.state, feature.id, left), colours)).first->second;
   }
 

@@ -364,6 +364,14 @@ GST_START_TEST(overlay_meta_leaves_pixels_and_warns_where_nobody_renders) {
       gst_buffer_unref(in);
       gst_buffer_unref(out);
     }
+    // The same wish, and a downstream that answers as before: nothing new to say.
+    for (int i = 3; i < 9; ++i) {
+      if (i % 2)
+        gst_util_set_object_arg(G_OBJECT(track), "overlay", "meta");
+      else
+        gst_harness_push_upstream_event(h, gst_event_new_reconfigure());
+      push(h, picture(320, 240, i));
+    }
     int warnings = 0;
     while (GstMessage *message = gst_bus_pop_filtered(bus, GST_MESSAGE_WARNING)) ++warnings, gst_message_unref(message);
     fail_unless_equals_int(warnings, renders ? 0 : 1);
@@ -422,6 +430,16 @@ GST_START_TEST(no_frame_is_dropped_for_being_late) {
 }
 GST_END_TEST
 
+GST_START_TEST(a_segment_in_bytes_is_no_mistake) {
+  GstHarness *h = harness("csdtrack algorithm=lk points=\"160,120\"");
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_BYTES);
+  gst_harness_push_event(h, gst_event_new_segment(&segment));
+  fail_unless(push(h, picture(320, 240, 0)).count(0) == 1);  // a CRITICAL ends the test
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
 static Suite *csdtrack_suite() {
   Suite *suite = suite_create("csdtrack");
   TCase *tc = tcase_create("element");
@@ -438,6 +456,7 @@ static Suite *csdtrack_suite() {
   tcase_add_test(tc, overlay_meta_leaves_pixels_and_warns_where_nobody_renders);
   tcase_add_test(tc, metas_of_others_stay);
   tcase_add_test(tc, no_frame_is_dropped_for_being_late);
+  tcase_add_test(tc, a_segment_in_bytes_is_no_mistake);
   return suite;
 }
 

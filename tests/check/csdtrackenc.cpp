@@ -287,6 +287,22 @@ GST_START_TEST(test_any_memory_and_events) {
 }
 GST_END_TEST;
 
+GST_START_TEST(test_qos_ends_here_and_other_events_go_on) {
+  Harness harness;
+  harness.push(frame(0));
+  harness.pull();
+  gst_harness_push_upstream_event(harness.h, gst_event_new_qos(GST_QOS_TYPE_UNDERFLOW, 2., GST_SECOND, GST_SECOND));
+  gst_harness_push_upstream_event(harness.h, gst_event_new_latency(GST_SECOND));
+  bool qos = false, latency = false;
+  while (GstEvent *event = gst_harness_try_pull_upstream_event(harness.h)) {
+    qos |= GST_EVENT_TYPE(event) == GST_EVENT_QOS;
+    latency |= GST_EVENT_TYPE(event) == GST_EVENT_LATENCY;
+    gst_event_unref(event);
+  }
+  fail_unless(latency && !qos);
+}
+GST_END_TEST;
+
 GST_START_TEST(test_nothing_in_common_is_an_error) {
   GstHarness *h = gst_harness_new_with_padnames("csdtrackenc", "sink", nullptr);
   GstElement *sink = gst_element_factory_make("capsfilter", nullptr);
@@ -334,6 +350,7 @@ static Suite *csdtrackenc_suite() {
   tcase_add_test(tc, test_csv_header_without_frames_and_after_flush);
   tcase_add_test(tc, test_text_has_a_duration_and_no_newline);
   tcase_add_test(tc, test_any_memory_and_events);
+  tcase_add_test(tc, test_qos_ends_here_and_other_events_go_on);
   tcase_add_test(tc, test_nothing_in_common_is_an_error);
   return s;
 }
