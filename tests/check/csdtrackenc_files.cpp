@@ -194,7 +194,12 @@ static Suite *csdtrackenc_files_suite() {
   tcase_add_test(tc, test_csv_in_german_by_python);
   tcase_add_test(tc, test_travels_in_matroska);
   tcase_add_test(tc, test_full_disk);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  // Stock gst-launch-1.0 can't load a sanitized plugin.
   tcase_add_test(tc, test_killed);
+#else
+  (void)test_killed;
+#endif
   return s;
 }
 
