@@ -65,7 +65,7 @@ struct Stats {
   std::uint64_t frames = 0;
   std::array<std::uint64_t, feature_states> features{};  ///< of the last frame, by state
   std::uint64_t detected = 0;                            ///< features that ever began
-  std::int64_t learning_time = 0;                        ///< ns of CPU that learners took, all together
+  std::int64_t learning_time = 0;                        ///< ns inside learning jobs, all threads together
   std::uint64_t learned = 0;                             ///< descriptors that took over from the recursive tracker
   std::uint64_t retrainings = 0;                         ///< leaves retrained (§2.2.2)
   std::uint64_t false_correspondences = 0;               ///< patches wrongly called the feature (§2.2.2)

@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "track/algorithm.h"
+#include "track/moving_scene.h"
 
 namespace csd {
 namespace {
@@ -61,16 +62,9 @@ class TrackerLife : public testing::Test {
     cv::GaussianBlur(noise, texture_, {0, 0}, 3);
     cv::normalize(texture_, texture_, 40, 220, cv::NORM_MINMAX);
   }
-  static FrameView view(const cv::Mat &gray) {
-    FrameView v;
-    v.width = gray.cols;
-    v.height = v.rows = gray.rows;
-    v.component[0] = {gray.data, static_cast<std::ptrdiff_t>(gray.step), 1, 1, 0, 0, 0};
-    return v;
-  }
   const Tracks &next(Tracker &tracker) { return next(tracker, texture_); }
   const Tracks &next(Tracker &tracker, const cv::Mat &gray) {
-    const auto &tracks = tracker.process(view(gray), pts_, second / 25);
+    const auto &tracks = tracker.process(MovingScene::gray_view(gray), pts_, second / 25);
     pts_ += second / 25;
     return tracks;
   }
@@ -343,11 +337,12 @@ TEST_F(TrackerLife, WhatBeganOnBurntInGraphicsEndsAPointOfTheUserStays) {
 
 TEST_F(TrackerLife, MissingTimestampsCountAsTwentyFiveFramesASecond) {
   Tracker tracker(with_points({{100, 100}}), executor_);
-  tracker.process(view(texture_), no_time);
+  tracker.process(MovingScene::gray_view(texture_), no_time);
   script_.kinds[0] = Claim::Kind::hidden;
   for (int i = 1; i < 25; ++i)
-    EXPECT_EQ(tracker.process(view(texture_), no_time).features[0].state, FeatureState::occluded) << i;
-  EXPECT_EQ(tracker.process(view(texture_), no_time).features[0].state, FeatureState::lost);
+    EXPECT_EQ(tracker.process(MovingScene::gray_view(texture_), no_time).features[0].state, FeatureState::occluded)
+        << i;
+  EXPECT_EQ(tracker.process(MovingScene::gray_view(texture_), no_time).features[0].state, FeatureState::lost);
 }
 
 TEST_F(TrackerLife, StatsCountFramesAndStates) {
