@@ -323,9 +323,7 @@ GstFlowReturn gst_csd_track_transform_ip(GstBaseTransform *trans, GstBuffer *buf
     live = state.settings.live;
   }
   log_failure(self, csd::guarded([&] {
-                if (live.overlay == GST_CSD_TRACK_OVERLAY_META && state.negotiation.settle(GST_BASE_TRANSFORM_SRC_PAD(
-                                                                      trans)) == csd::OverlayNegotiation::Answer::retry)
-                  gst_base_transform_reconfigure_src(trans);
+                if (live.overlay == GST_CSD_TRACK_OVERLAY_META) state.negotiation.settle(trans);
               }));
   const GstFlowReturn flow = handle(self, buffer, live);
   const std::chrono::nanoseconds taken = std::chrono::steady_clock::now() - begun;
@@ -348,7 +346,7 @@ GstCaps *gst_csd_track_transform_caps(GstBaseTransform *trans, GstPadDirection d
 
 gboolean gst_csd_track_src_event(GstBaseTransform *trans, GstEvent *event) {
   if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE)
-    log_failure(GST_CSD_TRACK(trans), csd::guarded([&] { GST_CSD_TRACK(trans)->state->negotiation.restart(); }));
+    log_failure(GST_CSD_TRACK(trans), csd::guarded([&] { GST_CSD_TRACK(trans)->state->negotiation.restart(trans); }));
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->src_event(trans, event);
 }
 
@@ -360,13 +358,14 @@ gboolean gst_csd_track_set_info(GstVideoFilter *filter, GstCaps *in, GstVideoInf
                     last.height == info->height && last.interlace_mode == info->interlace_mode;
   GST_DEBUG_OBJECT(self, "%s %dx%d: the stream is %s", gst_video_format_to_string(GST_VIDEO_INFO_FORMAT(info)),
                    info->width, info->height, same ? "the same" : "another");
-  state.negotiation.set_caps(in, out);
+  if (const auto failure = csd::guarded([&] {
+        state.negotiation.set_caps(in, out);
+        if (!same && state.stream.width > 0) state.engine->tracker.reset();
+      })) {
+    post_error(self, *failure);
+    return FALSE;
+  }
   if (same) return TRUE;
-  if (state.stream.width > 0)
-    if (const auto failure = csd::guarded([&] { state.engine->tracker.reset(); })) {
-      post_error(self, *failure);
-      return FALSE;
-    }
   state.stream.width = info->width;
   state.stream.height = info->height;
   state.stream.warned_small = false;
@@ -564,14 +563,14 @@ void gst_csd_track_set_property(GObject *object, guint id, const GValue *value, 
                 refused = id <= csd::last_structural && self->state->running;
                 if (!refused) known = csd::set_property(self->state->settings, id, *value);
               }));
+  // Not under the object lock: the negotiation has its own. A controller sets it on every frame.
+  if (id == csd::prop_overlay)
+    log_failure(self, csd::guarded([&] {
+                  self->state->negotiation.set_wanted(GST_BASE_TRANSFORM(self),
+                                                      g_value_get_enum(value) == GST_CSD_TRACK_OVERLAY_META);
+                }));
   if (!known) G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
   if (refused) GST_WARNING_OBJECT(self, "%s can be set in NULL and READY only: it stays as it was", spec->name);
-  // A controller sets it on every frame.
-  if (id == csd::prop_overlay &&
-      self->state->negotiation.set_wanted(g_value_get_enum(value) == GST_CSD_TRACK_OVERLAY_META)) {
-    self->state->negotiation.restart();
-    gst_base_transform_reconfigure_src(GST_BASE_TRANSFORM(self));
-  }
 }
 
 void gst_csd_track_get_property(GObject *object, guint id, GValue *value, GParamSpec *spec) {

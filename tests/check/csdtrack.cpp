@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // What csdtrack promises, element by harness: properties, states, messages, metas, and what makes it forget.
+#include <atomic>
+#include <thread>
+
 #include "csdtrack_harness.h"
 
 namespace {
@@ -26,6 +29,18 @@ GstMessage *message_of(const char *points, GstStateChangeReturn *result) {
   gst_object_unref(bus);
   gst_object_unref(track);
   return message;
+}
+
+GstPadProbeReturn set_overlay_meta(GstPad *, GstPadProbeInfo *info, gpointer track) {
+  if (GST_QUERY_TYPE(GST_PAD_PROBE_INFO_QUERY(info)) != GST_QUERY_CAPS) return GST_PAD_PROBE_OK;
+  gst_util_set_object_arg(G_OBJECT(track), "overlay", "meta");
+  return GST_PAD_PROBE_REMOVE;
+}
+
+int warnings(GstBus *bus) {
+  int n = 0;
+  while (GstMessage *message = gst_bus_pop_filtered(bus, GST_MESSAGE_WARNING)) ++n, gst_message_unref(message);
+  return n;
 }
 
 }  // namespace
@@ -307,14 +322,71 @@ GST_START_TEST(overlay_meta_leaves_pixels_and_warns_where_nobody_renders) {
         gst_harness_push_upstream_event(h, gst_event_new_reconfigure());
       push(h, picture(320, 240, i));
     }
-    int warnings = 0;
-    while (GstMessage *message = gst_bus_pop_filtered(bus, GST_MESSAGE_WARNING)) ++warnings, gst_message_unref(message);
-    fail_unless_equals_int(warnings, renders ? 0 : 1);
+    fail_unless_equals_int(warnings(bus), renders ? 0 : 1);
     gst_element_set_bus(track, nullptr);
     gst_object_unref(bus);
     gst_object_unref(track);
     gst_harness_teardown(h);
   }
+}
+GST_END_TEST
+
+GST_START_TEST(overlay_meta_that_is_set_while_the_caps_are_negotiated) {
+  for (const bool renders : {true, false}) {
+    GstHarness *h = gst_harness_new_parse("csdtrack algorithm=lk points=\"160,120\"");
+    GstElement *track = element(h);
+    GstBus *bus = gst_bus_new();
+    gst_element_set_bus(track, bus);
+    if (renders) gst_harness_add_propose_allocation_meta(h, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE, nullptr);
+    gst_harness_set_src_caps_str(h, gray_320);
+    std::string attached;
+    for (int i = 0; i < 6; ++i) {
+      if (i == 2) {
+        // When downstream is asked for its caps, csdtrack has said already which it may send.
+        gst_pad_add_probe(h->sinkpad, GST_PAD_PROBE_TYPE_QUERY_DOWNSTREAM, set_overlay_meta, track, nullptr);
+        gst_harness_push_upstream_event(h, gst_event_new_reconfigure());
+      }
+      GstBuffer *out = gst_harness_push_and_pull(h, picture(320, 240, i));
+      attached += gst_buffer_get_video_overlay_composition_meta(out) ? 'x' : '.';
+      gst_buffer_unref(out);
+      fail_unless_equals_int(warnings(bus), !renders && i == 3 ? 1 : 0);
+    }
+    fail_unless_equals_string(attached.c_str(), renders ? "...xxx" : "......");
+    gst_element_set_bus(track, nullptr);
+    gst_object_unref(bus);
+    gst_object_unref(track);
+    gst_harness_teardown(h);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(overlay_meta_that_is_set_from_another_thread_at_any_time) {
+  GstHarness *h = gst_harness_new_parse("csdtrack algorithm=lk points=\"160,120\" post-messages=none");
+  GstElement *track = element(h);
+  GstBus *bus = gst_bus_new();
+  gst_element_set_bus(track, bus);
+  gst_harness_add_propose_allocation_meta(h, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE, nullptr);
+  gst_harness_set_src_caps_str(h, gray_320);
+  std::atomic<bool> done = false;
+  std::thread other([&] {
+    for (int i = 0; !done; ++i) {
+      gst_util_set_object_arg(G_OBJECT(track), "overlay", i % 2 ? "none" : "meta");
+      g_usleep(static_cast<gulong>(i * 7 % 100));
+    }
+    gst_util_set_object_arg(G_OBJECT(track), "overlay", "meta");
+  });
+  for (int i = 0; i < 300; ++i) push(h, picture(320, 240, i));
+  done = true;
+  other.join();
+  push(h, picture(320, 240, 300));
+  GstBuffer *out = gst_harness_push_and_pull(h, picture(320, 240, 301));
+  fail_unless(gst_buffer_get_video_overlay_composition_meta(out) != nullptr);
+  gst_buffer_unref(out);
+  fail_unless_equals_int(warnings(bus), 0);
+  gst_element_set_bus(track, nullptr);
+  gst_object_unref(bus);
+  gst_object_unref(track);
+  gst_harness_teardown(h);
 }
 GST_END_TEST
 
@@ -389,6 +461,8 @@ static Suite *csdtrack_suite() {
   tcase_add_test(tc, a_message_has_the_four_times_and_comes_on_change);
   tcase_add_test(tc, pixels_behind_a_tee_are_shared_not_copied);
   tcase_add_test(tc, overlay_meta_leaves_pixels_and_warns_where_nobody_renders);
+  tcase_add_test(tc, overlay_meta_that_is_set_while_the_caps_are_negotiated);
+  tcase_add_test(tc, overlay_meta_that_is_set_from_another_thread_at_any_time);
   tcase_add_test(tc, metas_of_others_stay);
   tcase_add_test(tc, no_frame_is_dropped_for_being_late);
   tcase_add_test(tc, a_segment_in_bytes_is_no_mistake);
