@@ -107,7 +107,7 @@ struct Stream {
   std::uint64_t frame = 0;    ///< of the next buffer
   std::string id;             ///< of the last STREAM_START
   int width = 0, height = 0;  ///< of the last picture that was seen (with a crop: the rectangle's)
-  csd::MessageGate gate;
+  csd::TrackMessages messages;
   bool warned_failure = false, warned_small = false;
 };
 
@@ -149,6 +149,11 @@ namespace {
 std::shared_ptr<Engine> engine_of(GstCsdTrack *self) {
   const csd::ObjectLock lock(self);
   return self->state->engine;
+}
+
+csd::LiveSettings live_settings(GstCsdTrack *self) {
+  const csd::ObjectLock lock(self);
+  return self->state->settings.live;
 }
 
 /// `advice`: a sentence after the failure's own, unless that gives some.
@@ -224,10 +229,8 @@ void publish(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, co
   if (live.attach_roi)
     csd::attach_rois(buffer, GST_VIDEO_FILTER(self)->in_info, gst_buffer_get_video_crop_meta(buffer), tracks,
                      state.patch_size);
-  const auto times = csd::frame_times(GST_BASE_TRANSFORM(self)->segment, buffer);
-  if (state.stream.gate.due(live.post_messages, live.message_interval, tracks.changed, times.running_time))
-    csd::post_tracks(GST_ELEMENT(self), csd::new_tracks_structure("csdtrack", tracks, GST_OBJECT_NAME(self), algorithm),
-                     times);
+  state.stream.messages.frame(GST_ELEMENT(self), algorithm, live, tracks,
+                              csd::frame_times(GST_BASE_TRANSFORM(self)->segment, buffer));
 }
 
 /// Only drawing maps for writing: pixels that somebody else holds too are copied then, and only then.
@@ -317,11 +320,7 @@ GstFlowReturn gst_csd_track_transform_ip(GstBaseTransform *trans, GstBuffer *buf
     return GST_FLOW_NOT_NEGOTIATED;
   }
   const auto begun = std::chrono::steady_clock::now();
-  csd::LiveSettings live;
-  {
-    const csd::ObjectLock lock(self);
-    live = state.settings.live;
-  }
+  const csd::LiveSettings live = live_settings(self);
   log_failure(self, csd::guarded([&] {
                 if (live.overlay == GST_CSD_TRACK_OVERLAY_META) state.negotiation.settle(trans);
               }));
@@ -372,8 +371,9 @@ gboolean gst_csd_track_set_info(GstVideoFilter *filter, GstCaps *in, GstVideoInf
   return TRUE;
 }
 
-/// A new stream, if this is one: everything that was known of the old one is forgotten.
-void forget_at(GstCsdTrack *self, GstEvent *event) {
+/// At the begin of a new stream everything that was known of the old one is forgotten; at the end of one nothing is
+/// held back.
+void heed(GstCsdTrack *self, GstEvent *event) {
   auto &state = *self->state;
   switch (GST_EVENT_TYPE(event)) {
     case GST_EVENT_FLUSH_STOP:
@@ -390,6 +390,9 @@ void forget_at(GstCsdTrack *self, GstEvent *event) {
       state.stream.id = id;
       break;
     }
+    case GST_EVENT_EOS:
+      state.stream.messages.end(GST_ELEMENT(self), csd::algorithm_name(state.algorithm).data(), live_settings(self));
+      break;
     default:
       break;
   }
@@ -397,8 +400,8 @@ void forget_at(GstCsdTrack *self, GstEvent *event) {
 
 gboolean gst_csd_track_sink_event(GstBaseTransform *trans, GstEvent *event) {
   auto *self = GST_CSD_TRACK(trans);
-  // These two are serialized: the streaming thread's, or nothing streams.
-  if (self->state->engine) log_failure(self, csd::guarded([&] { forget_at(self, event); }));
+  // What is heeded is serialized: the streaming thread's, or nothing streams.
+  if (self->state->engine) log_failure(self, csd::guarded([&] { heed(self, event); }));
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->sink_event(trans, event);
 }
 

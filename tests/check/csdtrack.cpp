@@ -273,6 +273,67 @@ GST_START_TEST(a_message_has_the_four_times_and_comes_on_change) {
 }
 GST_END_TEST
 
+GST_START_TEST(a_change_that_the_interval_holds_back_is_posted_at_the_end) {
+  for (const bool wanted : {true, false}) {
+    GstHarness *h =
+        harness("csdtrack algorithm=lk points=\"160,120;96,64\" training-time=0 message-interval=1000000000");
+    GstElement *track = element(h);
+    GstBus *bus = gst_bus_new();
+    gst_element_set_bus(track, bus);
+    const auto next = [bus] { return gst_bus_pop_filtered(bus, GST_MESSAGE_ELEMENT); };
+    for (int i = 0; i < 4; ++i) {
+      if (i == 3) g_signal_emit_by_name(track, "remove-point", 0u);
+      push(h, picture(320, 240, i));
+    }
+    GstMessage *message = next();
+    fail_unless(message != nullptr);  // of the first frame
+    gst_message_unref(message);
+    fail_unless(next() == nullptr);
+    if (!wanted) gst_util_set_object_arg(G_OBJECT(track), "post-messages", "none");
+    gst_harness_push_event(h, gst_event_new_eos());
+    message = next();
+    fail_unless((message != nullptr) == wanted);
+    if (wanted) {
+      const GstStructure *s = gst_message_get_structure(message);
+      GstCsdHeader header;
+      GstCsdFeature feature;
+      fail_unless(gst_csd_structure_get_header(s, &header));
+      fail_unless_equals_uint64(header.frame, 3);
+      fail_unless(gst_csd_structure_get_feature(s, 0, &feature));
+      fail_unless_equals_string(feature.state, "ended");
+      fail_unless(gst_csd_structure_get_feature(s, 1, &feature));
+      fail_unless_equals_string(feature.state, "tracked");
+      guint64 timestamp = 0;
+      fail_unless(gst_structure_get_uint64(s, "timestamp", &timestamp));
+      fail_unless_equals_uint64(timestamp, 120 * GST_MSECOND);
+      gst_message_unref(message);
+    }
+    fail_unless(next() == nullptr);
+    gst_element_set_bus(track, nullptr);
+    gst_object_unref(bus);
+    gst_object_unref(track);
+    gst_harness_teardown(h);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(the_end_of_a_stream_repeats_no_message) {
+  GstHarness *h = harness("csdtrack algorithm=lk points=\"160,120\" training-time=0 message-interval=100000000");
+  GstElement *track = element(h);
+  GstBus *bus = gst_bus_new();
+  gst_element_set_bus(track, bus);
+  for (int i = 0; i < 10; ++i) push(h, picture(320, 240, i));  // what the interval held back is out by 120 ms
+  gst_bus_set_flushing(bus, TRUE);
+  gst_bus_set_flushing(bus, FALSE);
+  gst_harness_push_event(h, gst_event_new_eos());
+  fail_unless(gst_bus_pop_filtered(bus, GST_MESSAGE_ELEMENT) == nullptr);
+  gst_element_set_bus(track, nullptr);
+  gst_object_unref(bus);
+  gst_object_unref(track);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
 GST_START_TEST(pixels_behind_a_tee_are_shared_not_copied) {
   for (const bool draw : {false, true}) {
     GstHarness *h = harness(draw ? "csdtrack algorithm=lk overlay=draw" : "csdtrack algorithm=lk");
@@ -459,6 +520,8 @@ static Suite *csdtrack_suite() {
   tcase_add_test(tc, flush_size_and_stream_forget_and_format_does_not);
   tcase_add_test(tc, points_are_added_and_removed_while_it_runs);
   tcase_add_test(tc, a_message_has_the_four_times_and_comes_on_change);
+  tcase_add_test(tc, a_change_that_the_interval_holds_back_is_posted_at_the_end);
+  tcase_add_test(tc, the_end_of_a_stream_repeats_no_message);
   tcase_add_test(tc, pixels_behind_a_tee_are_shared_not_copied);
   tcase_add_test(tc, overlay_meta_leaves_pixels_and_warns_where_nobody_renders);
   tcase_add_test(tc, overlay_meta_that_is_set_while_the_caps_are_negotiated);
