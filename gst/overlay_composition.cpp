@@ -3,10 +3,10 @@
 
 #include <cmath>
 #include <optional>
-#include <unordered_map>
 #include <utility>
 
 #include "markers.h"
+#include "sprite_cache.h"
 
 namespace csd {
 
@@ -49,17 +49,18 @@ struct OverlayComposition::Impl {
     Pixels pixels;
     cv::Point origin;
     cv::Size size;
+
+    std::size_t bytes() const { return std::size_t{4} * static_cast<std::size_t>(size.area()); }
   };
   std::optional<Markers> markers;
-  std::unordered_map<std::uint64_t, Entry> entries;
+  SpriteCache<Entry> entries;
 
   const Entry &entry(const Feature &feature, int width) {
     const bool left = markers->text_left(feature.id, feature.x, width);
-    const std::uint64_t key = Markers::key(feature.state, feature.id, left);
-    if (const auto found = entries.find(key); found != entries.end()) return found->second;
-    if (entries.size() >= most_sprites) entries.clear();
-    const Sprite &sprite = markers->sprite(feature.state, feature.id, left);
-    return entries.emplace(key, Entry{to_pixels(sprite), sprite.origin, sprite.rgba.size()}).first->second;
+    return entries.get(Markers::key(feature.state, feature.id, left), [&] {
+      const Sprite sprite = markers->sprite(feature.state, feature.id, left);
+      return Entry{to_pixels(sprite), sprite.origin, sprite.rgba.size()};
+    });
   }
 };
 
@@ -72,6 +73,7 @@ void OverlayComposition::attach(GstBuffer *buffer, const Tracks &tracks, int lef
     impl_->entries.clear();
     impl_->markers.emplace(height);
   }
+  impl_->entries.next_frame();
   GstVideoOverlayCompositionMeta *earlier = gst_buffer_get_video_overlay_composition_meta(buffer);
   GstVideoOverlayComposition *composition = nullptr;
   for (const Feature &feature : tracks.features) {
