@@ -107,7 +107,7 @@ struct Stream {
   std::uint64_t frame = 0;    ///< of the next buffer
   std::string id;             ///< of the last STREAM_START
   int width = 0, height = 0;  ///< of the last picture that was seen (with a crop: the rectangle's)
-  csd::MessageGate gate;
+  csd::TrackMessages messages;
   bool warned_failure = false, warned_small = false;
 };
 
@@ -149,6 +149,11 @@ namespace {
 std::shared_ptr<Engine> engine_of(GstCsdTrack *self) {
   const csd::ObjectLock lock(self);
   return self->state->engine;
+}
+
+csd::LiveSettings live_settings(GstCsdTrack *self) {
+  const csd::ObjectLock lock(self);
+  return self->state->settings.live;
 }
 
 /// `advice`: a sentence after the failure's own, unless that gives some.
@@ -224,10 +229,8 @@ void publish(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, co
   if (live.attach_roi)
     csd::attach_rois(buffer, GST_VIDEO_FILTER(self)->in_info, gst_buffer_get_video_crop_meta(buffer), tracks,
                      state.patch_size);
-  const auto times = csd::frame_times(GST_BASE_TRANSFORM(self)->segment, buffer);
-  if (state.stream.gate.due(live.post_messages, live.message_interval, tracks.changed, times.running_time))
-    csd::post_tracks(GST_ELEMENT(self), csd::new_tracks_structure("csdtrack", tracks, GST_OBJECT_NAME(self), algorithm),
-                     times);
+  state.stream.messages.frame(GST_ELEMENT(self), algorithm, live, tracks,
+                              csd::frame_times(GST_BASE_TRANSFORM(self)->segment, buffer));
 }
 
 /// Only drawing maps for writing: pixels that somebody else holds too are copied then, and only then.
@@ -317,15 +320,9 @@ GstFlowReturn gst_csd_track_transform_ip(GstBaseTransform *trans, GstBuffer *buf
     return GST_FLOW_NOT_NEGOTIATED;
   }
   const auto begun = std::chrono::steady_clock::now();
-  csd::LiveSettings live;
-  {
-    const csd::ObjectLock lock(self);
-    live = state.settings.live;
-  }
+  const csd::LiveSettings live = live_settings(self);
   log_failure(self, csd::guarded([&] {
-                if (live.overlay == GST_CSD_TRACK_OVERLAY_META && state.negotiation.settle(GST_BASE_TRANSFORM_SRC_PAD(
-                                                                      trans)) == csd::OverlayNegotiation::Answer::retry)
-                  gst_base_transform_reconfigure_src(trans);
+                if (live.overlay == GST_CSD_TRACK_OVERLAY_META) state.negotiation.settle(trans);
               }));
   const GstFlowReturn flow = handle(self, buffer, live);
   const std::chrono::nanoseconds taken = std::chrono::steady_clock::now() - begun;
@@ -348,7 +345,7 @@ GstCaps *gst_csd_track_transform_caps(GstBaseTransform *trans, GstPadDirection d
 
 gboolean gst_csd_track_src_event(GstBaseTransform *trans, GstEvent *event) {
   if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE)
-    log_failure(GST_CSD_TRACK(trans), csd::guarded([&] { GST_CSD_TRACK(trans)->state->negotiation.restart(); }));
+    log_failure(GST_CSD_TRACK(trans), csd::guarded([&] { GST_CSD_TRACK(trans)->state->negotiation.restart(trans); }));
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->src_event(trans, event);
 }
 
@@ -360,21 +357,23 @@ gboolean gst_csd_track_set_info(GstVideoFilter *filter, GstCaps *in, GstVideoInf
                     last.height == info->height && last.interlace_mode == info->interlace_mode;
   GST_DEBUG_OBJECT(self, "%s %dx%d: the stream is %s", gst_video_format_to_string(GST_VIDEO_INFO_FORMAT(info)),
                    info->width, info->height, same ? "the same" : "another");
-  state.negotiation.set_caps(in, out);
+  if (const auto failure = csd::guarded([&] {
+        state.negotiation.set_caps(in, out);
+        if (!same && state.stream.width > 0) state.engine->tracker.reset();
+      })) {
+    post_error(self, *failure);
+    return FALSE;
+  }
   if (same) return TRUE;
-  if (state.stream.width > 0)
-    if (const auto failure = csd::guarded([&] { state.engine->tracker.reset(); })) {
-      post_error(self, *failure);
-      return FALSE;
-    }
   state.stream.width = info->width;
   state.stream.height = info->height;
   state.stream.warned_small = false;
   return TRUE;
 }
 
-/// A new stream, if this is one: everything that was known of the old one is forgotten.
-void forget_at(GstCsdTrack *self, GstEvent *event) {
+/// At the begin of a new stream everything that was known of the old one is forgotten; at the end of one nothing is
+/// held back.
+void heed(GstCsdTrack *self, GstEvent *event) {
   auto &state = *self->state;
   switch (GST_EVENT_TYPE(event)) {
     case GST_EVENT_FLUSH_STOP:
@@ -391,6 +390,9 @@ void forget_at(GstCsdTrack *self, GstEvent *event) {
       state.stream.id = id;
       break;
     }
+    case GST_EVENT_EOS:
+      state.stream.messages.end(GST_ELEMENT(self), csd::algorithm_name(state.algorithm).data(), live_settings(self));
+      break;
     default:
       break;
   }
@@ -398,8 +400,8 @@ void forget_at(GstCsdTrack *self, GstEvent *event) {
 
 gboolean gst_csd_track_sink_event(GstBaseTransform *trans, GstEvent *event) {
   auto *self = GST_CSD_TRACK(trans);
-  // These two are serialized: the streaming thread's, or nothing streams.
-  if (self->state->engine) log_failure(self, csd::guarded([&] { forget_at(self, event); }));
+  // What is heeded is serialized: the streaming thread's, or nothing streams.
+  if (self->state->engine) log_failure(self, csd::guarded([&] { heed(self, event); }));
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->sink_event(trans, event);
 }
 
@@ -564,14 +566,14 @@ void gst_csd_track_set_property(GObject *object, guint id, const GValue *value, 
                 refused = id <= csd::last_structural && self->state->running;
                 if (!refused) known = csd::set_property(self->state->settings, id, *value);
               }));
+  // Not under the object lock: the negotiation has its own. A controller sets it on every frame.
+  if (id == csd::prop_overlay)
+    log_failure(self, csd::guarded([&] {
+                  self->state->negotiation.set_wanted(GST_BASE_TRANSFORM(self),
+                                                      g_value_get_enum(value) == GST_CSD_TRACK_OVERLAY_META);
+                }));
   if (!known) G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
   if (refused) GST_WARNING_OBJECT(self, "%s can be set in NULL and READY only: it stays as it was", spec->name);
-  // A controller sets it on every frame.
-  if (id == csd::prop_overlay &&
-      self->state->negotiation.set_wanted(g_value_get_enum(value) == GST_CSD_TRACK_OVERLAY_META)) {
-    self->state->negotiation.restart();
-    gst_base_transform_reconfigure_src(GST_BASE_TRANSFORM(self));
-  }
 }
 
 void gst_csd_track_get_property(GObject *object, guint id, GValue *value, GParamSpec *spec) {

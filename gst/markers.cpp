@@ -131,14 +131,7 @@ bool Markers::text_left(FeatureId id, double x, int width) const {
   return x + reach >= width && x - reach >= 0;
 }
 
-const Sprite &Markers::sprite(FeatureState state, FeatureId id, bool text_left) {
-  const std::uint64_t key = Markers::key(state, id, text_left);
-  if (const auto found = sprites_.find(key); found != sprites_.end()) return found->second;
-  if (sprites_.size() >= most_sprites) sprites_.clear();
-  return sprites_.emplace(key, compose(state, id, text_left)).first->second;
-}
-
-Sprite Markers::compose(FeatureState state, FeatureId id, bool text_left) const {
+Sprite Markers::sprite(FeatureState state, FeatureId id, bool text_left) const {
   const Glyph &shape = shapes_[static_cast<std::size_t>(state)];
   const std::string text = std::to_string(id);
   const cv::Size digit = digits_[0].core.size();

@@ -6,7 +6,6 @@
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <unordered_map>
 #include <vector>
 
 #include "track/types.h"
@@ -20,9 +19,6 @@ struct Sprite {
   std::vector<cv::Range> covered;  ///< per row, columns that are not wholly transparent; may be empty
 };
 
-/// What a cache of sprites holds, past which all are made anew; at 2160 lines a sprite is some 80 kB.
-inline constexpr std::size_t most_sprites = 2000;
-
 /// The look of the overlay, for pictures of one height. State is told by colour (Okabe and Ito's palette, told apart in
 /// all common forms of colour blindness) and by shape; a dark halo keeps it legible on bright tissue:
 /// learning a yellow diamond, tracked a sky-blue circle with a dot, occluded an orange square, lost a small grey cross,
@@ -33,9 +29,8 @@ class Markers {
   explicit Markers(int lines);
 
   int lines() const { return lines_; }
-  /// Made at the first call for that state, id and side, then kept; the reference is valid until the next call.
-  /// `state` must not be ended.
-  const Sprite &sprite(FeatureState state, FeatureId id, bool text_left = false);
+  /// Drawn at each call: SpriteCache keeps them. `state` must not be ended.
+  Sprite sprite(FeatureState state, FeatureId id, bool text_left = false) const;
   /// Whether the id must stand left of a feature at `x` to be read in a picture of `width` pixels.
   bool text_left(FeatureId id, double x, int width) const;
   /// A key for caches of sprites: one for each that sprite() can give.
@@ -46,13 +41,11 @@ class Markers {
     cv::Mat1f core, halo;
   };
   Glyph draw(cv::Size size, int stroke, const std::function<void(cv::Mat1b &, int thickness)> &shape) const;
-  Sprite compose(FeatureState state, FeatureId id, bool text_left) const;
 
   int lines_;
   int radius_, stroke_, halo_, text_height_, digit_advance_;
   std::array<Glyph, 10> digits_;
   std::array<Glyph, feature_states> shapes_;
-  std::unordered_map<std::uint64_t, Sprite> sprites_;
 };
 
 }  // namespace csd

@@ -3,7 +3,10 @@
 
 #include <gst/gst.h>
 
-#include "enums.h"
+#include <optional>
+
+#include "settings.h"
+#include "track/types.h"
 
 namespace csd {
 
@@ -17,9 +20,6 @@ struct FrameTimes {
 
 FrameTimes frame_times(const GstSegment &segment, GstBuffer *buffer);
 
-/// Posts the element message `csdtrack`: `tracks` (taken over) and the four times.
-void post_tracks(GstElement *element, GstStructure *tracks, const FrameTimes &times);
-
 /// Decides which frames get a message: one policy, whoever posts.
 class MessageGate {
  public:
@@ -28,9 +28,30 @@ class MessageGate {
   /// so is the first after time went back.
   bool due(GstCsdTrackPostMessages mode, GstClockTime interval, bool changed, GstClockTime running_time);
 
+  /// A change waits for the interval's end.
+  bool pending() const { return pending_; }
+
  private:
   bool pending_ = false;
   GstClockTime last_ = GST_CLOCK_TIME_NONE;
+};
+
+/// Posts the element message `csdtrack` of the frames that MessageGate says. `algorithm` is the name that it shows.
+class TrackMessages {
+ public:
+  /// To be told once a frame, in order.
+  void frame(GstElement *element, const char *algorithm, const LiveSettings &live, const Tracks &tracks,
+             const FrameTimes &times);
+  /// The stream has ended: a change that waits is posted now, as the last frame had it.
+  void end(GstElement *element, const char *algorithm, const LiveSettings &live);
+
+ private:
+  struct Frame {
+    Tracks tracks;
+    FrameTimes times;
+  };
+  MessageGate gate_;
+  std::optional<Frame> held_;  ///< the last frame, while a change waits
 };
 
 }  // namespace csd

@@ -3,9 +3,10 @@
 
 #include <cmath>
 #include <optional>
-#include <unordered_map>
+#include <utility>
 
 #include "markers.h"
+#include "sprite_cache.h"
 
 namespace csd {
 
@@ -48,17 +49,18 @@ struct OverlayComposition::Impl {
     Pixels pixels;
     cv::Point origin;
     cv::Size size;
+
+    std::size_t bytes() const { return std::size_t{4} * static_cast<std::size_t>(size.area()); }
   };
   std::optional<Markers> markers;
-  std::unordered_map<std::uint64_t, Entry> entries;
+  SpriteCache<Entry> entries;
 
   const Entry &entry(const Feature &feature, int width) {
     const bool left = markers->text_left(feature.id, feature.x, width);
-    const std::uint64_t key = Markers::key(feature.state, feature.id, left);
-    if (const auto found = entries.find(key); found != entries.end()) return found->second;
-    if (entries.size() >= most_sprites) entries.clear();
-    const Sprite &sprite = markers->sprite(feature.state, feature.id, left);
-    return entries.emplace(key, Entry{to_pixels(sprite), sprite.origin, sprite.rgba.size()}).first->second;
+    return entries.get(Markers::key(feature.state, feature.id, left), [&] {
+      const Sprite sprite = markers->sprite(feature.state, feature.id, left);
+      return Entry{to_pixels(sprite), sprite.origin, sprite.rgba.size()};
+    });
   }
 };
 
@@ -71,6 +73,7 @@ void OverlayComposition::attach(GstBuffer *buffer, const Tracks &tracks, int lef
     impl_->entries.clear();
     impl_->markers.emplace(height);
   }
+  impl_->entries.next_frame();
   GstVideoOverlayCompositionMeta *earlier = gst_buffer_get_video_overlay_composition_meta(buffer);
   GstVideoOverlayComposition *composition = nullptr;
   for (const Feature &feature : tracks.features) {
@@ -104,7 +107,13 @@ void OverlayComposition::attach(GstBuffer *buffer, const Tracks &tracks, int lef
 }
 
 GstCaps *OverlayNegotiation::transform_caps(GstPadDirection direction, GstCaps *caps) const {
-  if (!wanted_) return gst_caps_ref(caps);
+  bool wanted, refused;
+  {
+    const std::lock_guard lock(mutex_);
+    wanted = wanted_;
+    refused = refused_;
+  }
+  if (!wanted) return gst_caps_ref(caps);
   GstCaps *with = gst_caps_new_empty(), *without = gst_caps_new_empty();
   for (guint i = 0; i < gst_caps_get_size(caps); ++i) {
     const GstStructure *structure = gst_caps_get_structure(caps, i);
@@ -117,9 +126,9 @@ GstCaps *OverlayNegotiation::transform_caps(GstPadDirection direction, GstCaps *
     } else if (gst_caps_features_contains(features, feature_name)) {
       add(with, gst_caps_features_copy(features));
       // We can add what upstream lacks.
-      if (direction == GST_PAD_SRC && !refused_) add(without, gst_caps_features_new_empty());
+      if (direction == GST_PAD_SRC && !refused) add(without, gst_caps_features_new_empty());
     } else {
-      if (direction == GST_PAD_SINK && !refused_) {
+      if (direction == GST_PAD_SINK && !refused) {
         // Both spellings are about and do not intersect: GL has the first, some sinks the second.
         add(with, gst_caps_features_new(GST_CAPS_FEATURE_MEMORY_SYSTEM_MEMORY, feature_name, nullptr));
         add(with, gst_caps_features_new(feature_name, nullptr));
@@ -132,58 +141,56 @@ GstCaps *OverlayNegotiation::transform_caps(GstPadDirection direction, GstCaps *
 }
 
 void OverlayNegotiation::set_caps(GstCaps *in, GstCaps *out) {
+  const std::lock_guard lock(mutex_);
   upstream_has_ = has_feature(in);
   downstream_has_ = has_feature(out);
   may_attach_ = false;
   settled_ = false;
 }
 
-bool OverlayNegotiation::set_wanted(bool wanted) {
-  if (wanted_.exchange(wanted) == wanted) return false;
-  told_ = false;
-  return true;
-}
-
-void OverlayNegotiation::restart() {
+void OverlayNegotiation::set_wanted(GstBaseTransform *element, bool wanted) {
   const std::lock_guard lock(mutex_);
-  ++restarts_;
-  refused_ = settled_ = false;
+  if (wanted_ == wanted) return;
+  wanted_ = wanted;
+  refused_ = told_ = settled_ = false;
+  gst_base_transform_reconfigure_src(element);
 }
 
-OverlayNegotiation::Answer OverlayNegotiation::settle(GstPad *src) {
-  std::uint64_t asked;
+void OverlayNegotiation::restart(GstBaseTransform *element) {
+  const std::lock_guard lock(mutex_);
+  refused_ = settled_ = false;
+  gst_base_transform_reconfigure_src(element);
+}
+
+void OverlayNegotiation::settle(GstBaseTransform *element) {
+  GstPad *src = GST_BASE_TRANSFORM_SRC_PAD(element);
+  bool renders = upstream_has_;
   {
     const std::lock_guard lock(mutex_);
-    if (!wanted_ || settled_) return Answer::settled;
-    asked = restarts_;
-    if (upstream_has_ || !downstream_has_) {
-      settled_ = true;
-      may_attach_ = upstream_has_;
-      if (may_attach_) told_ = false;
-      return Answer::settled;
+    if (!wanted_ || settled_ || gst_pad_needs_reconfigure(src)) return;
+  }
+  if (!upstream_has_ && downstream_has_)
+    if (GstCaps *caps = gst_pad_get_current_caps(src)) {
+      GstQuery *query = gst_query_new_allocation(caps, FALSE);
+      renders = gst_pad_peer_query(src, query) &&
+                gst_query_find_allocation_meta(query, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE, nullptr);
+      gst_query_unref(query);
+      gst_caps_unref(caps);
     }
-  }
-  bool renders = false;
-  if (GstCaps *caps = gst_pad_get_current_caps(src)) {
-    GstQuery *query = gst_query_new_allocation(caps, FALSE);
-    renders = gst_pad_peer_query(src, query) &&
-              gst_query_find_allocation_meta(query, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE, nullptr);
-    gst_query_unref(query);
-    gst_caps_unref(caps);
-  }
   const std::lock_guard lock(mutex_);
   // The answer of a downstream that is no more: the next frame asks again.
-  if (asked != restarts_) return Answer::settled;
+  if (gst_pad_needs_reconfigure(src)) return;
   settled_ = true;
   may_attach_ = renders;
   if (renders) told_ = false;
-  if (renders) return Answer::settled;
+  if (renders || !downstream_has_) return;
   refused_ = true;
-  return Answer::retry;
+  gst_base_transform_reconfigure_src(element);
 }
 
 bool OverlayNegotiation::take_refusal() {
-  return wanted_ && settled_ && !may_attach_ && !told_.exchange(true);
+  const std::lock_guard lock(mutex_);
+  return wanted_ && settled_ && !may_attach_ && !std::exchange(told_, true);
 }
 
 }  // namespace csd

@@ -4,8 +4,6 @@
 #include <gst/base/gstbasetransform.h>
 #include <gst/video/video.h>
 
-#include <atomic>
-#include <cstdint>
 #include <memory>
 #include <mutex>
 
@@ -37,42 +35,42 @@ class OverlayComposition {
 ///  * in transform_caps: transform_caps(), then intersects with the filter (GST_CAPS_INTERSECT_FIRST);
 ///  * in set_caps (GstVideoFilter: set_info): set_caps();
 ///  * in src_event, on GST_EVENT_RECONFIGURE: restart();
-///  * in transform_ip, first: settle(), and gst_base_transform_reconfigure_src() if it says retry; then it attaches if
-///    may_attach(), else posts one WARNING if take_refusal().
+///  * in transform_ip, first: settle(); then it attaches if may_attach(), else posts one WARNING if take_refusal();
+///  * when `overlay` is set: set_wanted().
 /// It must set prefer_passthrough to FALSE (else the base class tries the caps without the feature first).
-/// When `overlay` is set: set_wanted(), and if that says so, restart() and gst_base_transform_reconfigure_src().
-/// transform_caps(), set_wanted() and restart() may be called in any thread, the others in the streaming thread.
+/// transform_caps(), set_wanted() and restart() may be called in any thread, the others in the streaming thread. What
+/// they say of downstream is never of caps that are about to be negotiated anew: the reconfigure flag of the source pad
+/// is set under the lock that settle() looks at it with, and the base class clears it before it asks transform_caps().
 class OverlayNegotiation {
  public:
-  enum class Answer { settled, retry };
-
-  /// True if that is another wish than before: then restart() and gst_base_transform_reconfigure_src() are due.
-  bool set_wanted(bool wanted);
+  /// If that is another wish than before, the caps are negotiated anew.
+  void set_wanted(GstBaseTransform *element, bool wanted);
   /// What the other pad may have. Downstream of plain caps: with the feature first, then plain; upstream of caps with
   /// the feature: either; the feature is never taken away from caps that have it. The caller owns the result.
   GstCaps *transform_caps(GstPadDirection direction, GstCaps *caps) const;
   void set_caps(GstCaps *in, GstCaps *out);
-  /// Asks downstream of the pad `src` by an allocation query, once after set_caps(): the base class sends none for an
-  /// in-place element (seen, 1.22), and the answer needs the caps to have been sent. retry: downstream took the caps
-  /// but won't render; negotiate again, transform_caps() no longer offers the feature. Pixels and metas are right
-  /// meanwhile.
-  Answer settle(GstPad *src);
+  /// Asks downstream by an allocation query, once after set_caps(): the base class sends none for an in-place element
+  /// (seen, 1.22), and the answer needs the caps to have been sent. If downstream took the caps but won't render, they
+  /// are negotiated again, and transform_caps() no longer offers the feature; pixels and metas are right meanwhile.
+  void settle(GstBaseTransform *element);
   /// Downstream has changed and is asked anew. A refusal that was told is not told again unless it could be attached
   /// meanwhile, or set_wanted() asks anew.
-  void restart();
+  void restart(GstBaseTransform *element);
 
+  /// Settled or not: whether the caps that are in force let compositions be attached.
   bool may_attach() const { return may_attach_; }
   /// True once after it has turned out that overlays can't be attached.
   bool take_refusal();
 
  private:
-  std::mutex mutex_;  ///< of settling and restarting; not held while downstream is asked
-  std::uint64_t restarts_ = 0;
-  std::atomic<bool> wanted_ = false;
-  std::atomic<bool> refused_ = false;  ///< downstream takes the caps but does not render
-  std::atomic<bool> may_attach_ = false;
-  std::atomic<bool> told_ = false;
-  std::atomic<bool> settled_ = false;                   ///< downstream has been asked
+  mutable std::mutex mutex_;  ///< not held while downstream is asked
+  // Guarded by mutex_.
+  bool wanted_ = false;
+  bool refused_ = false;  ///< downstream takes the caps but does not render
+  bool told_ = false;
+  bool settled_ = false;  ///< downstream has been asked
+  // The streaming thread's alone.
+  bool may_attach_ = false;
   bool upstream_has_ = false, downstream_has_ = false;  ///< the feature, in the negotiated caps
 };
 

@@ -5,10 +5,10 @@
 #include <array>
 #include <cmath>
 #include <optional>
-#include <unordered_map>
 
 #include "frame_mapping.h"
 #include "markers.h"
+#include "sprite_cache.h"
 
 namespace csd {
 
@@ -22,6 +22,10 @@ struct NativeSprite {
   std::vector<cv::Range> covered;
   std::vector<std::uint8_t> alpha;
   std::array<std::vector<std::uint16_t>, 4> value;
+
+  std::size_t bytes() const {
+    return alpha.size() * (1 + value.size() * sizeof(std::uint16_t)) + covered.size() * sizeof covered[0];
+  }
 };
 
 constexpr int fraction = 16;
@@ -50,7 +54,7 @@ NativeSprite to_native(const Sprite &sprite, const FrameView &view) {
              128 * a + c_gain * (c[0] - luma) / (2 * (1 - view.kr))};
       }
       for (std::size_t k = 0; k < 3; ++k)
-        out.value[k][i] = static_cast<std::uint16_t>(std::lround(std::clamp(c[k], 0.0, 255.0) * fraction));
+        out.value[k][i] = static_cast<std::uint16_t>(std::clamp(c[k], 0.0, 255.0) * fraction + 0.5);
       out.value[3][i] = static_cast<std::uint16_t>(p[3] * fraction);  // alpha of the picture: opaque
     }
   return out;
@@ -178,18 +182,17 @@ void blend(const Target &target, const NativeSprite &sprite, std::size_t compone
 
 struct OverlayPainter::Impl {
   std::optional<Markers> markers;
-  std::unordered_map<std::uint64_t, NativeSprite> sprites;
+  SpriteCache<NativeSprite> sprites;
   FrameView colours;  ///< what the sprites are made for
 
   const NativeSprite &sprite(const Feature &feature, int width) {
     const bool left = markers->text_left(feature.id, feature.x, width);
-    const std::uint64_t key = Markers::key(feature.state, feature.id, left);
-    if (const auto found = sprites.find(key); found != sprites.end()) return found->second;
-    if (sprites.size() >= most_sprites) sprites.clear();
-    return sprites.emplace(key, to_native(markers->sprite(feature.state, feature.id, left), colours)).first->second;
+    return sprites.get(Markers::key(feature.state, feature.id, left),
+                       [&] { return to_native(markers->sprite(feature.state, feature.id, left), colours); });
   }
 
   void prepare(const FrameView &view) {
+    sprites.next_frame();
     const bool same_look = markers && markers->lines() == view.height;
     if (same_look && colours.model == view.model && colours.kr == view.kr && colours.kb == view.kb &&
         colours.full_range == view.full_range)

@@ -109,7 +109,7 @@ void install_properties(GObjectClass *klass) {
   install(prop_message_interval,
           g_param_spec_uint64("message-interval", "Message interval",
                               "At least so many nanoseconds of running time between two messages; a change in between "
-                              "is posted when they have passed; 0 = no limit",
+                              "is posted when they have passed or the stream ends; 0 = no limit",
                               0, longest, d.live.message_interval, live));
   install(prop_on_error,
           g_param_spec_enum("on-error", "On error",

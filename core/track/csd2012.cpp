@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "learn/negatives.h"
 #include "track/csd2012_choices.h"
@@ -22,8 +23,9 @@ struct Csd2012::Follower {
   FeatureId id;
   cv::Point2d work;  ///< last known position, working pixels
   std::int64_t begun, last_seen, last_lesson = 0;
-  bool recursive = true;  ///< LK follows it; else the descriptor does
-  bool learn = true;      ///< this frame is a lesson
+  bool recursive = true;    ///< LK follows it; else the descriptor does
+  bool taken_over = false;  ///< the descriptor has looked for it
+  bool learn = true;        ///< this frame is a lesson
   int lessons = 0;
   Random random;
   std::shared_ptr<FeatureLearner> learner;
@@ -169,7 +171,6 @@ void Csd2012::recurse(const FrameContext &context) {
     } else if (follower.lane.waiting() == 0 && follower.learner->published()) {
       follower.recursive = false;
       follower.last_seen = context.time - 1;  // The descriptor has yet to see it in this frame.
-      ++learned_;
     }
   }
 }
@@ -178,6 +179,7 @@ void Csd2012::recurse(const FrameContext &context) {
 void Csd2012::look(const FrameContext &context, Follower &follower, bool whole_picture) {
   const auto descriptor = follower.learner->published();
   if (!descriptor) return;
+  if (!std::exchange(follower.taken_over, true)) ++learned_;
   const auto &frame = context.frame;
   const int half = descriptor->patch_size() / 2;
   const double absence = static_cast<double>(std::max<std::int64_t>(last_time_ - follower.last_seen, 0));

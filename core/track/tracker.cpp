@@ -87,6 +87,7 @@ struct Tracker::Impl {
   bool detected = false;             // detection has found something
   std::int64_t last_detection = 0;
   bool any_frame = false;
+  bool failed = false;  // process() threw: what process_blind() says next is of the same frame
   std::int64_t time = 0, last_pts = no_time, last_duration = no_time;
 
   // Shared with the threads that ask; guarded by mutex.
@@ -319,7 +320,7 @@ void Tracker::Impl::report(cv::Size size) {
     if (life.feature.state != FeatureState::ended) alive.push_back(life.feature.id);
   }
   const std::lock_guard lock(mutex);
-  ++stats.frames;
+  tracks.frame = stats.frames++;
   stats.features = counted.features;
   stats.detected += counted.detected;
   known.swap(alive);
@@ -328,7 +329,8 @@ void Tracker::Impl::report(cv::Size size) {
 const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration) {
   // What has been reported as ended leaves the list.
   std::erase_if(lives, [](const Life &l) { return l.reported && l.reported_as == FeatureState::ended; });
-  advance_time(pts, duration);
+  if (view || !failed) advance_time(pts, duration);
+  failed = view != nullptr;
   take_requests();
   if (view) frame.load(*view);
   // Fields instead of frames are another working image, though of the same picture.
@@ -357,13 +359,11 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
     algorithm->finish(context);
   }
   report(size);
-  ++tracks.frame;  // counted from 0: see the constructor
+  failed = false;
   return tracks;
 }
 
-Tracker::Tracker(const Settings &settings, Executor &executor) : impl_(std::make_unique<Impl>(settings, executor)) {
-  impl_->tracks.frame = static_cast<std::uint64_t>(-1);
-}
+Tracker::Tracker(const Settings &settings, Executor &executor) : impl_(std::make_unique<Impl>(settings, executor)) {}
 
 Tracker::~Tracker() = default;
 

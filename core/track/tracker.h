@@ -24,7 +24,8 @@ class Tracker {
   /// Throws cv::Exception, std::bad_alloc, also those of a learner; the tracker may be used on after that.
   const Tracks &process(const FrameView &view, std::int64_t pts, std::int64_t duration = no_time);
 
-  /// What process() would have said if nothing could be seen: every feature that is not out or ended is lost.
+  /// What process() would have said if nothing could be seen: every feature that is not out or ended is lost. Right
+  /// after a process() that threw it is about the same frame, and time does not go on.
   const Tracks &process_blind(int width, int height, std::int64_t pts, std::int64_t duration = no_time);
 
   /// From the next frame on also track x,y (that frame's pixels). Returns its id; no_feature if x or y is not finite or

@@ -1,16 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What csdtrack promises, element by harness: properties, states, messages, metas, and what makes it forget.
+// What csdtrack promises, element by harness: properties, states, points, and what makes it forget. What it
+// hands on is in csdtrack_output.cpp.
 #include "csdtrack_harness.h"
 
 namespace {
-
-std::map<guint, std::string> push(GstHarness *h, GstBuffer *in) {
-  GstBuffer *out = gst_harness_push_and_pull(h, in);
-  fail_unless(out != nullptr);
-  auto result = states(out);
-  gst_buffer_unref(out);
-  return result;
-}
 
 using States = std::map<guint, std::string>;
 
@@ -215,137 +208,6 @@ GST_START_TEST(points_are_added_and_removed_while_it_runs) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_message_has_the_four_times_and_comes_on_change) {
-  GstHarness *h = harness("csdtrack algorithm=lk points=\"160,120\" training-time=0");
-  GstElement *track = element(h);
-  GstBus *bus = gst_bus_new();
-  gst_element_set_bus(track, bus);
-  for (int i = 0; i < 5; ++i) push(h, picture(320, 240, i));
-  GstMessage *message = gst_bus_pop_filtered(bus, GST_MESSAGE_ELEMENT);
-  fail_unless(message != nullptr);
-  const GstStructure *s = gst_message_get_structure(message);
-  fail_unless_equals_string(gst_structure_get_name(s), "csdtrack");
-  GstCsdHeader header;
-  fail_unless(gst_csd_structure_get_header(s, &header));
-  fail_unless_equals_uint64(header.frame, 0);
-  fail_unless_equals_int(header.width, 320);
-  guint64 timestamp, stream_time, running_time, duration;
-  fail_unless(gst_structure_get(s, "timestamp", G_TYPE_UINT64, &timestamp, "stream-time", G_TYPE_UINT64, &stream_time,
-                                "running-time", G_TYPE_UINT64, &running_time, "duration", G_TYPE_UINT64, &duration,
-                                nullptr));
-  fail_unless_equals_uint64(timestamp, 0);
-  fail_unless_equals_uint64(stream_time, 0);
-  fail_unless_equals_uint64(running_time, 0);
-  fail_unless_equals_uint64(duration, 40 * GST_MSECOND);
-  gst_message_unref(message);
-  int more = 0;
-  while ((message = gst_bus_pop_filtered(bus, GST_MESSAGE_ELEMENT))) more++, gst_message_unref(message);
-  fail_unless(more <= 1, "%d", more);  // learning → tracked at most: nothing else changes
-  // Every frame, at most one in 100 ms: at 200, 320 and 440 ms of these at 40 ms.
-  g_object_set(track, "post-messages", 2, "message-interval", 100 * GST_MSECOND, nullptr);
-  for (int i = 5; i < 12; ++i) push(h, picture(320, 240, i));
-  std::string when;
-  while ((message = gst_bus_pop_filtered(bus, GST_MESSAGE_ELEMENT))) {
-    gst_structure_get(gst_message_get_structure(message), "running-time", G_TYPE_UINT64, &running_time, nullptr);
-    when += std::to_string(running_time / GST_MSECOND) + " ";
-    gst_message_unref(message);
-  }
-  fail_unless_equals_string(when.c_str(), "200 320 440 ");
-  gst_element_set_bus(track, nullptr);
-  gst_object_unref(bus);
-  gst_object_unref(track);
-  gst_harness_teardown(h);
-}
-GST_END_TEST
-
-GST_START_TEST(pixels_behind_a_tee_are_shared_not_copied) {
-  for (const bool draw : {false, true}) {
-    GstHarness *h = harness(draw ? "csdtrack algorithm=lk overlay=draw" : "csdtrack algorithm=lk");
-    for (int i = 0; i < 3; ++i) {
-      GstBuffer *in = picture(320, 240, i);
-      GstBuffer *before = gst_buffer_copy_deep(in);
-      GstBuffer *out = gst_harness_push_and_pull(h, gst_buffer_ref(in));  // we hold it too, as a tee's other branch
-      fail_unless(out != in);                                             // its metas are not ours to write
-      fail_unless((gst_buffer_peek_memory(out, 0) == gst_buffer_peek_memory(in, 0)) == !draw);
-      fail_unless(gst_buffer_get_csd_tracks(in, GST_CSD_TRACK_META_NAME, nullptr) == nullptr);
-      fail_if(states(out).empty());
-      GstMapInfo a;
-      gst_buffer_map(before, &a, GST_MAP_READ);
-      gst_check_buffer_data(in, a.data, a.size);
-      if (draw) fail_unless(gst_buffer_memcmp(out, 0, a.data, a.size) != 0);
-      gst_buffer_unmap(before, &a);
-      gst_buffer_unref(before);
-      gst_buffer_unref(in);
-      gst_buffer_unref(out);
-    }
-    gst_harness_teardown(h);
-  }
-}
-GST_END_TEST
-
-GST_START_TEST(overlay_meta_leaves_pixels_and_warns_where_nobody_renders) {
-  for (const bool renders : {true, false}) {
-    GstHarness *h = gst_harness_new_parse("csdtrack algorithm=lk overlay=meta points=\"160,120\"");
-    GstElement *track = element(h);
-    GstBus *bus = gst_bus_new();
-    gst_element_set_bus(track, bus);
-    if (renders) gst_harness_add_propose_allocation_meta(h, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE, nullptr);
-    gst_harness_set_src_caps_str(h, gray_320);
-    for (int i = 0; i < 3; ++i) {
-      GstBuffer *in = picture(320, 240, i);
-      GstBuffer *out = gst_harness_push_and_pull(h, gst_buffer_ref(in));
-      fail_unless((gst_buffer_get_video_overlay_composition_meta(out) != nullptr) == renders);
-      fail_unless(gst_buffer_peek_memory(out, 0) == gst_buffer_peek_memory(in, 0));
-      gst_buffer_unref(in);
-      gst_buffer_unref(out);
-    }
-    // The same wish, and a downstream that answers as before: nothing new to say.
-    for (int i = 3; i < 9; ++i) {
-      if (i % 2)
-        gst_util_set_object_arg(G_OBJECT(track), "overlay", "meta");
-      else
-        gst_harness_push_upstream_event(h, gst_event_new_reconfigure());
-      push(h, picture(320, 240, i));
-    }
-    int warnings = 0;
-    while (GstMessage *message = gst_bus_pop_filtered(bus, GST_MESSAGE_WARNING)) ++warnings, gst_message_unref(message);
-    fail_unless_equals_int(warnings, renders ? 0 : 1);
-    gst_element_set_bus(track, nullptr);
-    gst_object_unref(bus);
-    gst_object_unref(track);
-    gst_harness_teardown(h);
-  }
-}
-GST_END_TEST
-
-GST_START_TEST(metas_of_others_stay) {
-  GstHarness *h = harness("csdtrack algorithm=lk attach-roi=true points=\"160,120;-9,0\" patch-size=21");
-  GstBuffer *in = picture(320, 240, 0);
-  gst_buffer_add_video_region_of_interest_meta(in, "face", 1, 2, 3, 4);
-  GstCaps *caps = gst_caps_new_empty_simple("timestamp/x-unix");
-  gst_buffer_add_reference_timestamp_meta(in, caps, 5, GST_CLOCK_TIME_NONE);
-  gst_caps_unref(caps);
-  GstBuffer *out = gst_harness_push_and_pull(h, in);
-  fail_unless(gst_buffer_get_reference_timestamp_meta(out, nullptr) != nullptr);
-  fail_unless_equals_int(gst_buffer_get_n_meta(out, GST_VIDEO_REGION_OF_INTEREST_META_API_TYPE), 2);
-  gpointer iter = nullptr;
-  bool ours = false, theirs = false;
-  while (GstMeta *meta = gst_buffer_iterate_meta_filtered(out, &iter, GST_VIDEO_REGION_OF_INTEREST_META_API_TYPE)) {
-    auto *roi = reinterpret_cast<GstVideoRegionOfInterestMeta *>(meta);
-    theirs |= roi->roi_type == g_quark_from_string("face") && roi->x == 1 && roi->h == 4;
-    if (roi->roi_type != g_quark_from_string("csdtrack")) continue;
-    ours = true;  // 21 pixels around 160,120: from 150,110 to 170,130
-    fail_unless(roi->id == 0 && roi->x == 150 && roi->y == 110 && roi->w == 21 && roi->h == 21);
-    gdouble x = 0;
-    fail_unless(gst_structure_get_double(gst_video_region_of_interest_meta_get_param(roi, "csdtrack"), "x", &x));
-    fail_unless_equals_float(x, 160.);
-  }
-  fail_unless(ours && theirs);
-  gst_buffer_unref(out);
-  gst_harness_teardown(h);
-}
-GST_END_TEST
-
 GST_START_TEST(no_frame_is_dropped_for_being_late) {
   GstHarness *h = harness("csdtrack algorithm=lk");
   gst_harness_push_upstream_event(h, gst_event_new_qos(GST_QOS_TYPE_UNDERFLOW, 2., GST_SECOND, GST_SECOND));
@@ -386,10 +248,6 @@ static Suite *csdtrack_suite() {
   tcase_add_test(tc, given_points_have_ids_in_order_and_outside_is_out);
   tcase_add_test(tc, flush_size_and_stream_forget_and_format_does_not);
   tcase_add_test(tc, points_are_added_and_removed_while_it_runs);
-  tcase_add_test(tc, a_message_has_the_four_times_and_comes_on_change);
-  tcase_add_test(tc, pixels_behind_a_tee_are_shared_not_copied);
-  tcase_add_test(tc, overlay_meta_leaves_pixels_and_warns_where_nobody_renders);
-  tcase_add_test(tc, metas_of_others_stay);
   tcase_add_test(tc, no_frame_is_dropped_for_being_late);
   tcase_add_test(tc, a_segment_in_bytes_is_no_mistake);
   return suite;

@@ -68,3 +68,12 @@ inline guint64 frame_number(GstBuffer *buffer) {
       gst_csd_structure_get_header(gst_buffer_get_csd_tracks(buffer, GST_CSD_TRACK_META_NAME, nullptr), &header));
   return header.frame;
 }
+
+/// The states of the frame that comes out for this one.
+inline std::map<guint, std::string> push(GstHarness *h, GstBuffer *in) {
+  GstBuffer *out = gst_harness_push_and_pull(h, in);
+  fail_unless(out != nullptr);
+  auto result = states(out);
+  gst_buffer_unref(out);
+  return result;
+}

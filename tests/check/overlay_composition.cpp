@@ -50,8 +50,7 @@ gboolean stage_accept_caps(GstBaseTransform *base, GstPadDirection direction, Gs
 
 GstFlowReturn stage_transform_ip(GstBaseTransform *base, GstBuffer *buffer) {
   Stage *stage = stage_of(base);
-  if (stage->negotiation->settle(base->srcpad) == csd::OverlayNegotiation::Answer::retry)
-    gst_base_transform_reconfigure_src(base);
+  stage->negotiation->settle(base);
   if (stage->negotiation->take_refusal()) ++stage->refusals;
   if (!stage->negotiation->may_attach()) return GST_FLOW_OK;
   csd::Tracks tracks;
@@ -91,7 +90,7 @@ void stage_init(GTypeInstance *instance, gpointer) {
   Stage *stage = stage_of(instance);
   stage->negotiation = new csd::OverlayNegotiation;
   stage->composition = new csd::OverlayComposition;
-  stage->negotiation->set_wanted(true);
+  stage->negotiation->set_wanted(&stage->parent, true);
   gst_base_transform_set_in_place(&stage->parent, TRUE);
   gst_base_transform_set_prefer_passthrough(&stage->parent, FALSE);
 }
@@ -204,7 +203,8 @@ TEST(CompleteCaps, LetStreamsInThatDoNotNameTheirInterlacing) {
 }
 
 TEST(OverlayNegotiation, OffersBothDownstreamAndTakesNothingAway) {
-  csd::OverlayNegotiation negotiation;
+  Stage *stage = stage_of(g_object_ref_sink(gst_element_factory_make("csdteststage", nullptr)));
+  csd::OverlayNegotiation &negotiation = *stage->negotiation;
   GstCaps *plain = gst_caps_from_string("video/x-raw, format=I420");
   GstCaps *with = gst_caps_from_string("video/x-raw(meta:GstVideoOverlayComposition), format=I420");
   const auto offered = [&](GstPadDirection direction, GstCaps *caps) {
@@ -218,14 +218,16 @@ TEST(OverlayNegotiation, OffersBothDownstreamAndTakesNothingAway) {
   const std::string p = "video/x-raw, format=(string)I420";
   const std::string f = "video/x-raw(meta:GstVideoOverlayComposition), format=(string)I420";
   const std::string g = "video/x-raw(memory:SystemMemory, meta:GstVideoOverlayComposition), format=(string)I420";
+  negotiation.set_wanted(&stage->parent, false);
   EXPECT_EQ(offered(GST_PAD_SINK, plain), p) << "not wanted: as it comes";
-  negotiation.set_wanted(true);
+  negotiation.set_wanted(&stage->parent, true);
   EXPECT_EQ(offered(GST_PAD_SINK, plain), g + "; " + f + "; " + p);
   EXPECT_EQ(offered(GST_PAD_SINK, with), f);
   EXPECT_EQ(offered(GST_PAD_SRC, with), p + "; " + f);
   EXPECT_EQ(offered(GST_PAD_SRC, plain), p);
   gst_caps_unref(plain);
   gst_caps_unref(with);
+  gst_object_unref(stage);
 }
 
 TEST(OverlayComposition, LooksLikeThePainter) {

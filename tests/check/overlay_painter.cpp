@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <memory>
 #include <set>
 #include <string>
 
 #include "frame_mapping.h"
 #include "markers.h"
 #include "scene.h"
+#include "sprite_cache.h"
 
 namespace {
 
@@ -180,6 +182,41 @@ TEST(OverlayPainter, SurvivesPositionsAndSizesWithoutSense) {
       tracks.features.push_back(feature(csd::no_feature - 1, v, -v, csd::FeatureState::tracked));
     csd::OverlayPainter().draw(frame, info, nullptr, tracks);
   }
+}
+
+struct Megabyte {
+  std::shared_ptr<int> token;  ///< one object for all: its count tells how many there are
+  std::uint64_t key = 0;
+  std::size_t bytes() const { return 1 << 20; }
+};
+
+TEST(SpriteCache, HoldsSoManyBytesAndTheNextFramesSprites) {
+  constexpr std::uint64_t room = csd::SpriteCache<Megabyte>::most_bytes >> 20;
+  const auto token = std::make_shared<int>();
+  csd::SpriteCache<Megabyte> cache;
+  const auto made_for = [&](std::uint64_t first, std::uint64_t count) {
+    std::uint64_t made = 0;
+    cache.next_frame();
+    for (std::uint64_t key = first; key < first + count; ++key) {
+      const auto make = [&] {
+        ++made;
+        return Megabyte{token, key};
+      };
+      EXPECT_EQ(cache.get(key, make).key, key);
+      EXPECT_LE(token.use_count() - 1, static_cast<long>(room) + 1) << "and the one that found no room";
+    }
+    return made;
+  };
+  EXPECT_EQ(made_for(0, room), room);
+  EXPECT_EQ(made_for(0, room), 0u);
+  EXPECT_EQ(made_for(0, room + 5), 5u) << "only what finds no room";
+  EXPECT_EQ(made_for(0, room + 5), 5u) << "and that in every frame";
+  EXPECT_EQ(made_for(100, 10), 10u) << "no room for others yet";
+  EXPECT_EQ(made_for(100, 10), 10u) << "what the last frame did not show makes some";
+  EXPECT_EQ(made_for(100, 10), 0u);
+  cache.clear();
+  EXPECT_EQ(token.use_count(), 1);
+  EXPECT_EQ(made_for(100, 10), 10u);
 }
 
 TEST(Markers, TellStatesApartByShapeAlone) {

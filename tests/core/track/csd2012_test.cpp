@@ -207,6 +207,33 @@ TEST(Csd2012, StatsTellOfLearning) {
   EXPECT_EQ(stats.queue, 0u);
 }
 
+// Over the edge LK fails long before training-time is over, so that what has been learnt must do.
+TEST(Csd2012, StatsCountADescriptorThatTakesOverFromLkThatFailed) {
+  class Never final : public Executor {
+    void post(std::function<void()>) override {}
+  } never;
+  ThreadPool pool(1);
+  const MovingScene scene;
+  for (const bool learns : {true, false}) {
+    auto settings = few_features();
+    settings.points = {{300, 120}};
+    settings.training_time = second;
+    settings.learn_synchronously = learns;
+    Tracker tracker(settings, learns ? static_cast<Executor &>(pool) : never);
+    FeatureState state{};
+    for (int i = 0; i < 12; ++i) {
+      const auto picture = scene.render({3.0 * i, 0});
+      state = tracker.process(MovingScene::view(picture), i * frame_time).features.at(0).state;
+      if (i == 3) {
+        EXPECT_EQ(state, FeatureState::learning);
+        EXPECT_EQ(tracker.stats().learned, 0u);
+      }
+    }
+    EXPECT_NE(state, FeatureState::learning);
+    EXPECT_EQ(tracker.stats().learned, learns ? 1u : 0u) << "without a descriptor there is none to take over";
+  }
+}
+
 TEST(Csd2012, NoiseAndFlatPicturesGiveNothingThatIsNotANumber) {
   auto settings = few_features();
   settings.points = {{160, 120}, {2, 2}, {318, 238}, {400, -3}};

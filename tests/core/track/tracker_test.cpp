@@ -21,6 +21,7 @@ struct Script {
   cv::Point2d motion{0, 0};
   bool replenishes = false;
   bool throws = false;
+  std::int64_t time = -1;  // of the last frame to track
   std::vector<FeatureId> begun, ended;
   int forgotten = 0;
 };
@@ -31,6 +32,7 @@ class Scripted final : public Algorithm {
   bool replenishes() const override { return script->replenishes; }
   void track(const FrameContext &context, std::vector<Claim> &claims) override {
     if (script->throws) throw std::runtime_error("planted");
+    script->time = context.time;
     for (auto &claim : claims) {
       const auto kind = script->kinds.find(claim.id);
       claim.kind = kind == script->kinds.end() ? Claim::Kind::tracked : kind->second;
@@ -276,6 +278,25 @@ TEST_F(TrackerLife, AfterAnExceptionTheTrackerGoesOnBlind) {
   EXPECT_EQ(tracks.frame, 1u);
   EXPECT_EQ(tracks.features[0].state, FeatureState::lost);
   EXPECT_EQ(tracks.features[1].state, FeatureState::out);
+}
+
+TEST_F(TrackerLife, AFrameThatFailedAndIsToldBlindIsOneFrame) {
+  for (const std::int64_t frame : {second / 25, no_time}) {  // with timestamps and without
+    Tracker tracker(with_points({{100, 100}}), executor_);
+    const auto stamp = [frame](int i) { return frame == no_time ? no_time : i * frame; };
+    const auto view = MovingScene::gray_view(texture_);
+    tracker.process(view, stamp(0));
+    script_.throws = true;
+    for (int i = 1; i <= 3; ++i) {
+      EXPECT_THROW(tracker.process(view, stamp(i)), std::runtime_error);
+      EXPECT_EQ(tracker.process_blind(320, 240, stamp(i)).frame, static_cast<std::uint64_t>(i));
+    }
+    tracker.process_blind(320, 240, stamp(4));  // one without pixels, of its own
+    script_.throws = false;
+    EXPECT_EQ(tracker.process(view, stamp(5)).frame, 5u);
+    EXPECT_EQ(script_.time, 5 * second / 25) << frame;
+    EXPECT_EQ(tracker.stats().frames, 6u);
+  }
 }
 
 TEST_F(TrackerLife, APointThatComesWhileNothingCanBeSeenBeginsLater) {
