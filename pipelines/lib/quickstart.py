@@ -3,6 +3,7 @@
 """The program behind pipelines/quickstart: quickstart.py VIDEO OUT [PROPERTY=VALUE...]"""
 
 import pathlib
+import signal
 import sys
 
 import report
@@ -26,6 +27,7 @@ def main():
     report.preview(out / "overlay.mp4", out / "preview.png", job.frames)
     if job.cut_short:
         print(f"quickstart: {job.cut_short}", file=sys.stderr)
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # | head is no error
     report.table(job, out)
 
 

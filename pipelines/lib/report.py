@@ -107,7 +107,8 @@ def table(job, out):
     total = sum(rows.values())
     print(f"frames      {job.frames} of {job.picture}, in {job.seconds:.1f} s: {job.frames / job.seconds:.1f} fps with "
           "decoding and encoding")
-    print(f"features    {ids} in all, {total / job.frames:.1f} a frame")
+    print(f"features    {ids} in all, {total / job.frames:.1f} a frame" if ids else
+          "features    none: nothing in the picture stands out; --points tracks what you choose")
     for state, marker in STATES.items():
         if rows[state]:
             print(f"  {state:9} {rows[state] / total:6.1%}  {rows[state] / job.frames:6.1f} a frame   {marker}")

@@ -87,7 +87,7 @@ class Launch(harness.Case):
                 with self.subTest(overlay):
                     line = f"filesrc location={video} ! decodebin ! csdtrack {overlay} ! autovideosink"
                     with filmed(display, self.tmp / f"film{number}.rgb") as pictures:
-                        done = harness.launch(line, env={"DISPLAY": display, "WAYLAND_DISPLAY": ""})
+                        done = harness.launch(line, env={"DISPLAY": display, "WAYLAND_DISPLAY": ""}, timeout=180)
                     self.assertEqual(done.returncode, 0, done.stderr)
                     self.assertIn("Got EOS", done.stdout)
                     self.assertNotIn("WARNING", done.stdout + done.stderr)

@@ -195,6 +195,11 @@ def test_one_frame(tmp):
     assert png_size(tmp / "out" / "preview.png") == (320, 240), "one frame, one tile"
 
 
+def test_nothing_to_see(tmp):
+    ffmpeg(*picture(seconds=1, source="color"), "-c:v", "ffv1", tmp / "black.mkv")
+    assert "features    none" in tracked(tmp / "black.mkv", tmp / "out", 25).stdout
+
+
 def test_mp4_without_index(tmp):
     ffmpeg(*picture(), "-c:v", "libx264", "-pix_fmt", "yuv420p", tmp / "a.mp4")
     whole = (tmp / "a.mp4").read_bytes()
