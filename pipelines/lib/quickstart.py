@@ -24,7 +24,7 @@ def main():
             for path in results:
                 path.unlink(missing_ok=True)
         raise
-    report.preview(out / "overlay.mp4", out / "preview.png", job.frames)
+    report.preview(out, job.frames)
     if job.cut_short:
         print(f"quickstart: {job.cut_short}", file=sys.stderr)
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # | head is no error

@@ -64,8 +64,9 @@ class Progress:
             print(f"  {self._told * 25} % ({frames} frames, {fps:.0f} fps)", file=sys.stderr)
 
 
-def preview(video, picture, frames):
-    """Six frames, evenly spread, as one picture. Chosen by number, so that a video without timestamps works too."""
+def preview(out, frames):
+    """Six frames of overlay.mp4, evenly spread, as one picture. Chosen by number, so that a video without timestamps works
+    too."""
     count = min(PREVIEW_FRAMES, frames)
     chosen = [(2 * i + 1) * frames // (2 * count) for i in range(count)]
     select = "+".join(f"eq(n\\,{n})" for n in chosen)
@@ -74,8 +75,10 @@ def preview(video, picture, frames):
     # Square pixels first, then at most 960 columns each: at 640 the ids in a 720p video can't be read.
     filters = (f"select='{select}',scale='trunc(iw*max(sar,0.01)/2)*2':ih,setsar=1,scale='min(960,iw)':-2,"
                f"tile={columns}x{rows}:padding=4")
-    done = subprocess.run(["ffmpeg", "-v", "error", "-y", "-ignore_editlist", "1", "-i", str(video), "-an", "-vsync", "0", "-vf", filters,
-                           "-frames:v", "1", str(picture)], stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    # In that folder, for in a path ffmpeg reads a colon as a protocol and a per cent sign as a number's place.
+    done = subprocess.run(["ffmpeg", "-v", "error", "-y", "-ignore_editlist", "1", "-i", "overlay.mp4", "-an", "-vsync", "0",
+                           "-vf", filters, "-frames:v", "1", "preview.png"],
+                          cwd=out, stdin=subprocess.DEVNULL, capture_output=True, text=True)
     if done.returncode:
         print(f"quickstart: no preview.png: {done.stderr.strip().splitlines()[-1]}", file=sys.stderr)
 

@@ -221,7 +221,7 @@ class Job:
         if self._failure is not None:
             raise Failure(self._failure)
         missing = self.duration - self.position
-        if not self.cut_short and missing > max(Gst.SECOND, self.duration // 50):
+        if not self.cut_short and self.position and missing > max(Gst.SECOND, self.duration // 50):
             self.cut_short = (f"'{self.video}' has a picture up to {self.position / Gst.SECOND:.1f} s only, and says that "
                               f"it lasts {self.duration / Gst.SECOND:.1f} s: is the file complete?")
 

@@ -220,6 +220,12 @@ def test_sound_only(tmp):
     refused(tmp, tmp / "a.mp4", "no video stream")
 
 
+def test_odd_names(tmp):
+    ffmpeg(*picture(seconds=1), "-c:v", "ffv1", tmp / "a.mkv")
+    video = (tmp / "a.mkv").rename(tmp / "it's 100 %d: a \"video\" ! é.mkv")
+    tracked(video, tmp / "50 %d: it's ! é", 25, "--algorithm", "lk")
+
+
 def test_missing_empty_folder(tmp):
     refused(tmp, tmp / "none.mp4", "there is no file")
     (tmp / "empty.mp4").touch()
