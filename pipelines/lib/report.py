@@ -80,7 +80,9 @@ def preview(out, frames):
                            "-vf", filters, "-frames:v", "1", "preview.png"],
                           cwd=out, stdin=subprocess.DEVNULL, capture_output=True, text=True)
     if done.returncode:
-        print(f"quickstart: no preview.png: {done.stderr.strip().splitlines()[-1]}", file=sys.stderr)
+        (out / "preview.png").unlink(missing_ok=True)  # torn, on a full disk
+        why = done.stderr.strip().splitlines() or ["ffmpeg failed"]
+        print(f"quickstart: no preview.png: {why[-1]}", file=sys.stderr)
 
 
 def features(path):
