@@ -6,7 +6,20 @@ import subprocess
 import sys
 import time
 
-STATES = ("learning", "tracked", "occluded", "lost", "out", "ended")
+STATES = {  # and how overlay.mp4 shows them
+    "learning": "yellow diamond",
+    "tracked": "blue circle",
+    "occluded": "orange square",
+    "lost": "grey cross",
+    "out": "grey triangle",
+    "ended": "not shown",
+}
+RESULTS = {
+    "overlay.mp4": "the video with its points",
+    "tracks.jsonl": "a line a frame",
+    "tracks.csv": "a row a point and frame",
+    "preview.png": "six frames of overlay.mp4",
+}
 PREVIEW_FRAMES = 6
 
 
@@ -32,33 +45,44 @@ class Progress:
 
     def show(self, share, frames):
         """share: of the video done, 0…1, or None if its length is unknown."""
-        fps = frames / max(1e-3, time.monotonic() - self._started)
+        seconds = time.monotonic() - self._started
+        fps = frames / max(1e-3, seconds)
         if self._bar:
             bar = "?" * self.WIDTH
             if share is not None:
                 bar = ("#" * round(min(1, share) * self.WIDTH)).ljust(self.WIDTH, ".")
-            percent = "" if share is None else f"{min(1, share):4.0%} "
-            line = f"[{bar}] {percent}{frames} frames, {fps:.0f} fps"
+            percent = left = ""
+            if share is not None:
+                percent = f"{min(1, share):4.0%}  "
+                if 0.02 < share < 1:
+                    minutes, rest = divmod(round(seconds * (1 - share) / share), 60)
+                    left = f", {minutes}:{rest:02} left"
+            line = f"[{bar}] {percent}{frames} frames, {fps:.0f} fps{left}"
             print(f"\r\033[K{line}", end="", file=sys.stderr, flush=True)
         elif share is not None and int(share * 4) > self._told and share < 1:
             self._told = int(share * 4)
             print(f"  {self._told * 25} % ({frames} frames, {fps:.0f} fps)", file=sys.stderr)
 
 
-def preview(video, picture, frames):
-    """Six frames, evenly spread, as one picture. Chosen by number, so that a video without timestamps works too."""
+def preview(out, frames):
+    """Six frames of overlay.mp4, evenly spread, as one picture. Chosen by number, so that a video without timestamps works
+    too."""
     count = min(PREVIEW_FRAMES, frames)
     chosen = [(2 * i + 1) * frames // (2 * count) for i in range(count)]
     select = "+".join(f"eq(n\\,{n})" for n in chosen)
-    columns = min(3, count)
+    columns = min(2, count)
     rows = -(-count // columns)
-    # Square pixels first, then at most 640 columns each.
-    filters = (f"select='{select}',scale='trunc(iw*max(sar,0.01)/2)*2':ih,setsar=1,scale='min(640,iw)':-2,"
+    # Square pixels first, then at most 960 columns each: at 640 the ids in a 720p video can't be read.
+    filters = (f"select='{select}',scale='trunc(iw*max(sar,0.01)/2)*2':ih,setsar=1,scale='min(960,iw)':-2,"
                f"tile={columns}x{rows}:padding=4")
-    done = subprocess.run(["ffmpeg", "-v", "error", "-y", "-ignore_editlist", "1", "-i", str(video), "-an", "-vsync", "0", "-vf", filters,
-                           "-frames:v", "1", str(picture)], stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    # In that folder, for in a path ffmpeg reads a colon as a protocol and a per cent sign as a number's place.
+    done = subprocess.run(["ffmpeg", "-v", "error", "-y", "-ignore_editlist", "1", "-i", "overlay.mp4", "-an", "-vsync", "0",
+                           "-vf", filters, "-frames:v", "1", "preview.png"],
+                          cwd=out, stdin=subprocess.DEVNULL, capture_output=True, text=True)
     if done.returncode:
-        print(f"quickstart: no preview.png: {done.stderr.strip().splitlines()[-1]}", file=sys.stderr)
+        (out / "preview.png").unlink(missing_ok=True)  # torn, on a full disk
+        why = done.stderr.strip().splitlines() or ["ffmpeg failed"]
+        print(f"quickstart: no preview.png: {why[-1]}", file=sys.stderr)
 
 
 def features(path):
@@ -86,15 +110,17 @@ def table(job, out):
 
     rows, ids = features(out / "tracks.csv")
     total = sum(rows.values())
-    print(f"frames      {job.frames} of {job.picture} in {job.seconds:.1f} s: {job.frames / job.seconds:.1f} fps, "
-          "all included")
-    print(f"features    {ids}, {total / job.frames:.1f} a frame")
-    for state in STATES:
+    print(f"frames      {job.frames} of {job.picture}, in {job.seconds:.1f} s: {job.frames / job.seconds:.1f} fps with "
+          "decoding and encoding")
+    print(f"features    {ids} in all, {total / job.frames:.1f} a frame" if ids else
+          "features    none: nothing in the picture stands out; --points tracks what you choose")
+    for state, marker in STATES.items():
         if rows[state]:
-            print(f"  {state:9} {rows[state] / total:6.1%}   {rows[state] / job.frames:6.1f} a frame")
+            print(f"  {state:9} {rows[state] / total:6.1%}  {rows[state] / job.frames:6.1f} a frame   {marker}")
     print(f"cost        p50 {milliseconds('time-p50')}, p95 {milliseconds('time-p95')} a frame, tracking and learning")
     print(f"sound       {', '.join(job.sound) or 'none'}")
-    for name, what in (("overlay.mp4", "the video with its points"), ("tracks.jsonl", "a line a frame"),
-                       ("tracks.csv", "a row a point and frame"), ("preview.png", "six frames")):
+    if job.turned:
+        print("turned      overlay.mp4 only, as the file asks: tracks are in pixels of the picture as it is stored")
+    for name, what in RESULTS.items():
         if (out / name).exists():
             print(f"{out / name}   {what}")

@@ -5,6 +5,8 @@
                  │ sound, copied or encoded as AAC ! queue ────────────── mp4mux ! overlay.mp4
                  tee ─ queue ! csdtrackenc ! tracks.jsonl
                  tee ─ queue ! csdtrackenc ! tracks.csv
+
+A video that its file wants turned (as phones write them) is turned behind csdtrack: mp4mux 1.22 can't write that wish.
 """
 
 import threading
@@ -40,8 +42,10 @@ class Job:
     def __init__(self, video, out, properties):
         self.video, self.out = video, out
         self.frames = 0
-        self.position = 0  # ns, running time of the newest frame
+        self.position = 0  # ns, end of the newest frame
+        self.duration = 0  # ns, of the file as it says itself; 0 if it doesn't
         self.picture = ""
+        self.turned = False  # overlay.mp4 is, as the file asks; the tracks are not
         self.sound = []
         self.seconds = 0.0
         self.stats = None
@@ -88,6 +92,8 @@ class Job:
         # Four frames are enough for the threads to overlap; more would only hold memory.
         self.crop = self._make("videocrop")
         self.size = self._make("capsfilter")
+        upright = self._make("videoflip")
+        Gst.util_set_object_arg(upright, "video-direction", "auto")
         encoder = self._make("x264enc", quantizer=21, key_int_max=50)
         Gst.util_set_object_arg(encoder, "pass", "qual")
         Gst.util_set_object_arg(encoder, "speed-preset", "veryfast")
@@ -95,7 +101,7 @@ class Job:
         # async=false: no sink waits for the others to start, for x264enc says nothing before its look-ahead is full.
         sink = self._make("filesink", location=str(self.out / "overlay.mp4"), async_=False)
         self._chain(tee, self._make("queue", max_size_buffers=4), self.crop, self._make("videoconvert"),
-                    self._make("videoscale"), self.size, encoder, self._make("queue"), self.mux, sink)
+                    self._make("videoscale"), self.size, upright, encoder, self._make("queue"), self.mux, sink)
         for name, caps in (("tracks.jsonl", "application/x-ndjson"), ("tracks.csv", "text/csv")):
             sink = self._make("filesink", location=str(self.out / name), async_=False)
             Gst.util_set_object_arg(sink, "buffer-mode", "unbuffered")
@@ -105,7 +111,7 @@ class Job:
         self.decode.connect("autoplug-continue", self._decode_further)
         self.decode.connect("pad-added", self._stream)
         self.decode.connect("no-more-pads", self._streams_known)
-        self.track.get_static_pad("sink").add_probe(Gst.PadProbeType.EVENT_DOWNSTREAM, self._caps_event)
+        self.track.get_static_pad("sink").add_probe(Gst.PadProbeType.EVENT_DOWNSTREAM, self._event)
         self.track.get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER, self._frame)
 
     def _decode_further(self, _decodebin, _pad, caps):
@@ -137,7 +143,7 @@ class Job:
         known, over, under = caps.get_structure(0).get_fraction("pixel-aspect-ratio")
         if known and (over <= 0 or under <= 0):  # avidemux makes -1/1 of some files, which no encoder takes
             convert = self._make("capssetter", caps=Gst.Caps.from_string("video/x-raw, pixel-aspect-ratio=1/1"))
-        elif self.track.get_static_pad("sink").query_accept_caps(caps):
+        elif caps.can_intersect(self.track.get_static_pad("sink").query_caps(None)):
             return self._feed(pad, self.track)
         else:
             convert = self._make("videoconvert")
@@ -169,8 +175,11 @@ class Job:
             else:
                 self._fail(f"'{self.video}' has no video stream: give a file with a picture")
 
-    def _caps_event(self, _pad, info):
+    def _event(self, _pad, info):
         event = info.get_event()
+        if event.type == Gst.EventType.TAG:
+            known, orientation = event.parse_tag().get_string(Gst.TAG_IMAGE_ORIENTATION)
+            self.turned = self.turned or known and orientation != "rotate-0"
         if event.type == Gst.EventType.CAPS and not self.picture:
             structure = event.parse_caps().get_structure(0)
             width, height = structure.get_int("width")[1], structure.get_int("height")[1]
@@ -186,7 +195,8 @@ class Job:
         self.frames += 1
         buffer = info.get_buffer()
         if buffer.pts != Gst.CLOCK_TIME_NONE:
-            self.position = max(self.position, buffer.pts)
+            length = buffer.duration if buffer.duration != Gst.CLOCK_TIME_NONE else 0
+            self.position = max(self.position, buffer.pts + length)
         return Gst.PadProbeReturn.OK
 
     # ---- running it ------------------------------------------------------------------------------------------------
@@ -203,21 +213,31 @@ class Job:
         self._loop.run()
         self.seconds = time.monotonic() - started
         self.stats = self.track.get_property("stats")
+        self._ask_duration()
         self.pipeline.set_state(Gst.State.NULL)
         bus.remove_signal_watch()
         if self._failure is None and self.frames == 0:
             self._failure = f"'{self.video}' has no frame that could be decoded: is the file complete?"
         if self._failure is not None:
             raise Failure(self._failure)
+        missing = self.duration - self.position
+        if not self.cut_short and self.position and missing > max(Gst.SECOND, self.duration // 50):
+            self.cut_short = (f"'{self.video}' has a picture up to {self.position / Gst.SECOND:.1f} s only, and says that "
+                              f"it lasts {self.duration / Gst.SECOND:.1f} s: is the file complete?")
 
     def _tick(self, progress):
         # decodebin drops an error that comes while it plugs elements together (seen with qtdemux, 1 run in 10 of a file
         # without an index), and then nothing ever happens.
         if not self._feeds and not self._ending and time.monotonic() - self._started > SILENCE:
             self._fail(f"'{self.video}' shows no stream: check that it plays, or convert it to H.264")
-        known, duration = self.pipeline.query_duration(Gst.Format.TIME)
-        progress.show(self.position / duration if known and duration > 0 else None, self.frames)
+        self._ask_duration()
+        progress.show(self.position / self.duration if self.duration else None, self.frames)
         return True
+
+    def _ask_duration(self):
+        known, duration = self.pipeline.query_duration(Gst.Format.TIME)
+        if known and duration > 0:
+            self.duration = duration
 
     def _fail(self, text):
         self._failure = self._failure or text
@@ -335,7 +355,7 @@ def explain(video, out, tracker, element, error, debug, missing):
         return f"'{video}' can't be read ({error.message.rstrip('.')}): check the file and its disk"
     if element in (tracker, "csdtrackenc"):
         return f"{element}: {error.message}"
-    if element == "qtdemux" and ("moov" in debug or "incomplete" in error.message or "no playable" in error.message):
+    if element == "qtdemux" and ("moov" in debug or "incomplete" in error.message):
         return no_index(video)
     if missing:
         return f"'{video}' needs a {missing[0]} that this machine does not have: install it, or convert the video to H.264"
