@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "track/tracker.h"
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "learn/pair_count.cpp"
 #include <hwy/foreach_target.h>
@@ -99,10 +97,6 @@ void Transpose16(const std::uint8_t *const *rows, std::size_t count, std::size_t
 
 #endif
 
-const char *Target() {
-  return hwy::TargetName(HWY_TARGET);
-}
-
 }  // namespace HWY_NAMESPACE
 }  // namespace csd
 HWY_AFTER_NAMESPACE();
@@ -112,7 +106,6 @@ namespace csd {
 
 HWY_EXPORT(CountPairs);
 HWY_EXPORT(Transpose16);
-HWY_EXPORT(Target);
 
 void count_pairs(const NodeSamples &node, std::span<const PixelPair> pairs, std::span<SplitCounts> counts) {
   HWY_DYNAMIC_DISPATCH(CountPairs)(node, pairs.data(), std::min(pairs.size(), counts.size()), counts.data());
@@ -121,10 +114,6 @@ void count_pairs(const NodeSamples &node, std::span<const PixelPair> pairs, std:
 void transpose16(const std::uint8_t *const *rows, std::size_t count, std::size_t row_bytes, std::uint8_t *out,
                  std::size_t stride) {
   HWY_DYNAMIC_DISPATCH(Transpose16)(rows, count, row_bytes, out, stride);
-}
-
-const char *simd_target() {
-  return HWY_DYNAMIC_DISPATCH(Target)();
 }
 
 }  // namespace csd

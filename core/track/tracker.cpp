@@ -406,7 +406,6 @@ Stats Tracker::stats() const {
     const std::lock_guard lock(impl_->mutex);
     stats = impl_->stats;
   }
-  stats.simd = simd_target();
   impl_->algorithm->add_to(stats);
   return stats;
 }

@@ -71,7 +71,6 @@ struct Stats {
   std::uint64_t false_correspondences = 0;               ///< patches wrongly called the feature (§2.2.2)
   std::uint64_t queue = 0;                               ///< learning jobs that wait
   std::uint64_t waited = 0;                              ///< features that the frame budget made wait
-  std::string_view simd;                                 ///< which SIMD target runs: "AVX3", …
 };
 
 }  // namespace csd

@@ -5,10 +5,8 @@
 
 #include <array>
 #include <cstdlib>
-#include <string>
 
 #include "learn/random.h"
-#include "track/tracker.h"
 
 namespace csd {
 namespace {
@@ -102,10 +100,6 @@ TEST(PairCount, AgreesWithThePlainTwinOnEveryLength) {
       count_pairs_scalar(f.node, pairs, plain);
       EXPECT_EQ(simd, plain) << n << " " << m << " " << levels;
     }
-}
-
-TEST(PairCount, NamesItsTarget) {
-  EXPECT_FALSE(std::string(simd_target()).empty());
 }
 
 }  // namespace

@@ -354,7 +354,6 @@ TEST_F(TrackerLife, StatsCountFramesAndStates) {
   EXPECT_EQ(stats.detected, 2u);
   EXPECT_EQ(stats.features[static_cast<std::size_t>(FeatureState::tracked)], 1u);
   EXPECT_EQ(stats.features[static_cast<std::size_t>(FeatureState::out)], 1u);
-  EXPECT_FALSE(stats.simd.empty());
 }
 
 }  // namespace
