@@ -63,10 +63,8 @@ cv::Point rounded(cv::Point2d p) {
 
 }  // namespace
 
-Csd2012::Csd2012(const Settings &settings, Executor &executor) : Csd2012(settings, Options{}, executor) {}
-
-Csd2012::Csd2012(const Settings &settings, const Options &options, Executor &executor)
-    : settings_(settings), options_(options), counters_(std::make_shared<LearningCounters>()), queue_(executor) {}
+Csd2012::Csd2012(const Settings &settings, Executor &executor)
+    : settings_(settings), counters_(std::make_shared<LearningCounters>()), queue_(executor) {}
 
 Csd2012::~Csd2012() = default;
 
@@ -82,8 +80,8 @@ Claim::Kind Csd2012::begin(FeatureId id, cv::Point2d position, const FrameContex
   options.patch = patch_side(settings_, context.frame);
   options.search_radius = radius_of(settings_, context.frame);
   options.pixel = choice_scale(context.frame);
-  options.smoke = options_.smoke;
-  options.pair_search = options_.pair_search;
+  options.smoke = settings_.smoke;
+  options.pair_search = settings_.pair_search;
   follower->learner =
       std::make_shared<FeatureLearner>(options, Random(settings_.seed, 2 * std::uint64_t{id}), counters_);
   follower->lane = queue_.make_lane();

@@ -8,6 +8,10 @@
 #include <string_view>
 #include <vector>
 
+#include "image/specular.h"
+#include "learn/pair_search.h"
+#include "learn/smoke.h"
+
 namespace csd {
 
 using FeatureId = std::uint32_t;
@@ -59,6 +63,11 @@ struct Settings {
   std::int64_t training_time = second / 2;
   bool learn_synchronously = false;
   std::uint64_t seed = 1;
+
+  // For experiments: no property sets these.
+  SpecularOptions specular;                       ///< near what detection puts no feature (A6)
+  SmokeEquation smoke = SmokeEquation::as_meant;  ///< csd-2012: how Eq. 1 is read (A13)
+  PairSearch pair_search = PairSearch::ranked;    ///< csd-2012: how a node's test is looked for (A21)
 };
 
 struct Stats {

@@ -257,6 +257,16 @@ TEST_F(TrackerLife, DetectionStaysInItsRegion) {
   for (const auto &f : tracks.features) EXPECT_TRUE(settings.region.contains(cv::Point(cvRound(f.x), cvRound(f.y))));
 }
 
+TEST_F(TrackerLife, DetectionKeepsAwayFromHighlightsAsTheSettingsDefineThem) {
+  Settings settings;
+  settings.max_features = 10;
+  Tracker by_default(settings, executor_);
+  EXPECT_EQ(next(by_default).features.size(), 10u);
+  settings.specular.value = 0.1;  // V of the darkest pixel is 40/255, and gray has no saturation
+  Tracker all_bright(settings, executor_);
+  EXPECT_TRUE(next(all_bright).features.empty());
+}
+
 TEST_F(TrackerLife, APictureSmallerThanAPatchHasNoFeatures) {
   Tracker tracker(with_points({{0, 0}}), executor_);
   const cv::Mat tiny(1, 1, CV_8UC1, cv::Scalar(9));
