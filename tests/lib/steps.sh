@@ -126,6 +126,7 @@ step_rules() {
   check 'rule: every source names its licence' rule_spdx
   check 'rule: scripts parse' rule_scripts
   check 'rule: every core file has its test at the mirrored path' rule_mirrored
+  check 'rule: docs/method.md names what is there' "$root/tests/lib/method_names.py"
 }
 
 rule_lines() {
