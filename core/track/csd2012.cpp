@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "learn/negatives.h"
 #include "track/csd2012_choices.h"
@@ -178,14 +177,11 @@ void Csd2012::look(const FrameContext &context, Follower &follower, bool whole_p
   if (!descriptor) return;
   const auto &frame = context.frame;
   const int half = descriptor->patch_size() / 2;
-  const double absence = static_cast<double>(std::max<std::int64_t>(last_time_ - follower.last_seen, 0));
-  const double widened = std::sqrt(1 + absence / widening);
+  const auto absence = std::max<std::int64_t>(last_time_ - follower.last_seen, 0);
   const bool anywhere = context.time - follower.last_seen > anywhere_after;
-  const double sigma =
-      anywhere ? std::numeric_limits<double>::infinity() : frame.size().width * sigma_of_width * widened;
-  const double radius = radius_of(settings_, frame) * (anywhere ? 1.0 : std::min(widened, widest_search));
+  const auto [sigma, radius] = reach_after(absence, anywhere, frame.size().width, radius_of(settings_, frame));
   const cv::Rect picture({0, 0}, frame.size());
-  const auto centres = square(rounded(follower.work), static_cast<int>(std::lround(radius))) & picture;
+  const auto centres = square(rounded(follower.work), radius) & picture;
   if (centres.empty()) return;
 
   // The border is replicated by half a patch (A37), so that a feature can be followed up to the picture's edge.
