@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <thread>
 
 #include "track/moving_scene.h"
 #include "track/thread_pool.h"
@@ -120,18 +122,22 @@ TEST(Csd2012, LearnsWithTheSmokeAndTheSearchThatTheSettingsName) {
               4);
 }
 
+// Each in a thread of its own, as eight elements would; TSan watches.
 TEST(Csd2012, EightTrackersInOneProcessDoNotKnowOfEachOther) {
   const auto alone = run(few_features(), 1, 15);
   const MovingScene scene;
   ThreadPool pool(2);
-  std::vector<std::unique_ptr<Tracker>> trackers;
   std::vector<std::vector<Tracks>> all(8);
-  for (int t = 0; t < 8; ++t) trackers.push_back(std::make_unique<Tracker>(few_features(), pool));
-  for (int i = 0; i < 15; ++i) {
-    const auto picture = scene.render(sway(i));
-    for (std::size_t t = 0; t < 8; ++t)
-      all[t].push_back(trackers[t]->process(MovingScene::view(picture), i * frame_time));
-  }
+  std::vector<std::thread> streams;
+  for (auto &tracks : all)
+    streams.emplace_back([&] {
+      Tracker tracker(few_features(), pool);
+      for (int i = 0; i < 15; ++i) {
+        const auto picture = scene.render(sway(i));
+        tracks.push_back(tracker.process(MovingScene::view(picture), i * frame_time));
+      }
+    });
+  for (auto &stream : streams) stream.join();
   for (const auto &tracks : all) expect_identical(alone, tracks);
 }
 
@@ -156,6 +162,56 @@ TEST(Csd2012, AHiddenFeatureIsSaidToBeHiddenAndIsFoundAgain) {
   EXPECT_GE(hidden, 16);
   EXPECT_EQ(last.state, FeatureState::tracked);
   EXPECT_LE(std::hypot(last.x - 160, last.y - 120), 3);
+}
+
+/// How many of four points are found in the frame in which the scene has moved by `jump`, after `hidden` frames in
+/// which it could not be seen.
+int found_after_a_jump(cv::Point2d jump, int hidden) {
+  auto settings = few_features();
+  settings.points = {{110, 100}, {160, 120}, {200, 90}, {130, 150}};
+  const MovingScene scene;
+  ThreadPool pool(1);
+  Tracker tracker(settings, pool);
+  int found = 0;
+  for (int i = 0; i <= 20 + hidden; ++i) {
+    auto picture = scene.render(i < 20 + hidden ? cv::Point2d(0, 0) : jump);
+    // Brighter to the right: the order of pixels is nothing that the tree knows as the feature.
+    if (i >= 20 && i < 20 + hidden)
+      for (int x = 0; x < picture.cols; ++x) picture.col(x).setTo(cv::Scalar::all(40 + x / 2));
+    for (const auto &f : tracker.process(MovingScene::view(picture), i * frame_time).features)
+      found += i == 20 + hidden && f.state == FeatureState::tracked &&
+               cv::norm(cv::Point2d(f.x, f.y) - settings.points[f.id] - jump) <= 3;
+  }
+  return found;
+}
+
+// The window's radius at 240 lines is 10 px, and 20 after four frames of absence.
+TEST(Csd2012, TheWindowGrowsWhileAFeatureIsHidden) {
+  EXPECT_GE(found_after_a_jump({6, 0}, 0), 3);
+  EXPECT_EQ(found_after_a_jump({16, 0}, 0), 0);
+  EXPECT_GE(found_after_a_jump({16, 0}, 10), 3);
+  EXPECT_EQ(found_after_a_jump({28, 0}, 10), 0);
+}
+
+// §2.1.5: each success adds a positive. A copy of the feature, which comes after the training, is a false
+// correspondence in each frame, so a negative, and no test tells it from the feature: without positives it would soon
+// outnumber those of the training in their leaf.
+TEST(Csd2012, SuccessesKeepAFeatureAgainstItsCopy) {
+  auto settings = few_features();
+  settings.points = {{160, 120}};
+  settings.search_radius = 16;
+  const MovingScene scene;
+  ThreadPool pool(1);
+  Tracker tracker(settings, pool);
+  int tracked = 0;
+  for (int i = 0; i < 90; ++i) {
+    auto picture = scene.render({0, 0});
+    // The patch is 11 × 11.
+    if (i >= 12) picture(cv::Rect(154, 114, 13, 13)).copyTo(picture(cv::Rect(154 + 13, 114, 13, 13)));
+    const auto &f = tracker.process(MovingScene::view(picture), i * frame_time).features.at(0);
+    if (i >= 50) tracked += f.state == FeatureState::tracked && std::hypot(f.x - 160, f.y - 120) <= 3;
+  }
+  EXPECT_EQ(tracked, 40);
 }
 
 // The window around the old place has a radius of 10 px at 240 lines: only the search of the whole picture gets there.
@@ -216,6 +272,46 @@ TEST(Csd2012, TheStreamingThreadNeverWaitsForLearning) {
       EXPECT_EQ(f.state, FeatureState::learning) << "no descriptor is there, so LK goes on";
   }
   EXPECT_GT(tracker.stats().queue, 0u);
+}
+
+TEST(Csd2012, LearnsBesideTheStream) {
+  auto settings = few_features();
+  settings.learn_synchronously = false;
+  const MovingScene scene;
+  ThreadPool pool(2);
+  Tracker tracker(settings, pool);
+  std::atomic<bool> done = false;
+  std::thread reader([&] {
+    std::uint64_t learned = 0;
+    while (!done) {
+      const auto now = tracker.stats().learned;
+      EXPECT_GE(now, learned);
+      learned = now;
+      std::this_thread::yield();
+    }
+  });
+  auto next = [&, i = 0]() mutable -> const Tracks & {
+    const auto picture = scene.render(sway(i));
+    return tracker.process(MovingScene::view(picture), i++ * frame_time);
+  };
+  for (int i = 0; i < 12; ++i) next();
+  for (int i = 0; i < 2; ++i) {
+    while (tracker.stats().queue > 0) std::this_thread::yield();
+    next();  // hands over, and then the descriptors look
+  }
+  const auto &tracks = next();
+  EXPECT_EQ(tracker.stats().learned, 12u);
+  int tracked = 0;
+  for (const auto &f : tracks.features) {
+    EXPECT_NE(f.state, FeatureState::learning) << f.id;
+    tracked += f.state == FeatureState::tracked;
+  }
+  EXPECT_GE(tracked, 8);
+  tracker.remove_point(3);
+  next();
+  done = true;
+  reader.join();
+  // Goes with jobs of its learners still in the queue.
 }
 
 TEST(Csd2012, StatsTellOfLearning) {

@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <thread>
 
 #include "image/convert.h"
 #include "image/patch.h"
@@ -87,6 +89,27 @@ TEST_F(LearningAFeature, EachLessonAddsItsPositives) {
   learner_.learn(snapshot_, at_);
   learner_.learn(snapshot_, at_);
   EXPECT_EQ(learner_.published()->features(), 140u);
+}
+
+TEST_F(LearningAFeature, TheDescriptorMayBeUsedWhileTheNextIsLearnt) {
+  learner_.learn(snapshot_, at_);
+  std::atomic<bool> done = false;
+  std::vector<std::uint32_t> seen;
+  std::thread reader([&] {
+    do {
+      const auto tree = learner_.published();
+      const cv::Mat flat(21, 21, CV_8UC1, cv::Scalar(90));
+      EXPECT_LE(tree->probability(tree->leaf(flat)), 1.0);
+      if (seen.empty() || seen.back() != tree->features()) seen.push_back(tree->features());
+    } while (!done);
+  });
+  learner_.learn(snapshot_, at_);
+  learner_.learn(snapshot_, at_);
+  done = true;
+  reader.join();
+  // Only whole lessons are published.
+  for (const auto features : seen) EXPECT_EQ(features % 70, 0u);
+  EXPECT_EQ(learner_.published()->features(), 210u);
 }
 
 TEST_F(LearningAFeature, SuccessAddsToTheDistributionAndTheRingHolds200) {

@@ -5,10 +5,13 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <opencv2/imgproc.hpp>
+#include <thread>
 
 #include "track/algorithm.h"
 #include "track/moving_scene.h"
@@ -206,6 +209,51 @@ TEST_F(TrackerLife, PointsComeAndGoByRequest) {
   EXPECT_TRUE(next(tracker).features.empty());
   EXPECT_EQ(tracker.add_point(std::nan(""), 1), no_feature);
   EXPECT_EQ(tracker.add_point(1, std::numeric_limits<double>::infinity()), no_feature);
+}
+
+TEST_F(TrackerLife, OtherThreadsMayAskWhileFramesGoThrough) {
+  Settings settings;
+  settings.max_features = 0;
+  Tracker tracker(settings, executor_);
+  std::atomic<int> at_work = 3;
+  std::array<std::vector<FeatureId>, 2> asked;
+  std::vector<std::thread> threads;
+  for (auto &ids : asked)
+    threads.emplace_back([&] {
+      for (int i = 0; i < 60; ++i) {
+        ids.push_back(tracker.add_point(10 + i, 20));
+        if (i % 10 == 9) {
+          EXPECT_TRUE(tracker.remove_point(ids.back()));
+          ids.pop_back();
+        }
+        std::this_thread::yield();
+      }
+      --at_work;
+    });
+  threads.emplace_back([&] {
+    std::uint64_t frames = 0;
+    for (int i = 0; i < 60; ++i) {
+      const auto stats = tracker.stats();
+      EXPECT_GE(stats.frames, frames);
+      frames = stats.frames;
+      std::this_thread::yield();
+    }
+    --at_work;
+  });
+  while (at_work > 0) next(tracker);
+  for (auto &thread : threads) thread.join();
+  next(tracker);
+  const auto &tracks = next(tracker);  // what was removed last has been reported as ended
+  std::vector<FeatureId> expected, found;
+  for (const auto &ids : asked) expected.insert(expected.end(), ids.begin(), ids.end());
+  std::sort(expected.begin(), expected.end());
+  for (const auto &f : tracks.features) found.push_back(f.id);
+  EXPECT_EQ(expected.size(), 108u);
+  EXPECT_EQ(found, expected);
+
+  // A reset from another thread: all that is there ends at once.
+  std::thread([&] { tracker.reset(); }).join();
+  for (const auto &f : next(tracker).features) EXPECT_EQ(f.state, FeatureState::ended);
 }
 
 TEST_F(TrackerLife, APointRemovedBeforeItsFirstFrameNeverAppears) {
