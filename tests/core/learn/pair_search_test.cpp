@@ -64,6 +64,31 @@ TEST(PairSearch, ExhaustiveIsTheMinimum) {
     }
 }
 
+// Pixels 4 and 9 differ by their order alone: as single pixels they are noise and rank nowhere. A random pair finds
+// them.
+TEST(PairSearch, RandomPairsFindWhatTheRankingMisses) {
+  TestNode f;
+  Random r(7);
+  for (int i = 0; i < 300; ++i) {
+    cv::Mat m(5, 5, CV_8UC1);
+    for (int p = 0; p < 25; ++p) m.data[p] = static_cast<std::uint8_t>(r.below(256));
+    const auto low = static_cast<std::uint8_t>(r.below(255));
+    m.data[i % 2 ? 4 : 9] = low;
+    m.data[i % 2 ? 9 : 4] = static_cast<std::uint8_t>(low + 1);
+    f.add(m, i % 2);
+  }
+  f.node.gather(f.set, f.features, f.others);
+  PairSearchOptions options;
+  options.top_pixels = 0;
+  options.random_pairs = 4000;  // of 300 pairs: each comes up
+  Random random(1);
+  const PairChoice found = PairFinder(options).find(f.node, Entropy(300), LogTable(300), random);
+  EXPECT_EQ(found.pair, (PixelPair{4, 9}));
+  EXPECT_EQ(found.entropy, 0.0);
+  options.random_pairs = 0;
+  EXPECT_EQ(PairFinder(options).find(f.node, Entropy(300), LogTable(300), random).pair, PixelPair{});
+}
+
 TEST(PairSearch, RankedStaysWithinTheTopPixelsAndStopsAtZero) {
   TestNode f;
   Random r(6);
