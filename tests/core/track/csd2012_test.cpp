@@ -258,6 +258,69 @@ TEST(Csd2012, OverTheEdgeIsOut) {
   EXPECT_EQ(state, FeatureState::out);
 }
 
+TEST(Csd2012, TrainsForTheTrainingTime) {
+  auto settings = few_features();
+  settings.max_features = 2;
+  settings.training_time = second;
+  const auto all = run(settings, 2, 27);
+  for (const auto &f : all[24].features) EXPECT_EQ(f.state, FeatureState::learning) << "0.96 s";
+  for (const auto &f : all[25].features) EXPECT_NE(f.state, FeatureState::learning) << "1 s";
+}
+
+// Where LK finds nothing any more, what has been learnt so far must do.
+TEST(Csd2012, TheDescriptorTakesOverWhereLkFails) {
+  auto settings = few_features();
+  settings.points = {{160, 120}};
+  const MovingScene scene;
+  ThreadPool pool(1);
+  Tracker tracker(settings, pool);
+  for (int i = 0; i < 10; ++i) {
+    auto picture = scene.render({0, 0});
+    if (i == 4) picture.setTo(cv::Scalar(90, 90, 90));
+    const auto state = tracker.process(MovingScene::view(picture), i * frame_time).features.at(0).state;
+    if (i < 4) {
+      EXPECT_EQ(state, FeatureState::learning);
+    } else {
+      EXPECT_EQ(state, i == 4 ? FeatureState::occluded : FeatureState::tracked) << i;
+    }
+  }
+}
+
+// The very patch that was learnt: there is no better place.
+TEST(Csd2012, InAStillSceneADescriptorFindsTheVeryPlace) {
+  auto settings = few_features();
+  settings.points = {{110, 100}, {160, 120}, {200, 90}, {130, 150}};
+  const MovingScene scene;
+  ThreadPool pool(1);
+  Tracker tracker(settings, pool);
+  for (int i = 0; i < 10; ++i)
+    for (const auto &f : tracker.process(MovingScene::view(scene.render({0, 0})), i * frame_time).features)
+      if (i == 8) {
+        EXPECT_EQ(f.state, FeatureState::tracked);
+        EXPECT_EQ(cv::Point2d(f.x, f.y), settings.points[f.id]);
+      }
+}
+
+// Nothing is evaluated where the tracker says that there is no tissue.
+TEST(Csd2012, LearnersAreToldWhatIsForbidden) {
+  const MovingScene scene;
+  const auto picture = scene.render({0, 0});
+  WorkFrame frame;
+  frame.load(MovingScene::view(picture));
+  const cv::Mat nowhere, everywhere(240, 320, CV_8UC1, cv::Scalar(255));
+  const auto errors = [&](const cv::Mat &forbidden) {
+    ThreadPool pool(1);
+    Csd2012 algorithm(few_features(), pool);
+    algorithm.begin(0, {160, 120}, {frame, forbidden, 0});
+    algorithm.finish({frame, forbidden, 0});
+    Stats stats;
+    algorithm.add_to(stats);
+    return stats.false_correspondences;
+  };
+  EXPECT_GT(errors(nowhere), 0u);
+  EXPECT_EQ(errors(everywhere), 0u);
+}
+
 TEST(Csd2012, TheStreamingThreadNeverWaitsForLearning) {
   class Never final : public Executor {
     void post(std::function<void()>) override {}
