@@ -267,6 +267,21 @@ TEST(Csd2012, TrainsForTheTrainingTime) {
   for (const auto &f : all[25].features) EXPECT_NE(f.state, FeatureState::learning) << "1 s";
 }
 
+// Of a long training-time 32 frames, evenly spread: each second one of 50.
+TEST(Csd2012, LearnsFromFramesThatAreEvenlySpread) {
+  class Never final : public Executor {
+    void post(std::function<void()>) override {}
+  } never;
+  auto settings = few_features();
+  settings.learn_synchronously = false;
+  settings.points = {{160, 120}};
+  settings.training_time = 2 * second;
+  const MovingScene scene;
+  Tracker tracker(settings, never);
+  for (int i = 0; i < 20; ++i) tracker.process(MovingScene::view(scene.render(sway(i))), i * frame_time);
+  EXPECT_EQ(tracker.stats().queue, 10u);
+}
+
 // Where LK finds nothing any more, what has been learnt so far must do.
 TEST(Csd2012, TheDescriptorTakesOverWhereLkFails) {
   auto settings = few_features();

@@ -63,6 +63,9 @@ TEST_F(LearningAFeature, AfterALessonTheFeatureIsRecognisedAndItsSurroundingsAre
     const double distance = std::hypot(p.x - at_.x, p.y - at_.y);
     EXPECT_TRUE(distance <= 4 || std::abs(p.x - at_.x) > 20 || std::abs(p.y - at_.y) > 20) << p;
   }
+  // And with none on the grid of every 4th position of the picture.
+  const auto grid = search(*tree, channel, {0, 0}, {{12, 12, 296, 216}, 4}, {at_, 10});
+  for (const auto &p : grid.matches) EXPECT_LE(std::hypot(p.x - at_.x, p.y - at_.y), 4) << p;
 }
 
 // The warps are in the training set. One may still be called "not a feature", but only in a leaf that the stop rules do
