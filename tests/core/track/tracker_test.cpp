@@ -159,10 +159,14 @@ TEST_F(TrackerLife, ReplenishingGivesNewIds) {
     most = std::max(most, next(tracker).features.size());
     if (replaced == 0 && find(tracks, 5)) replaced = i;
   }
+  ASSERT_NE(find(tracks, 5), nullptr);
   EXPECT_EQ(replaced, 13) << "half a second after the last detection";
+  for (const auto &f : tracks.features)
+    if (f.id != 5) {
+      EXPECT_GE(std::hypot(f.x - find(tracks, 5)->x, f.y - find(tracks, 5)->y), 5.5) << "half a patch";
+    }
   EXPECT_EQ(tracks.features.size(), 5u);
   EXPECT_EQ(find(tracks, 2), nullptr);
-  EXPECT_NE(find(tracks, 5), nullptr);
   EXPECT_LE(most, 6u);
 }
 
