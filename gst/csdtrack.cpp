@@ -72,6 +72,7 @@
 
 #include "frame_mapping.h"
 #include "guard.h"
+#include "image/simd.h"
 #include "latency.h"
 #include "lock.h"
 #include "message.h"

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "image/work_frame.h"
+
 namespace csd {
 namespace {
 

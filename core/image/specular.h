@@ -3,9 +3,9 @@
 
 #include <opencv2/core.hpp>
 
-#include "image/work_frame.h"
-
 namespace csd {
+
+class WorkFrame;
 
 /// Specular highlights are bright and without colour (§2.1.1: "thresholding in HSV space"); the paper gives no numbers,
 /// these are tracking.md A6.

@@ -2,8 +2,7 @@
 #include "learn/pair_count.h"
 
 #include <algorithm>
-
-#include "track/tracker.h"
+#include <cstdlib>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "learn/pair_count.cpp"
@@ -18,11 +17,6 @@ namespace HWY_NAMESPACE {
 
 void CountPairs(const NodeSamples &node, const PixelPair *pairs, std::size_t n, SplitCounts *counts) {
   count_pairs_scalar(node, {pairs, n}, {counts, n});
-}
-
-void Transpose16(const std::uint8_t *const *rows, std::size_t count, std::size_t row_bytes, std::uint8_t *out,
-                 std::size_t stride) {
-  transpose16_scalar(rows, count, row_bytes, out, stride);
 }
 
 #else
@@ -77,31 +71,7 @@ void CountPairs(const NodeSamples &node, const PixelPair *pairs, std::size_t n, 
   }
 }
 
-// 16×16 bytes at a time, as four rounds of interleaving (each doubles the length of the pieces).
-void Transpose16(const std::uint8_t *const *rows, std::size_t count, std::size_t row_bytes,
-                 std::uint8_t *HWY_RESTRICT out, std::size_t stride) {
-  const hn::FixedTag<std::uint8_t, 16> d;
-  using V = hn::Vec<decltype(d)>;
-  for (std::size_t p = 0; p < row_bytes; p += 16) {
-    V v[16], w[16];
-    for (std::size_t i = 0; i < 16; ++i) v[i] = i < count ? hn::LoadU(d, rows[i] + p) : hn::Zero(d);
-    // A perfect shuffle of the rows, four times: row i meets row i + 8.
-    for (int round = 0; round < 4; ++round) {
-      for (std::size_t i = 0; i < 8; ++i) {
-        w[2 * i] = hn::InterleaveLower(d, v[i], v[i + 8]);
-        w[2 * i + 1] = hn::InterleaveUpper(d, v[i], v[i + 8]);
-      }
-      for (std::size_t i = 0; i < 16; ++i) v[i] = w[i];
-    }
-    for (std::size_t i = 0; i < 16; ++i) hn::Store(v[i], d, out + (p + i) * stride);
-  }
-}
-
 #endif
-
-const char *Target() {
-  return hwy::TargetName(HWY_TARGET);
-}
 
 }  // namespace HWY_NAMESPACE
 }  // namespace csd
@@ -111,20 +81,43 @@ HWY_AFTER_NAMESPACE();
 namespace csd {
 
 HWY_EXPORT(CountPairs);
-HWY_EXPORT(Transpose16);
-HWY_EXPORT(Target);
 
 void count_pairs(const NodeSamples &node, std::span<const PixelPair> pairs, std::span<SplitCounts> counts) {
   HWY_DYNAMIC_DISPATCH(CountPairs)(node, pairs.data(), std::min(pairs.size(), counts.size()), counts.data());
 }
 
-void transpose16(const std::uint8_t *const *rows, std::size_t count, std::size_t row_bytes, std::uint8_t *out,
-                 std::size_t stride) {
-  HWY_DYNAMIC_DISPATCH(Transpose16)(rows, count, row_bytes, out, stride);
+namespace {
+
+void count_run(const std::uint8_t *a, const std::uint8_t *b, std::size_t n, unsigned &greater, unsigned &equal,
+               unsigned &less) {
+  greater = equal = less = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    greater += a[i] > b[i];
+    equal += a[i] == b[i];
+    less += a[i] < b[i];
+  }
 }
 
-const char *simd_target() {
-  return HWY_DYNAMIC_DISPATCH(Target)();
+}  // namespace
+
+void count_pairs_scalar(const NodeSamples &node, std::span<const PixelPair> pairs, std::span<SplitCounts> counts) {
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto [p1, p2] = pairs[i];
+    SplitCounts &c = counts[i];
+    count_run(node.feature_row(p1), node.feature_row(p2), node.features(), c.feature_greater, c.feature_equal,
+              c.feature_less);
+    count_run(node.other_row(p1), node.other_row(p2), node.others(), c.other_greater, c.other_equal, c.other_less);
+  }
+}
+
+std::uint64_t sum_of_differences(const NodeSamples &node, PixelPair pair) {
+  const auto run = [](const std::uint8_t *a, const std::uint8_t *b, std::size_t n) {
+    std::uint32_t sum = 0;
+    for (std::size_t i = 0; i < n; ++i) sum += static_cast<std::uint32_t>(std::abs(a[i] - b[i]));
+    return sum;
+  };
+  return std::uint64_t{run(node.feature_row(pair.p1), node.feature_row(pair.p2), node.features())} +
+         run(node.other_row(pair.p1), node.other_row(pair.p2), node.others());
 }
 
 }  // namespace csd

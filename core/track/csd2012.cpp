@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "learn/negatives.h"
@@ -65,10 +64,8 @@ cv::Point rounded(cv::Point2d p) {
 
 }  // namespace
 
-Csd2012::Csd2012(const Settings &settings, Executor &executor) : Csd2012(settings, Options{}, executor) {}
-
-Csd2012::Csd2012(const Settings &settings, const Options &options, Executor &executor)
-    : settings_(settings), options_(options), counters_(std::make_shared<LearningCounters>()), queue_(executor) {}
+Csd2012::Csd2012(const Settings &settings, Executor &executor)
+    : settings_(settings), counters_(std::make_shared<LearningCounters>()), queue_(executor) {}
 
 Csd2012::~Csd2012() = default;
 
@@ -84,8 +81,8 @@ Claim::Kind Csd2012::begin(FeatureId id, cv::Point2d position, const FrameContex
   options.patch = patch_side(settings_, context.frame);
   options.search_radius = radius_of(settings_, context.frame);
   options.pixel = choice_scale(context.frame);
-  options.smoke = options_.smoke;
-  options.pair_search = options_.pair_search;
+  options.smoke = settings_.smoke;
+  options.pair_search = settings_.pair_search;
   follower->learner =
       std::make_shared<FeatureLearner>(options, Random(settings_.seed, 2 * std::uint64_t{id}), counters_);
   follower->lane = queue_.make_lane();
@@ -182,14 +179,11 @@ void Csd2012::look(const FrameContext &context, Follower &follower, bool whole_p
   if (!std::exchange(follower.taken_over, true)) ++learned_;
   const auto &frame = context.frame;
   const int half = descriptor->patch_size() / 2;
-  const double absence = static_cast<double>(std::max<std::int64_t>(last_time_ - follower.last_seen, 0));
-  const double widened = std::sqrt(1 + absence / widening);
+  const auto absence = std::max<std::int64_t>(last_time_ - follower.last_seen, 0);
   const bool anywhere = context.time - follower.last_seen > anywhere_after;
-  const double sigma =
-      anywhere ? std::numeric_limits<double>::infinity() : frame.size().width * sigma_of_width * widened;
-  const double radius = radius_of(settings_, frame) * (anywhere ? 1.0 : std::min(widened, widest_search));
+  const auto [sigma, radius] = reach_after(absence, anywhere, frame.size().width, radius_of(settings_, frame));
   const cv::Rect picture({0, 0}, frame.size());
-  const auto centres = square(rounded(follower.work), static_cast<int>(std::lround(radius))) & picture;
+  const auto centres = square(rounded(follower.work), radius) & picture;
   if (centres.empty()) return;
 
   // The border is replicated by half a patch (A37), so that a feature can be followed up to the picture's edge.

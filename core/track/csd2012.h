@@ -17,14 +17,7 @@ namespace csd {
 /// leads from the paper's equations to the code.
 class Csd2012 final : public Algorithm {
  public:
-  /// What the paper leaves open and nobody needs as a property.
-  struct Options {
-    SmokeEquation smoke = SmokeEquation::as_meant;
-    PairSearch pair_search = PairSearch::ranked;
-  };
-
   Csd2012(const Settings &settings, Executor &executor);
-  Csd2012(const Settings &settings, const Options &options, Executor &executor);
   ~Csd2012() override;
 
   void track(const FrameContext &context, std::vector<Claim> &claims) override;
@@ -44,7 +37,6 @@ class Csd2012 final : public Algorithm {
   Follower *find(FeatureId id);
 
   Settings settings_;
-  Options options_;
   RecursiveTracker recursive_;
   std::shared_ptr<LearningCounters> counters_;
   std::atomic<std::uint64_t> learned_ = 0;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // The one place that knows every algorithm. Alone in its file, so that a test can put its own in its place.
+#include <stdexcept>
+
 #include "baselines/lk.h"
 #include "track/algorithm.h"
 #include "track/csd2012.h"
@@ -11,9 +13,9 @@ std::unique_ptr<Algorithm> make_algorithm(const Settings &settings, Executor &ex
     case AlgorithmKind::lk:
       return std::make_unique<LucasKanade>(settings);
     case AlgorithmKind::csd_2012:
-      break;
+      return std::make_unique<Csd2012>(settings, executor);
   }
-  return std::make_unique<Csd2012>(settings, executor);
+  throw std::invalid_argument("make_algorithm: no such algorithm");
 }
 
 }  // namespace csd

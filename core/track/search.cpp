@@ -1,9 +1,20 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "track/search.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "track/csd2012_choices.h"
+
 namespace csd {
+
+using namespace csd2012;
+
+Reach reach_after(std::int64_t absence, bool anywhere, int width, int radius) {
+  if (anywhere) return {std::numeric_limits<double>::infinity(), radius};
+  const double widened = std::sqrt(1 + static_cast<double>(absence) / widening);
+  return {width * sigma_of_width * widened, static_cast<int>(std::lround(radius * std::min(widened, widest_search)))};
+}
 
 SearchResult search(const Tree &descriptor, const cv::Mat &channel, cv::Point origin, const SearchArea &area,
                     const SpatialWeight &weight) {

@@ -3,6 +3,7 @@
 
 #include <opencv2/core.hpp>
 
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -29,6 +30,17 @@ struct SpatialWeight {
   cv::Point2d last;
   double sigma = std::numeric_limits<double>::infinity();
 };
+
+/// How far from its last position a feature is looked for, working pixels (A26, A27).
+struct Reach {
+  double sigma;  ///< of the spatial weight
+  int radius;    ///< of the square window
+};
+
+/// The reach in a picture of `width` for a feature that could be seen in the frame `absence` ns before the last one: 0
+/// if it was seen in that. `radius`: the reach's then. `anywhere`: it has been hidden for so long that its last
+/// position says nothing.
+Reach reach_after(std::int64_t absence, bool anywhere, int width, int radius);
 
 /// §2.1.4: the patch labelled feature with the largest P(N) = |a|·|b|⁻¹ times the spatial weight; equals go to the
 /// nearest to the last position, then to the first.

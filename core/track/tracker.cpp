@@ -272,7 +272,7 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
   if (deviation[0] < least_contrast) return;
 
   cv::Mat specular;
-  specular_mask(context.frame, {{0, 0}, luma.size()}, specular);
+  specular_mask(context.frame, {{0, 0}, luma.size()}, specular, settings.specular);
   for (const auto &position : detect(luma, specular, forbidden, options, taken)) {
     begin(take_id(), context.frame.to_picture(position), false, &context);
     detected = true;
@@ -406,7 +406,6 @@ Stats Tracker::stats() const {
     const std::lock_guard lock(impl_->mutex);
     stats = impl_->stats;
   }
-  stats.simd = simd_target();
   impl_->algorithm->add_to(stats);
   return stats;
 }

@@ -43,7 +43,4 @@ class Tracker {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Which SIMD target the kernels dispatch to on this machine ("AVX3", "AVX2", "SSE4", …).
-const char *simd_target();
-
 }  // namespace csd

@@ -8,6 +8,10 @@
 #include <string_view>
 #include <vector>
 
+#include "image/specular.h"
+#include "learn/pair_search.h"
+#include "learn/smoke.h"
+
 namespace csd {
 
 using FeatureId = std::uint32_t;
@@ -59,6 +63,11 @@ struct Settings {
   std::int64_t training_time = second / 2;
   bool learn_synchronously = false;
   std::uint64_t seed = 1;
+
+  // For experiments: no property sets these.
+  SpecularOptions specular;                       ///< near what detection puts no feature (A6)
+  SmokeEquation smoke = SmokeEquation::as_meant;  ///< csd-2012: how Eq. 1 is read (A13)
+  PairSearch pair_search = PairSearch::ranked;    ///< csd-2012: how a node's test is looked for (A21)
 };
 
 struct Stats {
@@ -71,7 +80,6 @@ struct Stats {
   std::uint64_t false_correspondences = 0;               ///< patches wrongly called the feature (§2.2.2)
   std::uint64_t queue = 0;                               ///< learning jobs that wait
   std::uint64_t waited = 0;                              ///< features that the frame budget made wait
-  std::string_view simd;                                 ///< which SIMD target runs: "AVX3", …
 };
 
 }  // namespace csd

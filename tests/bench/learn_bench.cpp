@@ -4,10 +4,10 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "image/simd.h"
 #include "learn/colour_choice.h"
 #include "learn/growing_tree.h"
 #include "learn/smoke.h"
-#include "track/tracker.h"
 
 namespace {
 

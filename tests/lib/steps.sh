@@ -125,6 +125,8 @@ step_rules() {
   check 'rule: core/ knows no GStreamer and no GLib' rule_core
   check 'rule: every source names its licence' rule_spdx
   check 'rule: scripts parse' rule_scripts
+  check 'rule: every core file has its test at the mirrored path' rule_mirrored
+  check 'rule: docs/method.md names what is there' "$root/tests/lib/method_names.py"
 }
 
 rule_lines() {
@@ -148,6 +150,25 @@ rule_spdx() {
     head -n 3 "$file" | grep -q 'SPDX-License-Identifier: LGPL-2.1-or-later' ||
       { echo "error: $file has no SPDX line"; bad=1; }
   done < <(sources; scripts)
+  return $bad
+}
+
+# What a header or a source of the core does is tested in a file of its own, and a test names a file of the core.
+rule_mirrored() {
+  local bad=0 name
+  while read -r name; do
+    case $name in
+      # Nothing but types, constants and interfaces.
+      image/frame_view | track/algorithm | track/csd2012_choices | track/executor) continue ;;
+    esac
+    [ -f "$root/tests/core/${name}_test.cpp" ] || { echo "error: core/$name has no tests/core/${name}_test.cpp"; bad=1; }
+  done < <(cd "$root/core" && find . \( -name '*.cpp' -o -name '*.h' \) -printf '%P\n' | sed 's/\.[a-z]*$//' | sort -u)
+  while read -r name; do
+    [ -f "$root/core/$name.h" ] || [ -f "$root/core/$name.cpp" ] ||
+      { echo "error: tests/core/${name}_test.cpp is the test of no file of the core"; bad=1; }
+    grep -qw "${name##*/}" "$root/tests/core/${name%/*}/meson.build" ||
+      { echo "error: tests/core/${name}_test.cpp is not built"; bad=1; }
+  done < <(cd "$root/tests/core" && find . -name '*_test.cpp' -printf '%P\n' | sed 's/_test\.cpp$//')
   return $bad
 }
 

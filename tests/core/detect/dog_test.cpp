@@ -22,12 +22,12 @@ TEST(Dog, FindsBlobsWhereTheyAre) {
   const csd::Candidates found = csd::find_dog(luma, allowed);
   ASSERT_EQ(found.size(), 2U);
   for (const cv::Point2d &blob : {a, b}) {
-    EXPECT_LT(std::min(cv::norm(found[0].at - blob), cv::norm(found[1].at - blob)), 1.0) << blob;
+    EXPECT_LT(std::min(cv::norm(found[0].at - blob), cv::norm(found[1].at - blob)), 0.3) << blob;
   }
   allowed.colRange(0, 160).setTo(0);
   const csd::Candidates right = csd::find_dog(luma, allowed);
   ASSERT_EQ(right.size(), 1U);
-  EXPECT_LT(cv::norm(right[0].at - b), 1.0);
+  EXPECT_LT(cv::norm(right[0].at - b), 0.3);
 }
 
 }  // namespace

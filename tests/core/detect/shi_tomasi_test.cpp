@@ -22,6 +22,15 @@ TEST(ShiTomasi, CornersOfACheckerboard) {
   }
 }
 
+// Of one grey level: what coding leaves in a flat picture.
+TEST(ShiTomasi, CornersOfTheFaintestCheckerboardAreNone) {
+  cv::Mat luma(160, 200, CV_8UC1);
+  for (int y = 0; y < luma.rows; ++y) {
+    for (int x = 0; x < luma.cols; ++x) luma.at<std::uint8_t>(y, x) = (x / 40 + y / 40) % 2 == 0 ? 60 : 61;
+  }
+  EXPECT_TRUE(csd::find_shi_tomasi(luma, cv::Mat(luma.size(), CV_8UC1, cv::Scalar(255)), 7, 10).empty());
+}
+
 TEST(ShiTomasi, AStraightEdgeIsNoCorner) {
   cv::Mat luma(100, 100, CV_8UC1, cv::Scalar(60));
   luma.colRange(50, 100).setTo(180);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/picture.h"
+#include "image/work_frame.h"
 
 namespace csd {
 namespace {

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
+#include <atomic>
+#include <thread>
 #include <vector>
 
 #include "core/picture.h"
@@ -67,6 +69,13 @@ TEST(WorkFrame, AllLayoutsShowTheSamePicture) {
         cv::Mat extended;
         cv::copyMakeBorder(bgr, extended, 3, 5, 4, 5, cv::BORDER_REPLICATE);
         EXPECT_EQ(largest_difference(out, extended), 0);
+        const FrameView &v = packed.view;
+        for (int y = 0; y < size.height; ++y)
+          for (int x = 0; x < size.width; ++x) {
+            const cv::Vec3b &p = bgr.at<cv::Vec3b>(y, x);
+            ASSERT_NEAR(frame.luma().at<std::uint8_t>(y, x), v.kr * p[2] + (1 - v.kr - v.kb) * p[1] + v.kb * p[0],
+                        0.52);
+          }
         EXPECT_LE(largest_difference(out, colour), 4);
       } else {
         EXPECT_EQ(largest_difference(frame.luma(), expected.luma()), 0);
@@ -190,6 +199,42 @@ TEST(WorkFrame, ScaledPictureShowsTheSceneWhereItsCoordinatesSay) {
         sum += std::abs(out.at<cv::Vec3b>(y, x)[1] - exact);
       }
     EXPECT_LT(sum / (61 * 61), 4) << static_cast<int>(layout);
+  }
+}
+
+// 576 of 1200 lines, so that colour is scaled on first use, in 18 bands; each thread begins with another of them. TSan
+// watches.
+TEST(WorkFrame, SeveralThreadsMayGatherAtOnce) {
+  for (const Layout layout : {Layout::nv12, Layout::bgrx}) {
+    const auto packed = pack(Texture(6).render({90, 1200}), layout);
+    const ColourSpace space{2, -1, 1};
+    WorkFrame alone, shared;
+    alone.load(packed.view);
+    const cv::Rect whole({}, alone.size());
+    ASSERT_EQ(whole.size(), cv::Size(43, 576));
+    cv::Mat bgr, channel;
+    alone.gather_bgr(whole, bgr);
+    alone.gather(whole, space, channel);
+
+    shared.load(packed.view);
+    constexpr int threads = 4, height = 24;
+    std::atomic<int> ready = 0, wrong = 0;
+    std::vector<std::thread> gatherers;
+    for (int t = 0; t < threads; ++t)
+      gatherers.emplace_back([&, t] {
+        ++ready;
+        while (ready < threads) std::this_thread::yield();
+        cv::Mat out;
+        for (int i = 0; i < 576 / height; ++i) {
+          const cv::Rect window(0, (i + t * 6) * height % 576, 43, height);
+          shared.gather_bgr(window, out);
+          wrong += largest_difference(out, bgr(window)) != 0;
+          shared.gather(window, space, out);
+          wrong += largest_difference(out, channel(window)) != 0;
+        }
+      });
+    for (auto &thread : gatherers) thread.join();
+    EXPECT_EQ(wrong, 0) << static_cast<int>(layout);
   }
 }
 

@@ -159,6 +159,21 @@ TEST(GrowingTree, RetrainsOnlyTheLeafThatErred) {
   }
 }
 
+// The others outnumber the features: it is these that are called by the wrong name, and none of the samples asked
+// about.
+TEST(GrowingTree, RetrainsALeafWhereTheFeatureIsOutnumbered) {
+  GrowingTree growing(side, {1, 1, 1}, {});
+  Random random(6);
+  std::array<SampleId, 2> features{};
+  for (auto &id : features) id = growing.add(noise_patch(random), Label::feature);
+  SampleId other = 0;
+  for (int i = 0; i < 4; ++i) other = growing.add(noise_patch(random), Label::not_feature);
+  ASSERT_FALSE(growing.misclassified(other));
+  const std::array<SampleId, 1> asked{other};
+  EXPECT_EQ(growing.retrain(asked), 1);
+  for (const auto id : features) EXPECT_FALSE(growing.misclassified(id));
+}
+
 TEST(GrowingTree, CountsFollowAddReplaceAndRemove) {
   GrowingTree growing(side, {1, 1, 1}, {});
   Random random(4);

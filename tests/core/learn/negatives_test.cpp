@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -20,11 +21,14 @@ TEST(RandomNegatives, AThirdIsNearNoneIsTooNearAndAllPatchesLieInside) {
   const auto positions = random_negatives({320, 240}, {}, feature, 300, rules, random);
   ASSERT_EQ(positions.size(), 300u);
   int near = 0;
+  double nearest = 100;
   for (const auto &p : positions) {
-    EXPECT_GT(distance(p, feature), 4);
+    nearest = std::min(nearest, distance(p, feature));
     near += distance(p, feature) <= 12;
     EXPECT_TRUE(cv::Rect(10, 10, 300, 220).contains(p)) << p;
   }
+  EXPECT_GT(nearest, 4);
+  EXPECT_LT(nearest, 5);  // of 100 among the 392 positions from 4 to 12 px; 20 are nearer than 5
   // 100 by rule; of the other 200 about 200·π·(144−16)/66000 = 1.2 by chance.
   EXPECT_GE(near, 100);
   EXPECT_LE(near, 110);
@@ -70,6 +74,29 @@ TEST_F(SimilarNegatives, AreWhereTheFeatureIsRepeated) {
 TEST_F(SimilarNegatives, AreAtMostAsManyAsAskedForAndNotBeyondTheRadius) {
   EXPECT_EQ(similar_negatives(picture_, {}, a_, 1, 0.5, 50, NegativeRules{}).size(), 1u);
   EXPECT_TRUE(similar_negatives(picture_, {}, a_, 20, 0.5, 20, NegativeRules{}).empty());
+}
+
+// A disc with a hole correlates less than a whole one; it comes second, and not at all above its own value.
+TEST_F(SimilarNegatives, TheMostSimilarComesFirstAndTheLeastSimilarityHolds) {
+  cv::circle(picture_, b_, 2, cv::Scalar(120), cv::FILLED);
+  const auto all = similar_negatives(picture_, {}, a_, 20, 0.5, 50, NegativeRules{});
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_LT(distance(all[0], c_), 1.5);
+  EXPECT_LT(distance(all[1], b_), 1.5);
+  cv::Mat score;
+  const auto around = [&](cv::Point p) { return picture_({p.x - 10, p.y - 10, 21, 21}); };
+  cv::matchTemplate(around(all[1]), around(a_), score, cv::TM_CCOEFF_NORMED);
+  const double s = score.at<float>(0, 0);
+  EXPECT_EQ(similar_negatives(picture_, {}, a_, 20, s - 0.01, 50, NegativeRules{}).size(), 2u);
+  EXPECT_EQ(similar_negatives(picture_, {}, a_, 20, s + 0.01, 50, NegativeRules{}).size(), 1u);
+}
+
+TEST_F(SimilarNegatives, KeepOutOfWhatIsForbidden) {
+  cv::Mat forbidden(picture_.size(), CV_8UC1, cv::Scalar(0));
+  cv::circle(forbidden, b_, 4, cv::Scalar(255), cv::FILLED);
+  const auto positions = similar_negatives(picture_, forbidden, a_, 20, 0.5, 50, NegativeRules{});
+  ASSERT_EQ(positions.size(), 1u);
+  EXPECT_LT(distance(positions[0], c_), 1.5);
 }
 
 TEST_F(SimilarNegatives, AFlatPictureHasNone) {

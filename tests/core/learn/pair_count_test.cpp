@@ -5,10 +5,8 @@
 
 #include <array>
 #include <cstdlib>
-#include <string>
 
 #include "learn/random.h"
-#include "track/tracker.h"
 
 namespace csd {
 namespace {
@@ -29,37 +27,6 @@ struct Fixture {
     node.gather(set, features, others);
   }
 };
-
-TEST(NodeSamples, TurnsThePatchesWithFeaturesFirst) {
-  const Fixture f(70, 33, 256, 1);
-  ASSERT_EQ(f.node.features(), 70u);
-  ASSERT_EQ(f.node.others(), 33u);
-  for (std::size_t p = 0; p < 25; ++p) {
-    for (std::size_t i = 0; i < 70; ++i) EXPECT_EQ(f.node.feature_row(p)[i], f.set.patch(f.features[i])[p]);
-    for (std::size_t i = 70; i < f.node.feature_bytes(); ++i) EXPECT_EQ(f.node.feature_row(p)[i], 0);
-    for (std::size_t i = 0; i < 33; ++i) EXPECT_EQ(f.node.other_row(p)[i], f.set.patch(f.others[i])[p]);
-    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(f.node.feature_row(p)) % 64, 0u);
-    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(f.node.other_row(p)) % 64, 0u);
-  }
-}
-
-TEST(NodeSamples, TransposesAsThePlainTwin) {
-  Random random(3);
-  std::array<std::array<std::uint8_t, 48>, 16> rows;
-  std::array<const std::uint8_t *, 16> pointers;
-  for (std::size_t i = 0; i < 16; ++i) {
-    for (auto &x : rows[i]) x = static_cast<std::uint8_t>(random.below(256));
-    pointers[i] = rows[i].data();
-  }
-  for (std::size_t count = 0; count <= 16; ++count) {
-    alignas(16) std::array<std::uint8_t, 48 * 32> simd{}, plain{};
-    transpose16(pointers.data(), count, 48, simd.data(), 32);
-    transpose16_scalar(pointers.data(), count, 48, plain.data(), 32);
-    EXPECT_EQ(simd, plain) << count;
-    for (std::size_t p = 0; p < 48; ++p)
-      for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(plain[p * 32 + i], i < count ? rows[i][p] : 0);
-  }
-}
 
 TEST(PairCount, ByHand) {
   SampleSet set(3);
@@ -102,10 +69,6 @@ TEST(PairCount, AgreesWithThePlainTwinOnEveryLength) {
       count_pairs_scalar(f.node, pairs, plain);
       EXPECT_EQ(simd, plain) << n << " " << m << " " << levels;
     }
-}
-
-TEST(PairCount, NamesItsTarget) {
-  EXPECT_FALSE(std::string(simd_target()).empty());
 }
 
 }  // namespace

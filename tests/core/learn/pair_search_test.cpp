@@ -64,6 +64,59 @@ TEST(PairSearch, ExhaustiveIsTheMinimum) {
     }
 }
 
+// Pixels 4 and 9 differ by their order alone: as single pixels they are noise and rank nowhere. A random pair finds
+// them.
+TEST(PairSearch, RandomPairsFindWhatTheRankingMisses) {
+  TestNode f;
+  Random r(7);
+  for (int i = 0; i < 300; ++i) {
+    cv::Mat m(5, 5, CV_8UC1);
+    for (int p = 0; p < 25; ++p) m.data[p] = static_cast<std::uint8_t>(r.below(256));
+    const auto low = static_cast<std::uint8_t>(r.below(255));
+    m.data[i % 2 ? 4 : 9] = low;
+    m.data[i % 2 ? 9 : 4] = static_cast<std::uint8_t>(low + 1);
+    f.add(m, i % 2);
+  }
+  f.node.gather(f.set, f.features, f.others);
+  PairSearchOptions options;
+  options.top_pixels = 0;
+  options.random_pairs = 4000;  // of 300 pairs: each comes up
+  Random random(1);
+  const PairChoice found = PairFinder(options).find(f.node, Entropy(300), LogTable(300), random);
+  EXPECT_EQ(found.pair, (PixelPair{4, 9}));
+  EXPECT_EQ(found.entropy, 0.0);
+  // Never a pixel with itself; the smaller index first.
+  options.random_pairs = 1;
+  for (int i = 0; i < 300; ++i) {
+    const auto pair = PairFinder(options).find(f.node, Entropy(300), LogTable(300), random).pair;
+    EXPECT_LT(pair.p1, pair.p2);
+  }
+  options.random_pairs = 0;
+  EXPECT_EQ(PairFinder(options).find(f.node, Entropy(300), LogTable(300), random).pair, PixelPair{});
+}
+
+// Pixels 4, 9 and 14 tell the classes apart by themselves, and so does each pair of them. By rank 4 and 9 come first;
+// 4 and 14 differ most.
+TEST(PairSearch, RankedStopsAtTheFirstTestOfEntropyZero) {
+  TestNode f;
+  for (int i = 0; i < 40; ++i) {
+    cv::Mat m = cv::Mat::zeros(5, 5, CV_8UC1);
+    const bool feature = i % 2;
+    m.data[4] = feature ? 60 : 130;
+    m.data[9] = feature ? 140 : 80;
+    m.data[14] = feature ? 250 : 0;
+    f.add(m, feature);
+  }
+  f.node.gather(f.set, f.features, f.others);
+  PairSearchOptions options;
+  options.top_pixels = 3;
+  options.random_pairs = 0;
+  Random random(1);
+  EXPECT_EQ(PairFinder(options).find(f.node, Entropy(40), LogTable(40), random).pair, (PixelPair{4, 9}));
+  options.stop_at_zero = false;
+  EXPECT_EQ(PairFinder(options).find(f.node, Entropy(40), LogTable(40), random).pair, (PixelPair{4, 14}));
+}
+
 TEST(PairSearch, RankedStaysWithinTheTopPixelsAndStopsAtZero) {
   TestNode f;
   Random r(6);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 namespace csd {
@@ -55,6 +56,37 @@ TEST(Smoke, PatchesAreOfTheWantedDensity) {
     }
     EXPECT_NEAR(sum / patches, density * .6 * 255, 2.5) << density;
   }
+}
+
+// d ~ N(.4, .05), C ~ N(.6, .1). A black and a white pixel side by side have nearly the same d and C and become
+// p = d·C and q = 1 − d·(1 − C) (in 0…1); from both follow d = 1 − (q − p) and C = p/d.
+TEST(Smoke, DensityAndColourAreDistributedAsThePaperSays) {
+  EXPECT_EQ(smoke_densities, (std::array<double, 3>{.15, .25, .4}));
+  Random random(4);
+  const Smoke smoke(21, random);
+  double d_sum = 0, d_squares = 0, c_sum = 0, c_squares = 0, product = 0;
+  constexpr int patches = 20000;
+  for (int i = 0; i < patches; ++i) {
+    cv::Mat patch(1, 2, CV_8UC3, cv::Scalar::all(0));
+    patch.at<cv::Vec3b>(0, 1) = {255, 255, 255};
+    smoke.apply(patch, .4, random);
+    const double p = patch.at<cv::Vec3b>(0, 0)[0] / 255.0, q = patch.at<cv::Vec3b>(0, 1)[0] / 255.0;
+    const double d = 1 - (q - p), c = p / d;
+    d_sum += d;
+    d_squares += d * d;
+    c_sum += c;
+    c_squares += c * c;
+    product += d * c;
+  }
+  const double d_mean = d_sum / patches, c_mean = c_sum / patches;
+  const double d_deviation = std::sqrt(d_squares / patches - d_mean * d_mean);
+  const double c_deviation = std::sqrt(c_squares / patches - c_mean * c_mean);
+  EXPECT_NEAR(d_mean, .4, .005);
+  EXPECT_NEAR(d_deviation, .05, .006);
+  EXPECT_NEAR(c_mean, .6, .01);
+  EXPECT_NEAR(c_deviation, .1, .012);
+  // Each from a place of its own in the field: they know nothing of each other.
+  EXPECT_NEAR((product / patches - d_mean * c_mean) / (d_deviation * c_deviation), 0, .3);
 }
 
 TEST(Smoke, ChangesTheOrderOfPixels) {

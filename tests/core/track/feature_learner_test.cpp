@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <thread>
 
 #include "image/convert.h"
 #include "image/patch.h"
@@ -61,6 +63,9 @@ TEST_F(LearningAFeature, AfterALessonTheFeatureIsRecognisedAndItsSurroundingsAre
     const double distance = std::hypot(p.x - at_.x, p.y - at_.y);
     EXPECT_TRUE(distance <= 4 || std::abs(p.x - at_.x) > 20 || std::abs(p.y - at_.y) > 20) << p;
   }
+  // And with none on the grid of every 4th position of the picture.
+  const auto grid = search(*tree, channel, {0, 0}, {{12, 12, 296, 216}, 4}, {at_, 10});
+  for (const auto &p : grid.matches) EXPECT_LE(std::hypot(p.x - at_.x, p.y - at_.y), 4) << p;
 }
 
 // The warps are in the training set. One may still be called "not a feature", but only in a leaf that the stop rules do
@@ -89,6 +94,27 @@ TEST_F(LearningAFeature, EachLessonAddsItsPositives) {
   EXPECT_EQ(learner_.published()->features(), 140u);
 }
 
+TEST_F(LearningAFeature, TheDescriptorMayBeUsedWhileTheNextIsLearnt) {
+  learner_.learn(snapshot_, at_);
+  std::atomic<bool> done = false;
+  std::vector<std::uint32_t> seen;
+  std::thread reader([&] {
+    do {
+      const auto tree = learner_.published();
+      const cv::Mat flat(21, 21, CV_8UC1, cv::Scalar(90));
+      EXPECT_LE(tree->probability(tree->leaf(flat)), 1.0);
+      if (seen.empty() || seen.back() != tree->features()) seen.push_back(tree->features());
+    } while (!done);
+  });
+  learner_.learn(snapshot_, at_);
+  learner_.learn(snapshot_, at_);
+  done = true;
+  reader.join();
+  // Only whole lessons are published.
+  for (const auto features : seen) EXPECT_EQ(features % 70, 0u);
+  EXPECT_EQ(learner_.published()->features(), 210u);
+}
+
 TEST_F(LearningAFeature, SuccessAddsToTheDistributionAndTheRingHolds200) {
   learner_.learn(snapshot_, at_);
   DescriptorUpdate update;
@@ -110,7 +136,17 @@ TEST_F(LearningAFeature, AFalseCorrespondenceRetrainsItsLeaf) {
   }
   ASSERT_FALSE(alike.empty()) << "no stripe fools the descriptor";
   const auto retrainings = counters_->retrainings.load();
+  // Of so many negatives the reservoir keeps one in twenty, but every one that is called the feature.
+  const cv::Mat flat(21, 21, CV_8UC1, cv::Scalar(90));
+  ASSERT_FALSE(is_feature(flat));
   DescriptorUpdate update;
+  update.negatives.assign(60000, flat);
+  learner_.update(update);
+  std::size_t negatives = 0;
+  for (const auto tree = learner_.published(); const auto &node : tree->nodes()) negatives += node.not_feature;
+  EXPECT_LT(negatives, 4000u);
+  EXPECT_GE(negatives, 3000u);
+  update.negatives.clear();
   // Four of them: a leaf of fewer samples than four is not divided.
   for (int i = 0; i < 4; ++i) update.negatives.push_back(alike);
   learner_.update(update);
@@ -127,6 +163,46 @@ TEST_F(LearningAFeature, NothingIsLearntWhereItIsForbidden) {
   for (const auto &node : tree->nodes()) negatives += node.not_feature;
   EXPECT_EQ(negatives, 0u);
   EXPECT_EQ(tree->features(), 70u);
+}
+
+// Evaluation (§2.2.2) sees the search window and the grid of every 4th position; both are forbidden here, so all
+// negatives are those of §2.1.2.1: 26 of the 40 random ones (the other third belongs to the window) and the similar
+// ones, each also in three densities of smoke.
+TEST_F(LearningAFeature, NegativesAreRandomAndSimilarOnesEachWithSmoke) {
+  const cv::Rect copy(183, 110, 21, 21);  // 33 px from the feature, off the grid
+  snapshot_.bgr({150, 110, 21, 21}).copyTo(snapshot_.bgr(copy));
+  cv::cvtColor(snapshot_.bgr, snapshot_.luma, cv::COLOR_BGR2GRAY);
+  snapshot_.forbidden = cv::Mat(snapshot_.luma.size(), CV_8UC1, cv::Scalar(0));
+  snapshot_.forbidden({139, 99, 43, 43}).setTo(255);
+  for (int y = 0; y < 240; y += 4)
+    for (int x = 0; x < 320; x += 4) snapshot_.forbidden.at<unsigned char>(y, x) = 255;
+  const auto similar = similar_negatives(snapshot_.luma, snapshot_.forbidden, at_, 20, 0.5, 40, NegativeRules{}).size();
+  ASSERT_GE(similar, 1u) << "the copy";
+  learner_.learn(snapshot_, at_);
+  std::size_t negatives = 0;
+  const auto tree = learner_.published();
+  for (const auto &node : tree->nodes()) negatives += node.not_feature;
+  EXPECT_EQ(negatives, 4 * (26 + similar));
+}
+
+TEST_F(LearningAFeature, TheRingForgetsTheOldestSuccesses) {
+  learner_.learn(snapshot_, at_);
+  const cv::Mat own = patch(at_), other = 255 - own;
+  const auto features_with_other = [&] {
+    const auto tree = learner_.published();
+    return tree->nodes()[static_cast<std::size_t>(tree->leaf(other))].feature;
+  };
+  ASSERT_NE(learner_.published()->leaf(own), learner_.published()->leaf(other));
+  const auto before = features_with_other();
+  DescriptorUpdate update;
+  update.positives.assign(200, other);
+  learner_.update(update);
+  EXPECT_EQ(features_with_other(), before + 200);
+  update.positives.assign(150, own);
+  learner_.update(update);
+  EXPECT_EQ(features_with_other(), before + 50);
+  learner_.update(update);
+  EXPECT_EQ(features_with_other(), before);
 }
 
 TEST_F(LearningAFeature, AtTheEdgeOfThePicture) {

@@ -71,6 +71,21 @@ TEST(Search, FromCoarseToFine) {
   EXPECT_DOUBLE_EQ(result.weighted, 0.75);
 }
 
+// σ = width/64; √(1 + absence/40 ms) wider, the window no more than twice; not known after a second (A26, A27).
+TEST(Search, TheReachGrowsWithTheAbsence) {
+  constexpr std::int64_t ms = 1000000;
+  EXPECT_DOUBLE_EQ(reach_after(0, false, 640, 20).sigma, 10);
+  EXPECT_EQ(reach_after(0, false, 640, 20).radius, 20);
+  EXPECT_NEAR(reach_after(40 * ms, false, 640, 20).sigma, 14.1421, 1e-4);
+  EXPECT_EQ(reach_after(40 * ms, false, 640, 20).radius, 28);
+  EXPECT_DOUBLE_EQ(reach_after(120 * ms, false, 640, 20).sigma, 20);
+  EXPECT_EQ(reach_after(120 * ms, false, 640, 20).radius, 40);
+  EXPECT_DOUBLE_EQ(reach_after(960 * ms, false, 640, 20).sigma, 50);
+  EXPECT_EQ(reach_after(960 * ms, false, 640, 20).radius, 40);
+  EXPECT_TRUE(std::isinf(reach_after(1000 * ms, true, 640, 20).sigma));
+  EXPECT_EQ(reach_after(1000 * ms, true, 640, 20).radius, 20);
+}
+
 TEST(Search, AnEmptyAreaIsNothingFound) {
   EXPECT_FALSE(search(by_hand(), falling(20, 30), {0, 0}, {{}, 1}, {{0, 0}}).best);
 }

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "baselines/lk.h"
+#include "track/algorithm.h"
+#include "track/csd2012.h"
+
+namespace csd {
+namespace {
+
+class NoExecutor final : public Executor {
+  void post(std::function<void()>) override { FAIL() << "nothing is learnt yet"; }
+};
+
+TEST(MakeAlgorithm, MakesTheOneThatTheSettingsName) {
+  NoExecutor none;
+  Settings settings;
+  EXPECT_NE(dynamic_cast<Csd2012 *>(make_algorithm(settings, none).get()), nullptr) << "the default";
+  settings.algorithm = AlgorithmKind::lk;
+  EXPECT_NE(dynamic_cast<LucasKanade *>(make_algorithm(settings, none).get()), nullptr);
+  settings.algorithm = AlgorithmKind::csd_2012;
+  EXPECT_NE(dynamic_cast<Csd2012 *>(make_algorithm(settings, none).get()), nullptr);
+}
+
+TEST(MakeAlgorithm, RefusesAnUnknownOne) {
+  NoExecutor none;
+  Settings settings;
+  settings.algorithm = static_cast<AlgorithmKind>(99);
+  EXPECT_THROW(make_algorithm(settings, none), std::invalid_argument);
+}
+
+// §2.1: the paper's tracker loses features and takes no new ones in their place; LK, as long as it is the only other
+// algorithm, does.
+TEST(MakeAlgorithm, OnlyLkReplenishes) {
+  NoExecutor none;
+  Settings settings;
+  EXPECT_FALSE(make_algorithm(settings, none)->replenishes());
+  settings.algorithm = AlgorithmKind::lk;
+  EXPECT_TRUE(make_algorithm(settings, none)->replenishes());
+}
+
+}  // namespace
+}  // namespace csd
