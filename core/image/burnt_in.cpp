@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <vector>
 
 namespace csd {
@@ -13,14 +14,13 @@ namespace {
 
 constexpr int most_lines = 288;        // of the copy
 constexpr int block_rows = 32;         // blocks over the picture's height
-constexpr int ring = 3;                // blocks on each side of a block that count as its neighbours
 constexpr double memory = 1.0;         // s, of mean and deviation
 constexpr double warm_up = 0.5;        // s before the first conclusion
 constexpr float sure_after = 1.8F;     // s of evidence: with 0.8, tools and tissue that pause are marked
 constexpr float most_evidence = 3.0F;  // s
 constexpr float doubt_rate = 0.5F;     // neighbours that stand still take evidence away so much slower
 
-// Chosen by looking at six clips, not measured as distributions: medians over a picture were about 0.25 px on slowly
+// Chosen by looking at clips, not measured as distributions: medians over a picture were about 0.25 px on slowly
 // moving tissue and 0.08 px on still tissue, noise taken off.
 constexpr float sharp = 16;            // grey levels over two pixels of the copy
 constexpr float fixed_below = 0.06F;   // px
@@ -28,8 +28,16 @@ constexpr float moving_above = 0.15F;  // px
 constexpr float texture = 3;           // grey levels over two pixels: less says nothing about motion
 constexpr float dark = 32;             // grey levels: a black border has no noise to measure
 constexpr int fixed_pixels = 3;        // that make a block worth a question
-constexpr float moving_share = 0.8F;   // of the neighbours that can tell
-constexpr int least_moving = 4;        // blocks
+
+/// How far to look on each of the four sides of a block, in blocks, and what share of the blocks that can tell has to
+/// move there. The nearest finds lines of text, the farther ones captions. Still tissue beside a tool stands still on
+/// the tool's other side; the farther the look, the more it takes to outweigh that.
+constexpr struct {
+  int blocks;
+  float moving_share;
+} reaches[] = {{4, 0.5F}, {8, 0.7F}, {12, 0.75F}};
+constexpr float lit_share = 0.5F;  // of a side: else the picture's edge or the dark border is there
+constexpr int least_sides = 2;     // a corner of the picture has two
 
 }  // namespace
 
@@ -166,23 +174,62 @@ BurntIn::Blocks BurntIn::sum_blocks(float noise) {
   return blocks;
 }
 
+/// Whether a block sees motion on all its sides, for each block that it is asked about.
+class BurntIn::Surroundings {
+ public:
+  Surroundings(const Blocks &blocks, const cv::Mat &mean) : all_({0, 0}, blocks.moving.size()) {
+    cv::Mat lit;
+    cv::resize(mean, lit, all_.size(), 0, 0, cv::INTER_AREA);
+    cv::threshold(lit, lit, dark, 1, cv::THRESH_BINARY);
+    lit.convertTo(lit, CV_8U);
+    cv::integral(lit, lit_, CV_32S);
+    cv::integral(blocks.moving, moving_, CV_32S);
+    // What is sharp and fixed stands still too: where tissue is so, it is all around.
+    cv::integral(blocks.still | blocks.fixed, resting_, CV_32S);
+  }
+
+  bool move(int row, int column) const {
+    return std::any_of(std::begin(reaches), std::end(reaches), [&](const auto &reach) {
+      const int far = reach.blocks, wide = 2 * far + 1;
+      const std::array<cv::Rect, 4> sides{{{column - far, row - far, far, wide},
+                                           {column + 1, row - far, far, wide},
+                                           {column - far, row - far, wide, far},
+                                           {column - far, row + 1, wide, far}}};
+      int asked = 0;
+      for (const cv::Rect &side : sides) {
+        const cv::Rect seen = side & all_;
+        if (seen.empty() || static_cast<float>(sum(lit_, seen)) < lit_share * static_cast<float>(side.area())) continue;
+        ++asked;
+        const int moving = sum(moving_, seen), resting = sum(resting_, seen);
+        if (moving == 0 || static_cast<float>(moving) < reach.moving_share * static_cast<float>(moving + resting))
+          return false;
+      }
+      return asked >= least_sides;
+    });
+  }
+
+ private:
+  static int sum(const cv::Mat &integral, const cv::Rect &r) {
+    const cv::Point end = r.br();
+    return integral.at<int>(end) - integral.at<int>(r.y, end.x) - integral.at<int>(end.y, r.x) +
+           integral.at<int>(r.tl());
+  }
+
+  cv::Rect all_;
+  cv::Mat lit_, moving_, resting_;  // CV_32SC1, integrals of 0 and 1
+};
+
 void BurntIn::weigh(const Blocks &blocks, double dt) {
-  const cv::Size neighbourhood(2 * ring + 1, 2 * ring + 1);
-  cv::Mat moving, still;
-  cv::boxFilter(blocks.moving, moving, CV_32F, neighbourhood, {-1, -1}, false, cv::BORDER_CONSTANT);
-  cv::boxFilter(blocks.still, still, CV_32F, neighbourhood, {-1, -1}, false, cv::BORDER_CONSTANT);
+  const Surroundings surroundings(blocks, mean_);
   const auto step = static_cast<float>(dt);
   for (int row = 0; row < evidence_.rows; ++row) {
     for (int column = 0; column < evidence_.cols; ++column) {
       float &evidence = evidence_.at<float>(row, column);
-      const float m = moving.at<float>(row, column);
-      const float s = still.at<float>(row, column);
-      const bool can_tell = m + s >= least_moving;
       if (blocks.fixed.at<std::uint8_t>(row, column) == 0) {
         evidence -= step;
-      } else if (can_tell && m >= least_moving && m >= moving_share * (m + s)) {
+      } else if (surroundings.move(row, column)) {
         evidence += step;
-      } else if (can_tell) {
+      } else {
         evidence -= doubt_rate * step;
       }
       evidence = std::clamp(evidence, 0.0F, most_evidence);
