@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 #include <vector>
 
 namespace csd {
@@ -27,7 +28,7 @@ constexpr float fixed_below = 0.06F;   // px
 constexpr float moving_above = 0.15F;  // px
 constexpr float texture = 3;           // grey levels over two pixels: less says nothing about motion
 constexpr float dark = 32;             // grey levels: a black border has no noise to measure
-constexpr int fixed_pixels = 3;        // that make a block worth a question
+constexpr float fixed_pixels = 3;      // that make a block worth a question
 
 /// How far to look on each of the four sides of a block, in blocks, and what share of the blocks that can tell has to
 /// move there. The nearest finds lines of text, the farther ones captions. Still tissue beside a tool stands still on
@@ -137,36 +138,35 @@ float BurntIn::noise() {
 BurntIn::Blocks BurntIn::sum_blocks(float noise) {
   const cv::Size size = evidence_.size();
   Blocks blocks{cv::Mat::zeros(size, CV_8UC1), cv::Mat::zeros(size, CV_8UC1), cv::Mat::zeros(size, CV_8UC1)};
-  std::vector<int> fixed(static_cast<std::size_t>(size.width));
-  std::vector<float> gradients(fixed.size()), deviations(fixed.size());
+  // Columns are summed first: each pixel by itself, which compilers turn into vectors.
+  const int width = mean_.cols;
+  std::vector<float> fixed_sums(static_cast<std::size_t>(width)), gradient_sums(fixed_sums), deviation_sums(fixed_sums);
   const float enough = 0.5F * static_cast<float>(block_ * block_);
   for (int row = 0; row < size.height; ++row) {
-    std::fill(fixed.begin(), fixed.end(), 0);
-    std::fill(gradients.begin(), gradients.end(), 0.0F);
-    std::fill(deviations.begin(), deviations.end(), 0.0F);
+    float *fixed = fixed_sums.data(), *gradients = gradient_sums.data(), *deviations = deviation_sums.data();
+    for (auto *sums : {&fixed_sums, &gradient_sums, &deviation_sums}) std::fill(sums->begin(), sums->end(), 0.0F);
     for (int y = row * block_; y < std::min(mean_.rows, (row + 1) * block_); ++y) {
       const float *gradient = gradient_.ptr<float>(y);
       const float *deviation = deviation_.ptr<float>(y);
       std::uint8_t *is_fixed = fixed_.ptr<std::uint8_t>(y);
-      for (std::size_t block = 0; block < fixed.size(); ++block) {
-        const int begin = static_cast<int>(block) * block_;
-        const int end = std::min(mean_.cols, begin + block_);
-        for (int x = begin; x < end; ++x) {
-          const bool f = gradient[x] > sharp && deviation[x] < fixed_below * gradient[x];
-          is_fixed[x] = f ? 255 : 0;
-          fixed[block] += f ? 1 : 0;
-          const bool tells = gradient[x] >= texture && !f;
-          gradients[block] += tells ? gradient[x] : 0;
-          deviations[block] += tells ? std::max(deviation[x] - noise, 0.0F) : 0;
-        }
+      for (int x = 0; x < width; ++x) {
+        const float g = gradient[x], d = deviation[x];
+        const float f = (g > sharp) & (d < fixed_below * g) ? 1.0F : 0.0F;
+        const float tells = g >= texture ? 1 - f : 0.0F;
+        is_fixed[x] = static_cast<std::uint8_t>(255 * f);
+        fixed[x] += f;
+        gradients[x] += tells * g;
+        deviations[x] += tells * std::max(d - noise, 0.0F);
       }
     }
-    for (std::size_t block = 0; block < fixed.size(); ++block) {
-      const int column = static_cast<int>(block);
-      if (fixed[block] >= fixed_pixels) {
+    for (int column = 0; column < size.width; ++column) {
+      const int begin = column * block_, end = std::min(width, begin + block_);
+      const float gradient_sum = std::accumulate(gradients + begin, gradients + end, 0.0F);
+      if (std::accumulate(fixed + begin, fixed + end, 0.0F) >= fixed_pixels) {
         blocks.fixed.at<std::uint8_t>(row, column) = 1;
-      } else if (gradients[block] >= enough) {
-        const bool moves = deviations[block] > moving_above * gradients[block];
+      } else if (gradient_sum >= enough) {
+        const float deviation_sum = std::accumulate(deviations + begin, deviations + end, 0.0F);
+        const bool moves = deviation_sum > moving_above * gradient_sum;
         (moves ? blocks.moving : blocks.still).at<std::uint8_t>(row, column) = 1;
       }
     }
@@ -246,12 +246,16 @@ bool BurntIn::mark() {
     const std::uint8_t *marked = marked_.ptr<std::uint8_t>(y / block_);
     const std::uint8_t *fixed = fixed_.ptr<std::uint8_t>(y);
     std::uint8_t *mask = mask_.ptr<std::uint8_t>(y);
-    for (int x = 0; x < mask_.cols; ++x) {
-      // A pixel of a block that is graphics stays one: a passing highlight may blur its edge for a moment.
-      const std::uint8_t next = marked[x / block_] & (mask[x] | fixed[x]);
-      changed |= next != mask[x];
-      mask[x] = next;
+    std::uint8_t differs = 0;
+    for (int begin = 0; begin < mask_.cols; begin += block_, ++marked) {
+      for (int x = begin; x < std::min(mask_.cols, begin + block_); ++x) {
+        // A pixel of a block that is graphics stays one: a passing highlight may blur its edge for a moment.
+        const std::uint8_t next = *marked & (mask[x] | fixed[x]);
+        differs |= static_cast<std::uint8_t>(next ^ mask[x]);
+        mask[x] = next;
+      }
     }
+    changed |= differs != 0;
   }
   return changed;
 }
