@@ -151,7 +151,7 @@ BurntIn::Blocks BurntIn::sum_blocks(float noise) {
       std::uint8_t *is_fixed = fixed_.ptr<std::uint8_t>(y);
       for (int x = 0; x < width; ++x) {
         const float g = gradient[x], d = deviation[x];
-        const float f = (g > sharp) & (d < fixed_below * g) ? 1.0F : 0.0F;
+        const float f = g > sharp && d < fixed_below * g ? 1.0F : 0.0F;
         const float tells = g >= texture ? 1 - f : 0.0F;
         is_fixed[x] = static_cast<std::uint8_t>(255 * f);
         fixed[x] += f;
