@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <numeric>
 #include <vector>
 
 namespace csd {
@@ -13,23 +15,30 @@ namespace {
 
 constexpr int most_lines = 288;        // of the copy
 constexpr int block_rows = 32;         // blocks over the picture's height
-constexpr int ring = 3;                // blocks on each side of a block that count as its neighbours
 constexpr double memory = 1.0;         // s, of mean and deviation
 constexpr double warm_up = 0.5;        // s before the first conclusion
 constexpr float sure_after = 1.8F;     // s of evidence: with 0.8, tools and tissue that pause are marked
 constexpr float most_evidence = 3.0F;  // s
 constexpr float doubt_rate = 0.5F;     // neighbours that stand still take evidence away so much slower
 
-// Chosen by looking at six clips, not measured as distributions: medians over a picture were about 0.25 px on slowly
+// Chosen by looking at clips, not measured as distributions: medians over a picture were about 0.25 px on slowly
 // moving tissue and 0.08 px on still tissue, noise taken off.
 constexpr float sharp = 16;            // grey levels over two pixels of the copy
 constexpr float fixed_below = 0.06F;   // px
 constexpr float moving_above = 0.15F;  // px
 constexpr float texture = 3;           // grey levels over two pixels: less says nothing about motion
 constexpr float dark = 32;             // grey levels: a black border has no noise to measure
-constexpr int fixed_pixels = 3;        // that make a block worth a question
-constexpr float moving_share = 0.8F;   // of the neighbours that can tell
-constexpr int least_moving = 4;        // blocks
+constexpr float fixed_pixels = 3;      // that make a block worth a question
+
+/// How far to look on each of the four sides of a block, in blocks, and what share of the blocks that can tell has to
+/// move there. The nearest finds lines of text, the farther ones captions. Still tissue beside a tool stands still on
+/// the tool's other side; the farther the look, the more it takes to outweigh that.
+constexpr struct {
+  int blocks;
+  float moving_share;
+} reaches[] = {{4, 0.5F}, {8, 0.7F}, {12, 0.75F}};
+constexpr float lit_share = 0.5F;  // of a side: else the picture's edge or the dark border is there
+constexpr int least_sides = 2;     // a corner of the picture has two
 
 }  // namespace
 
@@ -129,36 +138,35 @@ float BurntIn::noise() {
 BurntIn::Blocks BurntIn::sum_blocks(float noise) {
   const cv::Size size = evidence_.size();
   Blocks blocks{cv::Mat::zeros(size, CV_8UC1), cv::Mat::zeros(size, CV_8UC1), cv::Mat::zeros(size, CV_8UC1)};
-  std::vector<int> fixed(static_cast<std::size_t>(size.width));
-  std::vector<float> gradients(fixed.size()), deviations(fixed.size());
+  // Columns are summed first: each pixel by itself, which compilers turn into vectors.
+  const int width = mean_.cols;
+  std::vector<float> fixed_sums(static_cast<std::size_t>(width)), gradient_sums(fixed_sums), deviation_sums(fixed_sums);
   const float enough = 0.5F * static_cast<float>(block_ * block_);
   for (int row = 0; row < size.height; ++row) {
-    std::fill(fixed.begin(), fixed.end(), 0);
-    std::fill(gradients.begin(), gradients.end(), 0.0F);
-    std::fill(deviations.begin(), deviations.end(), 0.0F);
+    float *fixed = fixed_sums.data(), *gradients = gradient_sums.data(), *deviations = deviation_sums.data();
+    for (auto *sums : {&fixed_sums, &gradient_sums, &deviation_sums}) std::fill(sums->begin(), sums->end(), 0.0F);
     for (int y = row * block_; y < std::min(mean_.rows, (row + 1) * block_); ++y) {
       const float *gradient = gradient_.ptr<float>(y);
       const float *deviation = deviation_.ptr<float>(y);
       std::uint8_t *is_fixed = fixed_.ptr<std::uint8_t>(y);
-      for (std::size_t block = 0; block < fixed.size(); ++block) {
-        const int begin = static_cast<int>(block) * block_;
-        const int end = std::min(mean_.cols, begin + block_);
-        for (int x = begin; x < end; ++x) {
-          const bool f = gradient[x] > sharp && deviation[x] < fixed_below * gradient[x];
-          is_fixed[x] = f ? 255 : 0;
-          fixed[block] += f ? 1 : 0;
-          const bool tells = gradient[x] >= texture && !f;
-          gradients[block] += tells ? gradient[x] : 0;
-          deviations[block] += tells ? std::max(deviation[x] - noise, 0.0F) : 0;
-        }
+      for (int x = 0; x < width; ++x) {
+        const float g = gradient[x], d = deviation[x];
+        const float f = g > sharp && d < fixed_below * g ? 1.0F : 0.0F;
+        const float tells = g >= texture ? 1 - f : 0.0F;
+        is_fixed[x] = static_cast<std::uint8_t>(255 * f);
+        fixed[x] += f;
+        gradients[x] += tells * g;
+        deviations[x] += tells * std::max(d - noise, 0.0F);
       }
     }
-    for (std::size_t block = 0; block < fixed.size(); ++block) {
-      const int column = static_cast<int>(block);
-      if (fixed[block] >= fixed_pixels) {
+    for (int column = 0; column < size.width; ++column) {
+      const int begin = column * block_, end = std::min(width, begin + block_);
+      const float gradient_sum = std::accumulate(gradients + begin, gradients + end, 0.0F);
+      if (std::accumulate(fixed + begin, fixed + end, 0.0F) >= fixed_pixels) {
         blocks.fixed.at<std::uint8_t>(row, column) = 1;
-      } else if (gradients[block] >= enough) {
-        const bool moves = deviations[block] > moving_above * gradients[block];
+      } else if (gradient_sum >= enough) {
+        const float deviation_sum = std::accumulate(deviations + begin, deviations + end, 0.0F);
+        const bool moves = deviation_sum > moving_above * gradient_sum;
         (moves ? blocks.moving : blocks.still).at<std::uint8_t>(row, column) = 1;
       }
     }
@@ -166,23 +174,62 @@ BurntIn::Blocks BurntIn::sum_blocks(float noise) {
   return blocks;
 }
 
+/// Whether a block sees motion on all its sides, for each block that it is asked about.
+class BurntIn::Surroundings {
+ public:
+  Surroundings(const Blocks &blocks, const cv::Mat &mean) : all_({0, 0}, blocks.moving.size()) {
+    cv::Mat lit;
+    cv::resize(mean, lit, all_.size(), 0, 0, cv::INTER_AREA);
+    cv::threshold(lit, lit, dark, 1, cv::THRESH_BINARY);
+    lit.convertTo(lit, CV_8U);
+    cv::integral(lit, lit_, CV_32S);
+    cv::integral(blocks.moving, moving_, CV_32S);
+    // What is sharp and fixed stands still too: where tissue is so, it is all around.
+    cv::integral(blocks.still | blocks.fixed, resting_, CV_32S);
+  }
+
+  bool move(int row, int column) const {
+    return std::any_of(std::begin(reaches), std::end(reaches), [&](const auto &reach) {
+      const int far = reach.blocks, wide = 2 * far + 1;
+      const std::array<cv::Rect, 4> sides{{{column - far, row - far, far, wide},
+                                           {column + 1, row - far, far, wide},
+                                           {column - far, row - far, wide, far},
+                                           {column - far, row + 1, wide, far}}};
+      int asked = 0;
+      for (const cv::Rect &side : sides) {
+        const cv::Rect seen = side & all_;
+        if (seen.empty() || static_cast<float>(sum(lit_, seen)) < lit_share * static_cast<float>(side.area())) continue;
+        ++asked;
+        const int moving = sum(moving_, seen), resting = sum(resting_, seen);
+        if (moving == 0 || static_cast<float>(moving) < reach.moving_share * static_cast<float>(moving + resting))
+          return false;
+      }
+      return asked >= least_sides;
+    });
+  }
+
+ private:
+  static int sum(const cv::Mat &integral, const cv::Rect &r) {
+    const cv::Point end = r.br();
+    return integral.at<int>(end) - integral.at<int>(r.y, end.x) - integral.at<int>(end.y, r.x) +
+           integral.at<int>(r.tl());
+  }
+
+  cv::Rect all_;
+  cv::Mat lit_, moving_, resting_;  // CV_32SC1, integrals of 0 and 1
+};
+
 void BurntIn::weigh(const Blocks &blocks, double dt) {
-  const cv::Size neighbourhood(2 * ring + 1, 2 * ring + 1);
-  cv::Mat moving, still;
-  cv::boxFilter(blocks.moving, moving, CV_32F, neighbourhood, {-1, -1}, false, cv::BORDER_CONSTANT);
-  cv::boxFilter(blocks.still, still, CV_32F, neighbourhood, {-1, -1}, false, cv::BORDER_CONSTANT);
+  const Surroundings surroundings(blocks, mean_);
   const auto step = static_cast<float>(dt);
   for (int row = 0; row < evidence_.rows; ++row) {
     for (int column = 0; column < evidence_.cols; ++column) {
       float &evidence = evidence_.at<float>(row, column);
-      const float m = moving.at<float>(row, column);
-      const float s = still.at<float>(row, column);
-      const bool can_tell = m + s >= least_moving;
       if (blocks.fixed.at<std::uint8_t>(row, column) == 0) {
         evidence -= step;
-      } else if (can_tell && m >= least_moving && m >= moving_share * (m + s)) {
+      } else if (surroundings.move(row, column)) {
         evidence += step;
-      } else if (can_tell) {
+      } else {
         evidence -= doubt_rate * step;
       }
       evidence = std::clamp(evidence, 0.0F, most_evidence);
@@ -199,12 +246,16 @@ bool BurntIn::mark() {
     const std::uint8_t *marked = marked_.ptr<std::uint8_t>(y / block_);
     const std::uint8_t *fixed = fixed_.ptr<std::uint8_t>(y);
     std::uint8_t *mask = mask_.ptr<std::uint8_t>(y);
-    for (int x = 0; x < mask_.cols; ++x) {
-      // A pixel of a block that is graphics stays one: a passing highlight may blur its edge for a moment.
-      const std::uint8_t next = marked[x / block_] & (mask[x] | fixed[x]);
-      changed |= next != mask[x];
-      mask[x] = next;
+    std::uint8_t differs = 0;
+    for (int begin = 0; begin < mask_.cols; begin += block_, ++marked) {
+      for (int x = begin; x < std::min(mask_.cols, begin + block_); ++x) {
+        // A pixel of a block that is graphics stays one: a passing highlight may blur its edge for a moment.
+        const std::uint8_t next = *marked & (mask[x] | fixed[x]);
+        differs |= static_cast<std::uint8_t>(next ^ mask[x]);
+        mask[x] = next;
+      }
     }
+    changed |= differs != 0;
   }
   return changed;
 }

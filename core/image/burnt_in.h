@@ -8,8 +8,9 @@ namespace csd {
 /// Finds text and logos that are burnt into the picture: sharp edges that stay put while what is around them moves.
 ///
 /// For every pixel of a copy of at most 288 lines it keeps the recent mean intensity and the mean deviation from it.
-/// Deviation over gradient is how far the edge moves, in pixels. Edges that do not move are graphics when most of the
-/// textured blocks around them do move; where the neighbours are still too (static tissue), nothing is concluded.
+/// Deviation over gradient is how far the edge moves, in pixels. Edges that do not move are graphics when on
+/// all sides of them, as far as the lit picture goes, most of what has texture does move; where one side stands still
+/// too (static tissue, also beside a moving tool), nothing is concluded.
 class BurntIn {
  public:
   /// Takes the next sample: CV_8UC1, working luma; `dt` seconds after the one before (any value for the first). A few
@@ -23,6 +24,7 @@ class BurntIn {
 
  private:
   struct Blocks;
+  class Surroundings;
   void accumulate(double dt);
   float noise();
   Blocks sum_blocks(float noise);

@@ -46,11 +46,12 @@ void ContentAreaFinder::grow(cv::Size size, int patch) {
   cv::Mat all;
   cv::resize(border_.mask(), all, graphics_.mask().size(), 0, 0, cv::INTER_NEAREST);
   all |= graphics_.mask();
-  // Half a patch on each side, and a pixel of the copy for what shrinking blurs.
+  // A patch is a square, and so is what touches it: half a patch on each side, and a pixel of the copy for what
+  // shrinking blurs.
   const double shrink = static_cast<double>(size.height) / all.rows;
-  cv::Mat distance;
-  cv::distanceTransform(all == 0, distance, cv::DIST_L2, 3, CV_32F);
-  const cv::Mat grown = distance <= patch / 2 / shrink + 1;
+  const int radius = static_cast<int>(std::ceil(patch / 2 / shrink)) + 1;
+  cv::Mat grown;
+  cv::dilate(all, grown, cv::getStructuringElement(cv::MORPH_RECT, {2 * radius + 1, 2 * radius + 1}));
   cv::resize(grown, forbidden_, size, 0, 0, cv::INTER_NEAREST);
 }
 

@@ -51,6 +51,10 @@ TEST(ContentArea, RoundFieldIsKnownOnTheFirstFrame) {
       if (r < 200 - 30) {
         EXPECT_FALSE(finder.contains(cv::Point2d(x, y))) << x << ',' << y;
       }
+      if (!finder.contains(cv::Point2d(x, y))) {
+        const cv::Rect covered(x - patch / 2, y - patch / 2, patch, patch);
+        EXPECT_EQ(cv::countNonZero(field(covered)), patch * patch) << x << ',' << y;
+      }
     }
   }
 }
