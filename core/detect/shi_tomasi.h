@@ -10,7 +10,7 @@ namespace csd {
 ///
 /// `luma` and `allowed` are CV_8UC1 of one size; corners lie where `allowed` is not 0. `window` is the odd side,
 /// working pixels, of the square that the tensor is summed over. Candidate::strength is the eigenvalue with intensities
-/// in 0…1.
+/// in 0…1. What the picture's own noise gives is no corner; the noise is estimated where `allowed` is not 0.
 Candidates find_shi_tomasi(const cv::Mat &luma, const cv::Mat &allowed, int window, double distance);
 
 }  // namespace csd

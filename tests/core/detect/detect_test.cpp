@@ -33,21 +33,13 @@ cv::Mat only_noise(double mean, double deviation) {
   return result;
 }
 
-// Coding leaves less than a grey level in a flat picture.
-TEST(Detect, NothingInTheNoiseThatCodingLeaves) {
-  for (const int grey : {0, 16, 128, 235}) EXPECT_TRUE(csd::detect(only_noise(grey, 0.5), {}, {}, {}).empty()) << grey;
-}
-
-// One picture does not tell more noise than that from fine texture: there are features, and all that holds of features
-// holds of them. That nothing can follow them is the tracker's to find out.
-TEST(Detect, FeaturesInNoiseAreFeatures) {
-  for (const double deviation : {3.0, 20.0, 300.0}) {
-    const auto found = csd::detect(only_noise(120, deviation), {}, {}, {21, 50});
-    EXPECT_EQ(found.size(), 50U) << deviation;
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      EXPECT_TRUE(cv::Rect2d(9.5, 9.5, 620, 460).contains(found[i])) << found[i];  // false for NaN
-      for (std::size_t j = 0; j < i; ++j) EXPECT_GE(cv::norm(found[i] - found[j]), 10.5);
-    }
+TEST(Detect, NothingInNoise) {
+  for (const double deviation : {0.5, 2.0, 5.0, 20.0}) {
+    EXPECT_TRUE(csd::detect(only_noise(128, deviation), {}, {}, {}).empty()) << deviation;
+  }
+  // As black and white pictures have it, cut off on one side.
+  for (const int grey : {0, 16, 235, 255}) {
+    EXPECT_TRUE(csd::detect(only_noise(grey, 0.5), {}, {}, {}).empty()) << grey;
   }
 }
 

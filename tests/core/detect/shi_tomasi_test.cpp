@@ -37,4 +37,18 @@ TEST(ShiTomasi, AStraightEdgeIsNoCorner) {
   EXPECT_TRUE(csd::find_shi_tomasi(luma, cv::Mat(luma.size(), CV_8UC1, cv::Scalar(255)), 7, 10).empty());
 }
 
+TEST(ShiTomasi, NoiseHasNoCorners) {
+  for (const int window : {3, 7, 21}) {
+    for (const double deviation : {1.0, 3.0, 10.0, 30.0}) {
+      cv::Mat noise(480, 640, CV_16SC1), luma;
+      cv::RNG(4).fill(noise, cv::RNG::NORMAL, 120, deviation);
+      noise.convertTo(luma, CV_8U);
+      const cv::Mat all(luma.size(), CV_8UC1, cv::Scalar(255));
+      EXPECT_TRUE(csd::find_shi_tomasi(luma, all, window, 10).empty()) << window << ' ' << deviation;
+      luma(cv::Rect(300, 200, 60, 60)) += 6 * deviation;
+      EXPECT_EQ(csd::find_shi_tomasi(luma, all, window, 30).size(), 4U) << window << ' ' << deviation;
+    }
+  }
+}
+
 }  // namespace
