@@ -36,7 +36,7 @@ NativeSprite to_native(const Sprite &sprite, const FrameView &view) {
   out.height = sprite.rgba.rows;
   out.origin = sprite.origin;
   out.covered = sprite.covered;
-  const auto pixels = static_cast<std::size_t>(out.width * out.height);
+  const std::size_t pixels = sprite.rgba.total();
   out.alpha.resize(pixels);
   for (auto &value : out.value) value.resize(pixels);
   const double y_gain = view.full_range ? 1 : 219.0 / 255, c_gain = view.full_range ? 1 : 224.0 / 255;
@@ -54,7 +54,7 @@ NativeSprite to_native(const Sprite &sprite, const FrameView &view) {
              128 * a + c_gain * (c[0] - luma) / (2 * (1 - view.kr))};
       }
       for (std::size_t k = 0; k < 3; ++k)
-        out.value[k][i] = static_cast<std::uint16_t>(std::clamp(c[k], 0.0, 255.0) * fraction + 0.5);
+        out.value[k][i] = static_cast<std::uint16_t>(std::lround(std::clamp(c[k], 0.0, 255.0) * fraction));
       out.value[3][i] = static_cast<std::uint16_t>(p[3] * fraction);  // alpha of the picture: opaque
     }
   return out;

@@ -79,9 +79,11 @@ std::vector<cv::Point2d> spread(const std::vector<cv::Point2d> &ranked, cv::Size
   turns.resize(std::min(wanted, turns.size()));
 
   std::vector<std::size_t> chosen;
+  chosen.reserve(turns.size());
   for (const auto &turn : turns) chosen.push_back(turn.second);
   std::sort(chosen.begin(), chosen.end());
   std::vector<cv::Point2d> result;
+  result.reserve(chosen.size());
   for (const std::size_t i : chosen) result.push_back(ranked[i]);
   return result;
 }

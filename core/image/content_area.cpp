@@ -49,7 +49,7 @@ void ContentAreaFinder::grow(cv::Size size, int patch) {
   // A patch is a square, and so is what touches it: half a patch on each side, and a pixel of the copy for what
   // shrinking blurs.
   const double shrink = static_cast<double>(size.height) / all.rows;
-  const int radius = static_cast<int>(std::ceil(patch / 2 / shrink)) + 1;
+  const int half = patch / 2, radius = static_cast<int>(std::ceil(half / shrink)) + 1;
   cv::Mat grown;
   cv::dilate(all, grown, cv::getStructuringElement(cv::MORPH_RECT, {2 * radius + 1, 2 * radius + 1}));
   cv::resize(grown, forbidden_, size, 0, 0, cv::INTER_NEAREST);

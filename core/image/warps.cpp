@@ -36,6 +36,7 @@ Warp tilt_warp(double degrees, int axis, int side) {
 std::vector<Warp> geometric_warps(int side) {
   std::vector<Warp> warps;
   const int rotations = static_cast<int>(2 * rotation_limit / rotation_step) + 1;
+  warps.reserve(static_cast<std::size_t>(rotations + scale_steps) + 2 * std::size(tilts));
   for (int i = 0; i < rotations; ++i) warps.push_back(rotation_warp(-rotation_limit + i * rotation_step));
   for (int i = 0; i < scale_steps; ++i)
     warps.push_back(scale_warp(smallest_scale *

@@ -86,7 +86,7 @@ void ColourPatches::convert(std::size_t i, const ColourSpace &space, cv::Mat &ou
 }
 
 std::array<double, 49> colour_scores(const ColourPatches &patches) {
-  const auto pixels = static_cast<std::size_t>(patches.patch_size() * patches.patch_size());
+  const auto side = static_cast<std::size_t>(patches.patch_size()), pixels = side * side;
   std::vector<std::uint8_t> planes(patches.size() * 3 * pixels);
   std::uint32_t features = 0;
   for (std::size_t i = 0; i < patches.size(); ++i) {

@@ -75,7 +75,7 @@ void LearningQueue::book(const std::shared_ptr<Shared> &shared, const std::share
 }
 
 // One job, then to the back of the executor's line: that is how the features take turns.
-void LearningQueue::run_one(std::shared_ptr<Shared> shared, std::shared_ptr<Lane::State> lane) {
+void LearningQueue::run_one(const std::shared_ptr<Shared> &shared, const std::shared_ptr<Lane::State> &lane) {
   std::function<void()> job;
   {
     const std::lock_guard lock(shared->mutex);
