@@ -191,6 +191,21 @@ static bool set_caps(GstCsdTrackEnc *self, const GstCaps *caps) {
 
 // --- frames ----------------------------------------------------------------------------------------------------------
 
+/// Tracks refer to the rectangle that was there when they were made. videocrop lays another one onto the frame where
+/// downstream allows, without touching pixels or tracks: then they refer to the whole frame, or to nothing we know.
+static void lay_crop(csd::FrameRecord &record, GstBuffer *frame) {
+  const GstVideoCropMeta *crop = gst_buffer_get_video_crop_meta(frame);
+  GstCsdHeader header;
+  if (!crop || !record.tracks || !gst_csd_structure_get_header(record.tracks, &header)) return;
+  const auto width = static_cast<guint>(header.width), height = static_cast<guint>(header.height);
+  if (width == crop->width && height == crop->height) return;
+  const GstVideoMeta *whole = gst_buffer_get_video_meta(frame);
+  if (whole && width == whole->width && height == whole->height)
+    record.crop = crop;
+  else
+    record.tracks = nullptr;
+}
+
 /// The frame as text, in stream.line.
 static void write_frame(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
   GST_OBJECT_LOCK(self);
@@ -199,6 +214,7 @@ static void write_frame(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) 
 
   csd::FrameRecord record;
   record.tracks = gst_buffer_get_csd_tracks(frame, GST_CSD_TRACK_META_NAME, source.get());
+  lay_crop(record, frame);
   record.width = stream.width;
   record.height = stream.height;
   record.pts = GST_BUFFER_PTS(frame);

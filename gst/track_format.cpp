@@ -116,11 +116,24 @@ void append_reference(std::string &out, const FrameRecord &record) {
 GstCsdHeader header_of(const FrameRecord &record, bool &known) {
   GstCsdHeader header{};
   known = record.tracks && gst_csd_structure_get_header(record.tracks, &header);
+  if (known && record.crop) {
+    header.width = static_cast<int>(record.crop->width);
+    header.height = static_cast<int>(record.crop->height);
+  }
   if (known) return header;
   header = {};
   header.width = record.width;
   header.height = record.height;
   return header;
+}
+
+bool feature_of(const FrameRecord &record, guint i, GstCsdFeature &feature) {
+  if (!gst_csd_structure_get_feature(record.tracks, i, &feature)) return false;
+  if (record.crop) {
+    feature.x -= record.crop->x;
+    feature.y -= record.crop->y;
+  }
+  return true;
 }
 
 }  // namespace
@@ -159,7 +172,7 @@ void append_json(std::string &out, const FrameRecord &record) {
   bool first = true;
   for (guint i = 0; i < header.n_features; ++i) {
     GstCsdFeature feature;
-    if (!gst_csd_structure_get_feature(record.tracks, i, &feature)) continue;
+    if (!feature_of(record, i, feature)) continue;
     if (!first) out += ',';
     first = false;
     append_json_feature(out, feature);
@@ -180,7 +193,7 @@ void append_csv(std::string &out, const FrameRecord &record) {
   frame += ',';
   for (guint i = 0; i < header.n_features; ++i) {
     GstCsdFeature feature;
-    if (!gst_csd_structure_get_feature(record.tracks, i, &feature)) continue;
+    if (!feature_of(record, i, feature)) continue;
     out += frame;
     append_integer(out, feature.id);
     out += ',';

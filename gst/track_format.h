@@ -2,6 +2,7 @@
 #pragma once
 
 #include <gst/gst.h>
+#include <gst/video/video.h>
 
 #include <string>
 #include <string_view>
@@ -13,6 +14,8 @@ namespace csd {
 /// Numbers have a dot and JSON's form in every locale. x, y and confidence have 3 decimals.
 struct FrameRecord {
   const GstStructure *tracks = nullptr;  ///< of a track or truth meta; null: the frame has none
+  /// A rectangle that was laid onto the frame after it was tracked; null: none. What is written refers to it.
+  const GstVideoCropMeta *crop = nullptr;
   const char *role = "track";
   /// Nanoseconds, GST_CLOCK_TIME_NONE where unknown.
   GstClockTime pts = GST_CLOCK_TIME_NONE, duration = GST_CLOCK_TIME_NONE, running_time = GST_CLOCK_TIME_NONE,

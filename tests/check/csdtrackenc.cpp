@@ -2,6 +2,7 @@
 //
 // csdtrackenc: each form read back by a reader that isn't ours, and how it behaves in a pipeline.
 #include <gst/check/gstharness.h>
+#include <gst/video/video.h>
 
 #include "attach.h"
 #include "read_text.h"
@@ -335,6 +336,33 @@ GST_START_TEST(test_nothing_in_common_is_an_error) {
 }
 GST_END_TEST;
 
+GST_START_TEST(a_crop_rectangle_laid_on_later_moves_the_tracks) {
+  Harness h("application/x-ndjson");
+  const struct {
+    guint frame_width, crop_width;  // of a frame that was tracked as 64×48
+    int width;                      // as written
+    double x;                       // of feature 0, at 31.2044
+    unsigned features;
+  } cases[] = {{64, 50, 50, 31.204 - 10, 2}, {64, 64, 64, 31.204, 2}, {80, 64, 64, 31.204, 2}, {80, 50, 64, 0, 0}};
+  for (const auto &c : cases) {
+    GstBuffer *buffer = tracked_frame(0);
+    gst_buffer_add_video_meta(buffer, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_GRAY8, c.frame_width, 48);
+    GstVideoCropMeta *crop = gst_buffer_add_video_crop_meta(buffer);
+    crop->x = c.crop_width == 50 ? 10 : 0;
+    crop->width = c.crop_width;
+    crop->height = 48;
+    fail_unless_equals_int(h.push(buffer), GST_FLOW_OK);
+    Json line = parse(h.pull());
+    JsonObject *o = object(line);
+    JsonArray *features = json_object_get_array_member(o, "features");
+    fail_unless_equals_int(json_object_get_int_member(o, "width"), c.width);
+    fail_unless_equals_int(json_array_get_length(features), c.features);
+    if (c.features)
+      fail_unless(ABS(json_object_get_double_member(json_array_get_object_element(features, 0), "x") - c.x) < 0.0011);
+  }
+}
+GST_END_TEST
+
 static Suite *csdtrackenc_suite() {
   Suite *s = suite_create("csdtrackenc");
   TCase *tc = tcase_create("general");
@@ -352,6 +380,7 @@ static Suite *csdtrackenc_suite() {
   tcase_add_test(tc, test_any_memory_and_events);
   tcase_add_test(tc, test_qos_ends_here_and_other_events_go_on);
   tcase_add_test(tc, test_nothing_in_common_is_an_error);
+  tcase_add_test(tc, a_crop_rectangle_laid_on_later_moves_the_tracks);
   return s;
 }
 

@@ -26,6 +26,12 @@ class Readme(Case):
             self.assertTrue(-0.5 <= float(x) < 319.5 and -0.5 <= float(y) < 239.5)
             self.assertEqual(float(confidence) > 0, state in CLAIMS)
 
+    def test_python_example_tells_of_an_error(self):
+        example = re.search(r"```python\n(.*?)```", README.read_text(), re.DOTALL).group(1)
+        done = subprocess.run([sys.executable, "-c", example, README], capture_output=True, text=True, timeout=HANGS)
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, r"(?i)type|stream|video")
+
 
 if __name__ == "__main__":
     main()
