@@ -200,9 +200,12 @@ void Csd2012::look(const FrameContext &context, Follower &follower, bool whole_p
   if (result.best) {
     follower.work = *result.best;
     follower.last_seen = context.time;
+    // What is left are the false correspondences, of which those on what is no tissue teach nothing.
     const double ignore = rules_for(settings_, frame).ignore_radius;
-    counters_->false_correspondences += static_cast<std::uint64_t>(std::count_if(
-        result.matches.begin(), result.matches.end(), [&](cv::Point p) { return apart(p, *result.best) > ignore; }));
+    std::erase_if(result.matches, [&](cv::Point p) {
+      return apart(p, *result.best) <= ignore || (!context.forbidden.empty() && context.forbidden.at<std::uint8_t>(p));
+    });
+    counters_->false_correspondences += result.matches.size();
   }
   if (settings_.learn_synchronously || follower.lane.waiting() < waiting_updates)
     prepare_update(context, follower, *descriptor, result, origin);
@@ -218,9 +221,7 @@ void Csd2012::prepare_update(const FrameContext &context, Follower &follower, co
   };
   if (result.best) {
     update.positives.push_back(cut(*result.best));
-    std::vector<cv::Point> wrong;
-    for (const auto &p : result.matches)
-      if (apart(p, *result.best) > rules.ignore_radius) wrong.push_back(p);
+    auto wrong = result.matches;
     for (int i = 0; i < false_updates && !wrong.empty(); ++i) {
       const auto k = follower.random.below(static_cast<std::uint32_t>(wrong.size()));
       update.negatives.push_back(cut(wrong[k]));

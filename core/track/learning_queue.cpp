@@ -20,7 +20,7 @@ struct LearningQueue::Shared {
 struct LearningQueue::Lane::State {
   std::shared_ptr<Shared> shared;
   std::deque<std::function<void()>> jobs;
-  bool scheduled = false;  // a run_one() is posted or running
+  bool scheduled = false;  // a take_turn() is posted or running
 };
 
 LearningQueue::Lane::~Lane() {
@@ -64,7 +64,7 @@ void LearningQueue::post(Lane &lane, std::function<void()> job) {
 // A turn for the lane. An executor that refuses it (no memory) takes the lane's jobs with it: nobody may wait for them.
 void LearningQueue::book(const std::shared_ptr<Shared> &shared, const std::shared_ptr<Lane::State> &lane) {
   try {
-    shared->executor.post([shared, lane] { run_one(shared, lane); });
+    shared->executor.post([shared, lane] { take_turn(shared, lane); });
   } catch (...) {
     const std::lock_guard lock(shared->mutex);
     if (!shared->failure) shared->failure = std::current_exception();
@@ -74,38 +74,36 @@ void LearningQueue::book(const std::shared_ptr<Shared> &shared, const std::share
   }
 }
 
-// One job, then to the back of the executor's line: that is how the features take turns.
-void LearningQueue::run_one(const std::shared_ptr<Shared> &shared, const std::shared_ptr<Lane::State> &lane) {
-  std::function<void()> job;
-  {
-    const std::lock_guard lock(shared->mutex);
-    if (lane->jobs.empty()) {
-      lane->scheduled = false;
-      return;
-    }
-    job = std::move(lane->jobs.front());
+// The jobs that waited when the turn began, then to the back of the executor's line. One job at a time would be fairer,
+// and all features of a picture would get their descriptors late, together.
+void LearningQueue::take_turn(const std::shared_ptr<Shared> &shared, const std::shared_ptr<Lane::State> &lane) {
+  std::unique_lock lock(shared->mutex);
+  ++shared->running;
+  for (std::size_t left = lane->jobs.size(); left > 0 && !lane->jobs.empty(); --left) {
+    auto job = std::move(lane->jobs.front());
     lane->jobs.pop_front();
-    ++shared->running;
-  }
-  std::exception_ptr failure;
-  const auto start = std::chrono::steady_clock::now();
-  try {
-    job();
-  } catch (...) {
-    failure = std::current_exception();
-  }
-  job = nullptr;
-  const auto spent = std::chrono::steady_clock::now() - start;
-  bool more = false;
-  {
-    const std::lock_guard lock(shared->mutex);
+    lock.unlock();
+    std::exception_ptr failure;
+    const auto start = std::chrono::steady_clock::now();
+    try {
+      job();
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    job = nullptr;
+    const auto spent = std::chrono::steady_clock::now() - start;
+    lock.lock();
     shared->spent += std::chrono::duration_cast<std::chrono::nanoseconds>(spent).count();
     if (failure && !shared->failure) shared->failure = failure;
     --shared->waiting;
-    more = lane->scheduled = !lane->jobs.empty();
+    shared->idle.notify_all();
   }
-  if (more) book(shared, lane);
-  const std::lock_guard lock(shared->mutex);
+  lane->scheduled = !lane->jobs.empty();
+  if (lane->scheduled) {
+    lock.unlock();
+    book(shared, lane);
+    lock.lock();
+  }
   --shared->running;
   // Notified under the lock: once it is released the owner, and with it the executor, may be gone.
   shared->idle.notify_all();

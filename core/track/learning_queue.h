@@ -48,7 +48,7 @@ class LearningQueue {
  private:
   struct Shared;
   static void book(const std::shared_ptr<Shared> &shared, const std::shared_ptr<Lane::State> &lane);
-  static void run_one(const std::shared_ptr<Shared> &shared, const std::shared_ptr<Lane::State> &lane);
+  static void take_turn(const std::shared_ptr<Shared> &shared, const std::shared_ptr<Lane::State> &lane);
   std::shared_ptr<Shared> shared_;
 };
 

@@ -19,7 +19,9 @@ namespace {
 
 constexpr std::int64_t nominal_duration = second / 25;  // of a frame, where the stream does not say
 constexpr std::int64_t occluded_for = second;           // DESIGN: hidden for longer is lost
-constexpr std::int64_t replenish_every = second / 2;    // detection costs as much as ten frames of tracking
+// A recording fades in: what is found first is not all that there is.
+constexpr std::int64_t settle_for = 2 * second;
+constexpr std::int64_t replenish_every = second / 2;  // detection costs as much as ten frames of tracking
 
 constexpr double least_contrast = 1;  // grey levels, of a picture worth looking for features in
 
@@ -84,8 +86,8 @@ struct Tracker::Impl {
   cv::Size last_size, last_work_size;
   bool stream_begun = false;         // the given points have begun
   bool points_begun_before = false;  // … in an earlier stream: now they need new ids
-  bool detected = false;             // detection has found something
-  std::int64_t last_detection = 0;
+  std::size_t detected = 0;          // features that detection has found in this stream
+  std::int64_t first_detection = 0, last_detection = 0;
   bool any_frame = false;
   bool failed = false;  // process() threw: what process_blind() says next is of the same frame
   std::int64_t time = 0, last_pts = no_time, last_duration = no_time;
@@ -118,6 +120,7 @@ void Tracker::Impl::take_requests() {
   {
     const std::lock_guard lock(mutex);
     reset = std::exchange(reset_asked, false);
+    if (reset) asked.clear();
     asked.insert(asked.end(), requested.begin(), requested.end());
     requested.clear();
     unasked.swap(removed);
@@ -145,7 +148,8 @@ void Tracker::Impl::end_all() {
   }
   algorithm->forget();
   content_area.reset();
-  stream_begun = detected = false;
+  stream_begun = false;
+  detected = 0;
 }
 
 void Tracker::Impl::apply(const Claim &claim, Life &life) {
@@ -238,10 +242,13 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
   if (!settings.points.empty()) return;
   const auto alive = std::count_if(lives.begin(), lives.end(),
                                    [](const Life &l) { return !l.given && l.feature.state != FeatureState::ended; });
-  const auto wanted = static_cast<std::ptrdiff_t>(settings.max_features) - alive;
+  const bool replenishes = settings.replenish && algorithm->replenishes();
+  const auto wanted = static_cast<std::ptrdiff_t>(settings.max_features) -
+                      (replenishes ? alive : static_cast<std::ptrdiff_t>(detected));
   if (wanted <= 0) return;
-  if (detected) {
-    if (!settings.replenish || !algorithm->replenishes() || time - last_detection < replenish_every) return;
+  if (detected > 0) {
+    if (!replenishes && time - first_detection >= settle_for) return;
+    if (time - last_detection < replenish_every) return;
   }
   last_detection = time;
 
@@ -275,7 +282,7 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
   specular_mask(context.frame, {{0, 0}, luma.size()}, specular, settings.specular);
   for (const auto &position : detect(luma, specular, forbidden, options, taken)) {
     begin(take_id(), context.frame.to_picture(position), false, &context);
-    detected = true;
+    if (detected++ == 0) first_detection = time;
   }
 }
 
@@ -398,6 +405,7 @@ bool Tracker::remove_point(FeatureId id) {
 void Tracker::reset() {
   const std::lock_guard lock(impl_->mutex);
   impl_->reset_asked = true;
+  impl_->requested.clear();
 }
 
 Stats Tracker::stats() const {

@@ -303,18 +303,24 @@ TEST(Csd2012, InAStillSceneADescriptorFindsTheVeryPlace) {
       }
 }
 
-// Nothing is evaluated where the tracker says that there is no tissue.
+// Where the tracker says that there is no tissue nothing is evaluated, by the learner or by the descriptor that tracks.
 TEST(Csd2012, LearnersAreToldWhatIsForbidden) {
   const MovingScene scene;
   const auto picture = scene.render({0, 0});
   WorkFrame frame;
   frame.load(MovingScene::view(picture));
+  std::vector<Claim> claims{{0, Claim::Kind::hidden, {160, 120}}};
   const cv::Mat nowhere, everywhere(240, 320, CV_8UC1, cv::Scalar(255));
   const auto errors = [&](const cv::Mat &forbidden) {
     ThreadPool pool(1);
     Csd2012 algorithm(few_features(), pool);
     algorithm.begin(0, {160, 120}, {frame, forbidden, 0});
     algorithm.finish({frame, forbidden, 0});
+    for (int i = 1; i < 20; ++i) {
+      algorithm.track({frame, forbidden, i * frame_time}, claims);
+      algorithm.finish({frame, forbidden, i * frame_time});
+    }
+    EXPECT_EQ(claims[0].kind, Claim::Kind::tracked);
     Stats stats;
     algorithm.add_to(stats);
     return stats.false_correspondences;

@@ -29,11 +29,13 @@ TEST(LearningQueue, KeepsTheOrderWithinALaneAndTakesTurnsBetweenLanes) {
   LearningQueue queue(executor);
   auto a = queue.make_lane(), b = queue.make_lane();
   std::string order;
+  // What is posted in a lane's turn waits for its next.
+  queue.post(a, [&] { queue.post(a, [&order] { order += "a4"; }); });
   for (const char c : {'1', '2', '3'}) queue.post(a, [&order, c] { order += {'a', c}; });
   for (const char c : {'1', '2'}) queue.post(b, [&order, c] { order += {'b', c}; });
-  EXPECT_EQ(queue.waiting(), 5u);
+  EXPECT_EQ(queue.waiting(), 6u);
   while (!executor.jobs.empty()) executor.run_one();
-  EXPECT_EQ(order, "a1b1a2b2a3");
+  EXPECT_EQ(order, "a1a2a3b1b2a4");
   EXPECT_EQ(queue.waiting(), 0u);
 }
 
@@ -43,8 +45,10 @@ TEST(LearningQueue, ALaneThatGoesDropsItsJobs) {
   int ran = 0;
   {
     auto lane = queue.make_lane();
-    queue.post(lane, [&ran] { ++ran; });
-    queue.post(lane, [&ran] { ++ran; });
+    queue.post(lane, [&] {
+      ++ran;
+      queue.post(lane, [&ran] { ++ran; });
+    });
     executor.run_one();
     EXPECT_EQ(lane.waiting(), 2u);  // one job, and the turn that is booked for it
   }

@@ -155,12 +155,30 @@ TEST_F(TrackerLife, AChangeOfSizeEndsTheOldIdsAndBeginsThePointsUnderTheNext) {
 TEST_F(TrackerLife, ResetDoesTheSame) {
   Tracker tracker(with_points({{10, 20}}), executor_);
   next(tracker);
+  tracker.add_point(30, 30);  // before the reset: of the stream that is forgotten
   tracker.reset();
   const auto &tracks = next(tracker);
   ASSERT_EQ(tracks.features.size(), 2u);
   EXPECT_EQ(tracks.features[0].state, FeatureState::ended);
-  EXPECT_EQ(tracks.features[1].id, 1u);
+  EXPECT_EQ(tracks.features[1].x, 10);
+  EXPECT_EQ(tracks.features[1].id, 2u);
   EXPECT_EQ(tracks.frame, 1u);
+}
+
+// As where a recording fades in. Detection fills up for two seconds from the first feature on; then the rest is for
+// algorithms that replenish.
+TEST_F(TrackerLife, WhatFadesInIsDetectedTo) {
+  Settings settings;
+  settings.max_features = 20;
+  const auto detected_with_all_of_it_from = [&](int frame) {
+    Tracker tracker(settings, executor_);
+    cv::Mat part(texture_.size(), CV_8UC1, cv::Scalar(0));
+    texture_(cv::Rect(140, 100, 40, 40)).copyTo(part(cv::Rect(140, 100, 40, 40)));
+    for (int i = 0; i < 80; ++i) next(tracker, i < frame ? part : texture_);
+    return next(tracker, texture_).features.size();
+  };
+  EXPECT_EQ(detected_with_all_of_it_from(30), 20u);
+  EXPECT_LT(detected_with_all_of_it_from(55), 20u);
 }
 
 TEST_F(TrackerLife, PointsComeAndGoByRequest) {
