@@ -1,33 +1,58 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The program behind pipelines/quickstart: quickstart.py VIDEO OUT [PROPERTY=VALUE...]"""
+"""The program behind pipelines/quickstart: quickstart.py VIDEO OUT [PROPERTY=VALUE...], or quickstart.py --properties"""
 
+import contextlib
+import os
 import pathlib
+import shutil
 import signal
 import sys
+import tempfile
 
 import report
 import tracking
 
 
-def main():
-    video, out = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
-    job = tracking.Job(video, out, sys.argv[3:])
-    results = [out / name for name in report.RESULTS]
-    for path in results:  # of an earlier run: what can't be made this time must not seem to be there
-        path.unlink(missing_ok=True)
+@contextlib.contextmanager
+def unfinished(out):
+    """A folder in OUT, hence on its file system, that is gone in the end. If OUT is still empty then, it was not there
+    before either."""
+    made = [path for path in (out, *out.parents) if not path.exists()]
+    folder = None
     try:
+        out.mkdir(parents=True, exist_ok=True)
+        folder = pathlib.Path(tempfile.mkdtemp(prefix=".unfinished-", dir=out))
+        yield folder
+    except OSError as error:
+        raise tracking.Failure(f"can't write into '{out}' ({error.strerror}): make room or give another OUT") from error
+    finally:
+        if folder:
+            shutil.rmtree(folder, ignore_errors=True)
+        with contextlib.suppress(OSError):  # not empty
+            for path in made:
+                path.rmdir()
+
+
+def main():
+    if sys.argv[1:] == ["--properties"]:
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # | head is no error
+        report.properties(tracking.settable_properties())
+        return
+    video, out = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+    with unfinished(out) as folder:
+        job = tracking.Job(video, out, folder, sys.argv[3:])
         with report.Progress(video.name) as progress:
             job.run(progress)
-    except tracking.Failure:
-        if not job.frames:
-            for path in results:
-                path.unlink(missing_ok=True)
-        raise
-    report.preview(out, job.frames)
-    if job.cut_short:
-        print(f"quickstart: {job.cut_short}", file=sys.stderr)
-    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # | head is no error
+        report.preview(folder, job.frames)
+        for name in report.RESULTS:
+            if (folder / name).exists():
+                os.replace(folder / name, out / name)
+            else:  # no preview: that of another run must not seem to belong to this one
+                (out / name).unlink(missing_ok=True)
+    for text in filter(None, (*job.warnings, job.cut_short)):
+        print(f"quickstart: {text}", file=sys.stderr)
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     report.table(job, out)
 
 
@@ -36,3 +61,5 @@ try:
 except tracking.Failure as failure:
     print(f"quickstart: {failure}", file=sys.stderr)
     sys.exit(1)
+except KeyboardInterrupt:  # before there was anything to end properly
+    sys.exit(130)

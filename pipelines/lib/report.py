@@ -2,8 +2,10 @@
 """What quickstart shows: progress, contact sheet, table."""
 
 import csv
+import shutil
 import subprocess
 import sys
+import textwrap
 import time
 
 STATES = {  # and how overlay.mp4 shows them
@@ -24,7 +26,8 @@ PREVIEW_FRAMES = 6
 
 
 class Progress:
-    """A bar on a terminal; on anything else a line at each quarter."""
+    """A bar on a terminal; on anything else a line as each quarter has passed. Only done() says 100 %: behind the last
+    tracked frame there is still the encoder."""
 
     WIDTH = 30
 
@@ -45,28 +48,41 @@ class Progress:
 
     def show(self, share, frames):
         """share: of the video done, 0…1, or None if its length is unknown."""
-        seconds = time.monotonic() - self._started
-        fps = frames / max(1e-3, seconds)
+        left = ""
+        if share is not None:
+            share = min(share, 0.99)
+            if share > 0.02:
+                left = f", {clock((time.monotonic() - self._started) * (1 - share) / share)} left"
+        self._print(share, frames, left)
+
+    def done(self, frames):
+        self._print(1, frames, f", took {clock(time.monotonic() - self._started)}")
         if self._bar:
-            bar = "?" * self.WIDTH
-            if share is not None:
-                bar = ("#" * round(min(1, share) * self.WIDTH)).ljust(self.WIDTH, ".")
-            percent = left = ""
-            if share is not None:
-                percent = f"{min(1, share):4.0%}  "
-                if 0.02 < share < 1:
-                    minutes, rest = divmod(round(seconds * (1 - share) / share), 60)
-                    left = f", {minutes}:{rest:02} left"
-            line = f"[{bar}] {percent}{frames} frames, {fps:.0f} fps{left}"
-            print(f"\r\033[K{line}", end="", file=sys.stderr, flush=True)
-        elif share is not None and int(share * 4) > self._told and share < 1:
+            print(file=sys.stderr)
+
+    def _print(self, share, frames, rest):
+        fps = frames / max(1e-3, time.monotonic() - self._started)
+        speed = f"{frames} frames, {fps:.0f} fps{rest}"
+        percent = "" if share is None else f"{int(100 * share):3} %"
+        if self._bar:
+            bar = "?" * self.WIDTH if share is None else ("#" * int(share * self.WIDTH)).ljust(self.WIDTH, ".")
+            print(f"\r\033[K[{bar}] {percent}  {speed}", end="", file=sys.stderr, flush=True)
+        elif share is not None and int(share * 4) > self._told:
             self._told = int(share * 4)
-            print(f"  {self._told * 25} % ({frames} frames, {fps:.0f} fps)", file=sys.stderr)
+            print(f"  {percent} ({speed})", file=sys.stderr, flush=True)
+
+
+def clock(seconds):
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes}:{rest:02}"
 
 
 def preview(out, frames):
     """Six frames of overlay.mp4, evenly spread, as one picture. Chosen by number, so that a video without timestamps works
     too."""
+    if not shutil.which("ffmpeg"):
+        print("quickstart: no preview.png: there is no ffmpeg", file=sys.stderr)
+        return
     count = min(PREVIEW_FRAMES, frames)
     chosen = [(2 * i + 1) * frames // (2 * count) for i in range(count)]
     select = "+".join(f"eq(n\\,{n})" for n in chosen)
@@ -78,7 +94,8 @@ def preview(out, frames):
     # In that folder, for in a path ffmpeg reads a colon as a protocol and a per cent sign as a number's place.
     done = subprocess.run(["ffmpeg", "-v", "error", "-y", "-ignore_editlist", "1", "-i", "overlay.mp4", "-an", "-vsync", "0",
                            "-vf", filters, "-frames:v", "1", "preview.png"],
-                          cwd=out, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+                          cwd=out, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                          start_new_session=True)  # another Ctrl-C is not for this
     if done.returncode:
         (out / "preview.png").unlink(missing_ok=True)  # torn, on a full disk
         why = done.stderr.strip().splitlines() or ["ffmpeg failed"]
@@ -86,18 +103,32 @@ def preview(out, frames):
 
 
 def features(path):
-    """From tracks.csv: how many rows each state has, and how many ids there are."""
-    rows, ids = dict.fromkeys(STATES, 0), set()
+    """From tracks.csv: how many rows each state has, how many ids there are, and where those began that began outside
+    the picture, which only points that were given can."""
+    rows, ids, outside = dict.fromkeys(STATES, 0), set(), []
     with open(path, newline="") as file:
-        reader = csv.reader(file)
-        header = next(reader, [])
-        if "state" not in header:
-            return rows, 0
-        state, feature = header.index("state"), header.index("id")
-        for row in reader:
-            rows[row[state]] += 1
-            ids.add(row[feature])
-    return rows, len(ids)
+        for row in csv.DictReader(file):
+            rows[row["state"]] += 1
+            if row["id"] not in ids:
+                ids.add(row["id"])
+                if row["state"] == "out":
+                    outside.append(f"{float(row['x']):g},{float(row['y']):g}")
+    return rows, len(ids), outside
+
+
+def why_none(track):
+    """Why there is no feature at all."""
+    if track.get_property("max-features") == 0:
+        return "max-features is 0, so none was looked for"
+    where = "region" if track.get_property("region") else "picture"
+    return f"nothing in the {where} stands out" + (" at that patch-size" if track.get_property("patch-size") else "")
+
+
+def properties(specs):
+    """specs: (name, values, default, blurb) of each property."""
+    for name, values, default, blurb in specs:
+        print(f"{name:17} {values}  (default: {default})")
+        print(textwrap.fill(blurb, 100, initial_indent="    ", subsequent_indent="    "))
 
 
 def table(job, out):
@@ -108,15 +139,18 @@ def table(job, out):
         ns = number(field)
         return "?" if ns is None else f"{ns / 1e6:.2f} ms"
 
-    rows, ids = features(out / "tracks.csv")
+    rows, ids, outside = features(out / "tracks.csv")
     total = sum(rows.values())
     print(f"frames      {job.frames} of {job.picture}, in {job.seconds:.1f} s: {job.frames / job.seconds:.1f} fps with "
           "decoding and encoding")
     print(f"features    {ids} in all, {total / job.frames:.1f} a frame" if ids else
-          "features    none: nothing in the picture stands out; --points tracks what you choose")
+          f"features    none: {why_none(job.track)}; --points tracks what you choose")
     for state, marker in STATES.items():
         if rows[state]:
             print(f"  {state:9} {rows[state] / total:6.1%}  {rows[state] / job.frames:6.1f} a frame   {marker}")
+    if outside:
+        print(f"outside     {len(outside)} of {ids} points lie outside the picture of {job.picture.split()[0]}: "
+              f"{'; '.join(outside[:5])}{'; …' if len(outside) > 5 else ''}")
     print(f"cost        p50 {milliseconds('time-p50')}, p95 {milliseconds('time-p95')} a frame, tracking and learning")
     print(f"sound       {', '.join(job.sound) or 'none'}")
     if job.turned:

@@ -9,6 +9,7 @@
 A video that its file wants turned (as phones write them) is turned behind csdtrack: mp4mux 1.22 can't write that wish.
 """
 
+import signal
 import threading
 import time
 
@@ -29,6 +30,10 @@ COPIED = (
 )
 
 
+PRESET = {"overlay": "draw", "learning": "sync"}
+# No --set: the results depend on these, and name and parent belong to the pipeline.
+KEPT = ("attach-meta", "name", "overlay", "parent")
+
 SILENCE = 60  # seconds without a stream, after which none is waited for
 
 
@@ -39,18 +44,21 @@ class Failure(Exception):
 class Job:
     """One run over one file. After run(): frames, seconds, stats and the like say what happened."""
 
-    def __init__(self, video, out, properties):
-        self.video, self.out = video, out
+    def __init__(self, video, out, folder, properties):
+        """out: what the user calls the folder of the results; folder: where they are made."""
+        self.video, self.out, self.folder = video, out, folder
         self.frames = 0
-        self.position = 0  # ns, end of the newest frame
+        self.position = 0  # ns in the video, end of the newest frame
         self.duration = 0  # ns, of the file as it says itself; 0 if it doesn't
         self.picture = ""
         self.turned = False  # overlay.mp4 is, as the file asks; the tracks are not
         self.sound = []
         self.seconds = 0.0
         self.stats = None
+        self.warnings = []  # of csdtrack, each a line
         self.cut_short = ""  # why the tracks end before the video does
         self._missing = []
+        self._segment = Gst.Segment()
         self._feeds = []  # sink pads that decodebin feeds
         self._loop = GLib.MainLoop()
         self._failure = None
@@ -81,8 +89,8 @@ class Job:
         source = self._make("filesrc", location=str(self.video))
         self.decode = self._make("decodebin")
         self.track = self._make("csdtrack")
-        Gst.util_set_object_arg(self.track, "overlay", "draw")
-        Gst.util_set_object_arg(self.track, "learning", "sync")
+        for name, value in PRESET.items():
+            Gst.util_set_object_arg(self.track, name, value)
         for assignment in properties:
             set_checked(self.track, *assignment.split("=", 1))
         tee = self._make("tee")
@@ -99,11 +107,11 @@ class Job:
         Gst.util_set_object_arg(encoder, "speed-preset", "veryfast")
         self.mux = self._make("mp4mux")
         # async=false: no sink waits for the others to start, for x264enc says nothing before its look-ahead is full.
-        sink = self._make("filesink", location=str(self.out / "overlay.mp4"), async_=False)
+        sink = self._make("filesink", location=str(self.folder / "overlay.mp4"), async_=False)
         self._chain(tee, self._make("queue", max_size_buffers=4), self.crop, self._make("videoconvert"),
                     self._make("videoscale"), self.size, upright, encoder, self._make("queue"), self.mux, sink)
         for name, caps in (("tracks.jsonl", "application/x-ndjson"), ("tracks.csv", "text/csv")):
-            sink = self._make("filesink", location=str(self.out / name), async_=False)
+            sink = self._make("filesink", location=str(self.folder / name), async_=False)
             Gst.util_set_object_arg(sink, "buffer-mode", "unbuffered")
             self._chain(tee, self._make("queue", max_size_buffers=4), self._make("csdtrackenc"),
                         self._make("capsfilter", caps=Gst.Caps.from_string(caps)), sink)
@@ -180,10 +188,14 @@ class Job:
         if event.type == Gst.EventType.TAG:
             known, orientation = event.parse_tag().get_string(Gst.TAG_IMAGE_ORIENTATION)
             self.turned = self.turned or known and orientation != "rotate-0"
+        if event.type == Gst.EventType.SEGMENT:
+            event.copy_segment(self._segment)
         if event.type == Gst.EventType.CAPS and not self.picture:
             structure = event.parse_caps().get_structure(0)
             width, height = structure.get_int("width")[1], structure.get_int("height")[1]
             self.picture = f"{width}×{height} {structure.get_string('format')}"
+            if min(width, height) < 16:
+                self._fail(f"'{self.video}' has {width}×{height} pixels, and overlay.mp4 can't have fewer than 16×16")
             # H.264 4:2:0 has even sizes only: the last column or row stays out of overlay.mp4, not out of the tracks.
             self.crop.set_property("right", width % 2)
             self.crop.set_property("bottom", height % 2)
@@ -196,7 +208,9 @@ class Job:
         buffer = info.get_buffer()
         if buffer.pts != Gst.CLOCK_TIME_NONE:
             length = buffer.duration if buffer.duration != Gst.CLOCK_TIME_NONE else 0
-            self.position = max(self.position, buffer.pts + length)
+            end = self._segment.to_stream_time(Gst.Format.TIME, buffer.pts + length)
+            if end != Gst.CLOCK_TIME_NONE:
+                self.position = max(self.position, end)
         return Gst.PadProbeReturn.OK
 
     # ---- running it ------------------------------------------------------------------------------------------------
@@ -206,7 +220,8 @@ class Job:
         bus = self.pipeline.get_bus()
         bus.add_signal_watch()
         bus.connect("message", self._message)
-        GLib.unix_signal_add(GLib.PRIORITY_DEFAULT, 2, self._interrupted)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            GLib.unix_signal_add(GLib.PRIORITY_DEFAULT, number, self._interrupted)
         GLib.timeout_add(200, self._tick, progress)
         self._started = started = time.monotonic()
         self.pipeline.set_state(Gst.State.PLAYING)
@@ -224,6 +239,8 @@ class Job:
         if not self.cut_short and self.position and missing > max(Gst.SECOND, self.duration // 50):
             self.cut_short = (f"'{self.video}' has a picture up to {self.position / Gst.SECOND:.1f} s only, and says that "
                               f"it lasts {self.duration / Gst.SECOND:.1f} s: is the file complete?")
+        if not self.cut_short:
+            progress.done(self.frames)
 
     def _tick(self, progress):
         # decodebin drops an error that comes while it plugs elements together (seen with qtdemux, 1 run in 10 of a file
@@ -231,7 +248,8 @@ class Job:
         if not self._feeds and not self._ending and time.monotonic() - self._started > SILENCE:
             self._fail(f"'{self.video}' shows no stream: check that it plays, or convert it to H.264")
         self._ask_duration()
-        progress.show(self.position / self.duration if self.duration else None, self.frames)
+        known = self.duration and (self.position or not self.frames)  # frames may be without timestamps
+        progress.show(self.position / self.duration if known else None, self.frames)
         return True
 
     def _ask_duration(self):
@@ -244,6 +262,8 @@ class Job:
         GLib.idle_add(self._loop.quit)
 
     def _interrupted(self):
+        if self.frames == 0:
+            self._fail("ended before the first frame, as you asked: nothing was made")
         self._end("ended early, as you asked")
         return True
 
@@ -262,6 +282,8 @@ class Job:
             self._loop.quit()
         elif message.type == Gst.MessageType.ERROR:
             self._error(message)
+        elif message.type == Gst.MessageType.WARNING and message.src == self.track:
+            self.warnings.append(f"csdtrack: {message.parse_warning()[0].message}")
         elif message.type == Gst.MessageType.ELEMENT and message.has_name("missing-plugin"):
             self._missing.append(message.get_structure().get_string("name"))
 
@@ -316,12 +338,34 @@ def copied(caps):
     return None
 
 
+def settable_properties():
+    """For each property of csdtrack that --set takes: name, values, default and what it is, as text."""
+    for spec in Gst.ElementFactory.make("csdtrack").list_properties():
+        if not spec.flags & GObject.ParamFlags.WRITABLE or spec.name in KEPT:
+            continue
+        default, minimum = spec.default_value, getattr(spec, "minimum", None)
+        if spec.value_type.is_a(GObject.TYPE_ENUM):
+            values = " | ".join(v.value_nick for v in spec.enum_class.__enum_values__.values())
+            default = default.value_nick
+        elif spec.value_type == GObject.TYPE_BOOLEAN:
+            values, default = "true | false", str(default).lower()
+        elif minimum is not None:
+            values = f"{minimum} to {spec.maximum}"
+        else:
+            values, default = "text", default or "empty"
+        if spec.name in PRESET:
+            default += f"; quickstart: {PRESET[spec.name]}"
+        yield spec.name, values, default, spec.blurb
+
+
 def set_checked(element, name, text):
     """Sets a property from text; a Failure names what is wrong with it."""
     spec = element.find_property(name)
     kind = element.get_factory().get_name()
+    if name in KEPT:
+        raise Failure(f"{name} can't be set here, quickstart needs it as it is: leave that --set out")
     if spec is None or not spec.flags & GObject.ParamFlags.WRITABLE:
-        raise Failure(f"{kind} has no property '{name}': see --properties")
+        raise Failure(f"{kind} has no property '{name}' to set: see --properties")
     if spec.value_type == GObject.TYPE_STRING:
         element.set_property(name, text)
         return
