@@ -14,6 +14,8 @@ namespace csd {
 namespace {
 
 constexpr double most_specular = 0.05;  // of the patch (A6)
+constexpr double least_distance = 0.5;  // between features, of the patch's side (A5)
+constexpr int windows_per_patch = 3;    // sides of Shi and Tomasi's window that make one of the patch
 constexpr double per_bucket = 2;        // features that a bucket has room for, when they lie evenly
 
 /// Side of the buckets: so many that `wanted` features fill each with per_bucket, on the part that is allowed.
@@ -50,8 +52,8 @@ std::vector<cv::Point2d> detect(const cv::Mat &luma, const cv::Mat &specular, co
   const cv::Mat allowed = allowed_centres(luma.size(), specular, forbidden, options.patch);
   if (cv::countNonZero(allowed) == 0) return {};
 
-  const double radius = options.patch / 2.0;
-  const int window = std::max(3, options.patch / 3 | 1);
+  const double radius = least_distance * options.patch;
+  const int window = std::max(3, options.patch / windows_per_patch | 1);
   const std::vector<cv::Point2d> ranked =
       merge_by_rank(find_dog(luma, allowed), find_shi_tomasi(luma, allowed, window, radius), radius, taken);
   return spread(ranked, luma.size(), bucket_side(allowed, options), options.wanted, taken);

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 HWY_BEFORE_NAMESPACE();
 namespace csd::HWY_NAMESPACE {
@@ -50,14 +49,14 @@ void YuvToRgb(const YuvCoefficients &c, const std::uint8_t *y, const std::uint8_
   });
 }
 
+// Eq. 7, ColourSpace::apply(), for a row of pixels.
 void RgbToSpace(const ColourSpace &space, const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n,
                 std::uint8_t *out) {
   const int lanes = static_cast<int>(hn::Lanes(i16));
-  const int span = std::abs(space.r) + std::abs(space.g) + std::abs(space.b);
+  const int span = space.span();
   if (n < lanes || span == 0) return scalar::rgb_to_space(space, r, g, b, n, out);
-  const int below = std::max(-space.r, 0) + std::max(-space.g, 0) + std::max(-space.b, 0);
   const auto wr = hn::Set(i16, space.r), wg = hn::Set(i16, space.g), wb = hn::Set(i16, space.b);
-  const auto offset = hn::Set(i16, static_cast<std::int16_t>(255 * below));
+  const auto offset = hn::Set(i16, static_cast<std::int16_t>(space.below()));
   // x / span for x ≤ 1530 is 2x · ceil(2^15/span) >> 16: the error, below 2x/2^16, is less than 1/span.
   const auto reciprocal = hn::Set(u16, static_cast<std::uint16_t>((32768 + span - 1) / span));
   cover(n, lanes, [&](int i) HWY_ATTR {

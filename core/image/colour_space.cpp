@@ -2,7 +2,6 @@
 #include "image/colour_space.h"
 
 #include <cstddef>
-#include <cstdlib>
 #include <numeric>
 
 namespace csd {
@@ -29,14 +28,6 @@ constexpr std::array<ColourSpace, 49> enumerate() {
 }
 
 }  // namespace
-
-std::uint8_t ColourSpace::apply(std::uint8_t red, std::uint8_t green, std::uint8_t blue) const {
-  // F lies in [-255·below, 255·above]; moved to start at 0, its range is 255·span wide.
-  const int below = (r < 0 ? -r : 0) + (g < 0 ? -g : 0) + (b < 0 ? -b : 0);
-  const int span = std::abs(r) + std::abs(g) + std::abs(b);
-  if (span == 0) return 0;
-  return static_cast<std::uint8_t>((r * red + g * green + b * blue + 255 * below) / span);
-}
 
 const std::array<ColourSpace, 49> &colour_spaces() {
   static constexpr std::array<ColourSpace, 49> spaces = enumerate();

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstdlib>
 
 namespace csd {
 
@@ -11,8 +13,17 @@ namespace csd {
 struct ColourSpace {
   std::int8_t r = 0, g = 0, b = 0;
 
+  /// |w1| + |w2| + |w3|: F has values in a range 255·span() wide.
+  int span() const { return std::abs(r) + std::abs(g) + std::abs(b); }
+  /// How far that range reaches below 0.
+  int below() const { return 255 * (std::max<int>(-r, 0) + std::max<int>(-g, 0) + std::max<int>(-b, 0)); }
+  /// Eq. 7 of an RGB value, moved to 0…255·span().
+  int mix(int red, int green, int blue) const { return r * red + g * green + b * blue + below(); }
+
   /// Maps an RGB value to 0…255 by the space's analytic range (not the picture's), rounding down.
-  std::uint8_t apply(std::uint8_t red, std::uint8_t green, std::uint8_t blue) const;
+  std::uint8_t apply(std::uint8_t red, std::uint8_t green, std::uint8_t blue) const {
+    return static_cast<std::uint8_t>(mix(red, green, blue) / std::max(span(), 1));
+  }
 
   bool operator==(const ColourSpace &) const = default;
 };

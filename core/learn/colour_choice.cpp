@@ -4,7 +4,6 @@
 #include "image/convert.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <functional>
 #include <span>
 
@@ -18,16 +17,15 @@ constexpr int max_span = 6;  // |w1| + |w2| + |w3|
 
 /// The score of one space. `planes`: [patch][B, G, R][pixel]. The counts stand at [pixel][class][bin]: the pixels of a
 /// patch fall into histograms of their own, so no increment waits for the one before.
-double score(const ColourSpace &space, std::span<const std::uint8_t> planes, const ColourPatches &patches,
+double score(ColourSpace space, std::span<const std::uint8_t> planes, const ColourPatches &patches,
              std::uint32_t features, const LogTable &log, std::vector<std::uint32_t> &counts,
              std::vector<std::uint16_t> &mixed) {
   const std::size_t pixels = mixed.size();
   const int bits = histogram_bits(patches.size());
   const std::size_t bins = std::size_t{1} << bits;
 
-  // The bin of each value of F, moved to start at 0: apply() depends on F alone.
-  const int below = (std::min<int>(space.r, 0) + std::min<int>(space.g, 0) + std::min<int>(space.b, 0)) * -255;
-  const int span = std::abs(space.r) + std::abs(space.g) + std::abs(space.b);
+  // The bin of each value of mix(): apply() depends on it alone.
+  const int span = space.span();
   std::array<std::uint8_t, 255 * max_span + 1> bin{};
   for (int f = 0; f <= 255 * span; ++f)
     bin[static_cast<std::size_t>(f)] = static_cast<std::uint8_t>((f / span) >> (8 - bits));
@@ -35,8 +33,7 @@ double score(const ColourSpace &space, std::span<const std::uint8_t> planes, con
   std::fill(counts.begin(), counts.end(), 0);
   for (std::size_t i = 0; i < patches.size(); ++i) {
     const std::uint8_t *b = planes.data() + i * 3 * pixels, *g = b + pixels, *r = g + pixels;
-    for (std::size_t p = 0; p < pixels; ++p)
-      mixed[p] = static_cast<std::uint16_t>(space.r * r[p] + space.g * g[p] + space.b * b[p] + below);
+    for (std::size_t p = 0; p < pixels; ++p) mixed[p] = static_cast<std::uint16_t>(space.mix(r[p], g[p], b[p]));
     std::uint32_t *histogram = counts.data() + (patches.label(i) == Label::feature ? 0 : bins);
     for (std::size_t p = 0; p < pixels; ++p) ++histogram[p * 2 * bins + bin[mixed[p]]];
   }

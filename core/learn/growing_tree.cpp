@@ -7,6 +7,7 @@
 
 #include "learn/entropy.h"
 #include "learn/node_samples.h"
+#include "learn/pixel_pair.h"
 
 namespace csd {
 
@@ -77,8 +78,7 @@ std::int32_t GrowingTree::drop(const std::uint8_t *patch) const {
   for (;;) {
     const Node &n = nodes_[static_cast<std::size_t>(at)];
     if (n.first_child < 0) return at;
-    const int a = patch[n.test.p1], b = patch[n.test.p2];
-    at = n.first_child + (a <= b) + (a < b);  // Eq. 2
+    at = n.first_child + child_of(patch[n.test.p1], patch[n.test.p2]);
   }
 }
 
@@ -145,8 +145,7 @@ bool GrowingTree::grow(std::int32_t leaf) {
     }
     for (const SampleId id : ids) {
       const std::uint8_t *patch = set_.patch(id);
-      const int a = patch[choice.pair.p1], b = patch[choice.pair.p2];
-      put(id, first_child + (a <= b) + (a < b));
+      put(id, first_child + child_of(patch[choice.pair.p1], patch[choice.pair.p2]));
     }
   }
   return open.size() > 1;

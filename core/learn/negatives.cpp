@@ -9,6 +9,11 @@ namespace csd {
 
 namespace {
 
+constexpr int near_every = 3;          // of the random negatives one in so many is near the feature (A10)
+constexpr int tries = 20;              // for one position: a picture that is mostly forbidden has fewer negatives
+constexpr double least_deviation = 1;  // grey levels, of a patch worth correlating: less is sensor noise
+constexpr int peaks_per_patch = 4;     // a local maximum is the highest within a patch's side by this (A9)
+
 double distance(cv::Point a, cv::Point b) {
   return std::hypot(a.x - b.x, a.y - b.y);
 }
@@ -32,9 +37,8 @@ std::vector<cv::Point> random_negatives(cv::Size picture, const cv::Mat &forbidd
   if (centres.empty()) return positions;
   const int reach = static_cast<int>(rules.near_radius);
   const cv::Rect around = cv::Rect(feature.x - reach, feature.y - reach, 2 * reach + 1, 2 * reach + 1) & centres;
-  constexpr int tries = 20;  // for one position: a picture that is mostly forbidden has fewer negatives
   for (int i = 0; i < count; ++i) {
-    const bool is_near = i % 3 == 0 && !around.empty();
+    const bool is_near = i % near_every == 0 && !around.empty();
     const auto &from = is_near ? around : centres;
     for (int t = 0; t < tries; ++t) {
       const cv::Point p(from.x + static_cast<int>(random.below(static_cast<unsigned>(from.width))),
@@ -59,11 +63,11 @@ std::vector<cv::Point> similar_negatives(const cv::Mat &luma, const cv::Mat &for
   const cv::Mat area = luma({search.x - half, search.y - half, search.width + 2 * half, search.height + 2 * half});
   cv::Scalar mean, deviation;
   cv::meanStdDev(patch, mean, deviation);
-  if (deviation[0] < 1) return positions;  // Less than sensor noise: the correlation would be 0/0, 1 by definition.
+  if (deviation[0] < least_deviation) return positions;  // The correlation would be 0/0, 1 by definition.
   cv::Mat score, highest;
   cv::matchTemplate(area, patch, score, cv::TM_CCOEFF_NORMED);
-  // A local maximum is the highest within a quarter of a patch: the same look-alike is not taken twice.
-  const int apart = 2 * (rules.patch / 4) + 1;
+  // The same look-alike is not taken twice.
+  const int apart = 2 * (rules.patch / peaks_per_patch) + 1;
   cv::dilate(score, highest, cv::getStructuringElement(cv::MORPH_RECT, {apart, apart}));
   struct Peak {
     float score;

@@ -12,10 +12,10 @@ namespace csd {
 /// Where negatives may be taken: the paper asks for "every position that is not the feature", and finds that patches
 /// "within a few pixels" look alike. Nothing is learnt from the ring in between (tracking.md A10).
 struct NegativeRules {
-  int patch = 21;            ///< odd side, working pixels: the whole patch lies inside the picture
-  double ignore_radius = 4;  ///< nearer than this to the feature nothing is a negative
-  double near_radius =
-      12;  ///< a third of the random negatives come from within this: they set how sharply it localises
+  int patch;             ///< odd side, working pixels: the whole patch lies inside the picture
+  double ignore_radius;  ///< nearer than this to the feature nothing is a negative
+  /// A third of the random negatives come from within this: they set how sharply it localises.
+  double near_radius;
 };
 
 /// `count` random positions of patches "not a feature" (§2.1.2.1): a third of them near the feature, the rest anywhere.

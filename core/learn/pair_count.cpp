@@ -26,8 +26,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 // At most 64 bytes, for runs are padded to 64.
 using Bytes = hn::CappedTag<std::uint8_t, NodeSamples::align>;
 
-// Counts a > b and a == b over n bytes, n a multiple of 64. Each byte lane counts up to 255 matches in place, which
-// takes half the instructions of a population count per vector where masks aren't registers of their own (SSE4, AVX2).
+// Eq. 2 for many patches at once: counts a > b and a == b over n bytes, n a multiple of 64. Each byte lane counts up to
+// 255 matches in place, which takes half the instructions of a population count per vector where masks aren't registers
+// of their own (SSE4, AVX2).
 HWY_INLINE void CountRun(const std::uint8_t *HWY_RESTRICT a, const std::uint8_t *HWY_RESTRICT b, std::size_t n,
                          unsigned &greater, unsigned &equal) {
   const Bytes d;

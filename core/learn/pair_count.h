@@ -7,15 +7,9 @@
 
 #include "learn/entropy.h"
 #include "learn/node_samples.h"
+#include "learn/pixel_pair.h"
 
 namespace csd {
-
-/// Two pixel indices; the test of a node (Eq. 2) compares them.
-struct PixelPair {
-  std::uint16_t p1 = 0, p2 = 0;
-
-  bool operator==(const PixelPair &) const = default;
-};
 
 /// Divides the node's samples by each of `pairs` (Eq. 2) and counts both classes; counts.size() ≥ pairs.size().
 /// Runs on the best SIMD target of the machine; the result is the same on every target.

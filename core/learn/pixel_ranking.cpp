@@ -10,7 +10,7 @@ namespace csd {
 
 namespace {
 
-constexpr std::size_t max_bins = 32;
+constexpr std::size_t max_bins = std::size_t{1} << histogram_sizes[0].bits;
 using Histogram = std::array<std::uint32_t, max_bins>;
 
 /// Four tables in turn, because an increment of the bin that was incremented just before waits for its store.
@@ -40,7 +40,9 @@ LogTable::LogTable(std::size_t max_count) : log_(max_count + 1), floor_(std::log
 }
 
 int histogram_bits(std::size_t n) {
-  return n >= 256 ? 5 : n >= 64 ? 4 : 3;
+  return std::find_if(histogram_sizes.begin(), histogram_sizes.end(),
+                      [n](const HistogramSize &size) { return n >= size.least_samples; })
+      ->bits;
 }
 
 double variance_ratio(std::span<const std::uint32_t> t, std::uint32_t features, std::span<const std::uint32_t> f,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -27,7 +28,14 @@ class LogTable {
   double floor_;
 };
 
-/// log2 of the number of histogram bins for a node of n samples: 32 bins for n ≥ 256, 16 for n ≥ 64, else 8.
+/// log2 of the number of a histogram's bins, and the fewest samples of a node that are so finely divided (tracking.md
+/// A20): 32 bins from 256 samples on, 16 from 64 on, else 8.
+struct HistogramSize {
+  int bits;
+  std::size_t least_samples;
+};
+inline constexpr std::array<HistogramSize, 3> histogram_sizes{{{5, 256}, {4, 64}, {3, 0}}};
+/// The bits for a node of n samples.
 int histogram_bits(std::size_t n);
 
 /// The variance ratio V of Eq. 5 of the log likelihood L of Eq. 4, from histograms of counts with sums `features` and

@@ -32,13 +32,13 @@ std::uint8_t smoke_pixel(std::uint8_t p, double d, double c, SmokeEquation equat
 }
 
 Smoke::Smoke(int patch_size, Random &random, SmokeEquation equation)
-    : patch_size_(patch_size), side_(6 * patch_size), equation_(equation) {
+    : patch_size_(patch_size), side_(smoke_field_patches * patch_size), equation_(equation) {
   CV_Assert(patch_size >= 1 && patch_size <= 255);
   const auto side = static_cast<std::size_t>(side_);
   field_.resize(side * side);
   for (double &x : field_) x = random.normal();
 
-  const double sigma = patch_size / 4.0;
+  const double sigma = smoke_smoothness * patch_size;
   std::vector<double> kernel(static_cast<std::size_t>(std::ceil(3 * sigma)) + 1);
   for (std::size_t k = 0; k < kernel.size(); ++k) {
     const double r = static_cast<double>(k) / sigma;

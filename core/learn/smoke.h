@@ -17,6 +17,11 @@ inline constexpr double smoke_density_deviation = 0.05;
 inline constexpr double smoke_colour_mean = 0.6;
 inline constexpr double smoke_colour_deviation = 0.1;
 
+/// σ of the field's Gaussian, as a share of the patch ("smooth spatial distribution"; tracking.md A14).
+inline constexpr double smoke_smoothness = 0.25;
+/// Side of the field, in patches: so large that two cuts are hardly ever the same.
+inline constexpr int smoke_field_patches = 6;
+
 /// How Eq. 1 is read.
 enum class SmokeEquation : std::uint8_t {
   as_meant,   ///< P′ = (1−d)·P + d·C: more smoke where d is larger, as the text and Fig. 4 have it
@@ -29,7 +34,7 @@ std::uint8_t smoke_pixel(std::uint8_t p, double d, double c, SmokeEquation equat
 /// Diathermy smoke for image patches (§2.1.2.2, Eq. 1).
 ///
 /// d and C vary smoothly over the patch, for with constant ones Eq. 1 is monotone and no test P1 > P2 could change.
-/// Both are cut from one periodic field: white noise under a Gaussian of σ = patch_size/4, brought back to mean 0 and
+/// Both are cut from one periodic field: white noise under a Gaussian (smoke_smoothness), brought back to mean 0 and
 /// variance 1 (the filter alone would take nearly all variance). Cutting costs a hundredth of filtering anew.
 class Smoke {
  public:

@@ -5,6 +5,8 @@
 #include <array>
 #include <utility>
 
+#include "learn/pixel_pair.h"
+
 namespace csd {
 
 namespace {
@@ -15,9 +17,7 @@ struct Step {
 };
 
 std::int32_t descend(const Step &step, const std::uint8_t *patch) {
-  const int a = patch[step.offset1];
-  const int b = patch[step.offset2];
-  return step.first_child + (a <= b) + (a < b);  // Eq. 2
+  return step.first_child + child_of(patch[step.offset1], patch[step.offset2]);
 }
 
 std::vector<Step> resolve(const std::vector<Tree::Node> &nodes, int patch_size, std::size_t row_stride) {
@@ -52,9 +52,8 @@ std::int32_t Tree::leaf(const cv::Mat &patch) const {
   for (;;) {
     const Node &n = nodes_[static_cast<std::size_t>(at)];
     if (n.first_child < at) return at;
-    const int a = patch.at<std::uint8_t>(n.p1 / patch_size_, n.p1 % patch_size_);
-    const int b = patch.at<std::uint8_t>(n.p2 / patch_size_, n.p2 % patch_size_);
-    at = a > b ? n.first_child : a == b ? n.first_child + 1 : n.first_child + 2;
+    const auto pixel = [&](int i) { return patch.at<std::uint8_t>(i / patch_size_, i % patch_size_); };
+    at = n.first_child + child_of(pixel(n.p1), pixel(n.p2));
   }
 }
 

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "image/convert.h"
-#include "track/csd2012_choices.h"
 #include "track/search.h"
 
 namespace csd {

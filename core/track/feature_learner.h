@@ -15,6 +15,7 @@
 #include "learn/random.h"
 #include "learn/smoke.h"
 #include "learn/tree.h"
+#include "track/csd2012_choices.h"
 
 namespace csd {
 
@@ -37,9 +38,9 @@ struct DescriptorUpdate {
 };
 
 struct LearnerOptions {
-  int patch = 21;          ///< odd side, working pixels
-  int search_radius = 20;  ///< working pixels
-  double pixel = 1;        ///< of a 480-line picture, in working pixels: scales the distances of csd2012_choices.h
+  int patch = 21;                              ///< odd side, working pixels
+  int search_radius = csd2012::search_radius;  ///< working pixels
+  double pixel = 1;  ///< of a 480-line picture, in working pixels: scales the distances of csd2012_choices.h
   SmokeEquation smoke = SmokeEquation::as_meant;
   PairSearch pair_search = PairSearch::ranked;
 };
@@ -50,9 +51,10 @@ class FeatureLearner {
  public:
   FeatureLearner(const LearnerOptions &options, Random random, std::shared_ptr<LearningCounters> counters);
 
-  /// One frame of the recursive start, in which the feature is at `position` (its whole patch inside the picture):
-  /// adds positives, warps, negatives and smoke (§2.1.2), then retrains the leaves that err on this frame until the
-  /// feature is classified correctly (§2.2.2).
+  /// One frame of the recursive start, in which the feature is at `position`, a pixel of the picture: adds positives,
+  /// warps, negatives and smoke (§2.1.2), then retrains the leaves that err on this frame until the feature is
+  /// classified correctly (§2.2.2). Where its patch reaches over the edge, the border is replicated, and there are no
+  /// similar negatives, for the correlation has no such border.
   void learn(const Snapshot &snapshot, cv::Point position);
   /// One frame of tracking (§2.1.5).
   void update(const DescriptorUpdate &update);

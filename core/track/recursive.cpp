@@ -6,10 +6,10 @@
 namespace csd {
 
 namespace {
-constexpr int levels = 3;
+constexpr int levels = 3;  // above the picture
 constexpr int iterations = 30;
-constexpr double epsilon = 0.01;
-constexpr double min_eigenvalue = 1e-4;
+constexpr double epsilon = 0.01;         // working pixels
+constexpr double min_eigenvalue = 1e-4;  // mean over the window, OpenCV's scale
 }  // namespace
 
 void RecursiveTracker::build(const cv::Mat &luma) {

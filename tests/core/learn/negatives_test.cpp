@@ -10,6 +10,8 @@
 namespace csd {
 namespace {
 
+constexpr NegativeRules rules{.patch = 21, .ignore_radius = 4, .near_radius = 12};
+
 double distance(cv::Point a, cv::Point b) {
   return std::hypot(a.x - b.x, a.y - b.y);
 }
@@ -17,7 +19,6 @@ double distance(cv::Point a, cv::Point b) {
 TEST(RandomNegatives, AThirdIsNearNoneIsTooNearAndAllPatchesLieInside) {
   Random random(1);
   const cv::Point feature(30, 60);
-  const NegativeRules rules;
   const auto positions = random_negatives({320, 240}, {}, feature, 300, rules, random);
   ASSERT_EQ(positions.size(), 300u);
   int near = 0;
@@ -38,17 +39,17 @@ TEST(RandomNegatives, KeepOutOfWhatIsForbidden) {
   Random random(1);
   cv::Mat forbidden(240, 320, CV_8UC1, cv::Scalar(0));
   forbidden.colRange(100, 320).setTo(255);
-  const auto positions = random_negatives(forbidden.size(), forbidden, {30, 60}, 100, NegativeRules{}, random);
+  const auto positions = random_negatives(forbidden.size(), forbidden, {30, 60}, 100, rules, random);
   EXPECT_GT(positions.size(), 90u);
   for (const auto &p : positions) EXPECT_LT(p.x, 100);
   forbidden.setTo(255);
-  EXPECT_TRUE(random_negatives(forbidden.size(), forbidden, {30, 60}, 100, NegativeRules{}, random).empty());
+  EXPECT_TRUE(random_negatives(forbidden.size(), forbidden, {30, 60}, 100, rules, random).empty());
 }
 
 TEST(RandomNegatives, APictureSmallerThanAPatchHasNone) {
   Random random(1);
-  EXPECT_TRUE(random_negatives({20, 240}, {}, {5, 5}, 10, NegativeRules{}, random).empty());
-  EXPECT_TRUE(random_negatives({1, 1}, {}, {0, 0}, 10, NegativeRules{}, random).empty());
+  EXPECT_TRUE(random_negatives({20, 240}, {}, {5, 5}, 10, rules, random).empty());
+  EXPECT_TRUE(random_negatives({1, 1}, {}, {0, 0}, 10, rules, random).empty());
 }
 
 class SimilarNegatives : public testing::Test {
@@ -65,21 +66,21 @@ class SimilarNegatives : public testing::Test {
 };
 
 TEST_F(SimilarNegatives, AreWhereTheFeatureIsRepeated) {
-  const auto positions = similar_negatives(picture_, {}, a_, 20, 0.5, 50, NegativeRules{});
+  const auto positions = similar_negatives(picture_, {}, a_, 20, 0.5, 50, rules);
   ASSERT_EQ(positions.size(), 2u);
   for (const auto &p : positions) EXPECT_TRUE(distance(p, b_) < 1.5 || distance(p, c_) < 1.5) << p;
   EXPECT_GT(distance(positions[0], positions[1]), 20);
 }
 
 TEST_F(SimilarNegatives, AreAtMostAsManyAsAskedForAndNotBeyondTheRadius) {
-  EXPECT_EQ(similar_negatives(picture_, {}, a_, 1, 0.5, 50, NegativeRules{}).size(), 1u);
-  EXPECT_TRUE(similar_negatives(picture_, {}, a_, 20, 0.5, 20, NegativeRules{}).empty());
+  EXPECT_EQ(similar_negatives(picture_, {}, a_, 1, 0.5, 50, rules).size(), 1u);
+  EXPECT_TRUE(similar_negatives(picture_, {}, a_, 20, 0.5, 20, rules).empty());
 }
 
 // A disc with a hole correlates less than a whole one; it comes second, and not at all above its own value.
 TEST_F(SimilarNegatives, TheMostSimilarComesFirstAndTheLeastSimilarityHolds) {
   cv::circle(picture_, b_, 2, cv::Scalar(120), cv::FILLED);
-  const auto all = similar_negatives(picture_, {}, a_, 20, 0.5, 50, NegativeRules{});
+  const auto all = similar_negatives(picture_, {}, a_, 20, 0.5, 50, rules);
   ASSERT_EQ(all.size(), 2u);
   EXPECT_LT(distance(all[0], c_), 1.5);
   EXPECT_LT(distance(all[1], b_), 1.5);
@@ -87,21 +88,21 @@ TEST_F(SimilarNegatives, TheMostSimilarComesFirstAndTheLeastSimilarityHolds) {
   const auto around = [&](cv::Point p) { return picture_({p.x - 10, p.y - 10, 21, 21}); };
   cv::matchTemplate(around(all[1]), around(a_), score, cv::TM_CCOEFF_NORMED);
   const double s = score.at<float>(0, 0);
-  EXPECT_EQ(similar_negatives(picture_, {}, a_, 20, s - 0.01, 50, NegativeRules{}).size(), 2u);
-  EXPECT_EQ(similar_negatives(picture_, {}, a_, 20, s + 0.01, 50, NegativeRules{}).size(), 1u);
+  EXPECT_EQ(similar_negatives(picture_, {}, a_, 20, s - 0.01, 50, rules).size(), 2u);
+  EXPECT_EQ(similar_negatives(picture_, {}, a_, 20, s + 0.01, 50, rules).size(), 1u);
 }
 
 TEST_F(SimilarNegatives, KeepOutOfWhatIsForbidden) {
   cv::Mat forbidden(picture_.size(), CV_8UC1, cv::Scalar(0));
   cv::circle(forbidden, b_, 4, cv::Scalar(255), cv::FILLED);
-  const auto positions = similar_negatives(picture_, forbidden, a_, 20, 0.5, 50, NegativeRules{});
+  const auto positions = similar_negatives(picture_, forbidden, a_, 20, 0.5, 50, rules);
   ASSERT_EQ(positions.size(), 1u);
   EXPECT_LT(distance(positions[0], c_), 1.5);
 }
 
 TEST_F(SimilarNegatives, AFlatPictureHasNone) {
   const cv::Mat flat(200, 300, CV_8UC1, cv::Scalar(90));
-  EXPECT_TRUE(similar_negatives(flat, {}, a_, 20, 0.5, 50, NegativeRules{}).empty());
+  EXPECT_TRUE(similar_negatives(flat, {}, a_, 20, 0.5, 50, rules).empty());
 }
 
 }  // namespace

@@ -68,6 +68,17 @@ TEST_F(LearningAFeature, AfterALessonTheFeatureIsRecognisedAndItsSurroundingsAre
   for (const auto &p : grid.matches) EXPECT_LE(std::hypot(p.x - at_.x, p.y - at_.y), 4) << p;
 }
 
+// LK may take a feature up to the last pixel; past the border the picture goes on with it (A37).
+TEST_F(LearningAFeature, InTheCornerItIsRecognisedWithTheBorderReplicated) {
+  const cv::Point corner(319, 239);
+  learner_.learn(snapshot_, corner);
+  cv::Mat bordered, channel;
+  cv::copyMakeBorder(snapshot_.bgr, bordered, 10, 10, 10, 10, cv::BORDER_REPLICATE);
+  to_space(bordered({corner.x, corner.y, 21, 21}).clone(), learner_.published()->space(), channel);
+  EXPECT_TRUE(is_feature(channel));
+  EXPECT_EQ(learner_.published()->features(), 70u);
+}
+
 // The warps are in the training set. One may still be called "not a feature", but only in a leaf that the stop rules do
 // not let divide: of fewer than four samples (StopRules).
 TEST_F(LearningAFeature, WarpsOfTheFeatureAreRecognisedAsFarAsTheStopRulesAllow) {
@@ -176,7 +187,8 @@ TEST_F(LearningAFeature, NegativesAreRandomAndSimilarOnesEachWithSmoke) {
   snapshot_.forbidden({139, 99, 43, 43}).setTo(255);
   for (int y = 0; y < 240; y += 4)
     for (int x = 0; x < 320; x += 4) snapshot_.forbidden.at<unsigned char>(y, x) = 255;
-  const auto similar = similar_negatives(snapshot_.luma, snapshot_.forbidden, at_, 20, 0.5, 40, NegativeRules{}).size();
+  const auto similar =
+      similar_negatives(snapshot_.luma, snapshot_.forbidden, at_, 20, 0.5, 40, NegativeRules{21, 4, 12}).size();
   ASSERT_GE(similar, 1u) << "the copy";
   learner_.learn(snapshot_, at_);
   std::size_t negatives = 0;
