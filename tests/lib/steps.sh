@@ -51,7 +51,9 @@ meson_tests() {
     "$([ "$f" = 0 ] && echo ok || echo FAILED)" "$name" "$p" "$f" "$s" $((SECONDS - start))
   if [ "$f" != 0 ]; then
     printf '        %s\n' "${tally[@]:1}"
-    echo "        all of it: $dir/meson-logs, $log"
+    # The next step of the same folder begins its logs anew.
+    cp "$dir"/meson-logs/testlog*.txt "$logs/tests-$name-all.log" 2>/dev/null
+    echo "        all of it: $logs/tests-$name-all.log, $log"
   fi
 }
 
