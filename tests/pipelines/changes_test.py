@@ -139,8 +139,8 @@ class Changes(harness.Case):
 
     def test_what_holds_no_video(self):
         (self.tmp / "text.mkv").write_text("no video, only words\n" * 200)
-        (self.tmp / "empty.mkv").touch()
-        for name in ("text.mkv", "empty.mkv", "none.mkv", ""):
+        # No empty file: with it gst-launch 1.22 hangs in one run of ten on a busy machine, with identity as well.
+        for name in ("text.mkv", "none.mkv", ""):
             with self.subTest(name):
                 done = harness.launch("-q filesrc", f"location={self.tmp}/{name} ! decodebin ! csdtrack ! {SINK}{self.path}")
                 self.assertNotEqual(done.returncode, 0)
