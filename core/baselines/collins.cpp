@@ -14,10 +14,10 @@ namespace csd {
 
 namespace {
 
-// tracking.md 3.2; docs/baselines.md says where each comes from.
+// docs/baselines.md says where each comes from (tracking.md 3.2).
 constexpr std::size_t kept_spaces = 5;
 constexpr double ring_of_side = 0.75;   // the background ring's width
-constexpr int frames_per_ranking = 10;  // …
+constexpr int frames_per_ranking = 10;  // in which the feature is seen
 constexpr double least_mass = 0.1;      // of that in the first frame: less, and the object is not there
 constexpr double reach_of_side = 2;     // how far a mean shift may go in a frame
 constexpr double edge_of_side = 0.25;   // nearer to the picture's edge than this, and it has gone over it

@@ -3,17 +3,16 @@
 
 #include <opencv2/features2d.hpp>
 
-#include <optional>
 #include <vector>
 
 #include "track/algorithm.h"
 
 namespace csd {
 
-/// The ratio test of Lowe (2004): of `candidates` (a descriptor a row, CV_32F) the nearest to `descriptor` (one row) by
-/// Euclidean distance, if that is less than `ratio` times the distance of the second nearest. Nothing also where there
-/// are fewer than two.
-std::optional<int> nearest_by_ratio(const cv::Mat &descriptor, const cv::Mat &candidates, double ratio);
+/// The ratio test of Lowe (2004): for each row of `descriptors` the nearest row of `candidates` (both CV_32F, of one
+/// width) by Euclidean distance, if that is less than `ratio` times the distance of the second nearest; else −1, also
+/// where there are fewer than two candidates.
+std::vector<int> match_by_ratio(const cv::Mat &descriptors, const cv::Mat &candidates, double ratio);
 
 /// The baseline SIFT of §3: tracking by detection. Each frame's DoG keypoints are matched with the descriptor of the
 /// feature's first frame, nearest neighbour with ratio 0.6, in the whole picture, without any temporal information
@@ -32,8 +31,8 @@ class SiftMatching final : public Algorithm {
  private:
   struct Point {
     FeatureId id;
-    cv::KeyPoint keypoint;  ///< of the first frame, working pixels; size 0: there was none
-    cv::Mat descriptor;     ///< its, one row
+    cv::KeyPoint keypoint;  ///< of the first frame, working pixels
+    cv::Mat descriptor;     ///< its, one row; empty: there was no keypoint
     cv::Point2d offset;     ///< from the keypoint to the feature, first frame
   };
   void detect(const FrameContext &context);
