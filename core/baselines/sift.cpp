@@ -44,6 +44,7 @@ void SiftMatching::detect(const FrameContext &context) {
 }
 
 void SiftMatching::track(const FrameContext &context, std::vector<Claim> &claims) {
+  detected_ = false;  // also where the frame before ended in an exception
   cv::Mat wanted;
   for (const auto &point : points_)
     if (!point.descriptor.empty()) wanted.push_back(point.descriptor);
@@ -92,10 +93,6 @@ Claim::Kind SiftMatching::begin(FeatureId id, cv::Point2d position, const FrameC
 
 void SiftMatching::end(FeatureId id) {
   std::erase_if(points_, [id](const Point &p) { return p.id == id; });
-}
-
-void SiftMatching::finish(const FrameContext &) {
-  detected_ = false;
 }
 
 void SiftMatching::forget() {

@@ -24,7 +24,7 @@ class SiftMatching final : public Algorithm {
   void track(const FrameContext &context, std::vector<Claim> &claims) override;
   Claim::Kind begin(FeatureId id, cv::Point2d position, const FrameContext &context) override;
   void end(FeatureId id) override;
-  void finish(const FrameContext &context) override;
+  void finish(const FrameContext &) override {}
   void forget() override;
   void add_to(Stats &) const override {}
 
