@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "track/moving_scene.h"
@@ -94,17 +95,37 @@ TEST(AnchoredFlow, ComesBack) {
   EXPECT_EQ(seen_again("lk-anchored"), static_cast<int>(points.size()));
 }
 
-// There and back in steps: what is aligned with the first frame has no error left, what is chained has each step's.
-TEST(AnchoredFlow, DoesNotDrift) {
+/// The mean error in the last ten of 80 noisy pictures: what is chained adds up each step's error.
+double late_error(std::string_view name) {
   const MovingScene scene;
-  const auto peer = made("lk-anchored");
-  peer->start(scene.render({0, 0}), points);
-  std::vector<Report> reports;
-  for (int i = 1; i <= 40; ++i) reports = peer->follow(scene.render(shift_of(20 - std::abs(20 - i))));
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    EXPECT_TRUE(reports[k].seen);
-    EXPECT_LT(cv::norm(reports[k].position - points[k]), 0.02);
+  const auto peer = made(name);
+  cv::RNG rng(11);
+  const auto noisy = [&](cv::Point2d shift) {
+    cv::Mat noise(240, 320, CV_16SC3), sum;
+    rng.fill(noise, cv::RNG::NORMAL, 0, 6);
+    cv::add(scene.render(shift), noise, sum, cv::noArray(), CV_8U);
+    return sum;
+  };
+  peer->start(noisy({0, 0}), points);
+  double error = 0;
+  int n = 0;
+  for (int i = 1; i <= 80; ++i) {
+    const cv::Point2d shift(3 * std::sin(0.7 * i), 3 * std::cos(0.5 * i) - 3);
+    const auto reports = peer->follow(noisy(shift));
+    for (std::size_t k = 0; i > 70 && k < points.size(); ++k) {
+      if (!reports[k].seen) continue;
+      error += cv::norm(reports[k].position - points[k] - shift);
+      ++n;
+    }
   }
+  EXPECT_EQ(n, 10 * static_cast<int>(points.size())) << name;
+  return error / n;
+}
+
+TEST(AnchoredFlow, DoesNotDrift) {
+  const double chained = late_error("lk-fb"), anchored = late_error("lk-anchored");
+  EXPECT_LT(anchored, chained / 2) << chained;
+  EXPECT_LT(anchored, 0.2);
 }
 
 TEST(Peers, LengthsGrowWithLargePicturesOnly) {
