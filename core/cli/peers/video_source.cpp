@@ -3,7 +3,9 @@
 
 #include <charconv>
 #include <cmath>
+#include <fstream>
 #include <iostream>
+#include <limits>
 #include <opencv2/videoio.hpp>
 #include <stdexcept>
 #include <vector>
@@ -138,8 +140,10 @@ class Y4m final : public VideoSource {
 
 class VideoFile final : public VideoSource {
  public:
-  explicit VideoFile(const std::string &name) : name_(name), video_(name) {
-    if (!video_.isOpened()) throw std::runtime_error(name + ": can't be opened as a video");
+  explicit VideoFile(const std::string &name) : name_(name) {
+    // OpenCV would try whether the name is a pattern of pictures, and complain.
+    if (!std::ifstream(name)) throw std::runtime_error(name + ": can't be read");
+    if (!video_.open(name)) throw std::runtime_error(name + ": is no video that OpenCV can decode");
   }
 
   bool next(Picture &picture) override {

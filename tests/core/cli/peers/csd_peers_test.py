@@ -78,7 +78,8 @@ class Peers(unittest.TestCase):
         failure(2, "--frames 0", "-t", "still", "-p", "1,1", "-n", "0", "-")
         failure(1, "no frames in it", "-t", "still", "-p", "1,1", "-", data=b"YUV4MPEG2 W4 H4 F25:1\n")
         failure(1, "frame 4 breaks off", "-t", "still", "-p", "1,1", "-", data=y4m(5)[:-7])
-        failure(1, "can't be opened", "-t", "still", "-p", "1,1", "/nonexistent.mkv")
+        failure(1, "/nonexistent.mkv: can't be read", "-t", "still", "-p", "1,1", "/nonexistent.mkv")
+        failure(1, "is no video", "-t", "still", "-p", "1,1", __file__)
         failure(1, "can't be written", "-t", "still", "-p", "1,1", "-o", "/nonexistent/x", "-", data=y4m(1))
 
     def test_help(self):
