@@ -14,6 +14,9 @@ typedef enum {
   /* 0 is kept for `csd` */
   GST_CSD_TRACK_ALGORITHM_CSD_2012 = 1, /*< nick=csd-2012 >*/
   GST_CSD_TRACK_ALGORITHM_LK = 2, /*< nick=lk >*/
+  GST_CSD_TRACK_ALGORITHM_MS1 = 3, /*< nick=ms1 >*/
+  GST_CSD_TRACK_ALGORITHM_MS2 = 4, /*< nick=ms2 >*/
+  GST_CSD_TRACK_ALGORITHM_SIFT = 5, /*< nick=sift >*/
 } GstCsdTrackAlgorithm;
 
 typedef enum {
