@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include "cli/text_file.h"
+#include "score/types.h"
+
+namespace csd::cli {
+
+/// Whether the first line names columns of that kind; columns that a reader doesn't know are skipped.
+bool is_truth_csv(const TextFile &file);   ///< has `visible`
+bool is_tracks_csv(const TextFile &file);  ///< has `state`
+
+/// Truth by hand: frame,id,x,y,visible, rows in any order; `visible` is 1 yes, 0 no (x,y may be empty), 2 uncertain:
+/// not scored. Both throw score::InputError.
+score::Truth read_truth_csv(const TextFile &file, std::vector<std::string> &notes);
+
+/// What csdtrackenc writes as text/csv (docs/metadata.md).
+score::Recording read_tracks_csv(const TextFile &file, std::vector<std::string> &notes);
+
+}  // namespace csd::cli
