@@ -59,7 +59,7 @@ std::string curves(const ScoreReport &report, const std::string &panel, const st
     const std::size_t interval = std::max<std::size_t>(1, points[i].size() / 8);
     data += block(name, points[i]);
     plot += (plot.empty() ? "plot $" : ", $") + name + " using 1:2 with linespoints pi " + std::to_string(interval) +
-            " " + style(i) + " lw 1.5 " + titled(report.trackers[i].name);
+            " " + style(i) + " lw 2 " + titled(report.trackers[i].name);
   }
   return plot.empty() ? "" : data + plot + "\n";
 }
@@ -119,7 +119,7 @@ std::string threshold_script(const ScoreReport &report) {
 
 std::string reliability_script(const ScoreReport &report) {
   return "set xrange [0:1]\nset yrange [0:1]\nset size ratio 1\nset xlabel 'confidence'\n"
-         "set ylabel 'share within τ of the truth'\nset arrow 1 from 0,0 to 1,1 nohead lc rgb '#bbbbbb'\n" +
+         "set ylabel 'share visible and within τ'\nset arrow 1 from 0,0 to 1,1 nohead lc rgb '#bbbbbb'\n" +
          curves(report, "r", of_each(report, [](const score::TrackerScore &tracker) {
                   Points points;
                   for (const auto &bin : tracker.reliability.bins)
@@ -150,7 +150,7 @@ void run_gnuplot(const std::string &file) {
 std::string plot_script(const ScoreReport &report, const std::string &figure, const std::string &terminal,
                         const std::string &file) {
   return "set encoding utf8\nset terminal " + terminal + "\nset output " + quoted(file) +
-         "\nset grid lc rgb '#dddddd' dt 1\nset key outside right noenhanced\n" +
+         "\nset grid lt 1 lc rgb '#dddddd'\nset key outside right noenhanced\n" +
          (figure == "over-time"        ? time_script(report)
           : figure == "over-threshold" ? threshold_script(report)
                                        : reliability_script(report)) +
