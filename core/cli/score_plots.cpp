@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <set>
 #include <stdexcept>
 
 #include "cli/decimal.h"
@@ -64,13 +65,21 @@ std::string curves(const ScoreReport &report, const std::string &panel, const st
   return plot.empty() ? "" : data + plot + "\n";
 }
 
+/// How many frames make a point of a curve over time.
+std::size_t frames_a_point(const ScoreReport &report) {
+  std::set<std::uint64_t> frames;
+  for (const auto &clip : report.clips)
+    for (const score::Moment &moment : clip.moments) frames.insert(moment.frame);
+  return std::max<std::size_t>(1, (frames.size() + most_points - 1) / most_points);
+}
+
 /// The mean over clips of a score of a frame, against the frame's number.
 Points over_time(const ScoreReport &report, const score::TrackerScore &tracker, double (score::Counts::*of)() const) {
   std::map<std::uint64_t, std::vector<double>> frames;
   for (std::size_t c = 0; c < report.clips.size(); ++c)
     for (std::size_t t = 0; t < report.clips[c].moments.size(); ++t)
       frames[report.clips[c].moments[t].frame].push_back((tracker.clips[c].frames[t].*of)());
-  const std::size_t together = (frames.size() + most_points - 1) / most_points;
+  const std::size_t together = frames_a_point(report);
   Points points;
   std::vector<double> x, y;
   for (const auto &[frame, values] : frames) {
@@ -95,7 +104,9 @@ std::string time_script(const ScoreReport &report) {
   const auto panel = [&](const char *name, double (score::Counts::*of)() const) {
     return curves(report, name, of_each(report, [&](const auto &tracker) { return over_time(report, tracker, of); }));
   };
-  return "set multiplot layout 2,1\nset yrange [0:1]\nset xlabel 'frame'\nset ylabel 'sensitivity'\n" +
+  const std::size_t together = frames_a_point(report);
+  const std::string label = together > 1 ? "frame (means of " + std::to_string(together) + ")" : "frame";
+  return "set multiplot layout 2,1\nset yrange [0:1]\nset xlabel " + quoted(label) + "\nset ylabel 'sensitivity'\n" +
          panel("s", &score::Counts::sensitivity) + "set ylabel '1 − precision'\n" + panel("k", &score::Counts::k) +
          "unset multiplot\n";
 }

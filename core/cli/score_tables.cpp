@@ -75,7 +75,7 @@ Table tap_vid_table(const ScoreReport &report) {
 }
 
 Table stir_table(const ScoreReport &report) {
-  Table table{"STIR", {{"tracker", "2026 AJ", "2026 ATA", "2026 OA", "2024 δavg", "2024 end error, px"}}};
+  Table table{"STIR", {{"tracker", "2026 AJ", "2026 ATA", "2026 OA", "2024 δavg", "2024 median, px"}}};
   for (const TrackerScore &tracker : report.trackers)
     table.rows.push_back({tracker.name, number(tracker.stir_2026.aj), number(tracker.stir_2026.delta_avg),
                           number(tracker.stir_2026.oa), number(tracker.stir_2024.delta_avg),
