@@ -105,26 +105,36 @@ bool is_tracks_csv(const TextFile &file) {
   return has_column(file, "state");
 }
 
-score::Truth read_truth_csv(const TextFile &file, std::vector<std::string> &notes) {
+std::vector<LabelRow> read_label_rows(const TextFile &file, std::vector<std::string> &notes) {
   Table table(file);
   const std::size_t frame = table.column("frame"), id = table.column("id"), x = table.column("x"),
                     y = table.column("y"), visible = table.column("visible");
-  TruthTable truth(file.name);
+  std::vector<LabelRow> rows;
   while (table.next()) {
-    score::TruthPoint point;
-    const std::string_view seen = table.text(visible);
-    if (seen == "1")
-      point.presence = score::Presence::visible;
-    else if (seen == "0")
-      point.presence = score::Presence::hidden;
-    else if (seen != "2")
-      table.fail("visible is 1, 0 or 2 (uncertain), not '" + std::string(seen) + "'");
-    const bool empty = table.text(x).empty() && table.text(y).empty();
-    if (!empty || point.presence == score::Presence::visible)
-      point.position = {table.number<double>(x), table.number<double>(y)};
-    truth.add(table.number<std::uint64_t>(frame), no_time, table.number<FeatureId>(id), point, table.line());
+    const std::string_view sight = table.text(visible);
+    if (sight != "1" && sight != "0" && sight != "2")
+      table.fail("visible is 1, 0 or 2 (uncertain), not '" + std::string(sight) + "'");
+    LabelRow row{table.number<std::uint64_t>(frame),
+                 table.number<FeatureId>(id),
+                 sight.front(),
+                 {score::unknown, score::unknown},
+                 table.line()};
+    if (sight == "1" || !table.text(x).empty() || !table.text(y).empty())
+      row.position = {table.number<double>(x), table.number<double>(y)};
+    rows.push_back(row);
   }
   note_torn(file, notes);
+  return rows;
+}
+
+score::Truth read_truth_csv(const TextFile &file, std::vector<std::string> &notes) {
+  TruthTable truth(file.name);
+  for (const LabelRow &row : read_label_rows(file, notes)) {
+    const score::Presence presence = row.sight == '1'   ? score::Presence::visible
+                                     : row.sight == '0' ? score::Presence::hidden
+                                                        : score::Presence::unlabelled;
+    truth.add(row.frame, no_time, row.id, {presence, row.position}, row.line);
+  }
   return truth.take();
 }
 
