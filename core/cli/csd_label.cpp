@@ -107,6 +107,7 @@ class Window {
  private:
   /// Until the frame is another; false: enough.
   bool ask(const cv::Mat &frame) {
+    cv::setWindowTitle(window_name, std::string(window_name) + ": frame " + std::to_string(session_.frame()));
     const std::uint64_t number = session_.frame();
     clicked_ = false;  // what was meant for the frame before
     while (session_.frame() == number) {
