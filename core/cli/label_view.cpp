@@ -8,7 +8,7 @@ namespace csd::cli {
 namespace {
 
 constexpr int loupe_side = 240, loupe_zoom = 8;
-constexpr int text_height = 28;
+constexpr int text_height = 28, text_width = 680;
 const cv::Scalar black(0, 0, 0), white(255, 255, 255), yellow(0, 255, 255), green(0, 255, 0);
 
 /// A part of a picture, `zoom` times as large, with `centre` in the middle of the target.
@@ -58,8 +58,8 @@ cv::Point2d LabelView::to_screen(cv::Point2d picture_pixel) const {
 
 cv::Mat draw_label_window(const LabelView &view, const cv::Mat &frame, const cv::Mat &first,
                           const LabelSession &session, cv::Point mouse, const std::string &message) {
-  cv::Mat window(std::max(view.screen.height, 2 * loupe_side + 8) + text_height, view.screen.width + 8 + loupe_side,
-                 CV_8UC3, cv::Scalar(48, 48, 48));
+  cv::Mat window(std::max(view.screen.height, 2 * loupe_side + 8) + text_height,
+                 std::max(view.screen.width + 8 + loupe_side, text_width), CV_8UC3, cv::Scalar(48, 48, 48));
   cv::Mat shown = window(cv::Rect(cv::Point(), view.screen));
   const cv::Point middle(view.screen.width / 2, view.screen.height / 2);
   enlarge(frame, view.to_picture(middle), view.scale, shown);
