@@ -13,7 +13,6 @@ std::vector<Recovery> recoveries(const Clip &clip, double tau) {
       if (!sample.labelled()) continue;
       if (!sample.visible()) {
         hidden = seen;
-        waiting = false;
         continue;
       }
       const Moment &now = clip.moments[t];

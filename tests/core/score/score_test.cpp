@@ -101,6 +101,7 @@ TEST(Score, OfATrackerThatNeverMoves) {
   EXPECT_EQ(found.headline[oa], 1);
   EXPECT_EQ(found.headline[survival], 1);
   EXPECT_EQ(found.error_median, 5);
+  EXPECT_DOUBLE_EQ(found.error_95, 9.5);
   EXPECT_EQ(found.drift(), 9 - 1) << "medians of 8, 9, 10 and of 0, 1, 2";
   EXPECT_DOUBLE_EQ(found.stir_2024.delta_avg, 3. / 5) << "10 px off at the end: within 16, 32 and 64";
   EXPECT_DOUBLE_EQ(found.stir_2024_control.delta_avg, 3. / 5) << "it is the control";
@@ -119,6 +120,9 @@ TEST(Score, OfATrackerThatIsSixPixelsOff) {
   EXPECT_DOUBLE_EQ(found.headline[delta_avg], 2. / 5);
   EXPECT_DOUBLE_EQ(found.headline[aj], 2. / 5);
   EXPECT_EQ(found.error_median, 6);
+  EXPECT_DOUBLE_EQ(found.stir_2024.delta_avg, 4. / 5);
+  EXPECT_EQ(found.stir_2024_median, 6);
+  EXPECT_DOUBLE_EQ(found.stir_2024_control.delta_avg, 3. / 5) << "9 px";
   EXPECT_EQ(found.headline[survival], 1);
   // At 1152 lines τ is 10 px.
   EXPECT_EQ(score_of(moving(1000, 1152, 3, 10), shifted).headline[sensitivity], 1);
@@ -138,6 +142,19 @@ TEST(Score, OfATrackerThatReportsAtRandom) {
   // TAP-Vid's thresholds are a quarter here.
   const double within_16 = std::numbers::pi * 16 / 4096;
   EXPECT_NEAR(found.tap_vid_within[4], within_16, 4 * std::sqrt(within_16 / (features * (frames - 1))));
+}
+
+TEST(Score, OfATrackerThatNeverComesBack) {
+  // Feature 1 is hidden in frames 2, 5, … 14, and returns 4 times; feature 3 as well.
+  const TrackerScore found = score_of(moving(640, 480, 4, 15, true), [](FeatureId id, const TruthPoint &point, auto t) {
+    Feature feature = at(id, point.position);
+    if (t > 1) feature.state = FeatureState::lost;
+    return feature;
+  });
+  EXPECT_EQ(found.returns, 8u);
+  EXPECT_EQ(found.recovered, 0u);
+  EXPECT_TRUE(std::isinf(found.recovery_median_frames));
+  EXPECT_TRUE(std::isinf(found.recovery_median_seconds));
 }
 
 TEST(Score, MeansAreOverClipsAndErrorsArePooled) {

@@ -57,6 +57,9 @@ TEST(Sensitivity, WeightsRepeatFeatures) {
   // a, a, c: sensitivity 2/3, 0/3, 1/1; K 1/3, 2/2, 2/3.
   EXPECT_DOUBLE_EQ(weighted.sensitivity, (2. / 3 + 0 + 1) / 3);
   EXPECT_DOUBLE_EQ(weighted.k, (1. / 3 + 1 + 2. / 3) / 3);
+  const std::vector<std::uint32_t> once{1};
+  EXPECT_TRUE(std::isnan(paper_score(Outcomes(clip_of(640, 480, {{missed(0)}}), 5), once).k));
+  EXPECT_TRUE(std::isnan(paper_score(Outcomes(clip_of(640, 480, {{ghost()}}), 5), once).sensitivity));
 }
 
 }  // namespace

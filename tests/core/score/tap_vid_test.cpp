@@ -18,8 +18,10 @@ TEST(TapVid, MeasuresInAPictureOf256By256) {
   // 640×512: 5 px to the right are 2 there, 4 px down are 2. Strictly below: 2 is not within 2.
   const Clip right = clip_of(640, 512, {{seen(0), seen(5)}});
   EXPECT_EQ(all(right).within, (std::array<std::uint64_t, 5>{0, 0, 1, 1, 1}));
-  const Clip down = clip_of(640, 512, {{seen(0), seen(0, 3.99)}});
-  EXPECT_EQ(all(down).within, (std::array<std::uint64_t, 5>{0, 1, 1, 1, 1}));
+  const Clip down = clip_of(640, 512, {{seen(0), seen(0, 4)}});
+  EXPECT_EQ(all(down).within, (std::array<std::uint64_t, 5>{0, 0, 1, 1, 1}));
+  const Clip nearer = clip_of(640, 512, {{seen(0), seen(0, 3.99)}});
+  EXPECT_EQ(all(nearer).within, (std::array<std::uint64_t, 5>{0, 1, 1, 1, 1}));
 }
 
 TEST(TapVid, BeginsAfterTheFirstVisibleFrame) {
