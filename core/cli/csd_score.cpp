@@ -80,7 +80,7 @@ Options parse(int argc, char **argv) {
       {"csv", 0, 0, G_OPTION_ARG_NONE, &csv, "Write CSV instead of tables, a row per number", nullptr},
       {"markdown", 0, 0, G_OPTION_ARG_NONE, &markdown, "Write Markdown tables", nullptr},
       {"plots", 0, 0, G_OPTION_ARG_FILENAME, &plots, "Also draw curves into DIR, as SVG and PNG (runs gnuplot)", "DIR"},
-      {"names", 0, 0, G_OPTION_ARG_STRING, &names, "What to call the trackers, in the order of TRACKS", "A,B,..."},
+      {"names", 0, 0, G_OPTION_ARG_FILENAME, &names, "What to call the trackers, in the order of TRACKS", "A,B,..."},
       {"ids", 0, 0, G_OPTION_ARG_STRING, &ids, "Score these features of the truth only", "0,3,5-9"},
       {"size", 0, 0, G_OPTION_ARG_STRING, &size, "The picture's size, where the files don't say", "WxH"},
       {"by-frame", 0, 0, G_OPTION_ARG_NONE, &by_frame, "Match by frame number even where the truth has pts", nullptr},

@@ -156,8 +156,7 @@ void run_gnuplot(const std::string &file) {
   if (!problem.empty()) throw std::runtime_error("no plots (gnuplot is in Debian's gnuplot-nox): " + problem);
 }
 
-}  // namespace
-
+/// What gnuplot is given to draw a figure.
 std::string plot_script(const ScoreReport &report, const std::string &figure, const std::string &terminal,
                         const std::string &file) {
   return "set encoding utf8\nset terminal " + terminal + "\nset output " + quoted(file) +
@@ -167,6 +166,8 @@ std::string plot_script(const ScoreReport &report, const std::string &figure, co
                                        : reliability_script(report)) +
          "unset output\n";
 }
+
+}  // namespace
 
 void draw_plots(const ScoreReport &report, const std::string &folder) {
   std::filesystem::create_directories(folder);

@@ -10,8 +10,4 @@ namespace csd::cli {
 /// std::runtime_error if gnuplot is not there or fails.
 void draw_plots(const ScoreReport &report, const std::string &folder);
 
-/// What gnuplot is given to draw, for one terminal and file; for tests.
-std::string plot_script(const ScoreReport &report, const std::string &figure, const std::string &terminal,
-                        const std::string &file);
-
 }  // namespace csd::cli
