@@ -55,6 +55,27 @@ class Scene:
                                        "features": features}) + "\n")
 
 
+    def write_truth_jsonl(self, path):
+        with open(path, "w") as file:
+            for frame in range(self.claimed.shape[1]):
+                features = [{"id": i, "x": x, "y": y, "state": "tracked" if self.visible[i, frame] else "occluded",
+                             "confidence": float(self.visible[i, frame])}
+                            for i, (x, y) in enumerate(self.truth[:, frame]) if self.labelled[i, frame]]
+                file.write(json.dumps({"schema": 1, "role": "truth", "algorithm": "truth", "frame": frame + 1000,
+                                       "pts": frame * 40000000, "width": SIZE[0], "height": SIZE[1],
+                                       "features": features}) + "\n")
+
+    def write_tracks_csv(self, path):
+        with open(path, "w", newline="") as file:
+            out = csv.writer(file, lineterminator="\n")
+            out.writerow(["frame", "pts", "stream_time", "id", "x", "y", "state", "confidence", "fresh"])
+            for frame in range(self.claimed.shape[1]):
+                for i, (x, y) in enumerate(self.tracks[:, frame]):
+                    claimed = self.claimed[i, frame]
+                    out.writerow([frame, frame * 40000000, "", i, x, y, "tracked" if claimed else "occluded",
+                                  self.confidence[i, frame] if claimed else 0, "true"])
+
+
 def run(*arguments, cwd=None):
     return subprocess.run([os.environ["CSD_SCORE"], *map(str, arguments)], capture_output=True, text=True, cwd=cwd)
 
@@ -115,6 +136,20 @@ class Numbers(Case):
                 errors = reference.distances(scene.truth, scene.tracks, 1.0)[scene.visible & scene.claimed]
                 self.assert_close(found["error"]["median"], np.median(errors))
                 self.assert_close(found["error"]["percentile_95"], np.percentile(errors, 95))
+
+    def test_the_same_in_other_formats(self):
+        scene = Scene(6)
+        truth, tracks = self.write(scene)
+        scene.write_truth_jsonl(self.tmp / "1")  # matches by pts: its frames are numbered otherwise
+        scene.write_tracks_csv(self.tmp / "2")
+        plain = self.report("--resamples", 50, truth, tracks)["trackers"][0]
+        for files in ((self.tmp / "1", tracks), (truth, self.tmp / "2"), (self.tmp / "1", self.tmp / "2")):
+            other = self.report("--resamples", 50, "--size", "720x576", *files)["trackers"][0]
+            other["name"] = plain["name"]
+            seconds = other["recovery"]["median_seconds"]
+            self.assertEqual(seconds, None if files[0] == truth else other["recovery"]["median_frames"] / 25)
+            other["recovery"]["median_seconds"] = plain["recovery"]["median_seconds"]
+            self.assertEqual(other, plain)
 
     def test_means_over_clips(self):
         scenes = [Scene(11, 4, 30), Scene(12, 9, 50)]
