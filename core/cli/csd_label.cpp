@@ -81,6 +81,9 @@ class Window {
  public:
   Window(const Options &options, LabelSession session)
       : options_(options), session_(std::move(session)), frames_(options.video) {
+    // Qt would abort.
+    if (!g_getenv("DISPLAY") && !g_getenv("WAYLAND_DISPLAY") && !g_getenv("QT_QPA_PLATFORM"))
+      throw std::runtime_error("there is no display for its window ($DISPLAY)");
     first_ = frames_.at(0).clone();
     if (first_.empty()) throw std::runtime_error(options.video + ": has no frame");
     view_ = LabelView::whole(first_.size(), largest_picture);

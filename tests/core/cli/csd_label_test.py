@@ -129,6 +129,9 @@ class Label(unittest.TestCase):
         refuse(1, f"{self.tmp / 'text'}: ", self.tmp / "text")
         self.labels.write_text("frame,id,x,y,visible\n0,0,1,1,1\n7,0,1,1,1\n")
         refuse(1, "labels.csv:3: is not what labelling", "-o", self.labels, self.video)
+        for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
+            self.environment.pop(name, None)
+        refuse(1, "there is no display", self.video)
 
 
 if __name__ == "__main__":
