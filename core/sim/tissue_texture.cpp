@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "sim/tissue_texture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "sim/ieee_math.h"
+#include "sim/noise_field.h"
+#include "sim/vessels.h"
+
+namespace csd::sim {
+namespace {
+
+constexpr double period = 1280;  // units
+constexpr std::uint64_t stream_texture = 900;
+
+// Deviation of the luma of a patch of 21 units, the median over the texture. In the pictures it is less by the light's
+// gain and what the pyramid smooths.
+constexpr double pattern_deviation = 14.5;
+constexpr int patch_units = 21;
+constexpr double form_units = 30;  // forms larger than this are not the pattern
+
+constexpr std::array<std::string_view, style_count> names = {"heart", "liver", "peritoneum", "bowel", "fat"};
+constexpr std::array<std::uint8_t, style_count> glosses = {235, 245, 150, 215, 190};
+
+struct Colour {
+  float b, g, r;
+};
+
+Colour operator*(float k, Colour c) {
+  return {k * c.b, k * c.g, k * c.r};
+}
+Colour mix(Colour a, Colour b, float f) {
+  return {a.b + f * (b.b - a.b), a.g + f * (b.g - a.g), a.r + f * (b.r - a.r)};
+}
+
+/// 0…1 around `middle` of a field of deviation 1.
+float above(float x, float middle, float width) {
+  return smoothstep((x - middle) / width + 0.5F);
+}
+
+/// Makes the fields of one texture; lengths in units.
+class Loom {
+ public:
+  Loom(std::uint64_t seed, int side) : seed_(seed), side_(side), per_unit_(side / period) {}
+
+  int side() const { return side_; }
+
+  NoiseField noise(std::vector<Octave> octaves) {
+    for (Octave &o : octaves) o.size *= per_unit_;
+    return fractal_noise(side_, octaves, seed_, stream_++);
+  }
+  Cells cells_of(double size, double jitter) { return cells(side_, size * per_unit_, jitter, seed_, stream_++); }
+  NoiseField vessels(std::vector<VesselOptions> sets) {
+    NoiseField field(side_);
+    for (VesselOptions &o : sets) {
+      o.width *= per_unit_;
+      o.least *= per_unit_;
+      o.length *= per_unit_;
+      o.wind /= per_unit_;
+      draw_vessels(field, o, seed_, stream_++);
+    }
+    return field;
+  }
+  /// A fibrous field: noise drawn out, `along` times as long as it is wide (a power of two), and warped so that it
+  /// isn't straight.
+  NoiseField fibres(double width, int along, double warp) {
+    const NoiseField source = noise({{width * along, 1}, {width * along / 2, 0.6}}),
+                     bend = noise({{160, 1}, {60, 0.3}});
+    NoiseField out(side_);
+    const auto shift = static_cast<float>(warp * per_unit_);
+    for (int y = 0; y < side_; ++y) {
+      for (int x = 0; x < side_; ++x) {
+        const int yy = along * y + along * static_cast<int>(std::floor(shift * bend.row(y)[x]));
+        out.row(y)[x] = source.row(((yy % side_) + side_) % side_)[x];
+      }
+    }
+    return out;
+  }
+
+ private:
+  std::uint64_t seed_;
+  int side_;
+  double per_unit_;
+  std::uint64_t stream_ = stream_texture;
+};
+
+template <class Shade>
+cv::Mat weave(int side, std::uint8_t gloss, Shade shade) {
+  cv::Mat texture(side, side, CV_8UC4);
+  for (int y = 0; y < side; ++y) {
+    std::uint8_t *out = texture.ptr(y);
+    for (int x = 0; x < side; ++x, out += 4) {
+      const Colour c = shade(x, y);
+      const float value[3] = {c.b, c.g, c.r};
+      for (int i = 0; i < 3; ++i) out[i] = static_cast<std::uint8_t>(std::clamp(value[i], 0.0F, 255.0F) + 0.5F);
+      out[3] = gloss;
+    }
+  }
+  return texture;
+}
+
+cv::Mat heart(Loom &loom, std::uint8_t gloss) {
+  const NoiseField form = loom.noise({{260, 1}, {110, 0.6}, {45, 0.3}}),
+                   fine = loom.noise({{11, 1}, {5, 0.8}, {2.5, 0.5}});
+  const NoiseField fat_form = loom.noise({{190, 1}, {75, 0.6}, {28, 0.3}, {10, 0.12}}), fibre = loom.fibres(3, 8, 40);
+  const Cells lobules = loom.cells_of(13, 0.9);
+  const NoiseField arteries = loom.vessels({{9, 7, 1.4, 620, 0.05, 5}, {26, 3, 0.9, 260, 0.09, 4}});
+  const NoiseField veins = loom.vessels({{7, 8.5, 2, 560, 0.05, 4}});
+  return weave(loom.side(), gloss, [&](int x, int y) {
+    const float f = form.row(y)[x], n = fine.row(y)[x];
+    Colour c = mix({58, 50, 150}, {122, 116, 208}, clamp01(0.5F + 0.28F * f));
+    c = (1 + 0.06F * fibre.row(y)[x] + 0.045F * n) * c;
+    const float fat = above(fat_form.row(y)[x], 0.75F, 0.35F);
+    if (fat > 0) {
+      const float lobe = smoothstep(2.2F * lobules.edge.row(y)[x]), own = lobules.value.row(y)[x];
+      Colour yellow = mix({62, 116, 196}, {112, 182, 232}, lobe);
+      yellow = (0.9F + 0.18F * own + 0.02F * n) * yellow;
+      c = mix(c, yellow, 0.9F * fat);
+    }
+    // Spots of blood under the surface.
+    c = mix(c, {34, 24, 108}, 0.6F * above(n - 0.35F * f, 2.1F, 0.8F));
+    c = mix(c, {104, 58, 104}, 0.6F * veins.row(y)[x]);
+    return mix(c, {40, 30, 140}, 0.72F * arteries.row(y)[x]);
+  });
+}
+
+cv::Mat liver(Loom &loom, std::uint8_t gloss) {
+  const NoiseField form = loom.noise({{300, 1}, {120, 0.5}}), fine = loom.noise({{7, 1}, {3, 0.9}});
+  const NoiseField blotch = loom.noise({{50, 1}, {22, 0.7}});
+  const Cells lobules = loom.cells_of(9, 0.45);
+  const NoiseField threads = loom.vessels({{26, 1.8, 0.8, 300, 0.1, 4}}),
+                   veins = loom.vessels({{5, 5, 2, 420, 0.05, 3}});
+  return weave(loom.side(), gloss, [&](int x, int y) {
+    const float f = form.row(y)[x], n = fine.row(y)[x];
+    Colour c = mix({50, 44, 122}, {74, 66, 158}, clamp01(0.5F + 0.25F * f + 0.12F * blotch.row(y)[x]));
+    const float lobe = smoothstep(1.8F * lobules.edge.row(y)[x]);
+    c = (0.8F + 0.3F * lobe + 0.14F * lobules.value.row(y)[x] + 0.05F * n) * c;
+    c = mix(c, {60, 36, 84}, 0.5F * veins.row(y)[x]);
+    // Vessels of the capsule, and where it is thicker.
+    c = mix(c, {110, 108, 190}, 0.55F * threads.row(y)[x]);
+    return mix(c, {150, 150, 196}, 0.45F * above(blotch.row(y)[x] + 0.5F * n, 2.6F, 0.8F));
+  });
+}
+
+cv::Mat peritoneum(Loom &loom, std::uint8_t gloss) {
+  const NoiseField form = loom.noise({{280, 1}, {120, 0.6}, {50, 0.25}}),
+                   fine = loom.noise({{9, 1}, {4, 0.7}, {2.5, 0.4}});
+  const NoiseField fibre = loom.fibres(4, 16, 60), sheet = loom.noise({{150, 1}, {60, 0.5}});
+  const NoiseField small = loom.vessels({{30, 2.6, 0.8, 330, 0.09, 6}}),
+                   veins = loom.vessels({{9, 9, 2.2, 620, 0.04, 4}});
+  return weave(loom.side(), gloss, [&](int x, int y) {
+    const float f = form.row(y)[x], n = fine.row(y)[x];
+    Colour c = mix({66, 104, 186}, {142, 150, 220}, clamp01(0.5F + 0.3F * f));
+    c = (1 + 0.03F * n) * c;
+    // Fascia: whitish strands, in sheets.
+    const float strands = clamp01(0.5F + 0.4F * fibre.row(y)[x]) * above(sheet.row(y)[x], 0.3F, 1.2F);
+    c = mix(c, {200, 202, 228}, 0.5F * strands);
+    c = mix(c, {132, 96, 140}, 0.55F * veins.row(y)[x]);
+    return mix(c, {52, 42, 158}, 0.75F * small.row(y)[x]);
+  });
+}
+
+cv::Mat bowel(Loom &loom, std::uint8_t gloss) {
+  const NoiseField form = loom.noise({{240, 1}, {100, 0.5}}), fine = loom.noise({{12, 1}, {6, 0.8}, {3, 0.5}});
+  const NoiseField stripes = loom.fibres(7, 8, 70);
+  const NoiseField trees = loom.vessels({{16, 4.5, 0.8, 380, 0.07, 8}, {30, 2.2, 0.7, 200, 0.12, 5}});
+  const NoiseField blue = loom.vessels({{8, 5, 1.5, 420, 0.05, 4}});
+  return weave(loom.side(), gloss, [&](int x, int y) {
+    const float f = form.row(y)[x], n = fine.row(y)[x];
+    Colour c = mix({118, 116, 200}, {178, 176, 230}, clamp01(0.5F + 0.3F * f));
+    c = (1 + 0.035F * n + 0.035F * stripes.row(y)[x]) * c;
+    c = mix(c, {150, 108, 150}, 0.5F * blue.row(y)[x]);
+    return mix(c, {64, 52, 172}, 0.72F * trees.row(y)[x]);
+  });
+}
+
+cv::Mat fat(Loom &loom, std::uint8_t gloss) {
+  const NoiseField form = loom.noise({{260, 1}, {100, 0.5}}), fine = loom.noise({{8, 1}, {3.5, 0.6}});
+  const Cells lobes = loom.cells_of(52, 0.95), grains = loom.cells_of(12, 0.9);
+  const NoiseField small = loom.vessels({{26, 3, 0.8, 320, 0.09, 6}});
+  return weave(loom.side(), gloss, [&](int x, int y) {
+    const float n = fine.row(y)[x];
+    Colour c = mix({52, 138, 214}, {104, 188, 236}, clamp01(0.5F + 0.3F * form.row(y)[x]));
+    const float lobe = smoothstep(2.6F * lobes.edge.row(y)[x]), grain = smoothstep(2.4F * grains.edge.row(y)[x]);
+    c = mix(0.62F * Colour{70, 122, 206}, c, 0.25F + 0.75F * lobe);
+    c = (0.86F + 0.12F * grain + 0.1F * grains.value.row(y)[x] + 0.02F * n) * c;
+    return mix(c, {44, 44, 172}, 0.7F * small.row(y)[x]);
+  });
+}
+
+/// The median, over patches all over the texture, of the deviation of luma within a patch of 21 units.
+double median_deviation(const cv::Mat &texture) {
+  const double per_unit = texture.cols / period;
+  const int step = std::max(1, static_cast<int>(per_unit + 0.5));  // about every unit
+  std::vector<double> all;
+  const int side = static_cast<int>(patch_units * per_unit);
+  for (int y = 0; y + side < texture.rows; y += 2 * side) {
+    for (int x = 0; x + side < texture.cols; x += 2 * side) {
+      double sum = 0, squares = 0, n = 0;
+      for (int j = 0; j < side; j += step) {
+        for (int i = 0; i < side; i += step) {
+          const std::uint8_t *p = texture.ptr(y + j) + 4 * (x + i);
+          const double luma = 0.114 * p[0] + 0.587 * p[1] + 0.299 * p[2];
+          sum += luma;
+          squares += luma * luma;
+          n += 1;
+        }
+      }
+      all.push_back(std::max(squares / n - sum * sum / (n * n), 0.0));
+    }
+  }
+  std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
+  return std::sqrt(all[all.size() / 2]);
+}
+
+}  // namespace
+
+std::string_view style_name(Style style) {
+  return names.at(static_cast<std::size_t>(style));
+}
+
+Style parse_style(std::string_view name) {
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (names[i] == name) return static_cast<Style>(i);
+  std::string all;
+  for (const auto n : names) all += (all.empty() ? "" : ", ") + std::string(n);
+  throw std::invalid_argument("no style \"" + std::string(name) + "\"; there are " + all);
+}
+
+std::uint8_t gloss_of(Style style) {
+  return glosses.at(static_cast<std::size_t>(style));
+}
+
+TextureMap tissue_texture(Style style, std::uint64_t seed, int side, double contrast) {
+  if (side < 256 || (side & (side - 1)) != 0) throw std::invalid_argument("a texture's side is a power of two");
+  Loom loom(seed + 7919 * static_cast<std::uint64_t>(style), side);
+  const std::uint8_t gloss = gloss_of(style);
+  cv::Mat texture;
+  switch (style) {
+    case Style::heart:
+      texture = heart(loom, gloss);
+      break;
+    case Style::liver:
+      texture = liver(loom, gloss);
+      break;
+    case Style::peritoneum:
+      texture = peritoneum(loom, gloss);
+      break;
+    case Style::bowel:
+      texture = bowel(loom, gloss);
+      break;
+    case Style::fat:
+      texture = fat(loom, gloss);
+      break;
+  }
+  const double per_unit = side / period;
+  scale_pattern(texture, form_units * per_unit,
+                contrast * pattern_deviation / std::max(median_deviation(texture), 0.5));
+  return TextureMap(texture, per_unit);
+}
+
+}  // namespace csd::sim
