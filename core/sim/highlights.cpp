@@ -20,7 +20,7 @@ constexpr float glow_width = 2.2F;       // of a core's radius
 Highlights::Highlights(double strength, std::uint64_t seed) {
   if (strength <= 0) return;
   radius_ = 0.075F * static_cast<float>(std::sqrt(strength));
-  const NoiseField field = fractal_noise(side, {{12, 1}, {5, 0.28}}, seed, 500);
+  const NoiseField field = fractal_noise(side, {{15, 1}, {6, 0.22}}, seed, 500);
   float most = 0;
   relief_.resize(static_cast<std::size_t>(side) * side);
   for (int y = 0; y < side; ++y) {
@@ -62,7 +62,7 @@ Highlights::Value Highlights::at(const Fragment &f, float slope_x, float slope_y
   const float radius = radius_ * gloss, r2 = radius * radius, d2 = x * x + y * y;
   if (d2 >= r2 * (glow_width * glow_width)) return {};
   const float glow = 1 - d2 / (r2 * (glow_width * glow_width));
-  return {smoothstep(1.5F * (1 - d2 / r2)), glow * glow};
+  return {smoothstep(1.3F * (1 - d2 / r2)), glow * glow};
 }
 
 }  // namespace csd::sim

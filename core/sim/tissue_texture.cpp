@@ -20,7 +20,7 @@ constexpr std::uint64_t stream_texture = 900;
 
 // Deviation of the luma of a patch of 21 units, the median over the texture. In the pictures it is less by the light's
 // gain and what the pyramid smooths.
-constexpr double pattern_deviation = 14.5;
+constexpr double pattern_deviation = 15.5;
 constexpr int patch_units = 21;
 constexpr double form_units = 30;  // forms larger than this are not the pattern
 
@@ -54,7 +54,22 @@ class Loom {
     for (Octave &o : octaves) o.size *= per_unit_;
     return fractal_noise(side_, octaves, seed_, stream_++);
   }
-  Cells cells_of(double size, double jitter) { return cells(side_, size * per_unit_, jitter, seed_, stream_++); }
+  /// Cells whose borders are not straight: looked up where noise of up to about `warp` points.
+  Cells cells_of(double size, double jitter, double warp) {
+    const Cells straight = cells(side_, size * per_unit_, jitter, seed_, stream_++);
+    const NoiseField dx = noise({{0.8 * size, 1}, {0.3 * size, 0.5}}), dy = noise({{0.8 * size, 1}, {0.3 * size, 0.5}});
+    const auto scale = static_cast<float>(0.5 * warp * per_unit_);
+    Cells out{NoiseField(side_), NoiseField(side_)};
+    for (int y = 0; y < side_; ++y) {
+      for (int x = 0; x < side_; ++x) {
+        const int xx = (x + static_cast<int>(scale * dx.row(y)[x]) + 2 * side_) % side_;
+        const int yy = (y + static_cast<int>(scale * dy.row(y)[x]) + 2 * side_) % side_;
+        out.edge.row(y)[x] = straight.edge.row(yy)[xx];
+        out.value.row(y)[x] = straight.value.row(yy)[xx];
+      }
+    }
+    return out;
+  }
   NoiseField vessels(std::vector<VesselOptions> sets) {
     NoiseField field(side_);
     for (VesselOptions &o : sets) {
@@ -70,7 +85,7 @@ class Loom {
   /// isn't straight.
   NoiseField fibres(double width, int along, double warp) {
     const NoiseField source = noise({{width * along, 1}, {width * along / 2, 0.6}}),
-                     bend = noise({{160, 1}, {60, 0.3}});
+                     bend = noise({{420, 1}, {140, 0.2}, {30, 0.03}});
     NoiseField out(side_);
     const auto shift = static_cast<float>(warp * per_unit_);
     for (int y = 0; y < side_; ++y) {
@@ -105,91 +120,98 @@ cv::Mat weave(int side, std::uint8_t gloss, Shade shade) {
 }
 
 cv::Mat heart(Loom &loom, std::uint8_t gloss) {
-  const NoiseField form = loom.noise({{260, 1}, {110, 0.6}, {45, 0.3}}),
-                   fine = loom.noise({{11, 1}, {5, 0.8}, {2.5, 0.5}});
-  const NoiseField fat_form = loom.noise({{190, 1}, {75, 0.6}, {28, 0.3}, {10, 0.12}}), fibre = loom.fibres(3, 8, 40);
-  const Cells lobules = loom.cells_of(13, 0.9);
-  const NoiseField arteries = loom.vessels({{9, 7, 1.4, 620, 0.05, 5}, {26, 3, 0.9, 260, 0.09, 4}});
-  const NoiseField veins = loom.vessels({{7, 8.5, 2, 560, 0.05, 4}});
+  const NoiseField form = loom.noise({{260, 1}, {110, 0.6}, {45, 0.35}}),
+                   fine = loom.noise({{12, 1}, {5, 0.7}, {2.5, 0.5}});
+  const NoiseField fat_form = loom.noise({{190, 1}, {75, 0.6}, {28, 0.4}, {10, 0.25}, {5, 0.1}});
+  const NoiseField fibre = loom.fibres(3.5, 8, 60);
+  const Cells lobules = loom.cells_of(17, 0.95, 7);
+  const NoiseField arteries = loom.vessels({{4, 6.5, 1.6, 640, 0.09, 4}, {7, 3.2, 0.9, 300, 0.12, 4}});
+  const NoiseField veins = loom.vessels({{4, 8.5, 2.4, 560, 0.06, 3}}),
+                   hairs = loom.vessels({{46, 1.7, 0.7, 130, 0.15, 4}});
   return weave(loom.side(), gloss, [&](int x, int y) {
     const float f = form.row(y)[x], n = fine.row(y)[x];
-    Colour c = mix({58, 50, 150}, {122, 116, 208}, clamp01(0.5F + 0.28F * f));
-    c = (1 + 0.06F * fibre.row(y)[x] + 0.045F * n) * c;
-    const float fat = above(fat_form.row(y)[x], 0.75F, 0.35F);
+    Colour c = mix({52, 40, 146}, {128, 124, 214}, clamp01(0.5F + 0.3F * f));
+    c = (1 + 0.045F * fibre.row(y)[x] + 0.04F * n) * c;
+    const float fat = above(fat_form.row(y)[x] + 0.1F * n, 0.85F, 0.75F);
     if (fat > 0) {
-      const float lobe = smoothstep(2.2F * lobules.edge.row(y)[x]), own = lobules.value.row(y)[x];
-      Colour yellow = mix({62, 116, 196}, {112, 182, 232}, lobe);
-      yellow = (0.9F + 0.18F * own + 0.02F * n) * yellow;
-      c = mix(c, yellow, 0.9F * fat);
+      const float lobe = smoothstep(1.7F * lobules.edge.row(y)[x]), own = lobules.value.row(y)[x];
+      Colour yellow = mix({72, 132, 208}, {118, 184, 232}, 0.75F * lobe + 0.3F * own - 0.1F);
+      c = mix(c, (1 + 0.025F * n) * yellow, 0.85F * fat);
     }
     // Spots of blood under the surface.
-    c = mix(c, {34, 24, 108}, 0.6F * above(n - 0.35F * f, 2.1F, 0.8F));
-    c = mix(c, {104, 58, 104}, 0.6F * veins.row(y)[x]);
-    return mix(c, {40, 30, 140}, 0.72F * arteries.row(y)[x]);
+    c = mix(c, {36, 22, 112}, 0.65F * above(n - 0.3F * f, 2.0F, 1.0F));
+    c = mix(c, {104, 58, 112}, 0.55F * veins.row(y)[x]);
+    c = mix(c, {56, 42, 158}, 0.5F * hairs.row(y)[x]);
+    return mix(c, {40, 30, 142}, 0.7F * arteries.row(y)[x]);
   });
 }
 
 cv::Mat liver(Loom &loom, std::uint8_t gloss) {
-  const NoiseField form = loom.noise({{300, 1}, {120, 0.5}}), fine = loom.noise({{7, 1}, {3, 0.9}});
-  const NoiseField blotch = loom.noise({{50, 1}, {22, 0.7}});
-  const Cells lobules = loom.cells_of(9, 0.45);
-  const NoiseField threads = loom.vessels({{26, 1.8, 0.8, 300, 0.1, 4}}),
-                   veins = loom.vessels({{5, 5, 2, 420, 0.05, 3}});
+  const NoiseField form = loom.noise({{300, 1}, {120, 0.5}}), fine = loom.noise({{6, 1}, {3, 0.9}});
+  const NoiseField blotch = loom.noise({{50, 1}, {22, 0.7}, {10, 0.3}});
+  const Cells lobules = loom.cells_of(8.5, 0.5, 3);
+  const NoiseField threads = loom.vessels({{24, 1.8, 0.8, 300, 0.12, 4}}),
+                   veins = loom.vessels({{4, 5, 2, 420, 0.07, 3}});
   return weave(loom.side(), gloss, [&](int x, int y) {
-    const float f = form.row(y)[x], n = fine.row(y)[x];
-    Colour c = mix({50, 44, 122}, {74, 66, 158}, clamp01(0.5F + 0.25F * f + 0.12F * blotch.row(y)[x]));
-    const float lobe = smoothstep(1.8F * lobules.edge.row(y)[x]);
-    c = (0.8F + 0.3F * lobe + 0.14F * lobules.value.row(y)[x] + 0.05F * n) * c;
+    const float n = fine.row(y)[x], patchy = blotch.row(y)[x];
+    Colour c = mix({40, 32, 104}, {70, 60, 148}, clamp01(0.5F + 0.25F * form.row(y)[x] + 0.14F * patchy));
+    // Each lobule is dark in its middle and pale where they meet, not everywhere alike.
+    const float lobe = smoothstep(1.6F * lobules.edge.row(y)[x]), net = clamp01(0.65F + 0.3F * patchy);
+    c = (1.12F - 0.3F * net * lobe + 0.16F * (lobules.value.row(y)[x] - 0.5F) + 0.06F * n) * c;
     c = mix(c, {60, 36, 84}, 0.5F * veins.row(y)[x]);
     // Vessels of the capsule, and where it is thicker.
-    c = mix(c, {110, 108, 190}, 0.55F * threads.row(y)[x]);
-    return mix(c, {150, 150, 196}, 0.45F * above(blotch.row(y)[x] + 0.5F * n, 2.6F, 0.8F));
+    c = mix(c, {104, 100, 186}, 0.5F * threads.row(y)[x]);
+    return mix(c, {150, 150, 200}, 0.35F * above(patchy + 0.5F * n, 2.4F, 1.4F));
   });
 }
 
 cv::Mat peritoneum(Loom &loom, std::uint8_t gloss) {
-  const NoiseField form = loom.noise({{280, 1}, {120, 0.6}, {50, 0.25}}),
+  const NoiseField form = loom.noise({{280, 1}, {120, 0.6}, {50, 0.3}}),
                    fine = loom.noise({{9, 1}, {4, 0.7}, {2.5, 0.4}});
-  const NoiseField fibre = loom.fibres(4, 16, 60), sheet = loom.noise({{150, 1}, {60, 0.5}});
-  const NoiseField small = loom.vessels({{30, 2.6, 0.8, 330, 0.09, 6}}),
-                   veins = loom.vessels({{9, 9, 2.2, 620, 0.04, 4}});
+  const NoiseField fibre = loom.fibres(4.5, 8, 60), sheet = loom.noise({{170, 1}, {70, 0.6}, {25, 0.3}});
+  const NoiseField small = loom.vessels({{16, 2.8, 0.8, 330, 0.12, 5}, {40, 1.6, 0.7, 130, 0.16, 4}});
+  const NoiseField veins = loom.vessels({{7, 9, 2.2, 620, 0.06, 3}}), blots = loom.noise({{26, 1}, {12, 0.5}});
   return weave(loom.side(), gloss, [&](int x, int y) {
-    const float f = form.row(y)[x], n = fine.row(y)[x];
-    Colour c = mix({66, 104, 186}, {142, 150, 220}, clamp01(0.5F + 0.3F * f));
-    c = (1 + 0.03F * n) * c;
+    const float n = fine.row(y)[x];
+    Colour c = mix({58, 98, 184}, {140, 148, 222}, clamp01(0.5F + 0.32F * form.row(y)[x]));
+    c = (1 + 0.03F * n + 0.02F * blots.row(y)[x]) * c;
     // Fascia: whitish strands, in sheets.
-    const float strands = clamp01(0.5F + 0.4F * fibre.row(y)[x]) * above(sheet.row(y)[x], 0.3F, 1.2F);
-    c = mix(c, {200, 202, 228}, 0.5F * strands);
-    c = mix(c, {132, 96, 140}, 0.55F * veins.row(y)[x]);
-    return mix(c, {52, 42, 158}, 0.75F * small.row(y)[x]);
+    const float strands = clamp01(0.45F + 0.35F * fibre.row(y)[x]) * above(sheet.row(y)[x], 0.7F, 1.6F);
+    c = mix(c, {196, 200, 230}, 0.42F * strands);
+    c = mix(c, {132, 92, 138}, 0.5F * veins.row(y)[x]);
+    return mix(c, {58, 46, 168}, 0.65F * small.row(y)[x]);
   });
 }
 
 cv::Mat bowel(Loom &loom, std::uint8_t gloss) {
-  const NoiseField form = loom.noise({{240, 1}, {100, 0.5}}), fine = loom.noise({{12, 1}, {6, 0.8}, {3, 0.5}});
-  const NoiseField stripes = loom.fibres(7, 8, 70);
-  const NoiseField trees = loom.vessels({{16, 4.5, 0.8, 380, 0.07, 8}, {30, 2.2, 0.7, 200, 0.12, 5}});
-  const NoiseField blue = loom.vessels({{8, 5, 1.5, 420, 0.05, 4}});
+  const NoiseField form = loom.noise({{240, 1}, {100, 0.6}, {40, 0.3}}),
+                   fine = loom.noise({{12, 1}, {6, 0.8}, {3, 0.5}});
+  const NoiseField stripes = loom.fibres(6, 8, 90), blots = loom.noise({{30, 1}, {14, 0.6}});
+  const NoiseField trees = loom.vessels({{7, 4.5, 0.8, 360, 0.1, 6}, {26, 2.2, 0.7, 170, 0.14, 5}});
+  const NoiseField blue = loom.vessels({{6, 5, 1.5, 420, 0.07, 3}});
   return weave(loom.side(), gloss, [&](int x, int y) {
-    const float f = form.row(y)[x], n = fine.row(y)[x];
-    Colour c = mix({118, 116, 200}, {178, 176, 230}, clamp01(0.5F + 0.3F * f));
-    c = (1 + 0.035F * n + 0.035F * stripes.row(y)[x]) * c;
-    c = mix(c, {150, 108, 150}, 0.5F * blue.row(y)[x]);
-    return mix(c, {64, 52, 172}, 0.72F * trees.row(y)[x]);
+    const float n = fine.row(y)[x];
+    Colour c = mix({108, 104, 198}, {182, 180, 234}, clamp01(0.5F + 0.3F * form.row(y)[x]));
+    c = (1 + 0.025F * n + 0.02F * stripes.row(y)[x] + 0.025F * blots.row(y)[x]) * c;
+    c = mix(c, {150, 104, 150}, 0.5F * blue.row(y)[x]);
+    return mix(c, {66, 52, 176}, 0.65F * trees.row(y)[x]);
   });
 }
 
 cv::Mat fat(Loom &loom, std::uint8_t gloss) {
-  const NoiseField form = loom.noise({{260, 1}, {100, 0.5}}), fine = loom.noise({{8, 1}, {3.5, 0.6}});
-  const Cells lobes = loom.cells_of(52, 0.95), grains = loom.cells_of(12, 0.9);
-  const NoiseField small = loom.vessels({{26, 3, 0.8, 320, 0.09, 6}});
+  const NoiseField form = loom.noise({{260, 1}, {100, 0.6}, {40, 0.3}}), fine = loom.noise({{8, 1}, {3.5, 0.7}});
+  const Cells lobes = loom.cells_of(58, 1, 34), middle = loom.cells_of(24, 1, 14), grains = loom.cells_of(10, 0.95, 4);
+  const NoiseField small = loom.vessels({{16, 3, 0.8, 320, 0.12, 6}, {30, 1.6, 0.7, 120, 0.16, 3}});
   return weave(loom.side(), gloss, [&](int x, int y) {
     const float n = fine.row(y)[x];
-    Colour c = mix({52, 138, 214}, {104, 188, 236}, clamp01(0.5F + 0.3F * form.row(y)[x]));
-    const float lobe = smoothstep(2.6F * lobes.edge.row(y)[x]), grain = smoothstep(2.4F * grains.edge.row(y)[x]);
-    c = mix(0.62F * Colour{70, 122, 206}, c, 0.25F + 0.75F * lobe);
-    c = (0.86F + 0.12F * grain + 0.1F * grains.value.row(y)[x] + 0.02F * n) * c;
-    return mix(c, {44, 44, 172}, 0.7F * small.row(y)[x]);
+    Colour c = mix({48, 146, 232}, {112, 198, 246},
+                   clamp01(0.5F + 0.3F * form.row(y)[x] + 0.2F * (middle.value.row(y)[x] - 0.5F)));
+    const float lobe = smoothstep(3 * lobes.edge.row(y)[x]), part = smoothstep(2 * middle.edge.row(y)[x]);
+    const float grain = smoothstep(2 * grains.edge.row(y)[x]);
+    // Deep between the lobes, where it is red; shallow between their parts.
+    c = mix({34, 82, 178}, c, 0.3F + 0.5F * lobe + 0.2F * part);
+    c = (0.87F + 0.07F * part + 0.06F * grain + 0.1F * (grains.value.row(y)[x] - 0.5F) + 0.025F * n) * c;
+    return mix(c, {46, 46, 176}, 0.65F * small.row(y)[x]);
   });
 }
 

@@ -28,7 +28,7 @@ Tools::Tools(double time, double strength, std::uint64_t seed, cv::Size size)
     : scale_(static_cast<float>(size.height) / 480) {
   if (strength <= 0) return;
   const float w = static_cast<float>(size.width), h = static_cast<float>(size.height);
-  const auto radius = static_cast<float>(24 * std::min(std::sqrt(strength), 2.0)) * scale_;
+  const auto radius = static_cast<float>(29 * std::min(std::sqrt(strength), 2.0)) * scale_;
   // Two instruments by turns, from the lower right and from the left; each sweeps to and fro while it is in.
   for (int i = 0; i < 2; ++i) {
     const auto stream = stream_tools + 10 * static_cast<std::uint64_t>(i);
@@ -49,7 +49,7 @@ Tools::Tools(double time, double strength, std::uint64_t seed, cv::Size size)
       return cv::Point2f(v.x * r.x - v.y * r.y, v.x * r.y + v.y * r.x);
     };
     const double open = 0.02 + 0.045 * (0.5 + 0.5 * sin_turns(time / 1.9 + 0.2 * i));
-    const float jaw = 62 * scale_ * radius / (24 * scale_), neck = 0.8F * radius;
+    const float jaw = 2.5F * radius, neck = 0.8F * radius;
     const cv::Point2f wrist = tip - d * jaw, joint = wrist - d * (1.6F * radius);
     const cv::Point2f shift(shadow_x * scale_, shadow_y * scale_);
     shadows_.push_back({port + shift, tip + shift, radius, 0.4F * radius, Material::black});
