@@ -47,11 +47,12 @@ inline double exp_of(double x) {
   if (x < -700) return 0;
   const double k = floor_of(x * 1.44269504088896340736 + 0.5);
   const double r = (x - k * 0.693147180369123816490) - k * 1.90821492927058770002e-10;  // |r| ≤ ½·ln 2
-  double p = 1.0 / 39916800;
-  for (const double c :
-       {1.0 / 3628800, 1.0 / 362880, 1.0 / 40320, 1.0 / 5040, 1.0 / 720, 1.0 / 120, 1.0 / 24, 1.0 / 6, 0.5, 1.0, 1.0}) {
-    p = c + r * p;
-  }
+  // Taylor, to r¹¹; in pairs, which don't wait for one another.
+  const double r2 = r * r, r4 = r2 * r2;
+  const double p01 = 1 + r, p23 = 0.5 + r * (1.0 / 6), p45 = 1.0 / 24 + r * (1.0 / 120);
+  const double p67 = 1.0 / 720 + r * (1.0 / 5040), p89 = 1.0 / 40320 + r * (1.0 / 362880);
+  const double pab = 1.0 / 3628800 + r * (1.0 / 39916800);
+  const double p = (p01 + r2 * p23) + r4 * ((p45 + r2 * p67) + r4 * (p89 + r2 * pab));
   return p * std::bit_cast<double>(static_cast<std::uint64_t>(static_cast<std::int64_t>(k) + 1023) << 52);
 }
 

@@ -18,8 +18,8 @@ struct Extent {
 /// Shrinks each side from `bound` pixels outside the picture as long as what lies there stays out of sight.
 class ExtentFinder {
  public:
-  ExtentFinder(const Surface::Moment &moment, const Camera &camera, cv::Size size, double step)
-      : moment_(moment), camera_(camera), size_(size), step_(step) {}
+  ExtentFinder(const Surface &surface, const Surface::Moment &moment, const Camera &camera, cv::Size size, double step)
+      : surface_(surface), moment_(moment), camera_(camera), size_(size), step_(step) {}
 
   Extent find(double bound) const {
     const double w = size_.width, h = size_.height;
@@ -36,12 +36,13 @@ class ExtentFinder {
     const int n = std::max(2, static_cast<int>(cv::norm(b - a) / step_));
     for (int i = 0; i <= n; ++i) {
       const cv::Point2d uv = camera_.to_plane(a + (b - a) * (static_cast<double>(i) / n));
-      const cv::Point3d p = camera_.project(moment_.at(uv.x, uv.y));
+      const cv::Point3d p = camera_.project(moment_.at(surface_.place(uv.x, uv.y)));
       if (p.x > -step_ && p.x < size_.width + step_ && p.y > -step_ && p.y < size_.height + step_) return true;
     }
     return false;
   }
 
+  const Surface &surface_;
   const Surface::Moment &moment_;
   const Camera &camera_;
   cv::Size size_;
@@ -55,7 +56,7 @@ void Mesh::build(const Surface &surface, const Surface::Moment &moment, const Ca
   // What lies below the plane appears nearer to the middle than its place on the plane.
   const double half = 0.5 * std::hypot(size.width, size.height);
   const double bound = std::min(surface.reach() * camera.magnification + half * 0.6, 3.0 * half);
-  const Extent e = ExtentFinder(moment, camera, size, 16 * scale).find(bound);
+  const Extent e = ExtentFinder(surface, moment, camera, size, 16 * scale).find(bound);
 
   columns = static_cast<int>((e.right - e.left) / step) + 2;
   rows = static_cast<int>((e.bottom - e.top) / step) + 2;
@@ -64,9 +65,8 @@ void Mesh::build(const Surface &surface, const Surface::Moment &moment, const Ca
     for (int i = 0; i < columns; ++i) {
       Point &p = points[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(i)];
       const cv::Point2d uv = camera.to_plane({e.left + i * step, e.top + j * step});
-      p.u = uv.x;
-      p.v = uv.y;
-      p.position = moment.at(uv.x, uv.y);
+      p.place = surface.place(uv.x, uv.y);
+      p.position = moment.at(p.place);
       p.image = camera.project(p.position);
     }
   }
@@ -87,7 +87,8 @@ void Mesh::find_slopes() {
       p.normal = n / std::max(std::sqrt(n.dot(n)), 1e-9);
       // The squared length, in units, that a pixel covers along each of the grid's directions.
       const auto covered = [](const Point &a, const Point &b) {
-        const double du = a.u - b.u, dv = a.v - b.v, dx = a.image.x - b.image.x, dy = a.image.y - b.image.y;
+        const double du = a.place.u - b.place.u, dv = a.place.v - b.place.v, dx = a.image.x - b.image.x,
+                     dy = a.image.y - b.image.y;
         return (du * du + dv * dv) / std::max(dx * dx + dy * dy, 1e-3);
       };
       p.units_log2 = 0.5 * log2_of(std::max({covered(left, right), covered(up, down), 1e-6}));

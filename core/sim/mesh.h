@@ -17,7 +17,7 @@ struct Mesh {
   static constexpr double cell = 5;  ///< pixels at 480 lines
 
   struct Point {
-    double u, v;            ///< on the surface, units
+    Surface::Place place;
     cv::Vec3d position;     ///< in the scene, units
     cv::Point3d image;      ///< pixels, and depth in units
     cv::Vec3d normal;       ///< towards the scope, length 1

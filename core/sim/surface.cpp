@@ -16,7 +16,8 @@ constexpr double heart_rate = 1.25, breath_rate = 0.25;  // Hz
 constexpr double fold_v = -95, fold_across = 46, fold_along = 190, fold_height = 85, fold_lean = 135;
 
 double gaussian(double du, double dv, double inverse) {
-  return exp_of(-(du * du + dv * dv) * inverse);
+  const double x = (du * du + dv * dv) * inverse;
+  return x > 32 ? 0 : exp_of(-x);  // 1e−14: nothing, even in units of a thousandth of a pixel
 }
 
 double inverse_of(double sigma) {
@@ -54,7 +55,7 @@ Surface::Surface(const Effects &effects, std::uint64_t seed) : fold_(effects[Eff
   const double heart = 19 * strong + 6 * mild + 1.2 * liver;
   const double breath = 7 * liver + 2 * strong + 1.5 * mild;
   Random pulse(seed, stream_pulse);
-  for (int i = 0; i < Moment::gaussians; ++i) {
+  for (int i = 0; i < gaussians; ++i) {
     auto &p = pulses_[static_cast<std::size_t>(i)];
     p.u = (i % 4 - 1.5) * 170 + pulse.uniform(-60, 60);
     p.v = (i / 4 - 1) * 180 + pulse.uniform(-60, 60);
@@ -80,7 +81,7 @@ Surface::Surface(const Effects &effects, std::uint64_t seed) : fold_(effects[Eff
 }
 
 Surface::Moment Surface::at(double time) const {
-  Moment moment(*this);
+  Moment moment;
   // Neither beats nor breaths are all alike: their rates and depths wander a little.
   const double beats = heart_rate * time + 0.12 * wander(seed_, stream_beat, 0.4 * time);
   const double breaths = breath_rate * time + 0.05 * wander(seed_, stream_beat + 1, 0.15 * time);
@@ -94,39 +95,42 @@ Surface::Moment Surface::at(double time) const {
   moment.shift_ = b * drift_;
   if (fold_ > 0) {
     const double breathes = 1 + 0.18 * b + 0.06 * heartbeat(beats);
-    moment.fold_height_ = fold_height * fold_ * breathes;
-    moment.fold_lean_ = fold_lean * fold_ * breathes;
+    moment.fold_ = fold_ * breathes * cv::Vec3d(0, fold_lean, fold_height);
   }
   return moment;
 }
 
-cv::Vec3d Surface::Moment::at(double u, double v) const {
-  cv::Vec3d p = cv::Vec3d(u, v, 0) + shift_;
-  for (const Bump &bump : surface_->relief_) p[2] += bump.height * gaussian(u - bump.u, v - bump.v, bump.inverse);
-  for (std::size_t i = 0; i < push_.size(); ++i) {
-    const Pulse &pulse = surface_->pulses_[i];
-    p += gaussian(u - pulse.u, v - pulse.v, pulse.inverse) * push_[i];
-  }
-  if (fold_height_ > 0) p += fold_at(u, v) * cv::Vec3d(0, fold_lean_, fold_height_);
+cv::Vec3d Surface::Moment::at(const Place &place) const {
+  cv::Vec3d p = cv::Vec3d(place.u, place.v, place.relief) + shift_ + place.fold * fold_;
+  for (std::size_t i = 0; i < push_.size(); ++i) p += place.pulse[i] * push_[i];
   return p;
 }
 
-cv::Vec3d Surface::rest_normal(double u, double v) const {
+Surface::Place Surface::place(double u, double v) const {
+  Place p;
+  p.u = u;
+  p.v = v;
   cv::Vec3d along_u{1, 0, 0}, along_v{0, 1, 0};
   for (const Bump &bump : relief_) {
-    const double slope = -2 * bump.inverse * bump.height * gaussian(u - bump.u, v - bump.v, bump.inverse);
-    along_u[2] += slope * (u - bump.u);
-    along_v[2] += slope * (v - bump.v);
+    const double du = u - bump.u, dv = v - bump.v, height = bump.height * gaussian(du, dv, bump.inverse);
+    p.relief += height;
+    along_u[2] -= 2 * bump.inverse * height * du;
+    along_v[2] -= 2 * bump.inverse * height * dv;
+  }
+  for (std::size_t i = 0; i < pulses_.size(); ++i) {
+    p.pulse[i] = gaussian(u - pulses_[i].u, v - pulses_[i].v, pulses_[i].inverse);
   }
   if (fold_ > 0) {
     constexpr double step = 0.5;
+    p.fold = fold_at(u, v);
     const double du = fold_at(u + step, v) - fold_at(u - step, v), dv = fold_at(u, v + step) - fold_at(u, v - step);
     const cv::Vec3d push = cv::Vec3d(0, fold_lean, fold_height) * (fold_ / (2 * step));
     along_u += du * push;
     along_v += dv * push;
   }
   const cv::Vec3d n = along_u.cross(along_v);
-  return n / std::sqrt(n.dot(n));
+  p.normal = n / std::sqrt(n.dot(n));
+  return p;
 }
 
 }  // namespace csd::sim

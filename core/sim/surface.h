@@ -17,27 +17,32 @@ class Surface {
  public:
   Surface(const Effects &effects, std::uint64_t seed);
 
-  /// The surface at one moment: a cheap copy of what depends on time.
+  static constexpr int gaussians = 10;
+
+  /// What a place on the surface takes part in: all that doesn't depend on time, and takes long.
+  struct Place {
+    double u = 0, v = 0;
+    double relief = 0;
+    cv::Vec3d normal;  ///< at rest, length 1, towards the scope
+    std::array<double, gaussians> pulse{};
+    double fold = 0;
+  };
+  Place place(double u, double v) const;
+
+  /// The surface at one moment.
   class Moment {
    public:
-    /// Where the point (u, v) is, units.
-    cv::Vec3d at(double u, double v) const;
+    /// Where a place is, units.
+    cv::Vec3d at(const Place &place) const;
 
    private:
     friend class Surface;
-    explicit Moment(const Surface &surface) : surface_(&surface) {}
-
-    static constexpr int gaussians = 10;
-    const Surface *surface_;
     std::array<cv::Vec3d, gaussians> push_{};  // of each Gaussian, units
     cv::Vec3d shift_;                          // of everything
-    double fold_height_ = 0, fold_lean_ = 0;
+    cv::Vec3d fold_;                           // of the fold's ridge
   };
 
   Moment at(double time) const;
-
-  /// Normal of the surface at rest, length 1, towards the scope.
-  cv::Vec3d rest_normal(double u, double v) const;
 
   double lowest() const { return -130; }   ///< nothing is ever below this, units
   double reach() const { return reach_; }  ///< no point is ever farther than this from its (u, v), units, sideways
@@ -55,7 +60,7 @@ class Surface {
   static constexpr int bumps = 12;
 
   std::array<Bump, bumps> relief_;
-  std::array<Pulse, Moment::gaussians> pulses_;
+  std::array<Pulse, gaussians> pulses_;
   cv::Vec3d drift_;  // of everything, with breathing
   double fold_;
   std::uint64_t seed_;

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "sim/ieee_math.h"
+#include "sim/texture_sampling.h"
 
 namespace csd::sim {
 namespace {
@@ -67,23 +68,39 @@ TextureMap::TextureMap(const cv::Mat &texture, double texels_per_unit) : texels_
   cv::Mat level = texture;
   for (int scale = 1; scale <= granularity; scale *= 2) {
     Level l;
-    l.size = level.size();
+    l.width = level.cols;
+    l.height = level.rows;
     l.stride = 4 * (static_cast<std::size_t>(level.cols) + 1);
     l.per_unit = static_cast<float>(texels_per_unit / scale);
     l.middle_x = 0.5F * static_cast<float>(level.cols) - 0.5F;
     l.middle_y = 0.5F * static_cast<float>(level.rows) - 0.5F;
     l.inverse_width = 1 / static_cast<float>(level.cols);
     l.inverse_height = 1 / static_cast<float>(level.rows);
-    l.data.resize(l.stride * (static_cast<std::size_t>(level.rows) + 1));
+    auto &data = data_.emplace_back(l.stride * (static_cast<std::size_t>(level.rows) + 1));
     for (int y = 0; y <= level.rows; ++y) {
       const std::uint8_t *from = level.ptr(y % level.rows);
-      std::uint8_t *to = l.data.data() + static_cast<std::size_t>(y) * l.stride;
+      std::uint8_t *to = data.data() + static_cast<std::size_t>(y) * l.stride;
       std::copy_n(from, l.stride - 4, to);
       std::copy_n(from, 4, to + l.stride - 4);
     }
-    levels_.push_back(std::move(l));
+    l.data = data.data();
+    levels_.push_back(l);
     if (scale < granularity) level = halved(level);
   }
+}
+
+std::array<float, 4> TextureMap::sample(float u, float v, float units_log2) const {
+  std::array<float, 4> out;
+  Fragment f;
+  f[Fragment::u] = u;
+  f[Fragment::v] = v;
+  f[Fragment::level] = units_log2;
+  sample_scalar(levels_.data(), levels_.size(), bias_, &f, 1, &out);
+  return out;
+}
+
+void TextureMap::sample_row(const Fragment *fragments, std::size_t n, std::array<float, 4> *out) const {
+  sample_vectors(levels_.data(), levels_.size(), bias_, fragments, n, out);
 }
 
 void scale_pattern(cv::Mat &texture, double size, double contrast) {

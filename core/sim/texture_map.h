@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "sim/fragments.h"
+
 namespace csd::sim {
 
 /// A picture that repeats without end in both directions, at all scales: a pyramid, sampled trilinearly.
@@ -15,6 +17,10 @@ class TextureMap {
   static constexpr int granularity = 64;  ///< sides are multiples of it
 
   TextureMap() = default;
+  TextureMap(TextureMap &&) = default;
+  TextureMap &operator=(TextureMap &&) = default;
+  TextureMap(const TextureMap &) = delete;  // levels point into their data
+  TextureMap &operator=(const TextureMap &) = delete;
 
   /// `texture` is CV_8UC4 (B, G, R, and how glossy the tissue is), both sides multiples of 64, the left edge following
   /// on the right one and the top on the bottom; `texels_per_unit` > 0. Its middle lies at (0, 0) units.
@@ -22,61 +28,28 @@ class TextureMap {
   TextureMap(const cv::Mat &texture, double texels_per_unit);
 
   double texels_per_unit() const { return texels_per_unit_; }
-  cv::Size size() const { return levels_.empty() ? cv::Size() : levels_[0].size; }
+  cv::Size size() const { return levels_.empty() ? cv::Size() : cv::Size(levels_[0].width, levels_[0].height); }
 
   /// B, G, R and gloss, 0…255, at (u, v) units for a pixel of 2^`units_log2` units.
-  std::array<float, 4> sample(float u, float v, float units_log2) const {
-    const float level = units_log2 + bias_;
-    if (level <= 0) return bilinear(levels_[0], u, v);
-    const float top = static_cast<float>(levels_.size() - 1);
-    if (level >= top) return bilinear(levels_.back(), u, v);
-    const auto below = static_cast<std::size_t>(level);
-    const float f = level - static_cast<float>(below);
-    const auto a = bilinear(levels_[below], u, v), b = bilinear(levels_[below + 1], u, v);
-    std::array<float, 4> result;
-    for (std::size_t c = 0; c < 4; ++c) result[c] = a[c] + f * (b[c] - a[c]);
-    return result;
-  }
+  std::array<float, 4> sample(float u, float v, float units_log2) const;
+  /// The same for each of `n` fragments, in vectors: the same bits.
+  void sample_row(const Fragment *fragments, std::size_t n, std::array<float, 4> *out) const;
 
- private:
+  /// A level of the pyramid, as kernels see it.
   struct Level {
-    cv::Size size;
-    std::size_t stride = 0;  // bytes; each row and column is followed by a copy of the first
+    std::int32_t width = 0, height = 0;
+    std::size_t stride = 0;  ///< bytes; each row and column is followed by a copy of the first
     float per_unit = 0;
-    float middle_x = 0, middle_y = 0;  // of the texture, texels: centres at integers
+    float middle_x = 0, middle_y = 0;  ///< of the texture, texels: centres at integers
     float inverse_width = 0, inverse_height = 0;
-    std::vector<std::uint8_t> data;
+    const std::uint8_t *data = nullptr;
   };
 
-  static std::array<float, 4> bilinear(const Level &l, float u, float v) {
-    const auto width = static_cast<float>(l.size.width), height = static_cast<float>(l.size.height);
-    float x = u * l.per_unit + l.middle_x, y = v * l.per_unit + l.middle_y;
-    x -= floor_of(x * l.inverse_width) * width;
-    y -= floor_of(y * l.inverse_height) * height;
-    // Rounding may have left x just outside.
-    int ix = static_cast<int>(x), iy = static_cast<int>(y);
-    ix = ix < 0 ? 0 : ix >= l.size.width ? l.size.width - 1 : ix;
-    iy = iy < 0 ? 0 : iy >= l.size.height ? l.size.height - 1 : iy;
-    const float fx = x - static_cast<float>(ix), fy = y - static_cast<float>(iy);
-    const std::uint8_t *p = l.data.data() + static_cast<std::size_t>(iy) * l.stride + 4 * static_cast<std::size_t>(ix);
-    const std::uint8_t *q = p + l.stride;
-    const float w11 = fx * fy, w10 = fy - w11, w01 = fx - w11, w00 = 1 - fx - w10;
-    std::array<float, 4> result;
-    for (std::size_t c = 0; c < 4; ++c) {
-      result[c] = w00 * static_cast<float>(p[c]) + w01 * static_cast<float>(p[c + 4]) + w10 * static_cast<float>(q[c]) +
-                  w11 * static_cast<float>(q[c + 4]);
-    }
-    return result;
-  }
-
-  static float floor_of(float x) {
-    const auto i = static_cast<float>(static_cast<int>(x));
-    return i > x ? i - 1 : i;
-  }
-
+ private:
   double texels_per_unit_ = 1;
   float bias_ = 0;
   std::vector<Level> levels_;
+  std::vector<std::vector<std::uint8_t>> data_;  // of the levels
 };
 
 /// Multiplies by `contrast` what is smaller than about `size` texels in a CV_8UC4 texture; its fourth channel stays.

@@ -26,7 +26,7 @@ Tissue::Tissue(const Effects &effects, std::uint64_t seed, TextureMap texture)
       highlights_(effects[Effect::specular], seed) {}
 
 cv::Point3d Tissue::project(double time, cv::Size size, cv::Point2d uv) const {
-  return camera(time, size).project(surface_.at(time).at(uv.x, uv.y));
+  return camera(time, size).project(surface_.at(time).at(surface_.place(uv.x, uv.y)));
 }
 
 void Tissue::find(double time, cv::Size size, double shutter, Fragments &fragments) {
@@ -46,15 +46,15 @@ void Tissue::find(double time, cv::Size size, double shutter, Fragments &fragmen
     Fragment &c = corners_[i];
     image_.emplace_back(p.image.x, p.image.y);
     c[Fragment::depth] = static_cast<float>(p.image.z);
-    c[Fragment::u] = static_cast<float>(p.u);
-    c[Fragment::v] = static_cast<float>(p.v);
+    c[Fragment::u] = static_cast<float>(p.place.u);
+    c[Fragment::v] = static_cast<float>(p.place.v);
     c[Fragment::level] = static_cast<float>(p.units_log2);
-    c[Fragment::gain] = static_cast<float>(light.on(surface_.rest_normal(p.u, p.v), p.normal, p.position));
+    c[Fragment::gain] = static_cast<float>(light.on(p.place.normal, p.normal, p.position));
     c[Fragment::normal_x] = static_cast<float>(p.normal.dot(here.right));
     c[Fragment::normal_y] = static_cast<float>(p.normal.dot(here.down));
-    if (fluids_.any()) fluids_.wet(time, p.u, p.v, c);
+    if (fluids_.any()) fluids_.wet(time, p.place.u, p.place.v, c);
     if (moving) {
-      const cv::Point3d a = before.project(earlier.at(p.u, p.v)), b = after.project(later.at(p.u, p.v));
+      const cv::Point3d a = before.project(earlier.at(p.place)), b = after.project(later.at(p.place));
       c[Fragment::motion_x] = static_cast<float>(b.x - a.x);
       c[Fragment::motion_y] = static_cast<float>(b.y - a.y);
     }
@@ -97,6 +97,10 @@ void Tissue::paint_row(double time, const Camera &camera, const Fragments &fragm
   const auto inverse = static_cast<float>(1 / camera.focal);
   const float slope_y = (static_cast<float>(y) - static_cast<float>(camera.principal.y)) * inverse;
   const auto principal_x = static_cast<float>(camera.principal.x);
+  // Water bends the light: where it runs, texels are looked up anew below.
+  const auto width = static_cast<std::size_t>(canvas.size().width);
+  std::vector<std::array<float, 4>> texels(width);
+  texture_.sample_row(row, width, texels.data());
   const auto ripple_phase = static_cast<float>(time * 1.7 - floor_of(time * 1.7));
   for (int x = 0; x < canvas.size().width; ++x) {
     const Fragment &f = row[x];
@@ -104,18 +108,15 @@ void Tissue::paint_row(double time, const Camera &camera, const Fragments &fragm
       b[x] = g[x] = r[x] = 0;
       continue;
     }
-    float u = f[Fragment::u], v = f[Fragment::v];
-    const float level = f[Fragment::level];
-    float water = 0;
+    auto &texel = texels[static_cast<std::size_t>(x)];
     if constexpr (Wet) {
-      water = cover(f[Fragment::water]);
-      if (water > 0) {  // running water bends the light
+      float u = f[Fragment::u], v = f[Fragment::v];
+      const float level = f[Fragment::level], water = cover(f[Fragment::water]);
+      if (water > 0) {
         u += 4 * water * static_cast<float>(sin_turns(ripple_phase + 0.021F * v + 0.013F * u));
         v += 3 * water * static_cast<float>(sin_turns(2 * ripple_phase + 0.017F * u - 0.011F * v));
+        texel = texture_.sample(u, v, level);
       }
-    }
-    auto texel = texture_.sample(u, v, level);
-    if constexpr (Wet) {
       if (const float changed = cover(f[Fragment::changed]); changed > 0) {
         const auto other = texture_.sample(u + displaced_u, v + displaced_v, level);
         for (std::size_t c = 0; c < 3; ++c) {
