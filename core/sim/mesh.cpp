@@ -54,7 +54,7 @@ class ExtentFinder {
 void Mesh::build(const Surface &surface, const Surface::Moment &moment, const Camera &camera, cv::Size size) {
   const double scale = size.height / units_high, step = cell * scale;
   // What lies below the plane appears nearer to the middle than its place on the plane.
-  const double half = 0.5 * std::hypot(size.width, size.height);
+  const double half = 0.5 * std::sqrt(1.0 * size.width * size.width + 1.0 * size.height * size.height);
   const double bound = std::min(surface.reach() * camera.magnification + half * 0.6, 3.0 * half);
   const Extent e = ExtentFinder(surface, moment, camera, size, 16 * scale).find(bound);
 

@@ -18,9 +18,10 @@ namespace {
 constexpr double period = 1280;  // units
 constexpr std::uint64_t stream_texture = 900;
 
-// Deviation of the luma of a patch of 21 units, the median over the texture. In the pictures it is less by the light's
-// gain and what the pyramid smooths.
-constexpr double pattern_deviation = 15.5;
+// Deviation of the luma of a patch of 21 units, exceeded by a fifth of the texture: there features are found. In the
+// pictures it is less by the light's gain and what the pyramid smooths.
+constexpr double pattern_deviation = 17.8;
+constexpr double pattern_share = 0.8;
 constexpr int patch_units = 21;
 constexpr double form_units = 30;  // forms larger than this are not the pattern
 
@@ -215,8 +216,8 @@ cv::Mat fat(Loom &loom, std::uint8_t gloss) {
   });
 }
 
-/// The median, over patches all over the texture, of the deviation of luma within a patch of 21 units.
-double median_deviation(const cv::Mat &texture) {
+/// What a fifth of the patches all over the texture exceed: the deviation of luma within a patch of 21 units.
+double strong_deviation(const cv::Mat &texture) {
   const double per_unit = texture.cols / period;
   const int step = std::max(1, static_cast<int>(per_unit + 0.5));  // about every unit
   std::vector<double> all;
@@ -236,8 +237,9 @@ double median_deviation(const cv::Mat &texture) {
       all.push_back(std::max(squares / n - sum * sum / (n * n), 0.0));
     }
   }
-  std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
-  return std::sqrt(all[all.size() / 2]);
+  const auto at = static_cast<std::size_t>(pattern_share * static_cast<double>(all.size()));
+  std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(at), all.end());
+  return std::sqrt(all[at]);
 }
 
 }  // namespace
@@ -282,7 +284,7 @@ TextureMap tissue_texture(Style style, std::uint64_t seed, int side, double cont
   }
   const double per_unit = side / period;
   scale_pattern(texture, form_units * per_unit,
-                contrast * pattern_deviation / std::max(median_deviation(texture), 0.5));
+                contrast * pattern_deviation / std::max(strong_deviation(texture), 0.5));
   return TextureMap(texture, per_unit);
 }
 
