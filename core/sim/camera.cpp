@@ -62,16 +62,16 @@ Camera camera_at(double time, const Effects &effects, std::uint64_t seed, cv::Si
 
   if (sway > 0) {
     const auto drift = [&](std::uint64_t axis) {
-      // A slow drift, and the tremor of a hand. All of it starts at 0, where the features are chosen.
-      const double slow = wander(seed, stream_sway + axis, time / 2.3) - wander(seed, stream_sway + axis, 0);
-      const double fast = wander(seed, stream_sway + 5 + axis, time * 4) - wander(seed, stream_sway + 5 + axis, 0);
-      return sway * (slow + 0.05 * fast);
+      // A slow drift, and the tremor of a hand. All of it starts from rest, where the features are chosen.
+      const double slow = wander(seed, stream_sway + axis, time / 2.3);
+      const double fast = wander(seed, stream_sway + 5 + axis, time * 4);
+      return sway * smoothstep(time / 2) * (slow + 0.05 * fast);
     };
-    target[0] += 30 * drift(0);
-    target[1] += 24 * drift(1);
-    tilt_x += 0.012 * drift(2);
-    tilt_y += 0.012 * drift(3);
-    roll += 0.008 * drift(4);
+    target[0] += 38 * drift(0);
+    target[1] += 30 * drift(1);
+    tilt_x += 0.015 * drift(2);
+    tilt_y += 0.015 * drift(3);
+    roll += 0.01 * drift(4);
   }
   if (jerk > 0) {
     target[0] += 55 * jerk * jerked(time, seed, 0);

@@ -36,9 +36,7 @@ Light::Light(double time, const Effects &effects, std::uint64_t seed, const Came
   falloff_ = effects[Effect::falloff];
   reference_ = camera.distance;
   lamp_ = camera.centre;
-  const auto drift = [&](std::uint64_t i) {
-    return wander(seed, stream_light + i, time / 1.7) - wander(seed, stream_light + i, 0);
-  };
+  const auto drift = [&](std::uint64_t i) { return smoothstep(time / 2) * wander(seed, stream_light + i, time / 1.7); };
   if (light > 0) {
     // The lamp is led beside the scope and turned with it.
     lamp_ += light * camera.distance * 0.22 * (drift(0) * camera.right + drift(1) * camera.down);
