@@ -25,4 +25,7 @@ GstStructure *new_tracks_structure(const char *name, const Tracks &tracks, const
 /// Adds a GstCsdTrackMeta to a writable buffer. What is there stays. Null if the metas are not registered.
 GstCustomMeta *add_track_meta(GstBuffer *buffer, const Tracks &tracks, const char *source, const char *algorithm);
 
+/// Adds a GstCsdTruthMeta, whose algorithm is "truth". Null if the metas are not registered.
+GstCustomMeta *add_truth_meta(GstBuffer *buffer, const Tracks &truth, const char *source);
+
 }  // namespace csd

@@ -263,7 +263,7 @@ std::vector<TruthPoint> Simulator::truth(std::uint64_t n, std::span<const cv::Po
   const double t = impl_->time(n);
   const SimSettings &s = impl_->settings;
   const cv::Size size = s.size;
-  impl_->find(t);
+  if (!impl_->dark(t) && !impl_->cut_away(t)) impl_->find(t);
   const Tools tools(t, s.effects[Effect::tools], s.seed, size);
   const SmokeLayer smoke(t, s.effects[Effect::smoke], s.seed, size);
   const Lens lens(t, s.effects, size);
