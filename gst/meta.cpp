@@ -170,4 +170,18 @@ GstCustomMeta *add_truth_meta(GstBuffer *buffer, const Tracks &truth, const char
   return add_meta(buffer, GST_CSD_TRUTH_META_NAME, truth, source, "truth");
 }
 
+std::optional<std::vector<StartPoint>> visible_truth(GstBuffer *buffer, int width, int height) {
+  const GstStructure *truth = gst_buffer_get_csd_tracks(buffer, GST_CSD_TRUTH_META_NAME, nullptr);
+  GstCsdHeader header;
+  if (!truth || !gst_csd_structure_get_header(truth, &header) || header.width != width || header.height != height)
+    return std::nullopt;
+  std::vector<StartPoint> points;
+  for (guint i = 0; i < header.n_features; ++i) {
+    GstCsdFeature f;
+    if (gst_csd_structure_get_feature(truth, i, &f) && std::strcmp(f.state, GST_CSD_STATE_TRACKED) == 0)
+      points.push_back({f.id, {f.x, f.y}});
+  }
+  return points;
+}
+
 }  // namespace csd

@@ -313,6 +313,53 @@ GST_START_TEST(test_tracks_and_truth_on_one_frame) {
 }
 GST_END_TEST;
 
+GST_START_TEST(test_csdtrack_starts_from_the_truth) {
+  // The third point is hidden by the field stop, the fourth is outside.
+  GstHarness *h = gst_harness_new_parse(
+      "csdsimsrc num-buffers=20 effects=field-stop points=\"200,200;300.5,120.25;2,2;-50,100;350,300\" "
+      "! csdtrack name=tracker algorithm=lk points=truth");
+  gst_harness_play(h);
+  const guint ids[] = {0, 1, 4};
+  for (int n = 0; n < 20; ++n) {
+    GstBuffer *buffer = gst_harness_pull(h);
+    const GstStructure *s = gst_buffer_get_csd_tracks(buffer, GST_CSD_TRACK_META_NAME, "tracker");
+    GstCsdHeader header;
+    fail_unless(s && gst_csd_structure_get_header(s, &header));
+    fail_unless_equals_int(header.n_features, 3);
+    const Truth t = truth_of(buffer);
+    for (guint i = 0; i < 3; ++i) {
+      GstCsdFeature f;
+      fail_unless(gst_csd_structure_get_feature(s, i, &f));
+      fail_unless_equals_int(f.id, ids[i]);
+      const GstCsdFeature &truth = t.features[ids[i]];
+      fail_unless(std::hypot(f.x - truth.x, f.y - truth.y) < (n == 0 ? 1e-9 : 2), "frame %d, %u", n, f.id);
+    }
+    gst_buffer_unref(buffer);
+  }
+  gst_harness_teardown(h);
+}
+GST_END_TEST;
+
+GST_START_TEST(test_csdtrack_says_that_there_is_no_truth) {
+  GstElement *pipeline = gst_parse_launch("videotestsrc num-buffers=3 ! csdtrack points=truth ! fakesink", nullptr);
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  GstBus *bus = gst_element_get_bus(pipeline);
+  int warnings = 0;
+  for (bool more = true; more;) {
+    GstMessage *message = gst_bus_timed_pop_filtered(
+        bus, 20 * GST_SECOND, static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_WARNING | GST_MESSAGE_ERROR));
+    fail_unless(message && GST_MESSAGE_TYPE(message) != GST_MESSAGE_ERROR);
+    warnings += GST_MESSAGE_TYPE(message) == GST_MESSAGE_WARNING;
+    more = GST_MESSAGE_TYPE(message) != GST_MESSAGE_EOS;
+    gst_message_unref(message);
+  }
+  fail_unless_equals_int(warnings, 1);
+  gst_object_unref(bus);
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(pipeline);
+}
+GST_END_TEST;
+
 static Suite *csdsimsrc_suite() {
   Suite *s = suite_create("csdsimsrc");
   TCase *tc = tcase_create("general");
@@ -325,6 +372,8 @@ static Suite *csdsimsrc_suite() {
   tcase_add_test(tc, test_seek);
   tcase_add_test(tc, test_live_frames_come_at_their_time);
   tcase_add_test(tc, test_tracks_and_truth_on_one_frame);
+  tcase_add_test(tc, test_csdtrack_starts_from_the_truth);
+  tcase_add_test(tc, test_csdtrack_says_that_there_is_no_truth);
   return s;
 }
 
