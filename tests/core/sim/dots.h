@@ -36,11 +36,10 @@ struct Dots {
     }
   }
 
-  static constexpr double most_uneven = 1.0;  // grey levels, mean over the rim
-
   /// The centroid of the dot nearest to `near` in the green channel, in a disc of `radius` pixels that moves along with
-  /// it. Nothing where the disc leaves the picture, holds no dot, or lies on uneven ground (a fold's edge).
-  static std::optional<cv::Point2d> find(const cv::Mat &bgr, cv::Point2d near, double radius) {
+  /// it. Nothing where the disc leaves the picture, holds no dot, or lies on uneven ground (a fold's edge):
+  /// more than `most_uneven` grey levels beside a plane, in the mean.
+  static std::optional<cv::Point2d> find(const cv::Mat &bgr, cv::Point2d near, double radius, double most_uneven = 1) {
     cv::Point2d at = near;
     for (int i = 0; i < 20; ++i) {
       const int x0 = static_cast<int>(std::floor(at.x - radius)), x1 = static_cast<int>(std::ceil(at.x + radius));

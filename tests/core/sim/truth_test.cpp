@@ -74,7 +74,8 @@ Errors measure(const SimSettings &settings, const Dots &dots, double searched = 
       for (std::size_t j = 0; j < truth.size(); j += 1 + around)
         crowded |= j != i && std::hypot(truth[j].x - p.x, truth[j].y - p.y) < radius + 2.5 * Dots::sigma * zoom;
       if (crowded) continue;
-      const auto found = Dots::find(picture, near, radius);
+      // Noise alone is 1.6 grey levels in the mean.
+      const auto found = Dots::find(picture, near, radius, settings.effects[Effect::noise] > 0 ? 3 : 1);
       if (found) errors.add(*found - cv::Point2d(p.x, p.y));
     }
   }
@@ -122,6 +123,62 @@ TEST(Truth, HoldsAtOtherSizes) {
     EXPECT_GT(e.n, 1500);
     EXPECT_LE(e.rms(), 0.05);
   }
+}
+
+// What light, optics and sensor do to a centroid is no error of the truth; it bounds what a tracker can be told to
+// reach.
+TEST(Truth, IsNearTheDotsThroughLightOpticsAndSensorToo) {
+  const Dots dots;
+  for (const char *photometric :
+       {"light,falloff,exposure,vignette", "smoke", "specular", "noise,chroma", "motion-blur", "focus-blur",
+        "light,falloff,exposure,vignette,smoke,specular,noise,chroma,motion-blur,focus-blur"}) {
+    Effects effects;
+    effects.set("heart-mild,liver,sway");
+    effects.set(photometric);
+    const Errors e = measure(settings_of(effects, dots), dots);
+    report(photometric, e);
+    EXPECT_GT(e.n, 500);
+    EXPECT_LT(std::hypot(e.bias().x, e.bias().y), 0.1);
+  }
+}
+
+// What a user does: points found in the first frame, no texture coordinates.
+TEST(Truth, FollowsPixelsThatWereCastBack) {
+  const Dots dots;
+  Effects effects;
+  effects.set("heart-strong,liver,zoom,rotation");
+  Simulator simulator(settings_of(effects, dots));
+  cv::Mat picture;
+  simulator.render(0, picture);
+  std::vector<cv::Point2d> found;
+  for (int y = 12; y < 468; ++y)
+    for (int x = 12; x < 628; ++x) {
+      // The darkest pixel around.
+      const cv::Mat around = picture(cv::Rect(x - 6, y - 6, 13, 13));
+      double darkest = 0;
+      cv::Mat green;
+      cv::extractChannel(around, green, 1);
+      cv::Point at;
+      cv::minMaxLoc(green, &darkest, nullptr, &at);
+      if (at != cv::Point(6, 6) || darkest > 110) continue;
+      if (const auto dot = Dots::find(picture, cv::Point2d(x, y), 3.2 * Dots::sigma + 1)) found.push_back(*dot);
+    }
+  const auto surface = simulator.on_surface(0, found);
+  Errors errors;
+  for (const std::uint64_t n : frames) {
+    simulator.render(n, picture);
+    for (const auto &p : simulator.truth(n, surface)) {
+      if (p.visibility != Visibility::visible) continue;
+      const double zoom = zoom_at(static_cast<double>(n) / 25, 1);
+      if (const auto dot =
+              Dots::find(picture, cv::Point2d(std::round(p.x), std::round(p.y)), 3.2 * Dots::sigma * zoom + 1)) {
+        errors.add((*dot - cv::Point2d(p.x, p.y)) / zoom);
+      }
+    }
+  }
+  report("cast back, per zoom", errors);
+  EXPECT_GT(errors.n, 500);
+  EXPECT_LE(errors.rms(), 0.05);
 }
 
 }  // namespace
