@@ -49,7 +49,7 @@ SmokeLayer::SmokeLayer(double time, double strength, std::uint64_t seed, cv::Siz
       const double x = i * cell / 150.0 + drift_x, y = j * cell / 150.0 + drift_y;
       const double c = 0.55 * cloud(seed, x, y, 0.3 * time) + 0.3 * cloud(seed, 2.3 * x, 2.3 * y, 0.6 * time + 50) +
                        0.15 * cloud(seed, 5.1 * x, 5.1 * y, 1.1 * time + 90);
-      const double d = amount * (0.12 + 1.5 * smoothstep((c - 0.25) / 0.55)) * 0.62;
+      const double d = 0.78 * amount * (0.12 + 1.3 * clamp01((c - 0.2) / 0.7));
       density_.push_back(static_cast<float>(std::min(d, densest)));
     }
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Writes a picture of a simulation: six frames of it, with its features where they are seen (green), hidden (red).
-//   contact-sheet OUT.png SCENARIO [EFFECTS [STYLE [SEED [TEXTURE.png]]]]
+// Writes a picture of a simulation: six frames of it; with MARKS set in the environment also its features, green where
+// they are seen, red where they are hidden.
+//   contact-sheet OUT.jpg SCENARIO [EFFECTS [STYLE [SEED [TEXTURE]]]]
 // To be looked at; what a simulation is for is measured elsewhere.
 #include <cstdio>
 #include <cstdlib>
@@ -14,7 +15,7 @@
 
 int main(int argc, char **argv) try {
   if (argc < 3) {
-    std::fprintf(stderr, "usage: contact-sheet OUT.png SCENARIO [EFFECTS [STYLE [SEED [TEXTURE.png]]]]\n");
+    std::fprintf(stderr, "usage: contact-sheet OUT.jpg SCENARIO [EFFECTS [STYLE [SEED [TEXTURE]]]]\n");
     return 2;
   }
   const std::vector<std::string> args(argv + 1, argv + argc);
@@ -29,7 +30,8 @@ int main(int argc, char **argv) try {
   const auto surface = simulator.on_surface(0, simulator.detect(100));
   cv::Mat sheet(2 * settings.size.height, 3 * settings.size.width, CV_8UC3), picture;
   for (int i = 0; i < 6; ++i) {
-    const auto n = static_cast<std::uint64_t>(i * 80);
+    constexpr std::uint64_t shown[] = {0, 65, 130, 200, 270, 345};  // something of all that happens in a cycle
+    const std::uint64_t n = shown[i];
     simulator.render(n, picture);
     if (marks) {
       for (const auto &p : simulator.truth(n, surface)) {
@@ -39,8 +41,8 @@ int main(int argc, char **argv) try {
     }
     picture.copyTo(sheet(cv::Rect({i % 3 * settings.size.width, i / 3 * settings.size.height}, settings.size)));
   }
-  cv::resize(sheet, sheet, {}, 0.5, 0.5, cv::INTER_AREA);
-  if (!cv::imwrite(args[0], sheet)) throw std::runtime_error("can't write " + args[0]);
+  cv::resize(sheet, sheet, {}, 0.375, 0.375, cv::INTER_AREA);
+  if (!cv::imwrite(args[0], sheet, {cv::IMWRITE_JPEG_QUALITY, 85})) throw std::runtime_error("can't write " + args[0]);
   return 0;
 } catch (const std::exception &e) {
   std::fprintf(stderr, "contact-sheet: %s\n", e.what());

