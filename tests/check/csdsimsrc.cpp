@@ -229,7 +229,8 @@ GST_START_TEST(test_what_is_wrong_is_said) {
     const std::string texture = error_of(std::string("texture=") + file);
     fail_unless(texture.find(file) != texture.npos, "%s", texture.c_str());
   }
-  fail_unless_equals_string(error_of("features=3").c_str(), "");
+  const std::string none = error_of("features=3");
+  fail_unless_equals_string(none.c_str(), "");
 }
 GST_END_TEST;
 
