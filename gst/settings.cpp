@@ -57,8 +57,9 @@ void install_properties(GObjectClass *klass) {
   install(prop_points,
           g_param_spec_string("points", "Points",
                               "\"x,y;x,y;...\" in pixels of the picture, centres at integers, decimal point: track "
-                              "exactly these, with ids 0,1,2... in that order, without detection; at most 10000. Empty "
-                              "= detect. Checked when the element goes to READY and PAUSED",
+                              "exactly these, with ids 0,1,2... in that order, without detection; at most 10000. "
+                              "\"truth\" = what csdsimsrc says is visible, under its ids. Empty = detect. Checked when "
+                              "the element goes to READY and PAUSED",
                               d.points.c_str(), structural));
   install(prop_replenish,
           g_param_spec_boolean("replenish", "Replenish",
@@ -274,7 +275,8 @@ bool get_property(const ElementSettings &s, guint id, GValue &value) {
 
 Settings core_settings(const ElementSettings &s, std::string &error) {
   Settings core;
-  auto points = parse_points(s.points);
+  core.points_from_start = is_truth(s.points);
+  auto points = core.points_from_start ? Parsed<std::vector<cv::Point2d>>{} : parse_points(s.points);
   const auto region = parse_region(s.region);
   error = !points ? points.error : region.error;
   core.algorithm = algorithm_of(s.algorithm);

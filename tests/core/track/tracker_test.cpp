@@ -426,6 +426,51 @@ TEST_F(TrackerLife, StatsCountFramesAndStates) {
   EXPECT_EQ(stats.features[static_cast<std::size_t>(FeatureState::out)], 1u);
 }
 
+TEST_F(TrackerLife, PointsFromTheStartKeepTheirIds) {
+  Settings settings;
+  settings.points_from_start = true;
+  Tracker tracker(settings, executor_);
+  EXPECT_TRUE(next(tracker).features.empty());  // no detection
+  const auto id = tracker.add_point(50, 60);
+  EXPECT_EQ(id, max_points);
+  tracker.offer_start({{7, {10, 20}}, {3, {30, 40}}, {max_points, {1, 1}}, {8, {std::nan(""), 1}}});
+  const auto &tracks = next(tracker);
+  ASSERT_EQ(tracks.features.size(), 3U);
+  EXPECT_EQ(tracks.features[0].id, 3U);
+  EXPECT_EQ(tracks.features[0].x, 30);
+  EXPECT_EQ(tracks.features[1].id, 7U);
+  EXPECT_EQ(tracks.features[2].id, id);
+  // What is offered while the stream goes on doesn't count.
+  tracker.offer_start({{9, {10, 20}}});
+  EXPECT_EQ(find(next(tracker), 9), nullptr);
+  EXPECT_EQ(find(next(tracker), 9), nullptr);
+}
+
+TEST_F(TrackerLife, PointsFromTheStartComeAgainUnderTheirIdsAfterAReset) {
+  Settings settings;
+  settings.points_from_start = true;
+  Tracker tracker(settings, executor_);
+  tracker.offer_start({{2, {10, 20}}, {5, {30, 40}}});
+  next(tracker);
+  next(tracker);
+  tracker.reset();
+  tracker.offer_start({{2, {110, 120}}});
+  const auto &tracks = next(tracker);
+  ASSERT_EQ(tracks.features.size(), 2U);
+  EXPECT_EQ(tracks.features[0].id, 2U);
+  EXPECT_EQ(tracks.features[0].state, FeatureState::learning);
+  EXPECT_EQ(tracks.features[0].x, 110);
+  EXPECT_EQ(tracks.features[1].state, FeatureState::ended);
+  EXPECT_EQ(next(tracker).features.size(), 1U);
+  // An empty offer begins nothing; the next one does.
+  tracker.reset();
+  EXPECT_EQ(find(next(tracker), 2)->state, FeatureState::ended);
+  tracker.offer_start({});
+  EXPECT_TRUE(next(tracker).features.empty());
+  tracker.offer_start({{4, {1, 2}}});
+  EXPECT_EQ(next(tracker).features.size(), 1U);
+}
+
 }  // namespace
 
 std::unique_ptr<Algorithm> make_algorithm(const Settings &, Executor &) {
