@@ -17,8 +17,8 @@ struct StartPoints {
 };
 
 /// "x,y;x,y;…" (ids 0, 1, 2…), or the name of a file with ground truth or tracks: of its first frame, which must be
-/// frame 0, the points that are visible, under their ids. Files are csdtrackenc's JSON lines, or CSV with the columns
-/// frame, id, x, y and visible or state. Throws std::runtime_error that says what is wrong where.
+/// frame 0, the points that are visible, under their ids. Files are those that csd-score reads.
+/// Throws std::runtime_error that says what is wrong where.
 StartPoints read_start_points(const std::string &text_or_file);
 
 /// At most `most` of them (0: all), spread evenly over the list: detection lists the best first.
