@@ -133,6 +133,7 @@ struct GstCsdTrackState {
   Stream stream;
   csd::AlgorithmKind algorithm = csd::AlgorithmKind::csd_2012;
   unsigned patch_size = 0;
+  bool points_from_truth = false;
 };
 
 struct _GstCsdTrack {
@@ -208,6 +209,19 @@ csd::Tracks track_blind(GstCsdTrack *self, GstBuffer *buffer) {
                                              core_time(GST_BUFFER_DURATION(buffer)));
 }
 
+/// points=truth: the tracker is shown what a simulator says is visible. It takes it where a stream begins.
+void offer_truth(GstCsdTrack *self, GstBuffer *buffer, const csd::FrameView &view) {
+  auto &state = *self->state;
+  auto points = csd::visible_truth(buffer, view.width, view.height);
+  const bool none = !points;
+  state.engine->tracker.offer_start(points ? std::move(*points) : std::vector<csd::StartPoint>());
+  if (none && state.stream.frame == 0)
+    GST_ELEMENT_WARNING(self, STREAM, FAILED,
+                        ("points=truth, but the first frame carries no truth of a picture of its size. Put csdsimsrc "
+                         "upstream, or name the points."),
+                        ("nothing is tracked until a frame carries it"));
+}
+
 /// Maps for reading only: a map for writing copies the pixels of every frame that somebody else holds, too.
 csd::Tracks track(GstCsdTrack *self, GstBuffer *buffer) {
   auto &state = *self->state;
@@ -218,6 +232,7 @@ csd::Tracks track(GstCsdTrack *self, GstBuffer *buffer) {
   if (view.width < 1 || view.height < 1) throw std::runtime_error("a frame's crop rectangle lies outside the frame");
   state.stream.width = view.width;
   state.stream.height = view.height;
+  if (state.points_from_truth) offer_truth(self, buffer, view);
   return state.engine->tracker.process(view, core_time(GST_BUFFER_PTS(buffer)), core_time(GST_BUFFER_DURATION(buffer)));
 }
 
@@ -454,6 +469,7 @@ gboolean gst_csd_track_start(GstBaseTransform *trans) {
     state.stream = {};
     state.algorithm = settings.algorithm;
     state.patch_size = settings.patch_size;
+    state.points_from_truth = settings.points_from_start;
     engine = std::make_shared<Engine>(settings, threads);
   });
   if (failure) {

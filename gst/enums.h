@@ -14,6 +14,9 @@ typedef enum {
   /* 0 is kept for `csd` */
   GST_CSD_TRACK_ALGORITHM_CSD_2012 = 1, /*< nick=csd-2012 >*/
   GST_CSD_TRACK_ALGORITHM_LK = 2, /*< nick=lk >*/
+  GST_CSD_TRACK_ALGORITHM_MS1 = 3, /*< nick=ms1 >*/
+  GST_CSD_TRACK_ALGORITHM_MS2 = 4, /*< nick=ms2 >*/
+  GST_CSD_TRACK_ALGORITHM_SIFT = 5, /*< nick=sift >*/
 } GstCsdTrackAlgorithm;
 
 typedef enum {
@@ -42,6 +45,26 @@ typedef enum {
   GST_CSD_TRACK_ON_ERROR_ERROR, /*< nick=error >*/
   GST_CSD_TRACK_ON_ERROR_PASS, /*< nick=pass >*/
 } GstCsdTrackOnError;
+
+typedef enum {
+  GST_CSD_SIM_SCENARIO_DEFORMATION, /*< nick=deformation >*/
+  GST_CSD_SIM_SCENARIO_OCCLUSION, /*< nick=occlusion >*/
+  GST_CSD_SIM_SCENARIO_ZOOM, /*< nick=zoom >*/
+  GST_CSD_SIM_SCENARIO_ROTATION, /*< nick=rotation >*/
+  GST_CSD_SIM_SCENARIO_SMOKE, /*< nick=smoke >*/
+  GST_CSD_SIM_SCENARIO_SPECULAR, /*< nick=specular >*/
+  GST_CSD_SIM_SCENARIO_LOW_TEXTURE, /*< nick=low-texture >*/
+  GST_CSD_SIM_SCENARIO_MIXED, /*< nick=mixed >*/
+  GST_CSD_SIM_SCENARIO_CUT, /*< nick=cut >*/
+} GstCsdSimScenario;
+
+typedef enum {
+  GST_CSD_SIM_STYLE_HEART, /*< nick=heart >*/
+  GST_CSD_SIM_STYLE_LIVER, /*< nick=liver >*/
+  GST_CSD_SIM_STYLE_PERITONEUM, /*< nick=peritoneum >*/
+  GST_CSD_SIM_STYLE_BOWEL, /*< nick=bowel >*/
+  GST_CSD_SIM_STYLE_FAT, /*< nick=fat >*/
+} GstCsdSimStyle;
 // clang-format on
 
 G_END_DECLS

@@ -154,11 +154,34 @@ GstStructure *new_tracks_structure(const char *name, const Tracks &tracks, const
   return structure;
 }
 
-GstCustomMeta *add_track_meta(GstBuffer *buffer, const Tracks &tracks, const char *source, const char *algorithm) {
-  if (!gst_meta_get_info(GST_CSD_TRACK_META_NAME)) return nullptr;
-  GstCustomMeta *meta = gst_buffer_add_custom_meta(buffer, GST_CSD_TRACK_META_NAME);
+static GstCustomMeta *add_meta(GstBuffer *buffer, const char *name, const Tracks &tracks, const char *source,
+                               const char *algorithm) {
+  if (!gst_meta_get_info(name)) return nullptr;
+  GstCustomMeta *meta = gst_buffer_add_custom_meta(buffer, name);
   if (meta) set_tracks(gst_custom_meta_get_structure(meta), tracks, source, algorithm);
   return meta;
+}
+
+GstCustomMeta *add_track_meta(GstBuffer *buffer, const Tracks &tracks, const char *source, const char *algorithm) {
+  return add_meta(buffer, GST_CSD_TRACK_META_NAME, tracks, source, algorithm);
+}
+
+GstCustomMeta *add_truth_meta(GstBuffer *buffer, const Tracks &truth, const char *source) {
+  return add_meta(buffer, GST_CSD_TRUTH_META_NAME, truth, source, "truth");
+}
+
+std::optional<std::vector<StartPoint>> visible_truth(GstBuffer *buffer, int width, int height) {
+  const GstStructure *truth = gst_buffer_get_csd_tracks(buffer, GST_CSD_TRUTH_META_NAME, nullptr);
+  GstCsdHeader header;
+  if (!truth || !gst_csd_structure_get_header(truth, &header) || header.width != width || header.height != height)
+    return std::nullopt;
+  std::vector<StartPoint> points;
+  for (guint i = 0; i < header.n_features; ++i) {
+    GstCsdFeature f;
+    if (gst_csd_structure_get_feature(truth, i, &f) && std::strcmp(f.state, GST_CSD_STATE_TRACKED) == 0)
+      points.push_back({f.id, {f.x, f.y}});
+  }
+  return points;
 }
 
 }  // namespace csd

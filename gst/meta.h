@@ -3,6 +3,9 @@
 
 #include <gst/gst.h>
 
+#include <optional>
+#include <vector>
+
 #include "csdtrackmeta.h"
 #include "track/types.h"
 
@@ -24,5 +27,12 @@ GstStructure *new_tracks_structure(const char *name, const Tracks &tracks, const
 
 /// Adds a GstCsdTrackMeta to a writable buffer. What is there stays. Null if the metas are not registered.
 GstCustomMeta *add_track_meta(GstBuffer *buffer, const Tracks &tracks, const char *source, const char *algorithm);
+
+/// Adds a GstCsdTruthMeta, whose algorithm is "truth". Null if the metas are not registered.
+GstCustomMeta *add_truth_meta(GstBuffer *buffer, const Tracks &truth, const char *source);
+
+/// The points that the buffer's truth calls visible, with their ids; nothing where there is no truth of a picture of
+/// this size.
+std::optional<std::vector<StartPoint>> visible_truth(GstBuffer *buffer, int width, int height);
 
 }  // namespace csd

@@ -82,6 +82,10 @@ Parsed<std::vector<cv::Point2d>> parse_points(std::string_view text) {
   }
 }
 
+bool is_truth(std::string_view text) {
+  return trimmed(text) == "truth";
+}
+
 Parsed<cv::Rect> parse_region(std::string_view text) {
   Parsed<cv::Rect> result;
   text = trimmed(text);

@@ -23,6 +23,9 @@ struct Parsed {
 /// Empty text is no points. At most csd::max_points, all finite. A point may lie outside the picture.
 Parsed<std::vector<cv::Point2d>> parse_points(std::string_view text);
 
+/// Whether `points` is the word "truth".
+bool is_truth(std::string_view text);
+
 /// "x,y,w,h" in whole pixels, x and y from 0, w and h from 1. Empty text is the empty rectangle: everywhere.
 Parsed<cv::Rect> parse_region(std::string_view text);
 

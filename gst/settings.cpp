@@ -15,6 +15,22 @@ constexpr auto structural = static_cast<GParamFlags>(common | GST_PARAM_MUTABLE_
 constexpr auto live = static_cast<GParamFlags>(common | GST_PARAM_MUTABLE_PLAYING | GST_PARAM_CONTROLLABLE);
 constexpr auto longest = static_cast<GstClockTime>(G_MAXINT64);  // the core's times are signed
 
+AlgorithmKind algorithm_of(GstCsdTrackAlgorithm algorithm) {
+  switch (algorithm) {
+    case GST_CSD_TRACK_ALGORITHM_LK:
+      return AlgorithmKind::lk;
+    case GST_CSD_TRACK_ALGORITHM_MS1:
+      return AlgorithmKind::ms1;
+    case GST_CSD_TRACK_ALGORITHM_MS2:
+      return AlgorithmKind::ms2;
+    case GST_CSD_TRACK_ALGORITHM_SIFT:
+      return AlgorithmKind::sift;
+    case GST_CSD_TRACK_ALGORITHM_CSD_2012:
+      break;
+  }
+  return AlgorithmKind::csd_2012;
+}
+
 const char *or_empty(const gchar *text) {
   return text ? text : "";
 }
@@ -29,7 +45,9 @@ void install_properties(GObjectClass *klass) {
       prop_algorithm,
       g_param_spec_enum("algorithm", "Algorithm",
                         "How features are followed: csd-2012 = online-learnt context-specific descriptors (Mountney "
-                        "& Yang 2012, as printed), lk = pyramidal Lucas-Kanade",
+                        "& Yang 2012, as printed); to compare with: lk = pyramidal Lucas-Kanade, ms1, ms2 = "
+                        "mean shift on colours chosen by variance ratio, by peak difference, sift = SIFT keypoints "
+                        "matched with the first frame's",
                         GST_TYPE_CSD_TRACK_ALGORITHM, d.algorithm, structural));
   install(prop_max_features,
           g_param_spec_uint("max-features", "Maximum features",
@@ -39,12 +57,13 @@ void install_properties(GObjectClass *klass) {
   install(prop_points,
           g_param_spec_string("points", "Points",
                               "\"x,y;x,y;...\" in pixels of the picture, centres at integers, decimal point: track "
-                              "exactly these, with ids 0,1,2... in that order, without detection; at most 10000. Empty "
-                              "= detect. Checked when the element goes to READY and PAUSED",
+                              "exactly these, with ids 0,1,2... in that order, without detection; at most 10000. "
+                              "\"truth\" = what csdsimsrc says is visible, under its ids. Empty = detect. Checked when "
+                              "the element goes to READY and PAUSED",
                               d.points.c_str(), structural));
   install(prop_replenish,
           g_param_spec_boolean("replenish", "Replenish",
-                               "Detect new features, with new ids, as old ones end (only lk does, csd-2012 never)",
+                               "Detect new features, with new ids, as old ones end (only lk does, the others never)",
                                d.replenish, structural));
   install(prop_forget_after,
           g_param_spec_uint64("forget-after", "Forget after",
@@ -68,7 +87,7 @@ void install_properties(GObjectClass *klass) {
   install(prop_search_radius,
           g_param_spec_uint("search-radius", "Search radius",
                             "How far a feature is looked for from where it was, in pixels of the full picture; 0 = "
-                            "from the picture's height (20 at 480 lines; lk does not use it)",
+                            "from the picture's height (20 at 480 lines; only csd-2012 uses it)",
                             0, 2048, d.search_radius, structural));
   install(prop_training_time,
           g_param_spec_uint64("training-time", "Training time",
@@ -256,10 +275,11 @@ bool get_property(const ElementSettings &s, guint id, GValue &value) {
 
 Settings core_settings(const ElementSettings &s, std::string &error) {
   Settings core;
-  auto points = parse_points(s.points);
+  core.points_from_start = is_truth(s.points);
+  auto points = core.points_from_start ? Parsed<std::vector<cv::Point2d>>{} : parse_points(s.points);
   const auto region = parse_region(s.region);
   error = !points ? points.error : region.error;
-  core.algorithm = s.algorithm == GST_CSD_TRACK_ALGORITHM_LK ? AlgorithmKind::lk : AlgorithmKind::csd_2012;
+  core.algorithm = algorithm_of(s.algorithm);
   core.max_features = s.max_features;
   core.points = std::move(points.value);
   core.replenish = s.replenish;

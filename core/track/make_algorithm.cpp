@@ -2,7 +2,9 @@
 // The one place that knows every algorithm. Alone in its file, so that a test can put its own in its place.
 #include <stdexcept>
 
+#include "baselines/collins.h"
 #include "baselines/lk.h"
+#include "baselines/sift.h"
 #include "track/algorithm.h"
 #include "track/csd2012.h"
 
@@ -12,6 +14,12 @@ std::unique_ptr<Algorithm> make_algorithm(const Settings &settings, Executor &ex
   switch (settings.algorithm) {
     case AlgorithmKind::lk:
       return std::make_unique<LucasKanade>(settings);
+    case AlgorithmKind::ms1:
+      return std::make_unique<CollinsMeanShift>(settings, ColourRanking::variance_ratio);
+    case AlgorithmKind::ms2:
+      return std::make_unique<CollinsMeanShift>(settings, ColourRanking::peak_difference);
+    case AlgorithmKind::sift:
+      return std::make_unique<SiftMatching>(settings);
     case AlgorithmKind::csd_2012:
       return std::make_unique<Csd2012>(settings, executor);
   }

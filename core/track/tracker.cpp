@@ -53,6 +53,7 @@ struct Tracker::Impl {
     if (settings.points.size() > max_points) settings.points.resize(max_points);
     next_id = static_cast<FeatureId>(settings.points.size());
     for (FeatureId id = 0; id < next_id; ++id) known.push_back(id);
+    if (settings.points_from_start) next_id = static_cast<FeatureId>(max_points);
   }
 
   const Tracks &process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration);
@@ -80,7 +81,8 @@ struct Tracker::Impl {
   cv::Mat nowhere;  // what is forbidden with content-area=full: nothing
   std::vector<Life> lives;
   std::vector<Claim> claims;
-  std::vector<Request> asked;      // points to begin in this frame
+  std::vector<Request> asked;  // points to begin in this frame
+  std::vector<StartPoint> offered;
   std::vector<FeatureId> unasked;  // features to end in this frame
   Tracks tracks;
   cv::Size last_size, last_work_size;
@@ -222,7 +224,16 @@ void Tracker::Impl::show(Life &life, const FrameContext &context) {
 }
 
 void Tracker::Impl::begin_given(const FrameContext *context) {
-  if (!stream_begun) {
+  if (settings.points_from_start) {
+    if (!stream_begun)
+      for (const auto &point : offered) {
+        // An id that ended with the last stream is told of once in a frame: as it begins again.
+        std::erase_if(lives, [&](const Life &l) { return l.feature.id == point.id; });
+        begin(point.id, point.position, true, context);
+      }
+    stream_begun |= !offered.empty();
+    offered.clear();
+  } else if (!stream_begun) {
     stream_begun = true;
     FeatureId first = 0;
     if (!settings.points.empty() && points_begun_before) {
@@ -239,7 +250,7 @@ void Tracker::Impl::begin_given(const FrameContext *context) {
 }
 
 void Tracker::Impl::detect_more(const FrameContext &context) {
-  if (!settings.points.empty()) return;
+  if (!settings.points.empty() || settings.points_from_start) return;
   const auto alive = std::count_if(lives.begin(), lives.end(),
                                    [](const Life &l) { return !l.given && l.feature.state != FeatureState::ended; });
   const bool replenishes = settings.replenish && algorithm->replenishes();
@@ -380,6 +391,13 @@ const Tracks &Tracker::process(const FrameView &view, std::int64_t pts, std::int
 
 const Tracks &Tracker::process_blind(int width, int height, std::int64_t pts, std::int64_t duration) {
   return impl_->process(nullptr, {width, height}, pts, duration);
+}
+
+void Tracker::offer_start(std::vector<StartPoint> points) {
+  std::erase_if(points, [](const StartPoint &p) {
+    return p.id >= max_points || !std::isfinite(p.position.x) || !std::isfinite(p.position.y);
+  });
+  impl_->offered = std::move(points);
 }
 
 FeatureId Tracker::add_point(double x, double y) {

@@ -28,6 +28,11 @@ class Tracker {
   /// after a process() that threw it is about the same frame, and time does not go on.
   const Tracks &process_blind(int width, int height, std::int64_t pts, std::int64_t duration = no_time);
 
+  /// With Settings::points_from_start: where points are in the next frame, and their ids, which are below max_points.
+  /// The first offer that isn't empty begins them; later ones count only after the stream has been forgotten, and the
+  /// same ids then come again. Belongs to the thread of process(); an offer lasts for one frame.
+  void offer_start(std::vector<StartPoint> points);
+
   /// From the next frame on also track x,y (that frame's pixels). Returns its id; no_feature if x or y is not finite or
   /// max_points is reached.
   FeatureId add_point(double x, double y);

@@ -15,6 +15,12 @@ std::string_view algorithm_name(AlgorithmKind kind) {
       return "csd-2012";
     case AlgorithmKind::lk:
       return "lk";
+    case AlgorithmKind::ms1:
+      return "ms1";
+    case AlgorithmKind::ms2:
+      return "ms2";
+    case AlgorithmKind::sift:
+      return "sift";
   }
   return "";
 }

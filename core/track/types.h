@@ -32,6 +32,12 @@ struct Feature {
   bool fresh = true;      ///< false: the frame budget made this feature wait
 };
 
+/// A point that brings its id along.
+struct StartPoint {
+  FeatureId id = 0;
+  cv::Point2d position;  ///< pixels of the picture
+};
+
 /// The result of one frame, features by ascending id.
 struct Tracks {
   std::uint64_t frame = 0;  ///< frames since the tracker was made
@@ -41,8 +47,8 @@ struct Tracks {
   bool changed = false;    ///< some feature's state is not what it was in the frame before, or a feature is new
 };
 
-enum class AlgorithmKind : std::uint8_t { csd_2012, lk };
-std::string_view algorithm_name(AlgorithmKind kind);  ///< "csd-2012", "lk"
+enum class AlgorithmKind : std::uint8_t { csd_2012, lk, ms1, ms2, sift };
+std::string_view algorithm_name(AlgorithmKind kind);  ///< "csd-2012", "lk", …: as the element's property says it
 
 enum class ContentArea : std::uint8_t { automatic, full };
 
@@ -54,6 +60,7 @@ struct Settings {
   AlgorithmKind algorithm = AlgorithmKind::csd_2012;
   unsigned max_features = 50;
   std::vector<cv::Point2d> points;  ///< not empty: track exactly these, no detection
+  bool points_from_start = false;   ///< track exactly what Tracker::offer_start() brings, no detection
   bool replenish = true;
   std::int64_t forget_after = 10 * second;  ///< 0: never
   cv::Rect region;                          ///< where detection may look; empty: everywhere

@@ -94,7 +94,7 @@ GST_START_TEST(bad_points_are_shown_and_stop_null_to_ready) {
                                                   {";", "\"\""},
                                                   {"1e999,2", "\"1e999,2\""},
                                                   {"inf,1", "\"inf,1\""},
-                                                  {"truth", "\"truth\""},
+                                                  {"truths", "\"truths\""},
                                                   {many, "(point 10001)"}};
   for (const auto &[points, shown] : bad) {
     if (points == ";") continue;  // no points, with the semicolon that may end them

@@ -14,6 +14,8 @@ TEST(Points, AreReadInOrder) {
   ASSERT_TRUE(points) << points.error;
   EXPECT_EQ(points.value, (std::vector<cv::Point2d>{{1, 2}, {3.25, -40}, {5, 6}}));
   EXPECT_TRUE(csd::parse_points("").value.empty());
+  EXPECT_TRUE(csd::is_truth(" truth\n"));
+  for (const char *other : {"", "truths", "true", "1,2"}) EXPECT_FALSE(csd::is_truth(other));
 }
 
 TEST(Points, DecimalPointWhateverTheLocale) {

@@ -34,6 +34,18 @@ class Determinism(harness.Case):
             with self.subTest(threads=threads):
                 self.assertEqual(self.tracks(f"{SYNC} n-threads={threads}"), first)
 
+    def test_baselines(self):
+        results = []
+        for algorithm in ("lk", "ms1", "ms2", "sift"):
+            with self.subTest(algorithm):
+                first = self.tracks(f"algorithm={algorithm} max-features=20")
+                self.assertEqual(self.tracks(f"algorithm={algorithm} max-features=20"), first)
+                lines = harness.read_lines(self.tmp / "tracks.jsonl")
+                self.assertEqual({line["algorithm"] for line in lines}, {algorithm})
+                results.append([line["features"] for line in lines])
+        for i, features in enumerate(results):
+            self.assertNotIn(features, results[:i], "no two are the same tracker")
+
     def test_in_another_process(self):
         path = self.tmp / "other.jsonl"
         done = harness.launch("-q", self.source, "! csdtrack", SYNC, "! csdtrackenc ! filesink", f"location={path}")

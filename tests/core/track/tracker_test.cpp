@@ -9,7 +9,6 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <opencv2/imgproc.hpp>
 #include <thread>
 
@@ -18,39 +17,6 @@
 
 namespace csd {
 namespace {
-
-class TrackerLife : public testing::Test {
- protected:
-  TrackerLife() {
-    script = &script_;
-    cv::Mat noise(240, 320, CV_8UC1);
-    cv::RNG rng(7);
-    rng.fill(noise, cv::RNG::UNIFORM, 40, 220);
-    cv::GaussianBlur(noise, texture_, {0, 0}, 3);
-    cv::normalize(texture_, texture_, 40, 220, cv::NORM_MINMAX);
-  }
-  const Tracks &next(Tracker &tracker) { return next(tracker, texture_); }
-  const Tracks &next(Tracker &tracker, const cv::Mat &gray) {
-    const auto &tracks = tracker.process(MovingScene::gray_view(gray), pts_, second / 25);
-    pts_ += second / 25;
-    return tracks;
-  }
-  static const Feature *find(const Tracks &tracks, FeatureId id) {
-    for (const auto &f : tracks.features)
-      if (f.id == id) return &f;
-    return nullptr;
-  }
-  static Settings with_points(std::vector<cv::Point2d> points) {
-    Settings settings;
-    settings.points = std::move(points);
-    return settings;
-  }
-
-  Script script_;
-  NoExecutor executor_;
-  cv::Mat texture_;
-  std::int64_t pts_ = 0;
-};
 
 TEST_F(TrackerLife, GivenPointsHaveIdsInTheirOrderAndAPointOutsideIsOut) {
   Tracker tracker(with_points({{10, 20}, {400, 20}, {30.25, 40.5}}), executor_);
@@ -424,6 +390,51 @@ TEST_F(TrackerLife, StatsCountFramesAndStates) {
   EXPECT_EQ(stats.detected, 2u);
   EXPECT_EQ(stats.features[static_cast<std::size_t>(FeatureState::tracked)], 1u);
   EXPECT_EQ(stats.features[static_cast<std::size_t>(FeatureState::out)], 1u);
+}
+
+TEST_F(TrackerLife, PointsFromTheStartKeepTheirIds) {
+  Settings settings;
+  settings.points_from_start = true;
+  Tracker tracker(settings, executor_);
+  EXPECT_TRUE(next(tracker).features.empty());  // no detection
+  const auto id = tracker.add_point(50, 60);
+  EXPECT_EQ(id, max_points);
+  tracker.offer_start({{7, {10, 20}}, {3, {30, 40}}, {max_points, {1, 1}}, {8, {std::nan(""), 1}}});
+  const auto &tracks = next(tracker);
+  ASSERT_EQ(tracks.features.size(), 3U);
+  EXPECT_EQ(tracks.features[0].id, 3U);
+  EXPECT_EQ(tracks.features[0].x, 30);
+  EXPECT_EQ(tracks.features[1].id, 7U);
+  EXPECT_EQ(tracks.features[2].id, id);
+  // What is offered while the stream goes on doesn't count.
+  tracker.offer_start({{9, {10, 20}}});
+  EXPECT_EQ(find(next(tracker), 9), nullptr);
+  EXPECT_EQ(find(next(tracker), 9), nullptr);
+}
+
+TEST_F(TrackerLife, PointsFromTheStartComeAgainUnderTheirIdsAfterAReset) {
+  Settings settings;
+  settings.points_from_start = true;
+  Tracker tracker(settings, executor_);
+  tracker.offer_start({{2, {10, 20}}, {5, {30, 40}}});
+  next(tracker);
+  next(tracker);
+  tracker.reset();
+  tracker.offer_start({{2, {110, 120}}});
+  const auto &tracks = next(tracker);
+  ASSERT_EQ(tracks.features.size(), 2U);
+  EXPECT_EQ(tracks.features[0].id, 2U);
+  EXPECT_EQ(tracks.features[0].state, FeatureState::learning);
+  EXPECT_EQ(tracks.features[0].x, 110);
+  EXPECT_EQ(tracks.features[1].state, FeatureState::ended);
+  EXPECT_EQ(next(tracker).features.size(), 1U);
+  // An empty offer begins nothing; the next one does.
+  tracker.reset();
+  EXPECT_EQ(find(next(tracker), 2)->state, FeatureState::ended);
+  tracker.offer_start({});
+  EXPECT_TRUE(next(tracker).features.empty());
+  tracker.offer_start({{4, {1, 2}}});
+  EXPECT_EQ(next(tracker).features.size(), 1U);
 }
 
 }  // namespace

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "baselines/colour_weights.h"
+#include "track/algorithm.h"
+
+namespace csd {
+
+/// How colour spaces are ranked: the baselines MS1 and MS2 of §3.
+enum class ColourRanking : std::uint8_t {
+  variance_ratio,  ///< MS1: how well they separate the pixels of object and background (Eq. 5)
+  peak_difference  ///< MS2: how far the object stands out of what could distract from it beside it
+};
+
+/// The mean-shift trackers of Collins, Liu & Leordeanu (2005), "Online selection of discriminative tracking features",
+/// IEEE PAMI 27(10): of the 49 colour spaces the five that tell the patch from the ring around it best; mean shift on
+/// the weight image of each, from the last position; the median of the five (docs/baselines.md).
+///
+/// A feature whose colours are not there is hidden, and looked for again where it was; over the edge it is out for
+/// ever.
+class CollinsMeanShift final : public Algorithm {
+ public:
+  CollinsMeanShift(const Settings &settings, ColourRanking ranking);
+  ~CollinsMeanShift() override;
+
+  void track(const FrameContext &context, std::vector<Claim> &claims) override;
+  Claim::Kind begin(FeatureId id, cv::Point2d position, const FrameContext &context) override;
+  void end(FeatureId id) override;
+  void finish(const FrameContext &) override {}
+  void forget() override;
+  void add_to(Stats &) const override {}
+
+ private:
+  struct Target;
+  struct Planes;
+
+  std::optional<cv::Point2d> look(const WorkFrame &frame, Target &target);
+  void rank(const WorkFrame &frame, Target &target);
+  void update(const WorkFrame &frame, Target &target);
+  void set_side(int side);
+
+  Settings settings_;
+  ColourRanking ranking_;
+  int side_ = 0;                 ///< of the patch, working pixels
+  std::optional<LogTable> log_;  ///< for patches of that side
+  std::vector<Target> targets_;  ///< by ascending id
+};
+
+}  // namespace csd

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "track/types.h"
+
+namespace csd::cli {
+
+/// The state of a word of the schema; none if it isn't one.
+inline std::optional<FeatureState> state_of(std::string_view word) {
+  for (std::size_t i = 0; i < feature_states; ++i)
+    if (state_name(static_cast<FeatureState>(i)) == word) return static_cast<FeatureState>(i);
+  return std::nullopt;
+}
+
+}  // namespace csd::cli

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <opencv2/core/types.hpp>
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "track/types.h"
+
+namespace csd::peers {
+
+struct StartPoints {
+  std::vector<FeatureId> ids;
+  std::vector<cv::Point2d> positions;  ///< in the first frame, pixels
+};
+
+/// "x,y;x,y;…" (ids 0, 1, 2…), or the name of a file with ground truth or tracks: of its first frame, which must be
+/// frame 0, the points that are visible, under their ids. Files are those that csd-score reads.
+/// Throws std::runtime_error that says what is wrong where.
+StartPoints read_start_points(const std::string &text_or_file);
+
+/// At most `most` of them (0: all), spread evenly over the list: detection lists the best first.
+StartPoints thinned(const StartPoints &points, std::size_t most);
+
+}  // namespace csd::peers

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include <cstdint>
+#include <iosfwd>
+#include <memory>
+#include <string>
+
+namespace csd::peers {
+
+struct Picture {
+  cv::Mat bgr;  ///< CV_8UC3
+  std::int64_t pts = 0;
+  std::int64_t duration = -1;  ///< −1: unknown
+};
+
+/// Pictures one after the other, all of one size.
+class VideoSource {
+ public:
+  virtual ~VideoSource() = default;
+  /// False at the end. Throws std::runtime_error where the video is broken off or damaged.
+  virtual bool next(Picture &picture) = 0;
+  /// Reads what is left, so that who writes into our end of the pipe need not stop.
+  virtual void drain() {}
+};
+
+/// YUV4MPEG2 of 8 bit: C420…, C422, C444, C411, Cmono. BT.601 up to 576 lines, else BT.709, as GStreamer takes them.
+/// Throws std::runtime_error if `in`, which must outlive the source, holds something else.
+std::unique_ptr<VideoSource> read_y4m(std::istream &in);
+
+/// A video file that OpenCV can decode; "-" is Y4M on standard input. Throws std::runtime_error.
+std::unique_ptr<VideoSource> open_video(const std::string &name);
+
+}  // namespace csd::peers

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "cli/text_file.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+#include "score/types.h"
+
+namespace csd::cli {
+
+std::vector<TextFile::Line> TextFile::lines() const {
+  std::vector<Line> lines;
+  std::string_view rest = content;
+  for (std::size_t number = 1;; ++number) {
+    const std::size_t end = rest.find('\n');
+    if (end == std::string_view::npos) return lines;
+    std::string_view text = rest.substr(0, end);
+    if (text.ends_with('\r')) text.remove_suffix(1);
+    if (!text.empty()) lines.push_back({number, text});
+    rest.remove_prefix(end + 1);
+  }
+}
+
+TextFile read_text_file(const std::string &name) {
+  errno = 0;
+  std::ifstream in(name, std::ios::binary);
+  TextFile file{name, {std::istreambuf_iterator<char>(in), {}}, false};
+  if (!in) throw score::InputError(name, 0, "can't be read: " + std::generic_category().message(errno ? errno : EIO));
+  if (file.content.starts_with("\xef\xbb\xbf")) file.content.erase(0, 3);
+  if (file.content.find_first_not_of(" \t\r\n") == std::string::npos) throw score::InputError(name, 0, "is empty");
+  file.torn = !file.content.ends_with('\n');
+  return file;
+}
+
+void note_torn(const TextFile &file, std::vector<std::string> &notes) {
+  if (!file.torn) return;
+  const auto line = std::count(file.content.begin(), file.content.end(), '\n') + 1;
+  notes.push_back(file.name + ":" + std::to_string(line) + ": the last line has no newline, may be torn, is ignored");
+}
+
+}  // namespace csd::cli

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "score/clip.h"
+
+namespace csd::score {
+
+/// A feature that was visible, then hidden or outside, and is visible again: how long it takes until a position within
+/// τ is claimed.
+struct Recovery {
+  bool recovered = false;  ///< before the feature was hidden again or the labels ended
+  std::uint64_t frames = 0;
+  std::int64_t time = no_time;  ///< ns; no_time where the truth has no pts
+};
+
+/// One for each return, by feature and time. The delay is from the first labelled frame in which the feature is visible
+/// again, so 0 for a tracker that has it at once. Unlabelled frames neither hide nor show.
+std::vector<Recovery> recoveries(const Clip &clip, double tau);
+
+}  // namespace csd::score

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "sim/surface.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/ieee_math.h"
+
+namespace csd::sim {
+namespace {
+
+constexpr std::uint64_t stream_relief = 200, stream_pulse = 201, stream_beat = 202;
+constexpr double heart_rate = 1.25, breath_rate = 0.25;  // Hz
+
+// The fold: a ridge across the picture above its middle, which leans towards +v over the tissue there.
+constexpr double fold_v = -95, fold_across = 46, fold_along = 190, fold_height = 85, fold_lean = 135;
+
+double gaussian(double du, double dv, double inverse) {
+  const double x = (du * du + dv * dv) * inverse;
+  return x > 32 ? 0 : exp_of(-x);  // 1e−14: nothing, even in units of a thousandth of a pixel
+}
+
+double inverse_of(double sigma) {
+  return 1 / (2 * sigma * sigma);
+}
+
+/// The ventricle's: a quick contraction and a slow filling. About −1…1; `turns` of the period.
+double heartbeat(double turns) {
+  return 0.75 * sin_turns(turns) + 0.3 * sin_turns(2 * turns + 0.06) + 0.1 * sin_turns(3 * turns + 0.2);
+}
+
+double breathing(double turns) {
+  return sin_turns(turns) + 0.22 * sin_turns(2 * turns + 0.1);
+}
+
+double fold_at(double u, double v) {
+  // The ridge runs a little aslant.
+  const double du = u - 20, dv = v - fold_v - 0.12 * du;
+  return exp_of(-du * du * inverse_of(fold_along) - dv * dv * inverse_of(fold_across));
+}
+
+}  // namespace
+
+Surface::Surface(const Effects &effects, std::uint64_t seed) : fold_(effects[Effect::fold]), seed_(seed) {
+  Random random(seed, stream_relief);
+  // A jittered 4 × 3 grid, up and down by turns: no seed gives a flat scene.
+  for (int i = 0; i < bumps; ++i) {
+    const double u = (i % 4 - 1.5) * 250 + random.uniform(-90, 90), v = (i / 4 - 1) * 250 + random.uniform(-90, 90);
+    const double sign = (i + i / 4) % 2 != 0 ? 1 : -1;
+    relief_[static_cast<std::size_t>(i)] = {u, v, inverse_of(random.uniform(75, 130)), sign * random.uniform(14, 34)};
+  }
+
+  const double strong = effects[Effect::heart_strong], mild = effects[Effect::heart_mild];
+  const double liver = effects[Effect::liver];
+  const double heart = 19 * strong + 6 * mild + 1.2 * liver;
+  const double breath = 7 * liver + 2 * strong + 1.5 * mild;
+  Random pulse(seed, stream_pulse);
+  for (int i = 0; i < gaussians; ++i) {
+    auto &p = pulses_[static_cast<std::size_t>(i)];
+    p.u = (i % 4 - 1.5) * 170 + pulse.uniform(-60, 60);
+    p.v = (i / 4 - 1) * 180 + pulse.uniform(-60, 60);
+    p.inverse = inverse_of(pulse.uniform(85, 150));
+    const auto direction = [&](double sideways, double up) {
+      const double turn = pulse.uniform(), size = pulse.uniform(0.6, 1.2);
+      return cv::Vec3d(sideways * size * cos_turns(turn), sideways * size * sin_turns(turn),
+                       up * size * (pulse.below(2) != 0 ? 1 : -1));
+    };
+    p.cardiac = direction(heart, heart);
+    p.breath = direction(breath, 1.6 * breath);
+    p.noise = direction(0.06 * (heart + breath), 0.06 * (heart + breath));
+    p.lag = pulse.uniform(-0.08, 0.08);
+  }
+  drift_ = {3 * liver + strong, 15 * liver + 4 * strong + 2 * mild, 11 * liver};
+
+  reach_ = std::abs(drift_[1]) * 1.3 + std::abs(drift_[0]) * 1.3;
+  double together = 0;
+  for (const auto &p : pulses_) {
+    together += 0.45 * (1.15 * cv::norm(p.cardiac) + 1.22 * cv::norm(p.breath) + cv::norm(p.noise));
+  }
+  reach_ += together * 0.5 + fold_ * fold_lean * 1.3;
+}
+
+Surface::Moment Surface::at(double time) const {
+  Moment moment;
+  // Neither beats nor breaths are all alike: their rates and depths wander a little.
+  const double beats = heart_rate * time + 0.12 * wander(seed_, stream_beat, 0.4 * time);
+  const double breaths = breath_rate * time + 0.05 * wander(seed_, stream_beat + 1, 0.15 * time);
+  const double depth = 1 + 0.1 * wander(seed_, stream_beat + 2, 0.3 * time);
+  const double b = depth * breathing(breaths);
+  for (std::size_t i = 0; i < pulses_.size(); ++i) {
+    const Pulse &p = pulses_[i];
+    const double random = wander(seed_, stream_beat + 10 + i, 2.5 * time);
+    moment.push_[i] = heartbeat(beats + p.lag) * p.cardiac + b * p.breath + random * p.noise;
+  }
+  moment.shift_ = b * drift_;
+  if (fold_ > 0) {
+    const double breathes = 1 + 0.18 * b + 0.06 * heartbeat(beats);
+    moment.fold_ = fold_ * breathes * cv::Vec3d(0, fold_lean, fold_height);
+  }
+  return moment;
+}
+
+cv::Vec3d Surface::Moment::at(const Place &place) const {
+  cv::Vec3d p = cv::Vec3d(place.u, place.v, place.relief) + shift_ + place.fold * fold_;
+  for (std::size_t i = 0; i < push_.size(); ++i) p += place.pulse[i] * push_[i];
+  return p;
+}
+
+Surface::Place Surface::place(double u, double v) const {
+  Place p;
+  p.u = u;
+  p.v = v;
+  cv::Vec3d along_u{1, 0, 0}, along_v{0, 1, 0};
+  for (const Bump &bump : relief_) {
+    const double du = u - bump.u, dv = v - bump.v, height = bump.height * gaussian(du, dv, bump.inverse);
+    p.relief += height;
+    along_u[2] -= 2 * bump.inverse * height * du;
+    along_v[2] -= 2 * bump.inverse * height * dv;
+  }
+  for (std::size_t i = 0; i < pulses_.size(); ++i) {
+    p.pulse[i] = gaussian(u - pulses_[i].u, v - pulses_[i].v, pulses_[i].inverse);
+  }
+  if (fold_ > 0) {
+    constexpr double step = 0.5;
+    p.fold = fold_at(u, v);
+    const double du = fold_at(u + step, v) - fold_at(u - step, v), dv = fold_at(u, v + step) - fold_at(u, v - step);
+    const cv::Vec3d push = cv::Vec3d(0, fold_lean, fold_height) * (fold_ / (2 * step));
+    along_u += du * push;
+    along_v += dv * push;
+  }
+  const cv::Vec3d n = along_u.cross(along_v);
+  p.normal = n / std::sqrt(n.dot(n));
+  return p;
+}
+
+}  // namespace csd::sim

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include <array>
+#include <cstdint>
+
+#include "sim/scenario.h"
+
+namespace csd::sim {
+
+/// The tissue's surface: a relief over texture coordinates (u, v), deformed by a mixture of Gaussians that move with
+/// the heart and with breathing, and a little at random (§3.1). Texture coordinates are units; at rest a point lies at
+/// (u, v, relief).
+class Surface {
+ public:
+  Surface(const Effects &effects, std::uint64_t seed);
+
+  static constexpr int gaussians = 10;
+
+  /// What a place on the surface takes part in: all that doesn't depend on time, and takes long.
+  struct Place {
+    double u = 0, v = 0;
+    double relief = 0;
+    cv::Vec3d normal;  ///< at rest, length 1, towards the scope
+    std::array<double, gaussians> pulse{};
+    double fold = 0;
+  };
+  Place place(double u, double v) const;
+
+  /// The surface at one moment.
+  class Moment {
+   public:
+    /// Where a place is, units.
+    cv::Vec3d at(const Place &place) const;
+
+   private:
+    friend class Surface;
+    std::array<cv::Vec3d, gaussians> push_{};  // of each Gaussian, units
+    cv::Vec3d shift_;                          // of everything
+    cv::Vec3d fold_;                           // of the fold's ridge
+  };
+
+  Moment at(double time) const;
+
+  double lowest() const { return -130; }   ///< nothing is ever below this, units
+  double reach() const { return reach_; }  ///< no point is ever farther than this from its (u, v), units, sideways
+
+ private:
+  struct Bump {
+    double u, v, inverse;  // inverse: 1 / 2σ²
+    double height;
+  };
+  struct Pulse {
+    double u, v, inverse;
+    cv::Vec3d cardiac, breath, noise;  // units
+    double lag;                        // turns of the heart's period
+  };
+  static constexpr int bumps = 12;
+
+  std::array<Bump, bumps> relief_;
+  std::array<Pulse, gaussians> pulses_;
+  cv::Vec3d drift_;  // of everything, with breathing
+  double fold_;
+  std::uint64_t seed_;
+  double reach_ = 0;
+};
+
+}  // namespace csd::sim

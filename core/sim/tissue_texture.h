@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "sim/texture_map.h"
+
+namespace csd::sim {
+
+/// What the tissue looks like.
+enum class Style : std::uint8_t {
+  heart,       ///< epicardium: muscle, yellow fat along branching vessels; glossy
+  liver,       ///< dark, with a lattice of lobules that repeats; glossy
+  peritoneum,  ///< pale, veined, fibrous; half dull
+  bowel,       ///< pink serosa with fine vessel trees; glossy
+  fat,         ///< omentum: yellow lobes; dull
+};
+inline constexpr std::size_t style_count = static_cast<std::size_t>(Style::fat) + 1;
+
+/// "heart", "liver", …
+std::string_view style_name(Style style);
+/// Throws std::invalid_argument that lists the names.
+Style parse_style(std::string_view name);
+
+/// How the tissue of a style reflects: 0…255, for textures that a user gives too.
+std::uint8_t gloss_of(Style style);
+
+/// A procedural texture that repeats every 1280 units, with `side` texels (a power of two, at least 256) for them.
+/// `contrast` 1 is ordinary tissue; its pattern fades with less, the large forms stay.
+TextureMap tissue_texture(Style style, std::uint64_t seed, int side, double contrast = 1);
+
+}  // namespace csd::sim

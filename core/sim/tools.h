@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include <cstdint>
+#include <vector>
+
+#include "sim/canvas.h"
+
+namespace csd::sim {
+
+/// Instruments between the scope and the tissue at one moment: a shaft that comes in from outside the picture, a steel
+/// neck, two jaws.
+class Tools {
+ public:
+  Tools(double time, double strength, std::uint64_t seed, cv::Size size);
+
+  /// Draws the shadows on the tissue, then the instruments.
+  void draw(Canvas &canvas) const;
+  /// How much of the picture they cover at a place (pixels), 0…1.
+  float cover(cv::Point2d pixel) const;
+
+ private:
+  enum class Material : std::uint8_t { steel, black, plastic };
+  /// A piece of a rod that gets thicker or thinner.
+  struct Rod {
+    cv::Point2f a, b;
+    float radius_a, radius_b;
+    Material material;
+  };
+  struct Hit {
+    float outside;  // pixels from its edge, negative inside
+    float across;   // −1…1 from edge to edge
+    float along;    // 0…1
+  };
+
+  static Hit hit(const Rod &rod, float x, float y);
+  template <class Paint>
+  static void visit(const Rod &rod, float grow, cv::Size size, Paint paint);
+
+  std::vector<Rod> rods_, shadows_;  // one shadow for each instrument
+  float scale_;
+};
+
+}  // namespace csd::sim

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "sim_texture.h"
+
+#include <gst/video/video.h>
+
+#include <memory>
+#include <stdexcept>
+
+namespace csd {
+namespace {
+
+constexpr GstClockTime longest_wait = 20 * GST_SECOND;
+
+struct Stopped {
+  void operator()(GstElement *pipeline) const {
+    gst_element_set_state(pipeline, GST_STATE_NULL);
+    gst_object_unref(pipeline);
+  }
+};
+template <class T, auto Unref>
+struct Unreffed {
+  void operator()(T *object) const { Unref(object); }
+};
+using Pipeline = std::unique_ptr<GstElement, Stopped>;
+using Element = std::unique_ptr<GstElement, Unreffed<void, gst_object_unref>>;
+using Sample = std::unique_ptr<GstSample, Unreffed<GstSample, gst_sample_unref>>;
+
+[[noreturn]] void fail(const std::string &file, const std::string &why) {
+  throw std::invalid_argument("texture: \"" + file + "\" " + why + ". Name a picture that GStreamer can decode.");
+}
+
+/// What the pipeline's first error says.
+std::string error_of(GstElement *pipeline) {
+  std::string text = "can't be decoded";
+  GstBus *bus = gst_element_get_bus(pipeline);
+  if (GstMessage *message = gst_bus_pop_filtered(bus, GST_MESSAGE_ERROR)) {
+    GError *error = nullptr;
+    gst_message_parse_error(message, &error, nullptr);
+    text = std::string("can't be decoded: ") + error->message;
+    g_error_free(error);
+    gst_message_unref(message);
+  }
+  gst_object_unref(bus);
+  return text;
+}
+
+}  // namespace
+
+cv::Mat load_picture(const std::string &file) {
+  // By GStreamer: the plugin links no image library of its own.
+  GError *error = nullptr;
+  const Pipeline pipeline(gst_parse_launch(
+      "filesrc name=file ! decodebin ! videoconvert ! video/x-raw,format=BGR ! appsink name=sink sync=false", &error));
+  if (error) {
+    const std::string text = error->message;
+    g_error_free(error);
+    fail(file, "can't be decoded: " + text);
+  }
+  const Element source(gst_bin_get_by_name(GST_BIN(pipeline.get()), "file"));
+  const Element sink(gst_bin_get_by_name(GST_BIN(pipeline.get()), "sink"));
+  g_object_set(source.get(), "location", file.c_str(), nullptr);
+  gst_element_set_state(pipeline.get(), GST_STATE_PAUSED);
+  if (gst_element_get_state(pipeline.get(), nullptr, nullptr, longest_wait) != GST_STATE_CHANGE_SUCCESS) {
+    fail(file, error_of(pipeline.get()));
+  }
+  GstSample *pulled = nullptr;
+  g_signal_emit_by_name(sink.get(), "pull-preroll", &pulled);
+  const Sample sample(pulled);
+  GstVideoInfo info;
+  GstVideoFrame frame;
+  if (!sample || !gst_video_info_from_caps(&info, gst_sample_get_caps(sample.get())) ||
+      !gst_video_frame_map(&frame, &info, gst_sample_get_buffer(sample.get()), GST_MAP_READ)) {
+    fail(file, "holds no picture");
+  }
+  const cv::Mat picture = cv::Mat(info.height, info.width, CV_8UC3, GST_VIDEO_FRAME_PLANE_DATA(&frame, 0),
+                                  static_cast<std::size_t>(GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0)))
+                              .clone();
+  gst_video_frame_unmap(&frame);
+  return picture;
+}
+
+}  // namespace csd

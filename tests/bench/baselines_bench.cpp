@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// What the baselines cost, per feature and frame, in a whole Tracker: 640 × 480, I420, `features` detected.
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+#include <vector>
+
+#include "core/picture.h"
+#include "core/track/moving_scene.h"
+#include "track/thread_pool.h"
+#include "track/tracker.h"
+
+namespace csd {
+namespace {
+
+constexpr int pictures = 20;  // one swing, so that the end meets the beginning
+
+const std::vector<test::Packed> &swing() {
+  static const auto all = [] {
+    const MovingScene scene({640, 480});
+    std::vector<test::Packed> packed;
+    for (int i = 0; i < pictures; ++i) {
+      const double phase = 2 * CV_PI * i / pictures;
+      packed.push_back(test::pack(scene.render({6 * std::sin(phase), 4 * std::cos(phase)}), test::Layout::i420));
+    }
+    return packed;
+  }();
+  return all;
+}
+
+void frame(benchmark::State &state, AlgorithmKind algorithm) {
+  Settings settings;
+  settings.algorithm = algorithm;
+  settings.max_features = static_cast<unsigned>(state.range(0));
+  settings.content_area = ContentArea::full;
+  settings.replenish = false;
+  settings.forget_after = 0;
+  ThreadPool pool;
+  Tracker tracker(settings, pool);
+  std::size_t i = 0;
+  const auto next = [&] {
+    const auto pts = static_cast<std::int64_t>(i) * second / 25;
+    benchmark::DoNotOptimize(tracker.process(swing()[i++ % pictures].view, pts).frame);
+  };
+  next();  // detection
+  for (auto _ : state) next();
+  const auto stats = tracker.stats();
+  state.counters["tracked"] = static_cast<double>(stats.features[static_cast<std::size_t>(FeatureState::tracked)]);
+  state.counters["per_feature"] = benchmark::Counter(static_cast<double>(state.iterations() * state.range(0)),
+                                                     benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+BENCHMARK_CAPTURE(frame, lk, AlgorithmKind::lk)->Arg(50)->Arg(100)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(frame, ms1, AlgorithmKind::ms1)->Arg(50)->Arg(100)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(frame, ms2, AlgorithmKind::ms2)->Arg(50)->Arg(100)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(frame, sift, AlgorithmKind::sift)->Arg(50)->Arg(100)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace csd

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Writes a picture of a simulation: six frames of it; with MARKS set in the environment also its features, green where
+// they are seen, red where they are hidden.
+//   contact-sheet OUT.jpg SCENARIO [EFFECTS [STYLE [SEED [TEXTURE]]]]
+// To be looked at; what a simulation is for is measured elsewhere.
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <vector>
+
+#include "sim/simulator.h"
+
+int main(int argc, char **argv) try {
+  if (argc < 3) {
+    std::fprintf(stderr, "usage: contact-sheet OUT.jpg SCENARIO [EFFECTS [STYLE [SEED [TEXTURE]]]]\n");
+    return 2;
+  }
+  const std::vector<std::string> args(argv + 1, argv + argc);
+  csd::sim::SimSettings settings;
+  settings.effects = csd::sim::scenario_effects(csd::sim::parse_scenario(args[1]));
+  if (args.size() > 2) settings.effects.set(args[2]);
+  if (args.size() > 3) settings.style = csd::sim::parse_style(args[3]);
+  if (args.size() > 4) settings.seed = std::strtoull(args[4].c_str(), nullptr, 10);
+  if (args.size() > 5) settings.texture = cv::imread(args[5], cv::IMREAD_COLOR);
+  const bool marks = std::getenv("MARKS") != nullptr;
+  csd::sim::Simulator simulator(settings);
+  const auto surface = simulator.on_surface(0, simulator.detect(100));
+  cv::Mat sheet(2 * settings.size.height, 3 * settings.size.width, CV_8UC3), picture;
+  for (int i = 0; i < 6; ++i) {
+    constexpr std::uint64_t shown[] = {0, 65, 130, 200, 270, 345};  // something of all that happens in a cycle
+    const std::uint64_t n = shown[i];
+    simulator.render(n, picture);
+    if (marks) {
+      for (const auto &p : simulator.truth(n, surface)) {
+        const bool seen = p.visibility == csd::sim::Visibility::visible;
+        cv::circle(picture, cv::Point2d(p.x, p.y), 3, seen ? cv::Scalar(0, 255, 0) : cv::Scalar(0, 0, 255), 1);
+      }
+    }
+    picture.copyTo(sheet(cv::Rect({i % 3 * settings.size.width, i / 3 * settings.size.height}, settings.size)));
+  }
+  cv::resize(sheet, sheet, {}, 0.375, 0.375, cv::INTER_AREA);
+  if (!cv::imwrite(args[0], sheet, {cv::IMWRITE_JPEG_QUALITY, 85})) throw std::runtime_error("can't write " + args[0]);
+  return 0;
+} catch (const std::exception &e) {
+  std::fprintf(stderr, "contact-sheet: %s\n", e.what());
+  return 1;
+}

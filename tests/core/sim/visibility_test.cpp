@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// What the truth calls hidden or out, against what the pictures show.
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "sim/clock.h"
+#include "sim/simulator.h"
+
+namespace csd::sim {
+namespace {
+
+/// A simulation whose tissue is one flat colour, so that whatever is before it can be told from it.
+class Flat {
+ public:
+  static constexpr int green = 120;
+
+  explicit Flat(const std::string &effects, cv::Size size = {640, 480}) {
+    SimSettings s;
+    s.effects = Effects();
+    s.effects.set(effects);
+    s.size = size;
+    s.texture = cv::Mat(480, 640, CV_8UC3, cv::Scalar(20, green, 20));
+    simulator_.emplace(s);
+  }
+
+  cv::Mat render(std::uint64_t n) {
+    cv::Mat picture;
+    simulator_->render(n, picture);
+    return picture;
+  }
+  /// Of the surface points that the pixels of frame n show, or would.
+  std::vector<TruthPoint> truth(std::uint64_t n, const std::vector<cv::Point2d> &pixels) {
+    return simulator_->truth(n, simulator_->on_surface(n, pixels));
+  }
+  Simulator &simulator() { return *simulator_; }
+
+ private:
+  std::optional<Simulator> simulator_;
+};
+
+std::vector<cv::Point2d> lattice(cv::Size size, int step = 12) {
+  std::vector<cv::Point2d> points;
+  for (int y = 4; y < size.height; y += step)
+    for (int x = 4; x < size.width; x += step) points.emplace_back(x, y);
+  return points;
+}
+
+/// Counts how often the truth and the colour of the pixel agree; of `tissue` green dominates.
+struct Agreement {
+  int hidden = 0, visible = 0, wrong = 0;
+};
+template <class IsTissue>
+Agreement compare(Flat &flat, std::uint64_t n, IsTissue is_tissue) {
+  const cv::Mat picture = flat.render(n);
+  const auto pixels = lattice(picture.size());
+  const auto truth = flat.truth(n, pixels);
+  Agreement a;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const bool seen = truth[i].visibility == Visibility::visible;
+    (seen ? a.visible : a.hidden) += 1;
+    a.wrong += seen != is_tissue(picture.at<cv::Vec3b>(cv::Point(pixels[i])));
+  }
+  return a;
+}
+
+bool greenish(const cv::Vec3b &p) {
+  return p[1] > 1.7 * p[0] && p[1] > 1.7 * p[2];
+}
+
+TEST(Visibility, HiddenByATool) {
+  Flat flat("tools");
+  for (const std::uint64_t n : {80U, 150U, 240U, 330U}) {
+    const Agreement a = compare(flat, n, greenish);  // a shadow is dark, but green
+    EXPECT_GT(a.hidden, 20) << n;
+    EXPECT_GT(a.visible, 1000) << n;
+    EXPECT_LE(a.wrong, 8) << n;  // pixels on the very edge
+  }
+}
+
+TEST(Visibility, HiddenByBloodAndSeenAgain) {
+  Flat flat("blood");
+  const Agreement pool = compare(flat, 190, greenish);
+  EXPECT_GT(pool.hidden, 100);
+  EXPECT_LE(pool.wrong, 12);
+  const Agreement wiped = compare(flat, 320, [](const cv::Vec3b &p) { return p[1] > p[2]; });
+  EXPECT_EQ(wiped.hidden, 0);
+  EXPECT_EQ(wiped.wrong, 0);
+}
+
+TEST(Visibility, HiddenByWater) {
+  Flat flat("irrigation");
+  EXPECT_EQ(compare(flat, 100, greenish).hidden, 0);
+  EXPECT_GT(compare(flat, 240, greenish).hidden, 100);
+  EXPECT_EQ(compare(flat, 400, greenish).hidden, 0);
+}
+
+TEST(Visibility, HiddenByDenseSmoke) {
+  Flat clear("smoke=0"), flat("smoke=2");
+  const cv::Mat picture = flat.render(130), without = clear.render(130);
+  const auto pixels = lattice(picture.size());
+  const auto truth = flat.truth(130, pixels);
+  int hidden = 0, visible = 0;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    // Smoke's blue is 196: the share of it in the pixel is its density.
+    const cv::Point at(pixels[i]);
+    const double base = without.at<cv::Vec3b>(at)[0], density = (picture.at<cv::Vec3b>(at)[0] - base) / (196 - base);
+    if (density > 0.77) {
+      EXPECT_EQ(truth[i].visibility, Visibility::hidden);
+      ++hidden;
+    } else if (density < 0.73) {
+      EXPECT_EQ(truth[i].visibility, Visibility::visible);
+      ++visible;
+    }
+  }
+  EXPECT_GT(hidden, 100);
+  EXPECT_GT(visible, 100);
+}
+
+TEST(Visibility, HiddenByAHighlight) {
+  Flat flat("specular");
+  const cv::Mat picture = flat.render(20);
+  cv::Mat white, blind;
+  cv::inRange(picture, cv::Scalar(235, 235, 235), cv::Scalar(255, 255, 255), white);
+  cv::boxFilter(white, blind, CV_8U, {11, 11});  // the share of white around
+  const auto pixels = lattice(picture.size(), 3);
+  const auto truth = flat.truth(20, pixels);
+  int hidden = 0;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const int share = blind.at<std::uint8_t>(cv::Point(pixels[i]));
+    if (truth[i].visibility == Visibility::hidden) {
+      ++hidden;
+      EXPECT_GT(share, 255 * 0.25) << pixels[i];
+    } else {
+      EXPECT_LT(share, 255 * 0.85) << pixels[i];
+    }
+  }
+  EXPECT_GT(hidden, 5);
+}
+
+TEST(Visibility, HiddenByAFold) {
+  // The tissue's own colour tells its place: red grows to the right and blue downwards.
+  SimSettings s;
+  s.effects = Effects();
+  s.effects.set("fold");
+  s.texture = cv::Mat(480, 640, CV_8UC3);
+  for (int y = 0; y < 480; ++y)
+    for (int x = 0; x < 640; ++x)
+      s.texture.at<cv::Vec3b>(y, x) =
+          cv::Vec3b(static_cast<std::uint8_t>(40 + y * 200 / 480), 128, static_cast<std::uint8_t>(40 + x * 200 / 640));
+  Simulator simulator(s);
+  cv::Mat picture;
+  simulator.render(0, picture);
+  std::vector<cv::Point2d> texture, surface;
+  for (int y = 60; y < 420; y += 5)
+    for (int x = 60; x < 580; x += 9) {
+      texture.emplace_back(x, y);
+      surface.push_back(simulator.of_texture({static_cast<double>(x), static_cast<double>(y)}));
+    }
+  const auto truth = simulator.truth(0, surface);
+  int hidden = 0, wrong = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    if (truth[i].visibility == Visibility::out) continue;
+    const cv::Vec3b p = picture.at<cv::Vec3b>(cvRound(truth[i].y), cvRound(truth[i].x));
+    if (p[1] < 40) continue;  // too dark to tell
+    // Which row of the texture the pixel shows: light scales all channels alike.
+    const double row = (128.0 * p[0] / p[1] - 40) * 480 / 200;
+    const bool elsewhere = std::abs(row - texture[i].y) > 12;
+    hidden += truth[i].visibility == Visibility::hidden;
+    wrong +=
+        elsewhere != (truth[i].visibility == Visibility::hidden) && std::abs(std::abs(row - texture[i].y) - 12) > 10;
+  }
+  EXPECT_GT(hidden, 100);
+  EXPECT_LE(wrong, hidden / 20);
+}
+
+TEST(Visibility, OutOfTheFrame) {
+  Flat flat("sway");
+  const auto surface = flat.simulator().on_surface(
+      0, std::vector<cv::Point2d>{{-0.4, 5}, {-0.6, 5}, {639.4, 479.4}, {639.6, 5}, {5, -1}, {5, 480}, {-300, 900}});
+  const auto truth = flat.simulator().truth(0, surface);
+  EXPECT_EQ(truth[0].visibility, Visibility::visible);
+  EXPECT_EQ(truth[2].visibility, Visibility::visible);
+  for (const std::size_t i : {1U, 3U, 4U, 5U, 6U}) EXPECT_EQ(truth[i].visibility, Visibility::out) << i;
+  EXPECT_NEAR(truth[6].x, -300, 1e-6);
+  EXPECT_NEAR(truth[6].y, 900, 1e-6);
+}
+
+TEST(Visibility, HiddenWithoutAPicture) {
+  Flat black("black"), cut("cut"), stop("field-stop"), text("text"), wipe("wipe");
+  const std::vector<cv::Point2d> middle{{320, 240}, {200, 300}};
+  const auto hidden = [&](Flat &flat, std::uint64_t n, std::size_t i) {
+    return flat.truth(n, middle)[i].visibility == Visibility::hidden;
+  };
+  // Black from 6 s for 2.5 s.
+  EXPECT_FALSE(hidden(black, 149, 0));
+  EXPECT_TRUE(hidden(black, 150, 0));
+  EXPECT_TRUE(hidden(black, 212, 0));
+  EXPECT_FALSE(hidden(black, 213, 0));
+  EXPECT_EQ(cv::norm(black.render(180), cv::NORM_INF), 0);
+  // Another scene from 4 s to 6 s.
+  EXPECT_FALSE(hidden(cut, 99, 1));
+  EXPECT_TRUE(hidden(cut, 100, 1));
+  EXPECT_TRUE(hidden(cut, 149, 1));
+  EXPECT_FALSE(hidden(cut, 150, 1));
+  EXPECT_FALSE(greenish(cut.render(120).at<cv::Vec3b>(240, 320)));
+  // A cloth on the lens at 5.3 s; a second and a half later it is only wet, at 7.5 s dry.
+  EXPECT_TRUE(hidden(wipe, 132, 0));
+  EXPECT_FALSE(hidden(wipe, 187, 0));
+
+  const auto corner = stop.truth(0, {{4, 4}, {320, 240}});
+  EXPECT_EQ(corner[0].visibility, Visibility::hidden);
+  EXPECT_EQ(corner[1].visibility, Visibility::visible);
+  EXPECT_EQ(stop.render(0).at<cv::Vec3b>(4, 4), cv::Vec3b(0, 0, 0));
+
+  const cv::Rect box = clock_box({640, 480});
+  const cv::Point2d inside(box.x + box.width / 2, box.y + box.height / 2);
+  const auto clock = text.truth(0, {inside, {inside.x, box.y - 3.0}});
+  EXPECT_EQ(clock[0].visibility, Visibility::hidden);
+  EXPECT_EQ(clock[1].visibility, Visibility::visible);
+}
+
+}  // namespace
+}  // namespace csd::sim
