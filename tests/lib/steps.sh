@@ -86,7 +86,7 @@ plugin_links() {
   ! readelf -d "$plugin" | grep -E 'NEEDED.*(opencv_highgui|opencv_imgcodecs|libjson-glib)'
 }
 
-step_tests() { meson_tests tests "$root/build" --no-suite=quickstart; }
+step_tests() { meson_tests tests "$root/build" --no-suite=quickstart --no-suite=window; }
 step_quickstart() { meson_tests quickstart "$root/build" --suite=quickstart; }
 step_leaks() { meson_tests leaks "$root/build" --setup=leaks --suite=check; }
 
