@@ -246,7 +246,7 @@ def test_simulation(tmp):
 
 
 def test_simulation_by_seed_and_scenario(tmp):
-    ways = [("zoom",), ("zoom",), ("zoom", "--seed", "2"), ("rotation",)]
+    ways = [("zoom",), ("zoom",), ("zoom", "--seed", "2"), ("deformation",)]
     outs = [tmp / str(i) for i in range(len(ways))]
     for out, way in zip(outs, ways):
         simulated(out, 3, *way, "--max-features", "5")
