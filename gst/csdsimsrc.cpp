@@ -13,7 +13,7 @@
  *
  * ## Example launch lines
  * |[
- * gst-launch-1.0 csdsimsrc scenario=mixed ! csdtrack overlay=draw ! videoconvert ! autovideosink
+ * gst-launch-1.0 csdsimsrc scenario=mixed ! csdtrack points=truth overlay=draw ! autovideosink
  * ]| Tissue, tools, smoke and highlights, tracked.
  * |[
  * gst-launch-1.0 csdsimsrc scenario=zoom style=liver effects="tools=1,noise=2" seed=7 num-buffers=500 \

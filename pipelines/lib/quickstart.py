@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The program behind pipelines/quickstart: quickstart.py VIDEO OUT [PROPERTY=VALUE...], or quickstart.py --properties"""
+"""The program behind pipelines/quickstart: quickstart.py VIDEO OUT [PROPERTY=VALUE...], where
+VIDEO may be --simulate and three PROPERTY=VALUE of csdsimsrc; or quickstart.py --properties"""
 
 import contextlib
 import os
@@ -39,13 +40,17 @@ def main():
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # | head is no error
         report.properties(tracking.settable_properties())
         return
-    video, out = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+    if sys.argv[1] == "--simulate":
+        source, rest = tracking.Simulation(sys.argv[2:5]), sys.argv[5:]
+    else:
+        source, rest = pathlib.Path(sys.argv[1]), sys.argv[2:]
+    out = pathlib.Path(rest[0])
     with unfinished(out) as folder:
-        job = tracking.Job(video, out, folder, sys.argv[3:])
-        with report.Progress(video.name) as progress:
+        job = tracking.Job(source, out, folder, rest[1:])
+        with report.Progress(source.name) as progress:
             job.run(progress)
         report.preview(folder, job.frames)
-        for name in report.RESULTS:
+        for name in report.results(job):
             if (folder / name).exists():
                 os.replace(folder / name, out / name)
             else:  # no preview: that of another run must not seem to belong to this one

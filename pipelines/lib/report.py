@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What quickstart shows: progress, contact sheet, table."""
+"""What quickstart shows: progress, contact sheet, table, score."""
 
 import csv
+import json
+import os
 import shutil
 import subprocess
 import sys
@@ -21,6 +23,7 @@ RESULTS = {
     "tracks.jsonl": "a line a frame",
     "tracks.csv": "a row a point and frame",
     "preview.png": "six frames of overlay.mp4",
+    "truth.jsonl": "a line a frame, where the points truly are",
 }
 PREVIEW_FRAMES = 6
 
@@ -116,6 +119,31 @@ def features(path):
     return rows, len(ids), outside
 
 
+def results(job):
+    """The files that this job leaves."""
+    return [name for name in RESULTS if job.simulated or name != "truth.jsonl"]
+
+
+def score(out):
+    """What csd-score says of tracks.jsonl, as (label, text) rows."""
+    done = subprocess.run([os.environ["CSD_SCORE"], "--json", "--resamples", "0", out / "truth.jsonl", out / "tracks.jsonl"],
+                          stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    if done.returncode:
+        why = done.stderr.strip().splitlines() or ["csd-score failed"]
+        return [("score", f"none: {why[-1]}")]
+    judged = json.loads(done.stdout)
+    tracker, tau = judged["trackers"][0], judged["clips"][0]["tau"]
+
+    def known(value, form):
+        return form.format(value) if value is not None else "none"
+
+    return [("sensitivity", known(tracker["sensitivity"]["value"], "{:.1%}") +
+             f"   of the points that are seen are claimed where they are, within {tau:g} px"),
+            ("1−precision", known(tracker["k"]["value"], "{:.1%}") +
+             "   of the positions claimed are false: farther off, or of a point that is hidden"),
+            ("error", known(tracker["error"]["median"], "{:.2f} px") + "   median, of the claims on points that are seen")]
+
+
 def why_none(track):
     """Why there is no feature at all."""
     if track.get_property("max-features") == 0:
@@ -142,7 +170,7 @@ def table(job, out):
     rows, ids, outside = features(out / "tracks.csv")
     total = sum(rows.values())
     print(f"frames      {job.frames} of {job.picture}, in {job.seconds:.1f} s: {job.frames / job.seconds:.1f} fps with "
-          "decoding and encoding")
+          f"{'simulating' if job.simulated else 'decoding'} and encoding")
     print(f"features    {ids} in all, {total / job.frames:.1f} a frame" if ids else
           f"features    none: {why_none(job.track)}; --points tracks what you choose")
     for state, marker in STATES.items():
@@ -152,9 +180,13 @@ def table(job, out):
         print(f"outside     {len(outside)} of {ids} points lie outside the picture of {job.picture.split()[0]}: "
               f"{'; '.join(outside[:5])}{'; …' if len(outside) > 5 else ''}")
     print(f"cost        p50 {milliseconds('time-p50')}, p95 {milliseconds('time-p95')} a frame, tracking and learning")
-    print(f"sound       {', '.join(job.sound) or 'none'}")
+    if job.simulated:
+        for label, text in score(out):
+            print(f"{label:11} {text}")
+    else:
+        print(f"sound       {', '.join(job.sound) or 'none'}")
     if job.turned:
         print("turned      overlay.mp4 only, as the file asks: tracks are in pixels of the picture as it is stored")
-    for name, what in RESULTS.items():
+    for name in results(job):
         if (out / name).exists():
-            print(f"{out / name}   {what}")
+            print(f"{out / name}   {RESULTS[name]}")

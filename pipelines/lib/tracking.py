@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Tracks a file: one GStreamer pipeline from a video to the same video with markers and its tracks.
+"""Tracks a video: one GStreamer pipeline from a video to the same video with markers and its tracks.
 
     filesrc ! decodebin ! csdtrack overlay=draw ! tee ─ queue ! x264enc ─┐
                  │ sound, copied or encoded as AAC ! queue ────────────── mp4mux ! overlay.mp4
                  tee ─ queue ! csdtrackenc ! tracks.jsonl
                  tee ─ queue ! csdtrackenc ! tracks.csv
 
+Without a file, csdsimsrc stands instead of filesrc and decodebin, and a branch as those of the tracks writes truth.jsonl.
 A video that its file wants turned (as phones write them) is turned behind csdtrack: mp4mux 1.22 can't write that wish.
 """
 
@@ -34,6 +35,8 @@ PRESET = {"overlay": "draw", "learning": "sync"}
 # No --set: the results depend on these, and name and parent belong to the pipeline.
 KEPT = ("attach-meta", "name", "overlay", "parent")
 
+SIMULATED = "video/x-raw, width=640, height=480, framerate=25/1"
+
 SILENCE = 60  # seconds without a stream, after which none is waited for
 
 
@@ -41,11 +44,21 @@ class Failure(Exception):
     """Nothing could be made; the text is one line that says what to change."""
 
 
+class Simulation:
+    """What stands instead of a file: settings of csdsimsrc, each NAME=VALUE, num-buffers among them."""
+
+    def __init__(self, settings):
+        self.settings = settings
+        self.name = f"simulated tissue, {', '.join(settings)}"
+
+
 class Job:
-    """One run over one file. After run(): frames, seconds, stats and the like say what happened."""
+    """One run over one video. After run(): frames, seconds, stats and the like say what happened."""
 
     def __init__(self, video, out, folder, properties):
-        """out: what the user calls the folder of the results; folder: where they are made."""
+        """video: a path or a Simulation; out: what the user calls the folder of the results; folder: where they are
+        made."""
+        self.simulated = isinstance(video, Simulation)
         self.video, self.out, self.folder = video, out, folder
         self.frames = 0
         self.position = 0  # ns in the video, end of the newest frame
@@ -64,7 +77,7 @@ class Job:
         self._failure = None
         self._started = 0.0
         self._ending = False
-        if lacks_index(video):
+        if not self.simulated and lacks_index(video):
             raise Failure(no_index(video))
         self._build(properties)
 
@@ -86,15 +99,16 @@ class Job:
 
     def _build(self, properties):
         self.pipeline = Gst.Pipeline.new()
-        source = self._make("filesrc", location=str(self.video))
-        self.decode = self._make("decodebin")
         self.track = self._make("csdtrack")
         for name, value in PRESET.items():
             Gst.util_set_object_arg(self.track, name, value)
         for assignment in properties:
             set_checked(self.track, *assignment.split("=", 1))
+        if self.simulated:
+            self._simulate()
+        else:
+            self._decode()
         tee = self._make("tee")
-        self._chain(source, self.decode)
         self._chain(self.track, tee)
 
         # Four frames are enough for the threads to overlap; more would only hold memory.
@@ -110,17 +124,41 @@ class Job:
         sink = self._make("filesink", location=str(self.folder / "overlay.mp4"), async_=False)
         self._chain(tee, self._make("queue", max_size_buffers=4), self.crop, self._make("videoconvert"),
                     self._make("videoscale"), self.size, upright, encoder, self._make("queue"), self.mux, sink)
-        for name, caps in (("tracks.jsonl", "application/x-ndjson"), ("tracks.csv", "text/csv")):
+        texts = [("tracks.jsonl", "track", "application/x-ndjson"), ("tracks.csv", "track", "text/csv")]
+        if self.simulated:
+            texts.append(("truth.jsonl", "truth", "application/x-ndjson"))
+        for name, role, caps in texts:
             sink = self._make("filesink", location=str(self.folder / name), async_=False)
             Gst.util_set_object_arg(sink, "buffer-mode", "unbuffered")
-            self._chain(tee, self._make("queue", max_size_buffers=4), self._make("csdtrackenc"),
+            writer = self._make("csdtrackenc")
+            Gst.util_set_object_arg(writer, "role", role)
+            self._chain(tee, self._make("queue", max_size_buffers=4), writer,
                         self._make("capsfilter", caps=Gst.Caps.from_string(caps)), sink)
 
-        self.decode.connect("autoplug-continue", self._decode_further)
-        self.decode.connect("pad-added", self._stream)
-        self.decode.connect("no-more-pads", self._streams_known)
         self.track.get_static_pad("sink").add_probe(Gst.PadProbeType.EVENT_DOWNSTREAM, self._event)
         self.track.get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER, self._frame)
+
+    def _simulate(self):
+        """The points to track, or how many to look for, are the truth's, and csdtrack has them from there."""
+        source = self._make("csdsimsrc")
+        for assignment in self.video.settings:
+            set_checked(source, *assignment.split("=", 1))
+        points = self.track.get_property("points")
+        source.set_property("points", "" if points == "truth" else points)
+        source.set_property("features", self.track.get_property("max-features"))
+        self.track.set_property("points", "truth")
+        caps = Gst.Caps.from_string(SIMULATED)
+        _known, over, under = caps.get_structure(0).get_fraction("framerate")
+        self.duration = Gst.util_uint64_scale(source.get_property("num-buffers"), under * Gst.SECOND, over)
+        self._chain(source, self._make("capsfilter", caps=caps), self.track)
+        self._feeds.append(self.track.get_static_pad("sink"))
+
+    def _decode(self):
+        source, decode = self._make("filesrc", location=str(self.video)), self._make("decodebin")
+        self._chain(source, decode)
+        decode.connect("autoplug-continue", self._decode_further)
+        decode.connect("pad-added", self._stream)
+        decode.connect("no-more-pads", self._streams_known)
 
     def _decode_further(self, _decodebin, _pad, caps):
         """False where the sound, once parsed, can be copied into the mp4 as it is."""
@@ -293,7 +331,7 @@ class Job:
         name = factory.get_name() if factory else ""
         text = explain(self.video, self.out, self.track.get_factory().get_name(), name, error, debug or "",
                        self._missing)
-        ours = name in ("filesink", "mp4mux", "x264enc", "csdtrack", "csdtrackenc")
+        ours = name in ("filesink", "mp4mux", "x264enc", "csdsimsrc", "csdtrack", "csdtrackenc")
         if self.frames > 0 and not ours:
             self._end(f"'{self.video}' is damaged from frame {self.frames} on ({error.message.rstrip('.')}): "
                       "the tracks end there")
@@ -397,7 +435,7 @@ def explain(video, out, tracker, element, error, debug, missing):
         return f"can't write into '{out}' ({why}): make room or give another OUT"
     if element == "filesrc":
         return f"'{video}' can't be read ({error.message.rstrip('.')}): check the file and its disk"
-    if element in (tracker, "csdtrackenc"):
+    if element in (tracker, "csdsimsrc", "csdtrackenc"):
         return f"{element}: {error.message}"
     if element == "qtdemux" and ("moov" in debug or "incomplete" in error.message):
         return no_index(video)

@@ -4,14 +4,17 @@
 
 import csv
 import json
+import math
 import os
 import pathlib
 import re
 import signal
+import statistics
 import struct
 import subprocess
 import sys
 import tempfile
+import time
 import traceback
 
 import numpy as np
@@ -42,6 +45,7 @@ def command(*arguments):
 
 
 RESULTS = ["overlay.mp4", "preview.png", "tracks.csv", "tracks.jsonl"]
+SIMULATED = [*RESULTS, "truth.jsonl"]
 ENVIRONMENT = dict(os.environ, CSDTRACK_BUILD=str(BUILD))
 
 
@@ -71,6 +75,12 @@ def tracked(video, out, frames, *options):
     """Runs quickstart and checks what every run must leave. Returns what it printed."""
     done = quickstart(*options, video, out)
     assert done.returncode == 0, done.stderr
+    assert done.stderr.splitlines()[0] == f"tracking {video.name}", done.stderr
+    check_results(out, frames, done, RESULTS)
+    return done
+
+
+def check_results(out, frames, done, results):
     lines = (out / "tracks.jsonl").read_text().splitlines()
     assert len(lines) == frames, f"{len(lines)} lines for {frames} frames"
     assert [json.loads(line)["frame"] for line in lines] == list(range(frames))
@@ -78,15 +88,43 @@ def tracked(video, out, frames, *options):
         rows = list(csv.DictReader(file))
     of_json = [(f["id"], f["state"]) for line in lines for f in json.loads(line)["features"]]
     assert [(int(r["id"]), r["state"]) for r in rows] == of_json
-    assert done.stderr.splitlines()[0] == f"tracking {video.name}", done.stderr
     streams = probe(out / "overlay.mp4", "-show_streams")["streams"]
     videos = [s for s in streams if s["codec_type"] == "video"]
     assert [s["codec_name"] for s in videos] == ["h264"] and int(videos[0]["nb_frames"]) == frames, videos
-    assert sorted(contents(out)) == RESULTS
+    assert sorted(contents(out)) == results
     assert (out / "preview.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
-    for word in ("frames", "features", "p50", "p95", "overlay.mp4", "tracks.jsonl", "tracks.csv", "preview.png"):
+    for word in ("frames", "features", "p50", "p95", *results):
         assert word in done.stdout, f"{word} is not in: {done.stdout}"
-    return done
+
+
+def simulated(out, frames, *options):
+    """Runs quickstart without a video and checks what it leaves. Returns what it printed, tracks and truth."""
+    done = quickstart("--frames", frames, "--simulate", *options, out)
+    assert done.returncode == 0, done.stderr
+    check_results(out, frames, done, SIMULATED)
+    tracks, truth = ([json.loads(line) for line in (out / name).read_text().splitlines()]
+                     for name in ("tracks.jsonl", "truth.jsonl"))
+    assert {line["role"] for line in tracks} == {"track"} and {line["role"] for line in truth} == {"truth"}
+    assert [(t["frame"], t["pts"], t["width"], t["height"]) for t in tracks] == [
+        (i, i * 40_000_000, 640, 480) for i in range(frames)]
+    assert [(t["frame"], t["pts"]) for t in truth] == [(t["frame"], t["pts"]) for t in tracks]
+    return done.stdout, tracks, truth
+
+
+def score(tracks, truth, most):
+    """Sensitivity, 1−precision, both in per cent and means over the frames, and the median error, as in docs/metrics.md."""
+    sensitivity, false, errors = [], [], []
+    for claims, truths in zip(tracks, truth):
+        claimed = {f["id"]: (f["x"], f["y"]) for f in claims["features"] if f["state"] in ("learning", "tracked")}
+        seen = {f["id"]: (f["x"], f["y"]) for f in truths["features"] if f["state"] == "tracked"}
+        off = [math.dist(claimed[i], seen[i]) for i in claimed.keys() & seen.keys()]
+        right = sum(distance <= most for distance in off)
+        errors += off
+        if seen:
+            sensitivity.append(100 * right / len(seen))
+        if claimed:
+            false.append(100 * (len(claimed) - right) / len(claimed))
+    return statistics.mean(sensitivity), statistics.mean(false), statistics.median(errors)
 
 
 def contents(out):
@@ -191,6 +229,90 @@ def test_interrupted(tmp):
     assert 0 < len(lines) < 1500 and f"frames      {len(lines)} " in out, out
     video = probe(tmp / "out" / "overlay.mp4", "-count_frames", "-show_streams")["streams"][0]
     assert int(video["nb_read_frames"]) == len(lines)
+
+
+def test_simulation(tmp):
+    # Tools come soon: some points are hidden, and Lucas–Kanade takes some of these for seen.
+    out, tracks, truth = simulated(tmp / "out", 60, "mixed", "--algorithm", "lk")
+    at_first = [(f["id"], f["x"], f["y"], f["state"]) for f in truth[0]["features"]]
+    assert len(at_first) == 50 and {state for *_, state in at_first} == {"tracked"}
+    assert [(f["id"], f["x"], f["y"], f["state"]) for f in tracks[0]["features"]] == at_first
+    told = re.search(r"^sensitivity +([\d.]+)% .* 5 px\n1−precision +([\d.]+)% .*\nerror +([\d.]+) px ", out, re.M)
+    assert told, out
+    expected = score(tracks, truth, 5)
+    assert 0 < expected[0] < 100 and 0 < expected[1] < 100 and expected[2] > 0.005, expected
+    for number, value, digits in zip(map(float, told.groups()), expected, (1, 1, 2)):
+        assert abs(number - value) <= 0.51 * 10**-digits + 0.001, (told.groups(), expected)
+
+
+def test_simulation_by_seed_and_scenario(tmp):
+    ways = [("zoom",), ("zoom",), ("zoom", "--seed", "2"), ("deformation",)]
+    outs = [tmp / str(i) for i in range(len(ways))]
+    for out, way in zip(outs, ways):
+        simulated(out, 3, *way, "--max-features", "5")
+    for name in ("tracks.csv", "truth.jsonl", "overlay.mp4"):
+        once, again, seed, scenario = ((out / name).read_bytes() for out in outs)
+        if name != "overlay.mp4":  # which has its date in it
+            assert once == again, name
+        assert len({once, seed, scenario}) == 3, name
+
+
+def test_simulation_of_given_points(tmp):
+    out, tracks, truth = simulated(tmp / "out", 3, "deformation", "--points", "320,240;200.5,120.25", "--algorithm", "lk")
+    for line in (tracks[0], truth[0]):
+        assert [(f["id"], f["x"], f["y"]) for f in line["features"]] == [(0, 320, 240), (1, 200.5, 120.25)], line
+    assert re.search(r"^sensitivity +100\.0%", out, re.M), out
+    assert re.search(r"^1−precision +0\.0%", out, re.M), out
+
+
+def test_simulation_without_points(tmp):
+    out, *_ = simulated(tmp / "out", 2, "deformation", "--max-features", "0")
+    assert "max-features is 0" in out and re.search(r"^score +none: \S", out, re.M), out
+
+
+def test_simulation_by_default(tmp):
+    done = subprocess.run(command("--frames", "2", "--max-features", "3"), capture_output=True, text=True, env=ENVIRONMENT,
+                          stdin=subprocess.DEVNULL, timeout=300, cwd=tmp)
+    assert done.returncode == 0 and "scenario=mixed, seed=1" in done.stderr, done.stderr
+    check_results(tmp / "csdtrack-simulated", 2, done, SIMULATED)
+
+
+def test_simulation_interrupted(tmp):
+    with subprocess.Popen(command("--simulate", "mixed", "--frames", "2000", "--algorithm", "lk", tmp / "out"),
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                          env=ENVIRONMENT) as run:
+        while not any(path.stat().st_size for path in tmp.glob("out/.unfinished-*/truth.jsonl")):
+            assert run.poll() is None, run.stderr.read()
+            time.sleep(0.05)
+        run.send_signal(signal.SIGINT)
+        out, err = run.communicate(timeout=300)
+    assert run.returncode == 0 and "ended early" in err and "100 %" not in err, err
+    assert sorted(contents(tmp / "out")) == SIMULATED
+    tracks, truth = ((tmp / "out" / name).read_text().splitlines() for name in ("tracks.jsonl", "truth.jsonl"))
+    assert 0 < len(tracks) == len(truth) < 2000 and re.search(r"^sensitivity +\d", out, re.M), out
+
+
+def test_simulation_refused(tmp):
+    for options, code, word in ((("--frames", "0"), 2, "--frames"), (("--frames", "x"), 2, "--frames"),
+                                (("--seed", "x"), 1, "seed"), (("--simulate", "magic"), 1, "mixed"),
+                                (("--points", "1;2"), 1, "points"), (("--simulate",), 2, "--simulate"),
+                                (("--simulate", "zoom", tmp / "a.mkv", tmp / "out"), 2, "OUT")):
+        done = subprocess.run(command(*options), capture_output=True, text=True, env=ENVIRONMENT,
+                              stdin=subprocess.DEVNULL, timeout=300, cwd=tmp)
+        assert done.returncode == code and word in done.stderr and "Traceback" not in done.stderr, (options, done.stderr)
+    ffmpeg(*picture(seconds=0.2), "-c:v", "ffv1", tmp / "a.mkv")
+    for option in ("--frames", "--seed"):
+        done = quickstart(option, "3", tmp / "a.mkv", tmp / "out")
+        assert done.returncode == 2 and option in done.stderr, done.stderr
+    assert sorted(contents(tmp)) == ["a.mkv"]
+
+
+def test_video_leaves_truth_alone(tmp):
+    ffmpeg(*picture(seconds=0.2), "-c:v", "ffv1", tmp / "a.mkv")
+    (tmp / "out").mkdir()
+    (tmp / "out" / "truth.jsonl").write_text("of the user")
+    assert quickstart("--algorithm", "lk", tmp / "a.mkv", tmp / "out").returncode == 0
+    assert (tmp / "out" / "truth.jsonl").read_text() == "of the user"
 
 
 def test_given_points(tmp):
@@ -366,7 +488,7 @@ def test_properties(_tmp):
     done = quickstart("--properties")
     assert done.returncode == 0 and not done.stderr, done.stderr
     heads = {line.split()[0]: line for line in done.stdout.splitlines() if not line.startswith(" ")}
-    for name, values, default in (("algorithm", "csd-2012 | lk", "csd-2012"), ("max-features", "0 to 10000", "50"),
+    for name, values, default in (("algorithm", "csd-2012 | lk | ms1 | ms2 | sift", "csd-2012"), ("max-features", "0 to 10000", "50"),
                                   ("points", "text", "empty"), ("attach-roi", "true | false", "false"),
                                   ("learning", "async | sync", "async; quickstart: sync")):
         assert heads[name].split(None, 1)[1] == f"{values}  (default: {default})", heads[name]
@@ -378,7 +500,6 @@ def test_properties(_tmp):
 
 def test_help_and_wrong_use(tmp):
     assert quickstart("--help").returncode == 0 and "usage:" in quickstart("--help").stdout
-    assert quickstart().returncode == 2
     assert quickstart("--no-such-option", tmp).returncode == 2
 
 
