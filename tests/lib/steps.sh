@@ -91,7 +91,8 @@ step_quickstart() { meson_tests quickstart "$root/build" --suite=quickstart; }
 step_leaks() { meson_tests leaks "$root/build" --setup=leaks --suite=check; }
 
 step_asan() {
-  check 'build with ASan and UBSan' sanitized_build "$root/build-asan" address,undefined || return
+  # The programs are tests/long's: building them again costs a third of the time.
+  check 'build with ASan and UBSan' sanitized_build "$root/build-asan" address,undefined '' "${programs:-disabled}" || return
   meson_tests asan "$root/build-asan" --setup=asan --no-suite=quickstart
 }
 
@@ -100,9 +101,9 @@ step_tsan() {
   meson_tests tsan "$root/build-tsan" --setup=tsan --suite=tsan-short
 }
 
-sanitized_build() {  # DIR SANITIZERS [TARGET]
+sanitized_build() {  # DIR SANITIZERS [TARGET] [PROGRAMS: enabled or disabled]
   CC=$gcc_cc CXX=$gcc_cxx configure "$1" -Dtests=enabled -Dbenchmarks=disabled -Db_sanitize="$2" -Db_lundef=false \
-    -Dbuildtype=debugoptimized && build_in "$1" ${3:+"$3"}
+    -Dbuildtype=debugoptimized -Dprograms="${4:-disabled}" -Dpeers=disabled && build_in "$1" ${3:+"$3"}
 }
 
 step_clang() {
