@@ -14,6 +14,8 @@
  *   and as `streamheader` in the caps; again after a flush, where filesink starts its file anew
  * * `text/x-raw,format=utf8`: the line of JSON without its newline, for a subtitle track
  *
+ * With `role=truth` it writes the ground truth that csdsimsrc attached, in the same forms, for csd-score.
+ *
  * There is one buffer per frame, with the frame's timestamp and duration. A frame without tracks gives an empty list
  * in JSON and an empty buffer, flagged GAP, in CSV. docs/metadata.md describes all fields.
  *
@@ -65,6 +67,9 @@ GST_DEBUG_CATEGORY_STATIC(csd_track_enc_debug);
 
 namespace {
 
+/// Whose word is written.
+enum class Role { track, truth };
+
 enum class Format { ndjson, csv, text };
 
 struct Offer {
@@ -99,10 +104,11 @@ struct _GstCsdTrackEnc {
   GstPad *sinkpad;
   GstPad *srcpad;
   gchar *source;  ///< never null; under the object lock
+  Role role;      ///< likewise
   Stream *stream;
 };
 
-enum { PROP_0, PROP_SOURCE };
+enum { PROP_0, PROP_ROLE, PROP_SOURCE };
 
 static GstStaticPadTemplate sink_template =
     GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS, GST_STATIC_CAPS("video/x-raw(ANY)"));
@@ -114,6 +120,15 @@ G_DEFINE_TYPE_WITH_CODE(GstCsdTrackEnc, gst_csd_track_enc, GST_TYPE_ELEMENT,
                         GST_DEBUG_CATEGORY_INIT(csd_track_enc_debug, "csdtrackenc", 0, "tracks as text"))
 GST_ELEMENT_REGISTER_DEFINE_WITH_CODE(csdtrackenc, "csdtrackenc", GST_RANK_NONE, GST_TYPE_CSD_TRACK_ENC,
                                       csd::register_track_metas())
+
+static GType role_type() {
+  static const GEnumValue values[] = {
+      {static_cast<int>(Role::track), "What csdtrack found (GstCsdTrackMeta)", "track"},
+      {static_cast<int>(Role::truth), "What a simulator knows (GstCsdTruthMeta)", "truth"},
+      {0, nullptr, nullptr}};
+  static const GType type = g_enum_register_static("GstCsdTrackEncRole", values);
+  return type;
+}
 
 // --- negotiation -----------------------------------------------------------------------------------------------------
 
@@ -210,10 +225,13 @@ static void lay_crop(csd::FrameRecord &record, GstBuffer *frame) {
 static void write_frame(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
   GST_OBJECT_LOCK(self);
   const StringPtr source(g_strdup(self->source), g_free);
+  const bool truth = self->role == Role::truth;
   GST_OBJECT_UNLOCK(self);
 
   csd::FrameRecord record;
-  record.tracks = gst_buffer_get_csd_tracks(frame, GST_CSD_TRACK_META_NAME, source.get());
+  record.tracks =
+      gst_buffer_get_csd_tracks(frame, truth ? GST_CSD_TRUTH_META_NAME : GST_CSD_TRACK_META_NAME, source.get());
+  if (truth) record.role = "truth";
   lay_crop(record, frame);
   record.width = stream.width;
   record.height = stream.height;
@@ -390,26 +408,39 @@ static GstStateChangeReturn gst_csd_track_enc_change_state(GstElement *element, 
 
 static void gst_csd_track_enc_set_property(GObject *object, guint id, const GValue *value, GParamSpec *pspec) {
   auto *self = GST_CSD_TRACK_ENC(object);
-  if (id != PROP_SOURCE) {
-    G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, pspec);
-    return;
+  switch (id) {
+    case PROP_ROLE:
+      GST_OBJECT_LOCK(self);
+      self->role = static_cast<Role>(g_value_get_enum(value));
+      GST_OBJECT_UNLOCK(self);
+      break;
+    case PROP_SOURCE: {
+      gchar *source = g_value_dup_string(value);
+      if (!source) source = g_strdup("");
+      GST_OBJECT_LOCK(self);
+      std::swap(self->source, source);
+      GST_OBJECT_UNLOCK(self);
+      g_free(source);
+      break;
+    }
+    default:
+      G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, pspec);
   }
-  gchar *source = g_value_dup_string(value);
-  if (!source) source = g_strdup("");
-  GST_OBJECT_LOCK(self);
-  std::swap(self->source, source);
-  GST_OBJECT_UNLOCK(self);
-  g_free(source);
 }
 
 static void gst_csd_track_enc_get_property(GObject *object, guint id, GValue *value, GParamSpec *pspec) {
   auto *self = GST_CSD_TRACK_ENC(object);
-  if (id != PROP_SOURCE) {
-    G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, pspec);
-    return;
-  }
   GST_OBJECT_LOCK(self);
-  g_value_set_string(value, self->source);
+  switch (id) {
+    case PROP_ROLE:
+      g_value_set_enum(value, static_cast<int>(self->role));
+      break;
+    case PROP_SOURCE:
+      g_value_set_string(value, self->source);
+      break;
+    default:
+      G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, pspec);
+  }
   GST_OBJECT_UNLOCK(self);
 }
 
@@ -429,6 +460,12 @@ static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
   element_class->change_state = GST_DEBUG_FUNCPTR(gst_csd_track_enc_change_state);
 
   g_object_class_install_property(
+      object_class, PROP_ROLE,
+      g_param_spec_enum(
+          "role", "Role", "Whether what was tracked is written, or the ground truth that a simulator attached",
+          role_type(), static_cast<int>(Role::track),
+          static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
+  g_object_class_install_property(
       object_class, PROP_SOURCE,
       g_param_spec_string(
           "source", "Source",
@@ -436,6 +473,7 @@ static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
           "(empty = the one that tracked last)",
           "", static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
 
+  gst_type_mark_as_plugin_api(role_type(), static_cast<GstPluginAPIFlags>(0));
   gst_element_class_add_static_pad_template(element_class, &sink_template);
   gst_element_class_add_static_pad_template(element_class, &src_template);
   gst_element_class_set_static_metadata(element_class, "Track encoder", "Codec/Encoder/Metadata",
@@ -445,6 +483,7 @@ static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
 
 static void gst_csd_track_enc_init(GstCsdTrackEnc *self) {
   self->source = g_strdup("");
+  self->role = Role::track;
   self->stream = new Stream();
 
   self->sinkpad = gst_pad_new_from_static_template(&sink_template, "sink");

@@ -182,6 +182,32 @@ GST_START_TEST(test_names_are_escaped) {
 }
 GST_END_TEST;
 
+GST_START_TEST(test_role) {
+  Harness harness;
+  GstBuffer *both = tracked_frame(0, "tracker");
+  attach(both, "simulator", 3, 64, 48, 5.5, 6.25, GST_CSD_TRUTH_META_NAME);
+  harness.push(gst_buffer_ref(both));
+  Json json = parse(harness.pull());
+  fail_unless_equals_string(json_object_get_string_member(object(json), "role"), "track");
+  fail_unless_equals_string(json_object_get_string_member(object(json), "source"), "tracker");
+
+  gst_util_set_object_arg(G_OBJECT(harness.h->element), "role", "truth");
+  harness.push(both);
+  json = parse(harness.pull());
+  fail_unless_equals_string(json_object_get_string_member(object(json), "role"), "truth");
+  fail_unless_equals_string(json_object_get_string_member(object(json), "source"), "simulator");
+  fail_unless_equals_int(json_object_get_int_member(object(json), "frame"), 3);
+  JsonObject *feature = json_array_get_object_element(json_object_get_array_member(object(json), "features"), 0);
+  fail_unless_equals_float(json_object_get_double_member(feature, "x"), 5.5);
+  fail_unless_equals_float(json_object_get_double_member(feature, "y"), 6.25);
+
+  harness.push(tracked_frame(1, "tracker"));  // no truth on it
+  json = parse(harness.pull());
+  fail_unless_equals_string(json_object_get_string_member(object(json), "role"), "truth");
+  fail_unless(json_object_get_null_member(object(json), "frame"));
+}
+GST_END_TEST;
+
 GST_START_TEST(test_source) {
   const auto written = [](const char *source) {
     Harness harness;
@@ -373,6 +399,7 @@ static Suite *csdtrackenc_suite() {
   tcase_add_test(tc, test_times_follow_the_segment);
   tcase_add_test(tc, test_reference_timestamp);
   tcase_add_test(tc, test_names_are_escaped);
+  tcase_add_test(tc, test_role);
   tcase_add_test(tc, test_source);
   tcase_add_test(tc, test_csv);
   tcase_add_test(tc, test_csv_header_without_frames_and_after_flush);

@@ -26,8 +26,9 @@ class Label(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         read, write = os.pipe()
-        cls.server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
-                                      pass_fds=[write], stderr=subprocess.DEVNULL)
+        # Without -noreset the server closes all connections when its last client leaves: xdotool, just as csd-label comes.
+        cls.server = subprocess.Popen(["Xvfb", "-noreset", "-displayfd", str(write), "-screen", "0", "1280x800x24",
+                                       "-nolisten", "tcp"], pass_fds=[write], stderr=subprocess.DEVNULL)
         os.close(write)
         with os.fdopen(read) as display:
             cls.display = ":" + display.readline().strip()
@@ -53,9 +54,14 @@ class Label(unittest.TestCase):
         self.addCleanup(self.program.stdout.close)
         self.addCleanup(self.program.stderr.close)
         self.addCleanup(self.program.kill)
-        self.window = until("the window", lambda: self.xdotool("search", "--onlyvisible", "--name", "^csd-label").split())[-1]
+        self.window = until("the window", self.windows)[-1]
         # There is no window manager that would give it the keyboard.
         self.xdotool("windowfocus", self.window)
+
+    def windows(self):
+        if self.program.poll() is not None:
+            raise AssertionError(f"csd-label ended with {self.program.returncode}: {self.program.stderr.read()}")
+        return self.xdotool("search", "--onlyvisible", "--name", "^csd-label").split()
 
     def xdotool(self, *arguments):
         return subprocess.run(["xdotool", *map(str, arguments)], env=self.environment, capture_output=True, text=True).stdout

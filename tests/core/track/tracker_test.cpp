@@ -9,7 +9,6 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <opencv2/imgproc.hpp>
 #include <thread>
 
@@ -18,39 +17,6 @@
 
 namespace csd {
 namespace {
-
-class TrackerLife : public testing::Test {
- protected:
-  TrackerLife() {
-    script = &script_;
-    cv::Mat noise(240, 320, CV_8UC1);
-    cv::RNG rng(7);
-    rng.fill(noise, cv::RNG::UNIFORM, 40, 220);
-    cv::GaussianBlur(noise, texture_, {0, 0}, 3);
-    cv::normalize(texture_, texture_, 40, 220, cv::NORM_MINMAX);
-  }
-  const Tracks &next(Tracker &tracker) { return next(tracker, texture_); }
-  const Tracks &next(Tracker &tracker, const cv::Mat &gray) {
-    const auto &tracks = tracker.process(MovingScene::gray_view(gray), pts_, second / 25);
-    pts_ += second / 25;
-    return tracks;
-  }
-  static const Feature *find(const Tracks &tracks, FeatureId id) {
-    for (const auto &f : tracks.features)
-      if (f.id == id) return &f;
-    return nullptr;
-  }
-  static Settings with_points(std::vector<cv::Point2d> points) {
-    Settings settings;
-    settings.points = std::move(points);
-    return settings;
-  }
-
-  Script script_;
-  NoExecutor executor_;
-  cv::Mat texture_;
-  std::int64_t pts_ = 0;
-};
 
 TEST_F(TrackerLife, GivenPointsHaveIdsInTheirOrderAndAPointOutsideIsOut) {
   Tracker tracker(with_points({{10, 20}, {400, 20}, {30.25, 40.5}}), executor_);
