@@ -34,7 +34,7 @@ def to_file(path):
 
 def description(sequence, seed, folder):
     """One source, a tee, a branch for the truth, one for each tracker of the plugin, one for csd-peers."""
-    branches = ["fakesink name=truth async=false",
+    branches = [f"csdtrackenc role=truth ! {to_file(folder / 'truth.jsonl')}",
                 f"y4menc ! {to_file(folder / 'video.y4m')}"]
     # content-area=full: all of the simulated picture is tissue. One learner: the other core has another run.
     branches += [f"csdtrack name={name} algorithm={name} points=truth learning=sync n-threads=1 content-area=full "
@@ -50,8 +50,6 @@ def render(sequence, seed, folder, progress):
     """Plays the pipeline to its end. Returns csdtrack's stats by tracker."""
     pipeline = Gst.parse_launch(description(sequence, seed, folder))
     bus = pipeline.get_bus()
-    import truth_probe
-    truth_probe.attach(pipeline.get_by_name("truth").get_static_pad("sink"), folder / "truth.jsonl")
     trackers = {name: pipeline.get_by_name(name) for name in sequences.PLUGIN}
     pipeline.set_state(Gst.State.PLAYING)
     try:
