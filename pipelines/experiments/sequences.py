@@ -43,6 +43,7 @@ class Plan:
     slow_frames: int
     cost_features: int  # of Fig. 11
     cost_frames: int
+    published: bool
 
     def runs(self):
         """(sequence, seed), the longest first, so that no core idles at the end."""
@@ -81,15 +82,15 @@ def full(seeds):
     several = tuple(range(FIRST_SEED, FIRST_SEED + seeds))
     return Plan(tuple(
         Sequence(*kind, SIMULATION_FEATURES, 4000, (FIRST_SEED,)) if kind[0] == "simulation"
-        else Sequence(*kind, FEATURES, 500, several) for kind in KINDS), 10, 250, 10, 100)
+        else Sequence(*kind, FEATURES, 500, several) for kind in KINDS), 10, 250, 10, 100, True)
 
 
 def quick(seeds):
     """Shows that everything works, and says little of how well."""
     several = tuple(range(FIRST_SEED, FIRST_SEED + seeds))
     return Plan(tuple(
-        Sequence(*kind, 12, 60, (FIRST_SEED,)) if kind[0] == "simulation"
-        else Sequence(*kind, 8, 30, several) for kind in KINDS), 2, 10, 1, 20)
+        Sequence(*kind, 12, 40, (FIRST_SEED,)) if kind[0] == "simulation"
+        else Sequence(*kind, 8, 24, several) for kind in KINDS), 2, 10, 1, 30, False)
 
 
 PLANS = {"full": full, "quick": quick}
