@@ -104,11 +104,13 @@ def draw(plan, found, folder):
         old.unlink()
     simulation = plan.sequence("simulation")
     figures.over_time(folder / "fig7.svg", [simulation], found.simulation.by_frame, sequences.PAPER_ORDER)
-    zoom = figures.Panel("simulation, its first 100 frames", "frame", "sensitivity")
-    for tracker in sequences.PAPER_ORDER:
-        frames = found.simulation.by_frame(simulation, tracker, "sensitivity_by_frame")
-        zoom.add(tracker, figures.STYLES[tracker], figures.binned([f[:100] for f in frames], 1))
-    figures.draw(folder / "fig7-start.svg", [zoom], 1)
+    panels = []
+    for measure, label in figures.BY_FRAME:
+        panels.append(figures.Panel("simulation, its first 100 frames", "frame", label))
+        for tracker in sequences.PAPER_ORDER:
+            frames = found.simulation.by_frame(simulation, tracker, measure)
+            panels[-1].add(tracker, figures.STYLES[tracker], figures.binned([f[:100] for f in frames], 1))
+    figures.draw(folder / "fig7-start.svg", panels, 2)
     groups = [("simulation", found.simulation)]
     for name, scores in found.tables.items():
         figures.over_time(folder / f"{FIGURES[name][0]}.svg", plan.of_table(name), scores.by_frame, sequences.PAPER_ORDER)

@@ -9,6 +9,7 @@ import builds
 # Dash pattern and colour; thick is the paper's own tracker.
 STYLES = {"csd-2012": "dt 1 lw 2.5 lc rgb '#1b7837'", "sift": "dt 2 lw 1.5 lc rgb '#b2182b'", "lk": "dt 1 lw 1.2 lc rgb '#2166ac'",
           "ms1": "dt 3 lw 1.5 lc rgb '#000000'", "ms2": "dt 4 lw 1.5 lc rgb '#4393c3'"}
+BY_FRAME = (("sensitivity_by_frame", "sensitivity"), ("k_by_frame", "K = 1 − precision"))
 BIN = 10  # frames that a point of a curve averages
 
 
@@ -25,7 +26,7 @@ def binned(curves, width=BIN):
 
 
 class Panel:
-    def __init__(self, title, xlabel, ylabel, settings="set yrange [0:1]"):
+    def __init__(self, title, xlabel, ylabel, settings="set yrange [0:1.03]"):
         self.title, self.xlabel, self.ylabel, self.settings = title, xlabel, ylabel, settings
         self.curves = []  # (name, style, [(x, y)])
 
@@ -40,12 +41,13 @@ def escaped(text):
 def draw(path, panels, columns):
     """Panels row by row, one key for all."""
     rows = math.ceil(len(panels) / columns)
-    script = [f'set terminal svg size {420 * columns},{230 * rows + 30} font "sans,11" background "#ffffff" enhanced',
+    script = [f'set terminal svg size {420 * columns},{230 * rows + 40} font "sans,11" background "#ffffff" enhanced',
               f'set output "{escaped(str(path))}"', "set encoding utf8", "set datafile missing '?'",
-              "set grid lt 1 lc rgb '#dddddd'", f"set multiplot layout {rows},{columns}"]
+              "set grid lt 1 lc rgb '#dddddd'",
+              f'set multiplot layout {rows},{columns} title " \\n "']  # the title's room is the key's
     for i, panel in enumerate(panels):
         script += [f'set title "{escaped(panel.title)}" noenhanced', f'set xlabel "{panel.xlabel}"', f'set ylabel "{panel.ylabel}"',
-                   "set autoscale", "unset logscale", panel.settings, "set key top right horizontal" if i == 0 else "unset key"]
+                   "set autoscale", "unset logscale", panel.settings, "set key at screen 0.5, screen 1 center top horizontal samplen 2" if i == 0 else "unset key"]
         for j, (_, _, points) in enumerate(panel.curves):
             rows_of = "\n".join(f"{x:g} {'?' if y is None else format(y, '.4f')}" for x, y in points)
             script.append(f"$c{i}_{j} << EOD\n{rows_of}\nEOD")
@@ -61,7 +63,7 @@ def over_time(path, sequences, frames_of, trackers):
     """A row for each sequence: sensitivity and K over the frames. frames_of(sequence, tracker, measure) gives a list a seed."""
     panels = []
     for sequence in sequences:
-        for measure, label in (("sensitivity_by_frame", "sensitivity"), ("k_by_frame", "K = 1 − precision")):
+        for measure, label in BY_FRAME:
             panel = Panel(sequence.title, "frame", label)
             for tracker in trackers:
                 panel.add(tracker, STYLES[tracker], binned(frames_of(sequence, tracker, measure)))
@@ -74,7 +76,7 @@ def over_threshold(path, groups, trackers):
     panels = []
     for title, curves in groups:
         for measure, label in (("sensitivity", "sensitivity"), ("k", "K = 1 − precision")):
-            panel = Panel(title, "τ, pixels", label, "set yrange [0:1]; set logscale x 2")
+            panel = Panel(title, "τ, pixels", label, "set yrange [0:1.03]; set logscale x 2")
             for tracker in trackers:
                 panel.add(tracker, STYLES[tracker], [(point["pixels"], point[measure]) for point in curves[tracker]])
             panels.append(panel)
