@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""The build that the experiments run: where it is, its programs, what made it."""
+
+import functools
+import hashlib
+import os
+import pathlib
+import platform
+import re
+import shutil
+import subprocess
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ.get("CSDTRACK_BUILD", ROOT / "build")).resolve()
+TARGETS = {"csd-score": "core/cli/csd-score", "csd-peers": "core/cli/peers/csd-peers",
+           "learning-cost": "tests/bench/learning-cost", "plugin": "gst/libgstcsdtrack.so"}
+
+
+class Failure(Exception):
+    """Says what went wrong, for the user."""
+
+
+def program(name):
+    return BUILD / TARGETS[name]
+
+
+def make(install):
+    """Installs what is missing, unless told not to, and builds. Raises Failure."""
+    script = '. "$root/pipelines/lib/setup.sh"; set -o pipefail\n'
+    if install:
+        script += "ensure_packages run test >&2 || exit 1\n"
+    script += f'{{ configure "$1" && ninja -C "$1" {" ".join(TARGETS.values())}; }} 2>&1'
+    done = subprocess.run(["bash", "-c", script, "paper", BUILD], env={**os.environ, "root": str(ROOT)}, stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, text=True)
+    if done.returncode:
+        raise Failure("the programs could not be built:\n" + "\n".join(done.stdout.splitlines()[-12:]))
+    for command in ("parallel", "gnuplot"):
+        if not shutil.which(command):
+            raise Failure(f"there is no {command}: install Debian's package {'gnuplot-nox' if command == 'gnuplot' else command}")
+
+
+def environment():
+    """Where GStreamer finds this build's plugin."""
+    plugins = os.pathsep.join(filter(None, (str(BUILD / "gst"), os.environ.get("GST_PLUGIN_PATH_1_0"))))
+    return {**os.environ, "GST_PLUGIN_PATH_1_0": plugins, "GST_REGISTRY": str(BUILD / "gst-registry.bin")}
+
+
+@functools.cache
+def fingerprint(name):
+    return hashlib.sha256(program(name).read_bytes()).hexdigest()
+
+
+def identity(sequence, seed, plan):
+    """What a run depends on. A run of another identity is another run."""
+    return {"source": sequence.source(seed), "slow_features": plan.slow_features, "slow_frames": plan.slow_frames,
+            "plugin": fingerprint("plugin"), "csd-peers": fingerprint("csd-peers")}
+
+
+def output(*command):
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+
+
+def processor():
+    found = re.search(r"^model name\s*: (.*)$", pathlib.Path("/proc/cpuinfo").read_text(), re.M)
+    return f"{found[1] if found else platform.machine()}, {os.cpu_count()} threads"
+
+
+def versions():
+    """(what, which), for the report."""
+    return [("csdtrack", output("git", "describe", "--always", "--dirty", "--abbrev=10")),
+            ("GStreamer", output("pkg-config", "--modversion", "gstreamer-1.0")),
+            ("OpenCV", output("pkg-config", "--modversion", "opencv4")),
+            ("compiler", output("g++", "--version").splitlines()[0] if shutil.which("g++") else ""),
+            ("system", platform.freedesktop_os_release().get("PRETTY_NAME", "")),
+            ("processor", processor())]

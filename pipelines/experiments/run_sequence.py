@@ -1,0 +1,144 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""One run of pipelines/experiments/paper, which calls it: run_sequence.py full|quick SEEDS FOLDER SEQUENCE SEED.
+
+Renders the sequence once and feeds it to all trackers. In the folder, which is there only when all of it succeeded: truth.jsonl,
+TRACKER.jsonl and run.json. Says on standard output how far it is: SEQUENCE SEED SHARE.
+"""
+
+import itertools
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import time
+
+import builds
+import gi
+import sequences
+
+gi.require_version("Gst", "1.0")
+from gi.repository import Gst  # noqa: E402
+
+RENDERED = 0.85  # of a run's time: the plugin's trackers, which run while it is rendered; the rest are csd-peers
+# Frames wait for the slowest tracker, and few of them: a second of raw video each would fill the memory.
+QUEUE = "queue max-size-buffers=8 max-size-bytes=0 max-size-time=0"
+
+
+def to_file(path):
+    # async: nobody waits for a preroll, for sift answers a frame long after lk.
+    return f'filesink sync=false async=false location="{path}"'
+
+
+def description(sequence, seed, folder):
+    """One source, a tee, a branch for the truth, one for each tracker of the plugin, one for csd-peers."""
+    branches = [f"csdtrackenc role=truth ! {to_file(folder / 'truth.jsonl')}",
+                f"y4menc ! {to_file(folder / 'video.y4m')}"]
+    # content-area=full: all of the simulated picture is tissue. One learner: the other core has another run.
+    branches += [f"csdtrack name={name} algorithm={name} points=truth learning=sync n-threads=1 content-area=full "
+                 f"post-messages=none ! csdtrackenc ! {to_file(folder / (name + '.jsonl'))}" for name in sequences.PLUGIN]
+    return f"{sequence.source(seed)} ! tee name=t " + " ".join(f"t. ! {QUEUE} ! {branch}" for branch in branches)
+
+
+def structure_fields(structure):
+    return {structure.nth_field_name(i): structure.get_value(structure.nth_field_name(i)) for i in range(structure.n_fields())}
+
+
+def render(sequence, seed, folder, progress):
+    """Plays the pipeline to its end. Returns csdtrack's stats by tracker."""
+    pipeline = Gst.parse_launch(description(sequence, seed, folder))
+    bus = pipeline.get_bus()
+    trackers = {name: pipeline.get_by_name(name) for name in sequences.PLUGIN}
+    pipeline.set_state(Gst.State.PLAYING)
+    try:
+        while True:
+            message = bus.timed_pop_filtered(Gst.SECOND, Gst.MessageType.EOS | Gst.MessageType.ERROR | Gst.MessageType.WARNING)
+            if message is None:
+                done = min(t.get_property("stats").get_value("frames") for t in trackers.values())
+                progress(done / sequence.frames)
+            elif message.type == Gst.MessageType.EOS:
+                return {name: structure_fields(t.get_property("stats")) for name, t in trackers.items()}
+            else:
+                problem, debug = message.parse_error() if message.type == Gst.MessageType.ERROR else message.parse_warning()
+                raise builds.Failure(f"{message.src.get_path_string()}: {problem.message} {debug or ''}")
+    finally:
+        pipeline.set_state(Gst.State.NULL)
+
+
+def follow(name, options, folder):
+    """A rival on the rendered video. One thread: the other core has another run."""
+    command = [builds.program("csd-peers"), "-t", name, "-p", folder / "truth.jsonl", "-o", folder / f"{name}.jsonl", *options, "-"]
+    with open(folder / "video.y4m", "rb") as video:
+        done = subprocess.run(list(map(str, command)), stdin=video, capture_output=True, text=True,
+                              env={**os.environ, "OPENCV_FOR_THREADS_NUM": "1"})
+    if done.returncode:
+        raise builds.Failure(f"csd-peers --tracker {name}: {done.stderr.strip()}")
+
+
+def check(folder, sequence, plan):
+    """Each file has a line for each frame: a tracker that stopped early must not be scored as if it hadn't."""
+    for name, frames in {"truth": sequence.frames, **{t: sequence.frames for t in (*sequences.PLUGIN, *sequences.RIVALS)},
+                         **{t: min(plan.slow_frames, sequence.frames) for t in sequences.SLOW_RIVALS}}.items():
+        with open(folder / f"{name}.jsonl", "rb") as file:
+            lines = sum(1 for _ in file)
+        if lines != frames:
+            raise builds.Failure(f"{name} wrote {lines} lines for {frames} frames")
+
+
+def begun(tracks):
+    """The ids that trackers began with: what a tool hides in the first frame is nobody's."""
+    with open(tracks) as file:
+        return {feature["id"] for feature in json.loads(file.readline())["features"]}
+
+
+def select_truth(path, selected, ids, frames):
+    """The truth of these features in the first frames, for csd-score, which wants tracks of all that it knows."""
+    with open(path) as truth, open(selected, "w") as out:
+        for line in itertools.islice(truth, frames):
+            line = json.loads(line)
+            line["features"] = [feature for feature in line["features"] if feature["id"] in ids]
+            out.write(json.dumps(line, separators=(",", ":")) + "\n")
+
+
+def run(plan, sequence, seed, folder):
+    def progress(share):
+        print(sequence.name, seed, f"{share:.4f}", flush=True)
+
+    unfinished = folder.with_name(f".unfinished-{folder.name}")
+    shutil.rmtree(unfinished, ignore_errors=True)
+    unfinished.mkdir(parents=True)
+    began = time.monotonic()
+    stats = render(sequence, seed, unfinished, lambda share: progress(RENDERED * share))
+    slow = ["--features", plan.slow_features, "--frames", plan.slow_frames]
+    rivals = [(name, []) for name in sequences.RIVALS] + [(name, slow) for name in sequences.SLOW_RIVALS]
+    for i, (name, options) in enumerate(rivals):
+        follow(name, options, unfinished)
+        progress(RENDERED + (1 - RENDERED) * (i + 1) / len(rivals))
+    (unfinished / "video.y4m").unlink()
+    check(unfinished, sequence, plan)
+    select_truth(unfinished / "truth.jsonl", unfinished / "truth-tracked.jsonl", begun(unfinished / "lk.jsonl"), sequence.frames)
+    select_truth(unfinished / "truth.jsonl", unfinished / "truth-slow.jsonl", begun(unfinished / "csrt.jsonl"), plan.slow_frames)
+    (unfinished / "truth.jsonl").unlink()
+    made = {"identity": builds.identity(sequence, seed, plan), "seconds": round(time.monotonic() - began, 1), "stats": stats}
+    (unfinished / "run.json").write_text(json.dumps(made, indent=1))
+    shutil.rmtree(folder, ignore_errors=True)  # of another build
+    unfinished.rename(folder)
+
+
+def main():
+    mode, seeds, folder, name, seed = sys.argv[1:]
+    plan = sequences.PLANS[mode](int(seeds))
+    sequence, seed = plan.sequence(name), int(seed)
+    Gst.init(None)
+    try:
+        run(plan, sequence, seed, pathlib.Path(folder) / f"{name}-{seed}")
+    except (builds.Failure, OSError) as failure:
+        print(f"{sequence.name}, seed {seed}: {failure}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

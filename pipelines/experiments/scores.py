@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What csd-score says of the runs."""
+
+import json
+import subprocess
+
+import builds
+import figures
+import running
+import sequences
+
+
+class Scores:
+    """Of some sequences, all their seeds: csd-score's JSON, by tracker."""
+
+    def __init__(self, out, kinds, trackers, truth="truth-tracked.jsonl"):
+        self.clips = [(s, seed) for s in kinds for seed in s.seeds]
+        arguments = []
+        for run in self.clips:
+            folder = running.folder_of(out, *run)
+            arguments += [folder / truth, *(folder / f"{t}.jsonl" for t in trackers)]
+        done = subprocess.run([builds.program("csd-score"), "--json", "--names", ",".join(trackers), *arguments],
+                              capture_output=True, text=True)
+        if done.returncode:
+            raise builds.Failure(f"csd-score: {done.stderr.strip()}")
+        self.all = json.loads(done.stdout)
+        self.trackers = {t["name"]: t for t in self.all["trackers"]}
+        self.comparisons = {c["a"]: c for c in self.all["comparisons"]}
+
+    def value(self, tracker, measure):
+        found = self.trackers[tracker][measure]
+        return found["value"] if isinstance(found, dict) else found
+
+    def by_frame(self, sequence, tracker, measure):
+        """A list for each seed."""
+        return [clip[measure] for (s, _), clip in zip(self.clips, self.trackers[tracker]["clips"]) if s is sequence]
+
+    def of_sequence(self, sequence, tracker, measure):
+        return figures.mean([clip[measure] for (s, _), clip in zip(self.clips, self.trackers[tracker]["clips"]) if s is sequence])
+
+    def part(self, sequence, tracker, measure, begin, end):
+        """Mean over frames begin·length to end·length and the seeds."""
+        return figures.mean([v for c in self.by_frame(sequence, tracker, measure)
+                             for v in c[round(begin * len(c)):round(end * len(c))]])
+
+
+class Findings:
+    """All scores of a plan."""
+
+    def __init__(self, plan, out):
+        fast = [*sequences.PLUGIN, *sequences.RIVALS]
+        slow = [*sequences.PLUGIN[:2], *sequences.SLOW_RIVALS]
+        self.simulation = Scores(out, [plan.sequence("simulation")], fast)
+        self.tables = {t: Scores(out, plan.of_table(t), fast) for t in ("table1", "table2", "table3")}
+        everything = [s for s in plan.sequences if s.table]
+        self.slow = Scores(out, everything, slow, "truth-slow.jsonl")
+        self.cost = running.read_learning_cost(out)

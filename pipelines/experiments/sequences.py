@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What the experiments run: the sequences of the paper's figures and tables, simulated, and the trackers."""
+
+import dataclasses
+
+WIDTH, HEIGHT, RATE = 640, 480, 25
+FIRST_SEED = 101  # 1 to 20 are for development: constants may have been chosen on them
+
+PLUGIN = ("csd-2012", "lk", "ms1", "ms2", "sift")  # csdtrack algorithm=...
+RIVALS = ("lk-fb", "lk-anchored", "still")  # csd-peers, as many features and frames as the others
+SLOW_RIVALS = ("csrt", "kcf", "medianflow")  # csd-peers, on some features and frames: csrt takes 12 ms for each
+PAPER_ORDER = ("lk", "ms1", "ms2", "sift", "csd-2012")  # the columns of its tables
+
+
+@dataclasses.dataclass(frozen=True)
+class Sequence:
+    """A kind of sequence; with a seed it is one video."""
+
+    name: str
+    title: str
+    figure: str  # of the paper, with the panels
+    table: str  # "table1"…; "": in a figure only
+    scenario: str
+    effects: str  # over the scenario's
+    style: str
+    features: int
+    frames: int
+    seeds: tuple
+
+    def source(self, seed):
+        """csdsimsrc and its caps, as gst-launch-1.0 takes them. I420, as decoders give it: every tracker sees the same bytes."""
+        effects = f' effects="{self.effects}"' if self.effects else ""
+        return (f"csdsimsrc scenario={self.scenario}{effects} style={self.style} seed={seed} features={self.features} "
+                f"num-buffers={self.frames} ! video/x-raw,format=I420,width={WIDTH},height={HEIGHT},framerate={RATE}/1")
+
+
+@dataclasses.dataclass(frozen=True)
+class Plan:
+    """All that is run, and the share of it that the slow rivals get."""
+
+    sequences: tuple
+    slow_features: int
+    slow_frames: int
+    cost_features: int  # of Fig. 11
+    cost_frames: int
+    published: bool
+
+    def runs(self):
+        """(sequence, seed), the longest first, so that no core idles at the end."""
+        return sorted(((s, seed) for s in self.sequences for seed in s.seeds), key=lambda run: -run[0].frames)
+
+    def sequence(self, name):
+        return next(s for s in self.sequences if s.name == name)
+
+    def of_table(self, table):
+        return [s for s in self.sequences if s.table == table]
+
+
+# name, title, figure, table, scenario, effects, style. The paper's sequences are described in its §3.1 and §3.2.
+KINDS = (
+    ("simulation", "simulation", "7", "", "deformation", "", "heart"),
+    ("strong-heart", "strongly beating heart", "8a–c", "table1", "deformation",
+     "heart-mild=0,heart-strong=1,specular=0.5,light=0.5", "heart"),
+    ("mild-heart", "mildly beating heart", "8d–f", "table1", "deformation", "specular=0.5,light=0.5", "heart"),
+    ("liver", "liver, breathing to and from the lamp", "8g–i", "table1", "deformation",
+     "heart-mild=0,liver=1,falloff=1,specular=0.3", "liver"),
+    ("few-occluded", "tools over the abdominal wall, few features occluded", "9a–c", "table2", "occlusion",
+     "tools=0.5,heart-mild=0,liver=0.7", "peritoneum"),
+    ("more-occluded", "tools over the liver, more features occluded", "9d–f", "table2", "occlusion",
+     "tools=1,heart-mild=0,liver=1", "liver"),
+    ("irrigation", "tools, blood and irrigation", "9g–i", "table2", "occlusion",
+     "tools=0.7,heart-mild=0,liver=0.7,blood=1,irrigation=1", "liver"),
+    ("rotation", "rotation", "10a–c", "table3", "rotation", "", "peritoneum"),
+    ("smoke", "smoke in two bursts", "10d–f", "table3", "smoke", "", "bowel"),
+    ("zoom", "scale", "10g–i", "table3", "zoom", "", "peritoneum"),
+)
+SIMULATION_FEATURES, FEATURES = 100, 50  # as in the paper: §3.1, §3.2
+
+
+def full(seeds):
+    """The published experiments: one seed of the simulation's 4000 frames, `seeds` of each other sequence."""
+    several = tuple(range(FIRST_SEED, FIRST_SEED + seeds))
+    return Plan(tuple(
+        Sequence(*kind, SIMULATION_FEATURES, 4000, (FIRST_SEED,)) if kind[0] == "simulation"
+        else Sequence(*kind, FEATURES, 500, several) for kind in KINDS), 10, 250, 10, 100, True)
+
+
+def quick(seeds):
+    """Shows that everything works, and says little of how well."""
+    several = tuple(range(FIRST_SEED, FIRST_SEED + seeds))
+    return Plan(tuple(
+        Sequence(*kind, 12, 40, (FIRST_SEED,)) if kind[0] == "simulation"
+        else Sequence(*kind, 8, 24, several) for kind in KINDS), 2, 10, 1, 30, False)
+
+
+PLANS = {"full": full, "quick": quick}
