@@ -47,7 +47,8 @@ def draw(path, panels, columns):
               f'set multiplot layout {rows},{columns} title " \\n "']  # the title's room is the key's
     for i, panel in enumerate(panels):
         script += [f'set title "{escaped(panel.title)}" noenhanced', f'set xlabel "{panel.xlabel}"', f'set ylabel "{panel.ylabel}"',
-                   "set autoscale", "unset logscale", panel.settings, "set key at screen 0.5, screen 1 center top horizontal samplen 2" if i == 0 else "unset key"]
+                   "set autoscale", "unset logscale", panel.settings,
+                   "set key at screen 0.5, screen 1 center top horizontal samplen 2" if i == 0 else "unset key"]
         for j, (_, _, points) in enumerate(panel.curves):
             rows_of = "\n".join(f"{x:g} {'?' if y is None else format(y, '.4f')}" for x, y in points)
             script.append(f"$c{i}_{j} << EOD\n{rows_of}\nEOD")
