@@ -6,9 +6,9 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
-#include <memory>
 #include <opencv2/highgui.hpp>
 
+#include "cli/command_line.h"
 #include "cli/label_session.h"
 #include "cli/label_view.h"
 #include "cli/video_frames.h"
@@ -20,17 +20,9 @@ constexpr char window_name[] = "csd-label";
 const cv::Size largest_picture(1500, 850);  ///< leaves room for the loupe on a full-HD screen
 constexpr double zoom_factor = 4;
 
-struct UsageError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
 struct Options {
   std::string video, labels;
   unsigned every = 50;
-};
-
-struct FreeContext {
-  void operator()(GOptionContext *context) const { g_option_context_free(context); }
 };
 
 Options parse(int argc, char **argv) {
@@ -42,21 +34,11 @@ Options parse(int argc, char **argv) {
       {"every", 0, 0, G_OPTION_ARG_INT, &every, "Label frame 0 and every N-th (50)", "N"},
       {G_OPTION_REMAINING, 0, 0, G_OPTION_ARG_FILENAME_ARRAY, &files, nullptr, nullptr},
       {nullptr, 0, 0, G_OPTION_ARG_NONE, nullptr, nullptr, nullptr}};
-  const std::unique_ptr<GOptionContext, FreeContext> context(
-      g_option_context_new("VIDEO  - label points by hand, for csd-score"));
-  g_option_context_set_description(
-      context.get(),
-      "Click the points in frame 0, then Enter. In every N-th frame click where each is now, as asked.\n"
-      "  h  it is hidden or outside     z  zoom in at the mouse, and out\n"
-      "  ?  can't be told (not scored)  u  undo, as often as you like\n"
-      "  q  end; the labels are saved after each answer, and the same command goes on from there");
-  g_option_context_add_main_entries(context.get(), entries, nullptr);
-  GError *error = nullptr;
-  if (!g_option_context_parse(context.get(), &argc, &argv, &error)) {
-    const std::string message = error->message;
-    g_error_free(error);
-    throw UsageError(message);
-  }
+  parse_options(argc, argv, entries, "VIDEO  - label points by hand, for csd-score",
+                "Click the points in frame 0, then Enter. In every N-th frame click where each is now, as asked.\n"
+                "  h  it is hidden or outside     z  zoom in at the mouse, and out\n"
+                "  ?  can't be told (not scored)  u  undo, as often as you like\n"
+                "  q  end; the labels are saved after each answer, and the same command goes on from there");
   if (!files || !files[0] || files[1]) throw UsageError("takes one VIDEO; csd-label --help tells more");
   if (every < 1) throw UsageError("--every: at least 1");
   options.video = files[0];

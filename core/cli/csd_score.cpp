@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <memory>
 
+#include "cli/command_line.h"
 #include "cli/decimal.h"
 #include "cli/read_input.h"
 #include "cli/score_plots.h"
@@ -19,10 +19,6 @@ namespace csd::cli {
 namespace {
 
 enum ExitCode { scored = 0, bad_input = 1, bad_usage = 2 };
-
-struct UsageError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 struct Options {
   std::vector<std::string> files, names;
@@ -66,10 +62,6 @@ std::vector<FeatureId> parse_ids(const std::string &text) {
   return ids;
 }
 
-struct FreeContext {
-  void operator()(GOptionContext *context) const { g_option_context_free(context); }
-};
-
 Options parse(int argc, char **argv) {
   Options options;
   gchar **files = nullptr, *names = nullptr, *size = nullptr, *ids = nullptr, *plots = nullptr;
@@ -89,22 +81,13 @@ Options parse(int argc, char **argv) {
        "Print the first frame's points for csdtrack's property `points`, and end", nullptr},
       {G_OPTION_REMAINING, 0, 0, G_OPTION_ARG_FILENAME_ARRAY, &files, nullptr, nullptr},
       {nullptr, 0, 0, G_OPTION_ARG_NONE, nullptr, nullptr, nullptr}};
-  const std::unique_ptr<GOptionContext, FreeContext> context(
-      g_option_context_new("TRUTH TRACKS... [TRUTH TRACKS...]...  - score tracks against ground truth"));
-  g_option_context_set_description(
-      context.get(),
+  parse_options(
+      argc, argv, entries, "TRUTH TRACKS... [TRUTH TRACKS...]...  - score tracks against ground truth",
       "TRUTH is csdtrackenc's .jsonl with role=truth, CSV with the columns frame,id,x,y,visible, VL-SurgPT's\n"
       "labels.json or a folder of STIR; TRACKS are csdtrackenc's .jsonl or .csv. A file is known by what it holds,\n"
       "whatever its name. Each TRUTH begins another clip, with tracks of the same trackers in the same order.\n"
       "Comparisons are with the first tracker. Exit code: 0 scored, 1 wrong or mismatched input, 2 wrong usage.\n"
       "docs/metrics.md defines every number.");
-  g_option_context_add_main_entries(context.get(), entries, nullptr);
-  GError *error = nullptr;
-  if (!g_option_context_parse(context.get(), &argc, &argv, &error)) {
-    const std::string message = error->message;
-    g_error_free(error);
-    throw UsageError(message);
-  }
   const auto take = [](gchar *text) {
     std::string string = text ? text : "";
     g_free(text);

@@ -100,6 +100,17 @@ std::string error_of(const std::string &properties) {
   return text;
 }
 
+/// To EOS, within `limit`; the pipeline goes on to exist.
+void play_to_end(GstElement *pipeline, GstClockTime limit) {
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  GstBus *bus = gst_element_get_bus(pipeline);
+  GstMessage *message =
+      gst_bus_timed_pop_filtered(bus, limit, static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_ERROR));
+  fail_unless(message && GST_MESSAGE_TYPE(message) == GST_MESSAGE_EOS);
+  gst_message_unref(message);
+  gst_object_unref(bus);
+}
+
 }  // namespace
 
 GST_START_TEST(test_frames_and_truth_are_the_simulators) {
@@ -256,16 +267,10 @@ GST_START_TEST(test_seek) {
   gst_sample_unref(sample);
 
   // Five frames to the end of the segment.
-  gst_element_set_state(pipeline, GST_STATE_PLAYING);
-  GstBus *bus = gst_element_get_bus(pipeline);
-  GstMessage *message = gst_bus_timed_pop_filtered(bus, 20 * GST_SECOND,
-                                                   static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_ERROR));
-  fail_unless(message && GST_MESSAGE_TYPE(message) == GST_MESSAGE_EOS);
-  gst_message_unref(message);
+  play_to_end(pipeline, 20 * GST_SECOND);
   g_object_get(sink, "last-sample", &sample, nullptr);
   fail_unless_equals_uint64(GST_BUFFER_OFFSET(gst_sample_get_buffer(sample)), 79);
   gst_sample_unref(sample);
-  gst_object_unref(bus);
   gst_element_set_state(pipeline, GST_STATE_NULL);
   gst_object_unref(sink);
   gst_object_unref(pipeline);
@@ -279,12 +284,7 @@ GST_START_TEST(test_live_frames_come_at_their_time) {
       nullptr);
   GstElement *sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
   fail_unless_equals_int(gst_element_set_state(pipeline, GST_STATE_PAUSED), GST_STATE_CHANGE_NO_PREROLL);
-  gst_element_set_state(pipeline, GST_STATE_PLAYING);
-  GstBus *bus = gst_element_get_bus(pipeline);
-  GstMessage *message = gst_bus_timed_pop_filtered(bus, 30 * GST_SECOND,
-                                                   static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_ERROR));
-  fail_unless(message && GST_MESSAGE_TYPE(message) == GST_MESSAGE_EOS);
-  gst_message_unref(message);
+  play_to_end(pipeline, 30 * GST_SECOND);
   GstSample *sample = nullptr;
   g_object_get(sink, "last-sample", &sample, nullptr);
   const GstClockTime last = GST_BUFFER_PTS(gst_sample_get_buffer(sample));
@@ -294,7 +294,6 @@ GST_START_TEST(test_live_frames_come_at_their_time) {
   fail_unless(last > 250 * GST_MSECOND);
   gst_object_unref(clock);
   gst_sample_unref(sample);
-  gst_object_unref(bus);
   gst_element_set_state(pipeline, GST_STATE_NULL);
   gst_object_unref(sink);
   gst_object_unref(pipeline);

@@ -3,8 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "cli/file.h"
-#include "cli/read_input.h"
+#include "cli/input_text.h"
 
 namespace csd::cli {
 namespace {
@@ -12,28 +11,9 @@ namespace {
 using score::Presence;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 
 const std::string truth_header = "frame,id,x,y,visible\n";
 const std::string tracks_header = "frame,pts,stream_time,id,x,y,state,confidence,fresh\n";
-
-template <typename Kind>
-Kind read(const std::string &content, std::vector<std::string> *notes = nullptr) {
-  const TestFolder folder;
-  std::vector<std::string> unasked;
-  Kind read = std::get<Kind>(read_input(folder.write("input", content), notes ? *notes : unasked));
-  if (!notes) {
-    EXPECT_THAT(unasked, IsEmpty());
-  }
-  return read;
-}
-
-std::string error_of(const std::string &content) {
-  const TestFolder folder;
-  const std::string file = folder.write("input", content);
-  std::vector<std::string> notes;
-  return input_error(file, [&] { read_input(file, notes); });
-}
 
 TEST(TruthCsv, RowsInAnyOrder) {
   const auto truth = read<score::Truth>(truth_header + "50,7,3.5,4,0\n0,7,1,-2.25,1\n50,2,,,0\n0,2,9,9,1\n");

@@ -3,8 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "cli/file.h"
-#include "cli/read_input.h"
+#include "cli/input_text.h"
 
 namespace csd::cli {
 namespace {
@@ -12,7 +11,6 @@ namespace {
 using score::Presence;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 
 /// A line as csdtrackenc writes it.
 std::string line(const std::string &role, int frame, const std::string &features, const std::string &algorithm = "lk") {
@@ -25,24 +23,6 @@ std::string line(const std::string &role, int frame, const std::string &features
 std::string feature(int id, const std::string &state = "tracked", const std::string &confidence = "0.931") {
   return R"({"id":)" + std::to_string(id) + R"(,"x":311.204,"y":187,"state":")" + state + R"(","confidence":)" +
          confidence + "}";
-}
-
-template <typename Kind>
-Kind read(const std::string &content, std::vector<std::string> *notes = nullptr) {
-  const TestFolder folder;
-  std::vector<std::string> unasked;
-  Kind read = std::get<Kind>(read_input(folder.write("input", content), notes ? *notes : unasked));
-  if (!notes) {
-    EXPECT_THAT(unasked, IsEmpty());
-  }
-  return read;
-}
-
-std::string error_of(const std::string &content) {
-  const TestFolder folder;
-  const std::string file = folder.write("input", content);
-  std::vector<std::string> notes;
-  return input_error(file, [&] { read_input(file, notes); });
 }
 
 TEST(Jsonl, TracksAsCsdtrackencWritesThem) {
