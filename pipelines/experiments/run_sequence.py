@@ -94,10 +94,13 @@ def begun(tracks):
 
 
 def select_truth(path, selected, ids, frames):
-    """The truth of these features in the first frames, for csd-score, which wants tracks of all that it knows."""
+    """The truth of these features in the first frames, for csd-score, which wants tracks of all that it knows.
+
+    Without time stamps, so that frames are matched by number: x264enc adds 1000 hours, which Y4M doesn't carry.
+    """
     with open(path) as truth, open(selected, "w") as out:
         for line in itertools.islice(truth, frames):
-            line = json.loads(line)
+            line = {**json.loads(line), "pts": None}
             line["features"] = [feature for feature in line["features"] if feature["id"] in ids]
             out.write(json.dumps(line, separators=(",", ":")) + "\n")
 

@@ -11,6 +11,7 @@ import sys
 import time
 
 import builds
+import sequences
 
 HERE = pathlib.Path(__file__).resolve().parent
 
@@ -87,6 +88,21 @@ def run_all(plan, mode, seeds, out, jobs):
     if code or failed:
         raise builds.Failure(f"{len(failed)} of {len(todo)} runs failed ({'; '.join(failed)}):\n{said}\n"
                              "the same command runs these again")
+
+
+def take_pictures(plan):
+    """The first frames of the clips that sequences of the plan have as texture. Raises builds.Failure."""
+    for sequence in plan.sequences:
+        if not sequence.clip or sequence.picture().exists():
+            continue
+        sequence.picture().parent.mkdir(parents=True, exist_ok=True)
+        unfinished = sequence.picture().with_suffix(".unfinished")
+        done = subprocess.run(["gst-launch-1.0", "-q", "filesrc", f"location={sequences.CLIPS / sequence.clip}", "!", "decodebin", "!",
+                               "videoconvert", "!", "pngenc", "snapshot=true", "!", "filesink", f"location={unfinished}"],
+                              capture_output=True, text=True, env=builds.environment())
+        if done.returncode or not unfinished.stat().st_size:
+            raise builds.Failure(f"{sequences.CLIPS / sequence.clip}: no frame could be read: {done.stderr.strip()}")
+        unfinished.rename(sequence.picture())
 
 
 def learning_cost(plan, out):

@@ -2,13 +2,23 @@
 """What the experiments run: the sequences of the paper's figures and tables, simulated, and the trackers."""
 
 import dataclasses
+import os
+import pathlib
+
+import builds
 
 WIDTH, HEIGHT, RATE = 640, 480, 25
 FIRST_SEED = 101  # 1 to 20 are for development: constants may have been chosen on them
 
 PLUGIN = ("csd-2012", "lk", "ms1", "ms2", "sift")  # csdtrack algorithm=...
-RIVALS = ("lk-fb", "lk-anchored", "still")  # csd-peers, as many features and frames as the others
+# csd-peers, as many features and frames as the others. The first is the paper's tracker with the smoothing that it doesn't print.
+RIVALS = ("csd-2012-smoothed", "lk-fb", "lk-anchored", "still")
 SLOW_RIVALS = ("csrt", "kcf", "medianflow")  # csd-peers, on some features and frames: csrt takes 12 ms for each
+CLIPS = pathlib.Path(os.environ.get("CSDTRACK_CLIPS", builds.ROOT.parent / "shared" / "clips"))
+PICTURES = builds.BUILD / "experiments" / "pictures"  # first frames of clips
+# As recorders compress. identity: y4menc 1.22 writes the decoder's padding, if it is offered any.
+CODEC = ("x264enc pass=qual quantizer=23 ! video/x-h264,profile=high ! h264parse ! avdec_h264 ! "
+         "identity drop-allocation=true ! video/x-raw,format=I420")
 PAPER_ORDER = ("lk", "ms1", "ms2", "sift", "csd-2012")  # the columns of its tables
 
 
@@ -26,12 +36,18 @@ class Sequence:
     features: int
     frames: int
     seeds: tuple
+    clip: str = ""  # its first frame is the texture, and the video is compressed; not in the repository
+
+    def picture(self):
+        return PICTURES / f"{pathlib.Path(self.clip).stem}.png"
 
     def source(self, seed):
         """csdsimsrc and its caps, as gst-launch-1.0 takes them. I420, as decoders give it: every tracker sees the same bytes."""
         effects = f' effects="{self.effects}"' if self.effects else ""
-        return (f"csdsimsrc scenario={self.scenario}{effects} style={self.style} seed={seed} features={self.features} "
-                f"num-buffers={self.frames} ! video/x-raw,format=I420,width={WIDTH},height={HEIGHT},framerate={RATE}/1")
+        texture = f'texture="{self.picture()}"' if self.clip else f"style={self.style}"
+        return (f"csdsimsrc scenario={self.scenario}{effects} {texture} seed={seed} features={self.features} "
+                f"num-buffers={self.frames} ! video/x-raw,format=I420,width={WIDTH},height={HEIGHT},framerate={RATE}/1"
+                f"{f' ! {CODEC}' if self.clip else ''}")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -74,7 +90,31 @@ KINDS = (
     ("smoke", "smoke in two bursts", "10d–f", "table3", "smoke", "", "bowel"),
     ("zoom", "scale", "10g–i", "table3", "zoom", "", "peritoneum"),
 )
+# What keeps csd-2012 from the paper's figures: one sequence of Table 1, and what cameras do to it taken away piece by piece.
+WHY = (
+    ("why-all", "as a camera sees it", "deformation", "heart-mild=0,heart-strong=1", "heart"),
+    ("why-sharp", "sharp chroma", "deformation", "heart-mild=0,heart-strong=1,chroma=0", "heart"),
+    ("why-clean", "sharp chroma, no noise", "deformation", "heart-mild=0,heart-strong=1,chroma=0,noise=0", "heart"),
+)
+# Real tissue as texture: name, title, scenario, effects, clip. Run where the clips are.
+PICTURE_KINDS = (
+    ("picture-light", "strong heartbeat, moving light", "deformation", "heart-mild=0,heart-strong=1,light=1", "heart.mkv"),
+    ("picture-tools", "tools, highlights, light, sway", "occlusion", "specular=1,light=1,sway=1", "abdomen.mkv"),
+    ("picture-zoom", "scale, highlights", "zoom", "specular=1", "cutting.mp4"),
+    ("picture-rotation", "rotation, smoke", "rotation", "smoke=1", "cholecystectomy.mp4"),
+)
 SIMULATION_FEATURES, FEATURES = 100, 50  # as in the paper: §3.1, §3.2
+
+
+def of_why(features, frames):
+    return tuple(Sequence(name, title, "", "why", scenario, effects, style, features, frames, (FIRST_SEED,))
+                 for name, title, scenario, effects, style in WHY)
+
+
+def of_pictures(features, frames):
+    """What is run of PICTURE_KINDS: one seed of each, where its clip is there."""
+    return tuple(Sequence(name, title, "", "pictures", scenario, effects, "", features, frames, (FIRST_SEED,), clip)
+                 for name, title, scenario, effects, clip in PICTURE_KINDS if (CLIPS / clip).is_file())
 
 
 def full(seeds):
@@ -82,7 +122,7 @@ def full(seeds):
     several = tuple(range(FIRST_SEED, FIRST_SEED + seeds))
     return Plan(tuple(
         Sequence(*kind, SIMULATION_FEATURES, 4000, (FIRST_SEED,)) if kind[0] == "simulation"
-        else Sequence(*kind, FEATURES, 500, several) for kind in KINDS), 10, 250, 10, 100, True)
+        else Sequence(*kind, FEATURES, 500, several) for kind in KINDS) + of_why(FEATURES, 250) + of_pictures(FEATURES, 500), 10, 250, 10, 100, True)
 
 
 def quick(seeds):
@@ -90,7 +130,7 @@ def quick(seeds):
     several = tuple(range(FIRST_SEED, FIRST_SEED + seeds))
     return Plan(tuple(
         Sequence(*kind, 12, 40, (FIRST_SEED,)) if kind[0] == "simulation"
-        else Sequence(*kind, 8, 24, several) for kind in KINDS), 2, 10, 1, 30, False)
+        else Sequence(*kind, 8, 24, several) for kind in KINDS) + of_why(8, 24) + of_pictures(8, 24), 2, 10, 1, 30, False)
 
 
 PLANS = {"full": full, "quick": quick}
