@@ -66,7 +66,7 @@ class Window {
     // Qt would abort.
     if (!g_getenv("DISPLAY") && !g_getenv("WAYLAND_DISPLAY") && !g_getenv("QT_QPA_PLATFORM"))
       throw std::runtime_error("there is no display for its window ($DISPLAY)");
-    first_ = frames_.at(0).clone();
+    first_ = frames_.at(0).bgr;
     if (first_.empty()) throw std::runtime_error(options.video + ": has no frame");
     view_ = LabelView::whole(first_.size(), largest_picture);
     cv::namedWindow(window_name, cv::WINDOW_AUTOSIZE | cv::WINDOW_GUI_NORMAL);
@@ -79,7 +79,7 @@ class Window {
   /// Until all is labelled, or the user has enough.
   void run() {
     for (;;) {
-      const cv::Mat frame = frames_.at(session_.frame());
+      const cv::Mat frame = frames_.at(session_.frame()).bgr;
       if (frame.empty()) {
         std::printf("%s: all %zu points in all frames up to the end\n", options_.labels.c_str(), session_.points());
         return;

@@ -1,131 +1,105 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // csd-peers: trackers of today on the same points, for csd-score.
-#include <getopt.h>
+#include <glib.h>
 #include <unistd.h>
 
-#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
-#include <optional>
 #include <stdexcept>
 #include <string>
 
+#include "cli/command_line.h"
 #include "cli/peers/start_points.h"
 #include "cli/peers/track_line.h"
 #include "cli/peers/video_source.h"
 
+namespace csd::peers {
 namespace {
 
-using namespace csd::peers;
 using Clock = std::chrono::steady_clock;
 
-void print_usage(std::FILE *to) {
-  std::fputs(
-      "usage: csd-peers --tracker NAME --points POINTS [OPTIONS] VIDEO\n\n"
+struct Options {
+  const PeerKind *tracker = nullptr;
+  std::string points, out, video;
+  std::uint64_t features = G_MAXINT64, frames = G_MAXINT64;  ///< at most
+  bool progress = false;
+};
+
+std::string description() {
+  std::string text =
       "Follows points through VIDEO with a tracker that is not csdtrack's, and writes what it finds as csdtrackenc\n"
       "writes it, a line of JSON a frame, so that csd-score reads both. VIDEO is a file, or - for Y4M on standard "
       "input\n"
-      "(... ! y4menc ! fdsink | csd-peers ... -).\n\n"
-      "  -t, --tracker NAME   one of\n",
-      to);
-  for (const auto &kind : peer_kinds())
-    std::fprintf(to, "                         %-12s %s\n", std::string(kind.name).c_str(),
-                 std::string(kind.about).c_str());
-  std::fputs(
-      "  -p, --points POINTS  \"x,y;x,y\" in pixels (ids 0, 1, ...), or a file with truth or tracks, .jsonl or .csv:\n"
-      "                       the points visible in its frame 0, under their ids\n"
-      "  -f, --features N     only N of them, spread evenly over the list\n"
-      "  -n, --frames N       only the first N frames; the rest of standard input is read and thrown away\n"
-      "  -o, --out FILE       where to write (standard output)\n"
-      "  -P, --progress       say every second how far it is, also where standard error is no terminal\n"
-      "  -h, --help           this\n",
-      to);
-}
-
-[[noreturn]] void misused(const std::string &text) {
-  std::cerr << "csd-peers: " << text << " (see csd-peers --help)\n";
-  std::exit(2);
-}
-
-std::size_t count(const char *text, const char *option) {
-  const std::string_view s(text);
-  std::size_t n = 0;
-  const auto [stop, problem] = std::from_chars(s.data(), s.data() + s.size(), n);
-  if (problem != std::errc() || stop != s.data() + s.size() || n == 0)
-    misused(std::string(option) + " " + text + ": must be a whole number from 1");
-  return n;
-}
-
-struct Arguments {
-  const PeerKind *tracker = nullptr;
-  std::string points, out, video;
-  std::size_t features = 0, frames = 0;  ///< 0: all
-  bool progress = isatty(STDERR_FILENO) != 0;
-};
-
-Arguments read_arguments(int argc, char **argv) {
-  static const option options[] = {
-      {"tracker", required_argument, nullptr, 't'},  {"points", required_argument, nullptr, 'p'},
-      {"features", required_argument, nullptr, 'f'}, {"frames", required_argument, nullptr, 'n'},
-      {"out", required_argument, nullptr, 'o'},      {"progress", no_argument, nullptr, 'P'},
-      {"help", no_argument, nullptr, 'h'},           {nullptr, 0, nullptr, 0}};
-  Arguments a;
-  for (int c; (c = getopt_long(argc, argv, "t:p:f:n:o:Ph", options, nullptr)) != -1;) {
-    switch (c) {
-      case 't':
-        a.tracker = find_peer(optarg);
-        if (!a.tracker) misused(std::string("there is no tracker \"") + optarg + "\"");
-        break;
-      case 'p':
-        a.points = optarg;
-        break;
-      case 'f':
-        a.features = count(optarg, "--features");
-        break;
-      case 'n':
-        a.frames = count(optarg, "--frames");
-        break;
-      case 'o':
-        a.out = optarg;
-        break;
-      case 'P':
-        a.progress = true;
-        break;
-      case 'h':
-        print_usage(stdout);
-        std::exit(0);
-      default:
-        std::exit(2);  // getopt has said why
-    }
+      "(... ! y4menc ! fdsink | csd-peers ... -). POINTS are \"x,y;x,y\" in pixels (ids 0, 1, ...), or a file with "
+      "truth\n"
+      "or tracks, .jsonl or .csv: the points visible in its frame 0, under their ids.\n\nTrackers:\n";
+  for (const PeerKind &kind : peer_kinds()) {
+    const std::string name(kind.name);
+    text += "  " + name + std::string(13 - name.size(), ' ') + std::string(kind.about) + "\n";
   }
-  if (!a.tracker) misused("--tracker is missing");
-  if (a.points.empty()) misused("--points is missing");
-  if (argc - optind != 1) misused("one VIDEO is wanted, or -");
-  a.video = argv[optind];
-  return a;
+  return text + "\nExit code: 0 tracked, 1 wrong input, 2 wrong usage.";
 }
 
-void run(const Arguments &a) {
-  const auto points = thinned(read_start_points(a.points), a.features);
-  const auto source = open_video(a.video);
+Options parse(int argc, char **argv) {
+  Options options;
+  gchar **files = nullptr, *tracker = nullptr, *points = nullptr, *out = nullptr;
+  gint64 features = G_MAXINT64, frames = G_MAXINT64;
+  gboolean progress = isatty(STDERR_FILENO) != 0;
+  const GOptionEntry entries[] = {
+      {"tracker", 't', 0, G_OPTION_ARG_FILENAME, &tracker, "One of those below", "NAME"},
+      {"points", 'p', 0, G_OPTION_ARG_FILENAME, &points, "Where to begin", "POINTS"},
+      {"features", 'f', 0, G_OPTION_ARG_INT64, &features, "Only N of the points, spread evenly over the list", "N"},
+      {"frames", 'n', 0, G_OPTION_ARG_INT64, &frames,
+       "Only the first N frames; the rest of standard input is read and thrown away", "N"},
+      {"out", 'o', 0, G_OPTION_ARG_FILENAME, &out, "Where to write (standard output)", "FILE"},
+      {"progress", 'P', 0, G_OPTION_ARG_NONE, &progress,
+       "Say every second how far it is, also where standard error is no terminal", nullptr},
+      {G_OPTION_REMAINING, 0, 0, G_OPTION_ARG_FILENAME_ARRAY, &files, nullptr, nullptr},
+      {nullptr, 0, 0, G_OPTION_ARG_NONE, nullptr, nullptr, nullptr}};
+  cli::parse_options(argc, argv, entries, "VIDEO  - trackers of today on the same points, for csd-score",
+                     description().c_str());
+  const std::string name = tracker ? tracker : "";
+  options.points = points ? points : "";
+  options.out = out ? out : "";
+  options.video = files && files[0] && !files[1] ? files[0] : "";
+  g_strfreev(files);
+  for (gchar *text : {tracker, points, out}) g_free(text);
+
+  if (name.empty()) throw cli::UsageError("--tracker is missing; csd-peers --help tells more");
+  options.tracker = find_peer(name);
+  if (!options.tracker) throw cli::UsageError("there is no tracker \"" + name + "\"; csd-peers --help lists them");
+  if (options.points.empty()) throw cli::UsageError("--points is missing; csd-peers --help tells more");
+  if (options.video.empty()) throw cli::UsageError("one VIDEO is wanted, or -; csd-peers --help tells more");
+  if (features < 1) throw cli::UsageError("--features " + std::to_string(features) + ": at least 1");
+  if (frames < 1) throw cli::UsageError("--frames " + std::to_string(frames) + ": at least 1");
+  options.features = static_cast<std::uint64_t>(features);
+  options.frames = static_cast<std::uint64_t>(frames);
+  options.progress = progress;
+  return options;
+}
+
+void run(const Options &options) {
+  const auto points = thinned(read_start_points(options.points), options.features);
+  const auto source = open_video(options.video);
   std::ofstream file;
-  if (!a.out.empty()) {
-    file.open(a.out);
-    if (!file) throw std::runtime_error(a.out + ": can't be written");
+  if (!options.out.empty()) {
+    file.open(options.out);
+    if (!file) throw std::runtime_error(options.out + ": can't be written");
   }
-  std::ostream &out = a.out.empty() ? std::cout : file;
+  std::ostream &out = options.out.empty() ? std::cout : file;
 
-  const auto peer = a.tracker->make();
+  const auto peer = options.tracker->make();
   Picture picture;
   cv::Size size;
   std::uint64_t frame = 0;
   const auto begin = Clock::now();
   auto said = begin;
   Clock::duration tracking{};
-  for (; (a.frames == 0 || frame < a.frames) && source->next(picture); ++frame) {
-    if (frame > 0 && picture.bgr.size() != size) throw std::runtime_error(a.video + ": the picture's size changes");
+  for (; frame < options.frames && source->next(picture); ++frame) {
+    if (frame > 0 && picture.bgr.size() != size)
+      throw std::runtime_error(options.video + ": the picture's size changes");
     size = picture.bgr.size();
     const auto before = Clock::now();
     std::vector<Report> reports;
@@ -137,32 +111,40 @@ void run(const Arguments &a) {
     }
     const auto now = Clock::now();
     tracking += now - before;
-    out << track_line(a.tracker->name, frame, picture, points.ids, reports) << std::flush;
-    if (!out) throw std::runtime_error((a.out.empty() ? "standard output" : a.out) + ": can't be written");
-    if (a.progress && now - said > std::chrono::seconds(1)) {
+    out << track_line(options.tracker->name, frame, picture, points.ids, reports) << std::flush;
+    if (!out) throw std::runtime_error((options.out.empty() ? "standard output" : options.out) + ": can't be written");
+    if (options.progress && now - said > std::chrono::seconds(1)) {
       said = now;
       const double seconds = std::chrono::duration<double>(now - begin).count();
       std::fprintf(stderr, "csd-peers: frame %llu, %.1f a second\n", static_cast<unsigned long long>(frame),
                    static_cast<double>(frame) / seconds);
     }
   }
-  if (frame == 0) throw std::runtime_error(a.video + ": no frames in it");
+  if (frame == 0) throw std::runtime_error(options.video + ": no frames in it");
   source->drain();
-  if (a.progress)
+  if (options.progress)
     std::fprintf(
         stderr, "csd-peers: %llu frames, %zu points, %.3f ms a point and frame\n",
         static_cast<unsigned long long>(frame), points.ids.size(),
         std::chrono::duration<double, std::milli>(tracking).count() / static_cast<double>(frame * points.ids.size()));
 }
 
-}  // namespace
-
 int main(int argc, char **argv) {
-  const auto arguments = read_arguments(argc, argv);
   try {
-    run(arguments);
-  } catch (const std::exception &e) {
-    std::cerr << "csd-peers: " << e.what() << '\n';
+    run(parse(argc, argv));
+    return 0;
+  } catch (const cli::UsageError &error) {
+    std::fprintf(stderr, "csd-peers: %s\n", error.what());
+    return 2;
+  } catch (const std::exception &error) {
+    std::fprintf(stderr, "csd-peers: %s\n", error.what());
     return 1;
   }
+}
+
+}  // namespace
+}  // namespace csd::peers
+
+int main(int argc, char **argv) {
+  return csd::peers::main(argc, argv);
 }

@@ -3,10 +3,18 @@
 
 #include <opencv2/core.hpp>
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
 namespace csd::cli {
+
+/// A frame of a video.
+struct Picture {
+  cv::Mat bgr;  ///< CV_8UC3
+  /// As GStreamer tells them: ns; −1: unknown. Where B-frames are, pts may begin late; the other two don't.
+  std::int64_t pts = -1, duration = -1, running_time = -1, stream_time = -1;
+};
 
 /// Frames of a video file, decoded by GStreamer's decodebin, so that their numbers are those that csdtrack counts.
 class VideoFrames {
@@ -15,9 +23,9 @@ class VideoFrames {
   explicit VideoFrames(std::string file);
   ~VideoFrames();
 
-  /// A frame by its number, BGR; empty past the end. Going back decodes from the beginning. Throws std::runtime_error
-  /// if the stream is damaged.
-  cv::Mat at(std::uint64_t number);
+  /// A frame by its number; `bgr` is empty past the end. Going back decodes from the beginning. Throws
+  /// std::runtime_error if the stream is damaged.
+  Picture at(std::uint64_t number);
 
  private:
   struct Pipeline;
@@ -25,7 +33,7 @@ class VideoFrames {
   std::string file_;
   std::unique_ptr<Pipeline> pipeline_;
   std::uint64_t next_ = 0;  ///< the frame that the pipeline gives next
-  cv::Mat current_;         ///< the one before
+  Picture current_;         ///< the one before
 };
 
 }  // namespace csd::cli

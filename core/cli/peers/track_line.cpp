@@ -8,6 +8,15 @@
 
 namespace csd::peers {
 
+namespace {
+
+/// Nanoseconds, or what JSON says for what is unknown.
+std::string time_text(std::int64_t time) {
+  return time < 0 ? "null" : std::to_string(time);
+}
+
+}  // namespace
+
 std::string track_line(std::string_view algorithm, std::uint64_t frame, const Picture &picture,
                        std::span<const FeatureId> ids, std::span<const Report> reports) {
   const cv::Rect2d bounds(-0.5, -0.5, picture.bgr.cols, picture.bgr.rows);
@@ -15,13 +24,10 @@ std::string track_line(std::string_view algorithm, std::uint64_t frame, const Pi
   line.imbue(std::locale::classic());
   line << std::fixed << std::setprecision(3);
   line << R"({"schema":1,"source":"csd-peers","role":"track","algorithm":")" << algorithm << R"(","frame":)" << frame
-       << R"(,"pts":)" << picture.pts << R"(,"duration":)";
-  if (picture.duration >= 0)
-    line << picture.duration;
-  else
-    line << "null";
-  line << R"(,"running_time":)" << picture.pts << R"(,"stream_time":)" << picture.pts << R"(,"reference":null,"width":)"
-       << picture.bgr.cols << R"(,"height":)" << picture.bgr.rows << R"(,"features":[)";
+       << R"(,"pts":)" << time_text(picture.pts) << R"(,"duration":)" << time_text(picture.duration)
+       << R"(,"running_time":)" << time_text(picture.running_time) << R"(,"stream_time":)"
+       << time_text(picture.stream_time) << R"(,"reference":null,"width":)" << picture.bgr.cols << R"(,"height":)"
+       << picture.bgr.rows << R"(,"features":[)";
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const auto &r = reports[i];
     const bool in = bounds.contains(r.position);

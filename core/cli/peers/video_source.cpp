@@ -2,11 +2,8 @@
 #include "cli/peers/video_source.h"
 
 #include <charconv>
-#include <cmath>
-#include <fstream>
 #include <iostream>
 #include <limits>
-#include <opencv2/videoio.hpp>
 #include <stdexcept>
 #include <vector>
 
@@ -61,7 +58,7 @@ class Y4m final : public VideoSource {
       throw bad("frame " + std::to_string(frame_) + " breaks off after " + std::to_string(in_.gcount()) + " of " +
                 std::to_string(planes_.size()) + " bytes");
     convert(picture.bgr);
-    picture.pts = time(frame_);
+    picture.pts = picture.running_time = picture.stream_time = time(frame_);
     picture.duration = time(frame_ + 1) - picture.pts;
     ++frame_;
     return true;
@@ -140,26 +137,18 @@ class Y4m final : public VideoSource {
 
 class VideoFile final : public VideoSource {
  public:
-  explicit VideoFile(const std::string &name) : name_(name) {
-    // OpenCV would try whether the name is a pattern of pictures, and complain.
-    if (!std::ifstream(name)) throw std::runtime_error(name + ": can't be read");
-    if (!video_.open(name)) throw std::runtime_error(name + ": is no video that OpenCV can decode");
-  }
+  explicit VideoFile(const std::string &name) : frames_(name) {}
 
   bool next(Picture &picture) override {
-    if (!video_.read(picture.bgr) || picture.bgr.empty()) {
-      if (!any_) throw std::runtime_error(name_ + ": no video in it");
-      return false;
-    }
-    any_ = true;
-    picture.pts = static_cast<std::int64_t>(std::llround(video_.get(cv::CAP_PROP_POS_MSEC) * 1e6));
+    picture = frames_.at(frame_);
+    if (picture.bgr.empty()) return false;
+    ++frame_;
     return true;
   }
 
  private:
-  std::string name_;
-  cv::VideoCapture video_;
-  bool any_ = false;
+  cli::VideoFrames frames_;
+  std::uint64_t frame_ = 0;
 };
 
 }  // namespace

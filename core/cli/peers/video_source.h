@@ -1,20 +1,15 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 
-#include <opencv2/core.hpp>
-
-#include <cstdint>
 #include <iosfwd>
 #include <memory>
 #include <string>
 
+#include "cli/video_frames.h"
+
 namespace csd::peers {
 
-struct Picture {
-  cv::Mat bgr;  ///< CV_8UC3
-  std::int64_t pts = 0;
-  std::int64_t duration = -1;  ///< −1: unknown
-};
+using cli::Picture;
 
 /// Pictures one after the other, all of one size.
 class VideoSource {
@@ -27,10 +22,11 @@ class VideoSource {
 };
 
 /// YUV4MPEG2 of 8 bit: C420…, C422, C444, C411, Cmono. BT.601 up to 576 lines, else BT.709, as GStreamer takes them.
-/// Throws std::runtime_error if `in`, which must outlive the source, holds something else.
+/// Throws std::runtime_error if `in`, which must outlive the source, holds something else. Not GStreamer's y4mdec,
+/// which takes a stream that breaks off within a frame for one that ends before it, and can't read Cmono (1.22).
 std::unique_ptr<VideoSource> read_y4m(std::istream &in);
 
-/// A video file that OpenCV can decode; "-" is Y4M on standard input. Throws std::runtime_error.
+/// A video file, by VideoFrames; "-" is Y4M on standard input. Throws std::runtime_error.
 std::unique_ptr<VideoSource> open_video(const std::string &name);
 
 }  // namespace csd::peers

@@ -27,7 +27,9 @@ class Label(unittest.TestCase):
     def setUpClass(cls):
         read, write = os.pipe()
         # Without -noreset the server closes all connections when its last client leaves: xdotool, just as csd-label comes.
-        cls.server = subprocess.Popen(["Xvfb", "-noreset", "-displayfd", str(write), "-screen", "0", "1280x800x24",
+        # Without -r, no auto-repeat, a key types itself again wherever xdotool is slow to release it; and the `q` that ends
+        # a session stays down for good, as its window is gone before the release: it would end the next session, too.
+        cls.server = subprocess.Popen(["Xvfb", "-noreset", "-r", "-displayfd", str(write), "-screen", "0", "1280x800x24",
                                        "-nolisten", "tcp"], pass_fds=[write], stderr=subprocess.DEVNULL)
         os.close(write)
         with os.fdopen(read) as display:
@@ -54,6 +56,7 @@ class Label(unittest.TestCase):
         self.addCleanup(self.program.stdout.close)
         self.addCleanup(self.program.stderr.close)
         self.addCleanup(self.program.kill)
+        # It has this title from when it listens; what is done to it before is lost.
         self.window = until("the window", self.windows)[-1]
         # There is no window manager that would give it the keyboard.
         self.xdotool("windowfocus", self.window)
@@ -61,7 +64,7 @@ class Label(unittest.TestCase):
     def windows(self):
         if self.program.poll() is not None:
             raise AssertionError(f"csd-label ended with {self.program.returncode}: {self.program.stderr.read()}")
-        return self.xdotool("search", "--onlyvisible", "--name", "^csd-label").split()
+        return self.xdotool("search", "--onlyvisible", "--name", "^csd-label: frame").split()
 
     def xdotool(self, *arguments):
         return subprocess.run(["xdotool", *map(str, arguments)], env=self.environment, capture_output=True, text=True).stdout
@@ -70,18 +73,10 @@ class Label(unittest.TestCase):
         return self.labels.read_text().split()[1:] if self.labels.exists() else []
 
     def act(self, rows, *arguments):
-        """Does something until the file has these rows. A window that isn't ready yet loses what is done to it."""
+        """Does something once; then the file has these rows."""
         before = self.rows()
-
-        def done():
-            if self.rows() == before:
-                self.xdotool(*arguments)
-            end = time.monotonic() + 2
-            while time.monotonic() < end and self.rows() == before:
-                time.sleep(0.02)
-            return self.rows() != before
-
-        until(rows, done)
+        self.xdotool(*arguments)
+        until(rows, lambda: self.rows() != before)
         self.assertEqual(self.rows(), rows)
 
     def click(self, x, y, rows):

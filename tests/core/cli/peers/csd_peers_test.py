@@ -65,6 +65,22 @@ class Peers(unittest.TestCase):
         self.assertAlmostEqual(lines[4]["features"][0]["x"], 44, delta=0.5)
         self.assertIn(b"5 frames, 1 points", result.stderr)
 
+    def test_times_of_a_video_with_b_frames(self):
+        # Its pts begin late, by the delay of the reordering; an edit list says so.
+        with tempfile.TemporaryDirectory() as folder:
+            video = folder + "/video.mp4"
+            subprocess.run(["ffmpeg", "-v", "error", "-i", "-", "-c:v", "libx264", "-bf", "2", video], input=y4m(20), check=True)
+            result = run("-t", "still", "-p", "40,30", video)
+        self.assertEqual((result.returncode, result.stderr), (0, b""))
+        lines = [json.loads(line) for line in result.stdout.decode().splitlines()]
+        times = [40000000 * i for i in range(20)]
+        late = lines[0]["pts"]
+        self.assertGreater(late, 0)
+        self.assertEqual([line["pts"] - late for line in lines], times)
+        for name in ("running_time", "stream_time"):
+            self.assertEqual([line[name] for line in lines], times)
+        self.assertEqual({line["duration"] for line in lines}, {40000000})
+
     def test_what_is_wrong_is_said(self):
         def failure(code, text, *arguments, data=b""):
             result = run(*arguments, data=data)
@@ -75,11 +91,14 @@ class Peers(unittest.TestCase):
         failure(2, "--tracker is missing", "-p", "1,1", "-")
         failure(2, "--points is missing", "-t", "still", "-")
         failure(2, "one VIDEO is wanted", "-t", "still", "-p", "1,1")
+        failure(2, "one VIDEO is wanted", "-t", "still", "-p", "1,1", "one", "two")
         failure(2, "--frames 0", "-t", "still", "-p", "1,1", "-n", "0", "-")
+        failure(2, "3x", "-t", "still", "-p", "1,1", "-n", "3x", "-")
+        failure(2, "--sideways", "-t", "still", "-p", "1,1", "--sideways", "-")
         failure(1, "no frames in it", "-t", "still", "-p", "1,1", "-", data=b"YUV4MPEG2 W4 H4 F25:1\n")
         failure(1, "frame 4 breaks off", "-t", "still", "-p", "1,1", "-", data=y4m(5)[:-7])
-        failure(1, "/nonexistent.mkv: can't be read", "-t", "still", "-p", "1,1", "/nonexistent.mkv")
-        failure(1, "is no video", "-t", "still", "-p", "1,1", __file__)
+        failure(1, "/nonexistent.mkv: ", "-t", "still", "-p", "1,1", "/nonexistent.mkv")
+        failure(1, f"{__file__}: ", "-t", "still", "-p", "1,1", __file__)
         failure(1, "can't be written", "-t", "still", "-p", "1,1", "-o", "/nonexistent/x", "-", data=y4m(1))
 
     def test_help(self):

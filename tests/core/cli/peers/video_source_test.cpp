@@ -37,6 +37,8 @@ TEST(Y4m, GivesPicturesAndTimes) {
   EXPECT_EQ(p.duration, 33366666);
   ASSERT_TRUE(source->next(p));
   EXPECT_EQ(p.pts, 33366666);
+  EXPECT_EQ(p.running_time, 33366666);
+  EXPECT_EQ(p.stream_time, 33366666);
   EXPECT_EQ(p.duration, 33366667);  // 2·1001/30000 s = 66733333.3 ns
   EXPECT_FALSE(source->next(p));
 }
