@@ -8,6 +8,7 @@ decoded from the beginning of the part.
 """
 
 import array
+import contextlib
 import itertools
 import time
 import zlib
@@ -194,7 +195,8 @@ class Mirror:
     def _piece(self, begin, end):
         """The frames of these images."""
         self.pieces += 1
-        with Decoding(self.path, self._begin + self._times[begin]) as decoding:
+        piece = None
+        with contextlib.suppress(builds.Failure), Decoding(self.path, self._begin + self._times[begin]) as decoding:
             piece = self._the_same(begin, end, decoding, MISSED)
         if piece is None:
             self.decoded_anew += 1

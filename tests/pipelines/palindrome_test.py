@@ -209,6 +209,13 @@ class Errors(Case):
         self.refused(1, "has 1 frame from 0 s on", self.tmp / "one.mkv")
         self.refused(1, "has no frames from 7.5 s on", "--from", 7.5, self.tmp / "black.mkv")
 
+    def test_the_others_are_scored(self):
+        (self.tmp / "text.mkv").write_text("no video at all\n" * 100)
+        done = palindrome("--trackers", "still", "--json", self.tmp / "text.mkv", self.simulated("good.mkv", 3))
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("text.mkv' isn't a video", done.stderr)
+        self.assertEqual([row["tracks"] for row in json.loads(done.stdout)["palindromes"]], ["good/still.jsonl"])
+
     def test_wrong_use(self):
         for arguments in ([], ["--frames", "1", "x"], ["--memory", "0", "x"], ["--from", "-1", "x"], ["--trackers", "psychic", "x"],
                           ["--json", "--markdown", "x"], ["--nothing", "x"]):
