@@ -20,6 +20,7 @@ sys.path[:0] = [str(ROOT / "pipelines" / "experiments"), str(ROOT / "pipelines" 
 import builds  # noqa: E402
 
 os.environ.update(builds.environment())
+import harness  # noqa: E402
 import mirror  # noqa: E402
 
 TRACKERS = ("lk", "still", "csrt")
@@ -93,6 +94,15 @@ class Mirror(Case):
         hashes, _, _ = self.play(path, 10, 4, since=800000000)
         expected = self.decoded(path)[20:30]
         self.assertEqual(hashes, expected + expected[:-1][::-1])
+
+    def test_real_clips(self):
+        for clip in harness.clips():
+            with self.subTest(clip=clip.name):
+                hashes, _, shown = self.play(clip, 40, 15, since=1000000000)
+                self.assertEqual(len(hashes), 79)
+                self.assertGreater(len(set(hashes)), 35)
+                self.assertEqual(hashes, hashes[::-1])
+                self.assertEqual((shown.pieces, shown.decoded_anew), (3, 0))
 
     def test_without_an_index(self):
         path = self.simulated("bare.h264", container="video/x-h264,stream-format=byte-stream")
