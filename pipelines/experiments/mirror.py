@@ -123,6 +123,9 @@ class Decoding:
             factory = message.src.get_factory() if isinstance(message.src, Gst.Element) else None
             raise builds.Failure(tracking.explain(self._path, "", "csdtrack", factory.get_name() if factory else "", error,
                                                     debug or "", self._missing))
+        if self._no_video and self._missing:
+            raise builds.Failure(f"'{self._path}' needs a {self._missing[0]} that this machine does not have: install it, or convert "
+                                 "the video to H.264")
         if self._no_video:
             raise builds.Failure(f"'{self._path}' has no video stream: give a file with a picture")
         return False
