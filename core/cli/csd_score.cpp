@@ -10,6 +10,7 @@
 
 #include "cli/command_line.h"
 #include "cli/decimal.h"
+#include "cli/palindrome_report.h"
 #include "cli/read_input.h"
 #include "cli/score_plots.h"
 #include "cli/score_report.h"
@@ -25,7 +26,7 @@ struct Options {
   std::string plots;
   score::AlignOptions align;
   unsigned resamples = 10000;
-  bool json = false, csv = false, markdown = false, print_points = false;
+  bool json = false, csv = false, markdown = false, print_points = false, palindrome = false;
 };
 
 template <typename Number>
@@ -66,7 +67,7 @@ Options parse(int argc, char **argv) {
   Options options;
   gchar **files = nullptr, *names = nullptr, *size = nullptr, *ids = nullptr, *plots = nullptr;
   gint resamples = static_cast<gint>(options.resamples);
-  gboolean json = FALSE, csv = FALSE, markdown = FALSE, by_frame = FALSE, points = FALSE;
+  gboolean json = FALSE, csv = FALSE, markdown = FALSE, by_frame = FALSE, points = FALSE, palindrome = FALSE;
   const GOptionEntry entries[] = {
       {"json", 0, 0, G_OPTION_ARG_NONE, &json, "Write JSON, with the scores of each frame, instead of tables", nullptr},
       {"csv", 0, 0, G_OPTION_ARG_NONE, &csv, "Write CSV instead of tables, a row per number", nullptr},
@@ -79,10 +80,13 @@ Options parse(int argc, char **argv) {
       {"resamples", 0, 0, G_OPTION_ARG_INT, &resamples, "Draws of the bootstrap (10000); 0: no intervals", "N"},
       {"print-points", 0, 0, G_OPTION_ARG_NONE, &points,
        "Print the first frame's points for csdtrack's property `points`, and end", nullptr},
+      {"palindrome", 0, 0, G_OPTION_ARG_NONE, &palindrome,
+       "No TRUTH: each of TRACKS is of a video that was played forward and then backward", nullptr},
       {G_OPTION_REMAINING, 0, 0, G_OPTION_ARG_FILENAME_ARRAY, &files, nullptr, nullptr},
       {nullptr, 0, 0, G_OPTION_ARG_NONE, nullptr, nullptr, nullptr}};
   parse_options(
-      argc, argv, entries, "TRUTH TRACKS... [TRUTH TRACKS...]...  - score tracks against ground truth",
+      argc, argv, entries,
+      "TRUTH TRACKS... [TRUTH TRACKS...]... | --palindrome TRACKS...  - score tracks against ground truth",
       "TRUTH is csdtrackenc's .jsonl with role=truth, CSV with the columns frame,id,x,y,visible, VL-SurgPT's\n"
       "labels.json or a folder of STIR; TRACKS are csdtrackenc's .jsonl or .csv. A file is known by what it holds,\n"
       "whatever its name. Each TRUTH begins another clip, with tracks of the same trackers in the same order.\n"
@@ -114,6 +118,10 @@ Options parse(int argc, char **argv) {
   options.markdown = markdown;
   options.print_points = points;
   if (options.json + options.csv + options.markdown > 1) throw UsageError("one of --json, --csv and --markdown");
+  options.palindrome = palindrome;
+  if (palindrome && (csv || points || by_frame || !options.names.empty() || !options.align.ids.empty() ||
+                     !size_text.empty() || !options.plots.empty()))
+    throw UsageError("--palindrome goes with --json or --markdown, and with no other option");
   if (options.files.empty()) throw UsageError("no files; csd-score --help tells what it takes");
   return options;
 }
@@ -129,6 +137,10 @@ void print_points(const score::Truth &truth) {
     text += (i ? ";" : "") + decimal(point.position.x, 3, "") + "," + decimal(point.position.y, 3, "");
   }
   std::printf("%s\n", text.c_str());
+}
+
+std::string name_of(const score::Recording &tracks) {
+  return tracks.algorithm.empty() ? std::filesystem::path(tracks.file).stem().string() : tracks.algorithm;
 }
 
 /// Reads the files, and lays each clip's tracks beside its truth.
@@ -157,10 +169,8 @@ class Reader {
  private:
   void add(const score::Recording &tracks, std::vector<std::string> &notes) {
     if (truth_.frames.empty()) throw score::InputError(tracks.file, 0, "is tracks; the truth comes first");
-    const std::string name =
-        tracks.algorithm.empty() ? std::filesystem::path(tracks.file).stem().string() : tracks.algorithm;
     if (first_clip_) {
-      names.push_back(name);
+      names.push_back(name_of(tracks));
       algorithms_.push_back(tracks.algorithm);
       files_.push_back(tracks.file);
       clips.emplace_back();
@@ -210,7 +220,28 @@ void print_notes(const std::vector<std::string> &notes) {
   for (const std::string &note : notes) std::fprintf(stderr, "csd-score: note: %s\n", note.c_str());
 }
 
+PalindromeReport palindromes(const Options &options, std::vector<std::string> &notes) {
+  PalindromeReport report;
+  for (const std::string &file : options.files) {
+    const Input input = read_input(file, notes);
+    const auto *tracks = std::get_if<score::Recording>(&input);
+    if (!tracks) throw score::InputError(file, 0, "is truth, and a palindrome needs none");
+    if (!notes.empty()) throw score::InputError(file, 0, "isn't whole, so nobody knows where the video turned");
+    report.push_back({file, name_of(*tracks), score::score_palindrome(*tracks)});
+  }
+  return report;
+}
+
+void write(const std::string &text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
+    throw std::runtime_error("the output can't be written");
+}
+
 void run(const Options &options, std::vector<std::string> &notes) {
+  if (options.palindrome) {
+    const PalindromeReport report = palindromes(options, notes);
+    return write(options.json ? as_json(report) : options.markdown ? as_markdown(report) : as_text(report));
+  }
   if (options.print_points) {
     if (options.files.size() != 1) throw UsageError("--print-points takes one TRUTH");
     const Input input = read_input(options.files.front(), notes);
@@ -222,12 +253,10 @@ void run(const Options &options, std::vector<std::string> &notes) {
   reader.read(notes);
   const ScoreReport report = make_report(reader.names, reader.clips, notes, options.resamples);
   if (!options.plots.empty()) draw_plots(report, options.plots);
-  const std::string text = options.json       ? as_json(report)
-                           : options.csv      ? as_csv(report)
-                           : options.markdown ? as_markdown(report)
-                                              : as_text(report);
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
-    throw std::runtime_error("the output can't be written");
+  write(options.json       ? as_json(report)
+        : options.csv      ? as_csv(report)
+        : options.markdown ? as_markdown(report)
+                           : as_text(report));
 }
 
 int main(int argc, char **argv) {

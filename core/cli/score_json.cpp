@@ -1,81 +1,27 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "cli/json.h"
+#include "cli/json_writer.h"
 #include "cli/score_report.h"
 #include "score/tap_vid.h"
 
 namespace csd::cli {
 namespace {
 
-/// json-glib's builder with C++ types. What is not finite is null.
-class Writer {
- public:
-  Writer() : builder_(json_builder_new()) {}
-
-  Writer &begin_object() { return json_builder_begin_object(builder_.get()), *this; }
-  Writer &end_object() { return json_builder_end_object(builder_.get()), *this; }
-  Writer &begin_array() { return json_builder_begin_array(builder_.get()), *this; }
-  Writer &end_array() { return json_builder_end_array(builder_.get()), *this; }
-  Writer &key(std::string_view name) {
-    json_builder_set_member_name(builder_.get(), std::string(name).c_str());
-    return *this;
-  }
-  Writer &value(double number) {
-    if (std::isfinite(number))
-      json_builder_add_double_value(builder_.get(), number);
-    else
-      json_builder_add_null_value(builder_.get());
-    return *this;
-  }
-  Writer &whole(std::uint64_t number) {
-    json_builder_add_int_value(builder_.get(), static_cast<gint64>(number));
-    return *this;
-  }
-  /// A file name need not be UTF-8; JSON is.
-  Writer &text(const std::string &string) {
-    gchar *const valid = g_utf8_make_valid(string.c_str(), static_cast<gssize>(string.size()));
-    json_builder_add_string_value(builder_.get(), valid);
-    g_free(valid);
-    return *this;
-  }
-  Writer &values(const score::Thresholds &numbers) {
-    begin_array();
-    for (const double number : numbers) value(number);
-    return end_array();
-  }
-
-  std::string finish() {
-    std::unique_ptr<JsonGenerator, UnrefObject> generator(json_generator_new());
-    JsonNode *const root = json_builder_get_root(builder_.get());
-    json_generator_set_root(generator.get(), root);
-    json_generator_set_pretty(generator.get(), TRUE);
-    json_generator_set_indent(generator.get(), 1);
-    gchar *const data = json_generator_to_data(generator.get(), nullptr);
-    std::string text = std::string(data) + "\n";
-    g_free(data);
-    json_node_unref(root);
-    return text;
-  }
-
- private:
-  std::unique_ptr<JsonBuilder, UnrefObject> builder_;
-};
-
-void add_interval(Writer &out, const score::Interval &interval) {
+void add_interval(JsonWriter &out, const score::Interval &interval) {
   out.key("low").value(interval.low).key("high").value(interval.high);
 }
 
-void add_paper(Writer &out, const score::PaperScore &paper) {
+void add_paper(JsonWriter &out, const score::PaperScore &paper) {
   out.key("sensitivity").value(paper.sensitivity).key("k").value(paper.k).key("k_visible").value(paper.k_visible);
 }
 
-void add_counts(Writer &out, const score::Counts &counts) {
+void add_counts(JsonWriter &out, const score::Counts &counts) {
   out.key("counts").begin_object();
   out.key("correct").whole(counts.correct).key("wrong").whole(counts.wrong).key("missed").whole(counts.missed);
   out.key("hidden_claimed").whole(counts.on_hidden).key("hidden_quiet").whole(counts.quiet);
   out.end_object();
 }
 
-void add_clips(Writer &out, const ScoreReport &report) {
+void add_clips(JsonWriter &out, const ScoreReport &report) {
   out.key("clips").begin_array();
   for (const auto &clip : report.clips) {
     out.begin_object().key("truth").text(clip.truth);
@@ -91,7 +37,7 @@ void add_clips(Writer &out, const ScoreReport &report) {
   out.end_array();
 }
 
-void add_curve(Writer &out, const score::TrackerScore &tracker) {
+void add_curve(JsonWriter &out, const score::TrackerScore &tracker) {
   out.key("curve").begin_array();
   for (const score::CurvePoint &point : tracker.curve) {
     out.begin_object().key("pixels").value(point.pixels);
@@ -101,7 +47,7 @@ void add_curve(Writer &out, const score::TrackerScore &tracker) {
   out.end_array();
 }
 
-void add_stir(Writer &out, const score::TrackerScore &tracker) {
+void add_stir(JsonWriter &out, const score::TrackerScore &tracker) {
   out.key("stir_2026").begin_object();
   out.key("aj").value(tracker.stir_2026.aj).key("ata").value(tracker.stir_2026.delta_avg);
   out.key("oa").value(tracker.stir_2026.oa).key("pixels").values(score::stir_2026_pixels);
@@ -113,7 +59,7 @@ void add_stir(Writer &out, const score::TrackerScore &tracker) {
   out.key("control_within").values(tracker.stir_2024_control.within).end_object();
 }
 
-void add_reliability(Writer &out, const score::Reliability &reliability) {
+void add_reliability(JsonWriter &out, const score::Reliability &reliability) {
   out.key("calibration").begin_object().key("ece").value(reliability.ece()).key("bins").begin_array();
   for (const score::Reliability::Bin &bin : reliability.bins)
     out.begin_object()
@@ -127,7 +73,7 @@ void add_reliability(Writer &out, const score::Reliability &reliability) {
   out.end_array().end_object();
 }
 
-void add_tracker_clips(Writer &out, const score::TrackerScore &tracker) {
+void add_tracker_clips(JsonWriter &out, const score::TrackerScore &tracker) {
   out.key("clips").begin_array();
   for (const score::ClipScore &clip : tracker.clips) {
     out.begin_object();
@@ -142,7 +88,7 @@ void add_tracker_clips(Writer &out, const score::TrackerScore &tracker) {
   out.end_array();
 }
 
-void add_tracker(Writer &out, const score::TrackerScore &tracker) {
+void add_tracker(JsonWriter &out, const score::TrackerScore &tracker) {
   out.begin_object().key("name").text(tracker.name);
   for (std::size_t h = 0; h < score::headline_count; ++h) {
     out.key(score::headline_name(h)).begin_object().key("value").value(tracker.headline[h]);
@@ -172,7 +118,7 @@ void add_tracker(Writer &out, const score::TrackerScore &tracker) {
 }  // namespace
 
 std::string as_json(const ScoreReport &report) {
-  Writer out;
+  JsonWriter out;
   out.begin_object().key("schema").whole(1).key("resamples").whole(report.resamples);
   add_clips(out, report);
   out.key("trackers").begin_array();

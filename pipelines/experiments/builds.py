@@ -24,17 +24,17 @@ def program(name):
     return BUILD / TARGETS[name]
 
 
-def make(install):
+def make(install, targets=tuple(TARGETS), packages="run test", commands=("parallel", "gnuplot")):
     """Installs what is missing, unless told not to, and builds. Raises Failure."""
     script = '. "$root/pipelines/lib/setup.sh"; set -o pipefail\n'
     if install:
-        script += "ensure_packages run test >&2 || exit 1\n"
-    script += f'{{ configure "$1" && ninja -C "$1" {" ".join(TARGETS.values())}; }} 2>&1'
-    done = subprocess.run(["bash", "-c", script, "paper", BUILD], env={**os.environ, "root": str(ROOT)}, stdin=subprocess.DEVNULL,
+        script += f"ensure_packages {packages} >&2 || exit 1\n"
+    script += f'{{ configure "$1" && ninja -C "$1" {" ".join(TARGETS[t] for t in targets)}; }} 2>&1'
+    done = subprocess.run(["bash", "-c", script, "builds", BUILD], env={**os.environ, "root": str(ROOT)}, stdin=subprocess.DEVNULL,
                           stdout=subprocess.PIPE, text=True)
     if done.returncode:
         raise Failure("the programs could not be built:\n" + "\n".join(done.stdout.splitlines()[-12:]))
-    for command in ("parallel", "gnuplot"):
+    for command in commands:
         if not shutil.which(command):
             raise Failure(f"there is no {command}: install Debian's package {'gnuplot-nox' if command == 'gnuplot' else command}")
 

@@ -262,6 +262,65 @@ class Output(Case):
             self.assertIn(word, done.stdout)
 
 
+class Palindrome(Case):
+    def write_there_and_back(self, name, algorithm, frames=30, **still):
+        """A scene that a tracker follows there and back, but for its errors."""
+        scene = Scene(4, frames=frames)
+        if still:
+            scene.tracks[:], scene.claimed[:] = scene.tracks[:, :1], True
+        scene.write_tracks(self.tmp / name, algorithm)
+        return scene, self.tmp / name
+
+    def test_against_numpy(self):
+        for frames in (30, 31):
+            scene, tracks = self.write_there_and_back("tracks", "lk", frames)
+            row, = self.report("--palindrome", tracks)["palindromes"]
+            begun = scene.claimed[:, 0]
+            path, claimed = scene.tracks[begun], scene.claimed[begun]
+            off = np.linalg.norm(path - path[:, ::-1], axis=2)[:, :frames // 2]
+            both = (claimed & claimed[:, ::-1])[:, :frames // 2]
+            self.assertEqual(row["counts"], {
+                "frames": frames, "features": begun.sum(), "claims": claimed.sum(), "pairs": both.sum(),
+                "apart": (both & (off > 5)).sum(), "returned": (both & (off <= 2))[:, 0].sum(),
+                "falsely_returned": (both & (off > 5))[:, 0].sum()})
+            self.assert_close(row["claimed"], claimed.mean())
+            self.assert_close(row["apart"], (both & (off > 5)).sum() / both.sum())
+
+    def test_means_and_tables(self):
+        _, a = self.write_there_and_back("a", "lk")
+        _, b = self.write_there_and_back("b", "lk", still=True)
+        _, c = self.write_there_and_back("c", "csd-2012", still=True)
+        found = self.report("--palindrome", a, b, c)
+        self.assertEqual([row["tracker"] for row in found["palindromes"]], ["lk", "lk", "csd-2012"])
+        mean, = found["means"]
+        self.assertEqual((mean["tracker"], mean["clips"]), ("lk", 2))
+        for share in ("claimed", "apart", "returned", "falsely_returned"):
+            self.assert_close(mean[share], np.mean([row[share] for row in found["palindromes"][:2]]))
+        self.assertEqual([found["palindromes"][2][s] for s in ("claimed", "apart", "returned", "falsely_returned")],
+                         [1, 0, 1, 0], "what never moves")
+        text = run("--palindrome", a, b, c).stdout.splitlines()
+        self.assertEqual(text[4].split(), [str(c), "csd-2012", "7", "30", "1.000", "0.000", "1.000", "0.000"])
+        rows = [line.split("|") for line in run("--palindrome", "--markdown", a, b, c).stdout.splitlines() if "|" in line]
+        self.assertEqual({len(row) for row in rows}, {10})
+        self.assertEqual([rows[-1][i].strip() for i in (1, 2, 5)], ["mean of 2", "lk", f"{mean['claimed']:.3f}"])
+
+    def refuse(self, code, text, *arguments):
+        done = run(*arguments)
+        self.assertEqual((done.returncode, done.stdout), (code, ""))
+        self.assertIn(text, done.stderr)
+
+    def test_refusals(self):
+        scene, tracks = self.write_there_and_back("tracks", "lk")
+        scene.write_truth(self.tmp / "truth")
+        scene.write_tracks_csv(self.tmp / "table")
+        self.refuse(1, "is truth", "--palindrome", self.tmp / "truth")
+        self.refuse(1, "wants csdtrackenc's .jsonl", "--palindrome", self.tmp / "table")
+        self.refuse(2, "--palindrome goes with", "--palindrome", "--csv", tracks)
+        self.refuse(2, "--palindrome goes with", "--palindrome", "--ids", "1", tracks)
+        tracks.write_text(tracks.read_text()[:-9])
+        self.refuse(1, "nobody knows where the video turned", "--palindrome", tracks)
+
+
 class Refusals(Case):
     def refuse(self, code, text, *arguments):
         done = run(*arguments)
