@@ -130,7 +130,7 @@ def quick(seeds):
     several = tuple(range(FIRST_SEED, FIRST_SEED + seeds))
     return Plan(tuple(
         Sequence(*kind, 12, 40, (FIRST_SEED,)) if kind[0] == "simulation"
-        else Sequence(*kind, 8, 24, several) for kind in KINDS) + of_why(8, 24) + of_pictures(8, 24), 2, 10, 1, 30, False)
+        else Sequence(*kind, 8, 14, several) for kind in KINDS) + of_why(8, 14) + of_pictures(8, 14), 2, 10, 1, 30, False)
 
 
 PLANS = {"full": full, "quick": quick}

@@ -86,14 +86,14 @@ plugin_links() {
   ! readelf -d "$plugin" | grep -E 'NEEDED.*(opencv_highgui|opencv_imgcodecs|libjson-glib)'
 }
 
-step_tests() { meson_tests tests "$root/build" --no-suite=quickstart --no-suite=experiments; }
+step_tests() { meson_tests tests "$root/build" --no-suite=quickstart; }
 step_quickstart() { meson_tests quickstart "$root/build" --suite=quickstart; }
 step_leaks() { meson_tests leaks "$root/build" --setup=leaks --suite=check; }
 
 step_asan() {
   # The programs are tests/long's: building them again costs a third of the time.
   check 'build with ASan and UBSan' sanitized_build "$root/build-asan" address,undefined '' "${programs:-disabled}" || return
-  meson_tests asan "$root/build-asan" --setup=asan --no-suite=quickstart --no-suite=experiments
+  meson_tests asan "$root/build-asan" --setup=asan --no-suite=quickstart
 }
 
 step_tsan() {
