@@ -3,6 +3,7 @@
 #include <glib.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <fstream>
@@ -35,9 +36,11 @@ std::string description() {
       "(... ! y4menc ! fdsink | csd-peers ... -). POINTS are \"x,y;x,y\" in pixels (ids 0, 1, ...), or a file with "
       "truth\n"
       "or tracks, .jsonl or .csv: the points visible in its frame 0, under their ids.\n\nTrackers:\n";
+  std::size_t widest = 0;
+  for (const PeerKind &kind : peer_kinds()) widest = std::max(widest, kind.name.size());
   for (const PeerKind &kind : peer_kinds()) {
     const std::string name(kind.name);
-    text += "  " + name + std::string(13 - name.size(), ' ') + std::string(kind.about) + "\n";
+    text += "  " + name + std::string(widest + 2 - name.size(), ' ') + std::string(kind.about) + "\n";
   }
   return text + "\nExit code: 0 tracked, 1 wrong input, 2 wrong usage.";
 }

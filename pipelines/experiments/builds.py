@@ -47,12 +47,17 @@ def environment():
 
 @functools.cache
 def fingerprint(name):
-    return hashlib.sha256(program(name).read_bytes()).hexdigest()
+    return checksum(program(name))
+
+
+def checksum(path):
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def identity(sequence, seed, plan):
     """What a run depends on. A run of another identity is another run."""
-    return {"source": sequence.source(seed), "slow_features": plan.slow_features, "slow_frames": plan.slow_frames,
+    texture = {"texture": checksum(sequence.picture())} if sequence.clip else {}
+    return {"source": sequence.source(seed), **texture, "slow_features": plan.slow_features, "slow_frames": plan.slow_frames,
             "plugin": fingerprint("plugin"), "csd-peers": fingerprint("csd-peers")}
 
 

@@ -137,6 +137,17 @@ class Errors(unittest.TestCase):
             self.assertIn(file.name, done.stderr)
             self.assertNotIn("Traceback", done.stderr)
 
+    def test_a_clip_that_is_no_video(self):
+        with tempfile.TemporaryDirectory() as clips, tempfile.TemporaryDirectory() as out:
+            clip = pathlib.Path(clips) / "heart.mkv"
+            clip.write_bytes(b"no video " * 1000)
+            done = subprocess.run([ROOT / "pipelines" / "experiments" / "paper", "--no-install", "--quick", "--out", out],
+                                  capture_output=True, text=True,
+                                  env={**os.environ, "CSDTRACK_BUILD": str(BUILD), "CSDTRACK_CLIPS": clips})
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn(f"{clip}: no frame could be read", done.stderr)
+            self.assertNotIn("Traceback", done.stderr)
+
     def test_help(self):
         done = paper("--help")
         self.assertEqual(done.returncode, 0)
@@ -164,7 +175,7 @@ class Numbers(unittest.TestCase):
 
     def test_seeds(self):
         plan = sequences.full(3)
-        self.assertEqual(sorted(s.frames for s, _ in plan.runs()), [500] * 27 + [4000])
+        self.assertEqual(sorted(s.frames for s, _ in plan.runs() if s.figure), [500] * 27 + [4000])
         self.assertEqual(min(seed for _, seed in plan.runs()), 101, "1 to 20 are for development")
 
 
