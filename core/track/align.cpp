@@ -13,9 +13,9 @@ namespace csd {
 namespace {
 
 constexpr int most_iterations = 8;
-constexpr double small_step = .03;    // samples
-constexpr double longest_step = 3;    // samples
-constexpr double largest_shear = .3;  // of one step
+constexpr double close_enough = .008;  // samples, of what is left to go
+constexpr double longest_step = 3;     // samples
+constexpr double largest_shear = .3;   // of one step
 constexpr double least_inside = .55;
 constexpr int least_counted = PatchPlane::pixels / 10;
 constexpr double least_variance = .01;  // grey levels²; below, there is nothing to see
@@ -139,6 +139,12 @@ bool sane(const AffineState &state) {
   return std::isfinite(state.position.x) && std::isfinite(state.position.y) && scale > 1e-2 && scale < 1e2;
 }
 
+/// How far the steps to come would lead, if they go on shrinking as the last did.
+double remaining(double size, double previous) {
+  const double rate = previous > 0 ? std::clamp(size / previous, .2, .9) : .3;
+  return size * rate / (1 - rate);
+}
+
 /// The kernels of one twin.
 struct Simd {
   PatchTile tile;
@@ -175,6 +181,7 @@ Alignment align_with(const Pyramid &pyramid, const GlareWeights &weights, const 
   const PatchPlane *m = &weight;
   PatchFit fit;
   AffineState state = start;
+  double previous = 0;
   for (;;) {
     bool plain = false;
     const double inside = twin.sample(pyramid.level(frame_level), weights.level(frame_level),
@@ -188,7 +195,8 @@ Alignment align_with(const Pyramid &pyramid, const GlareWeights &weights, const 
     apply(step, level, state);
     ++out.iterations;
     if (!sane(state)) return out;
-    if (step.size() < small_step || out.iterations == most_iterations) break;
+    if (remaining(step.size(), previous) < close_enough || out.iterations == most_iterations) break;
+    previous = step.size();
   }
   // Of the last residuals, which the last step made a little smaller: sampling once more would tell nothing new.
   const PatchMoments moments = Twin::moments(anchor, value, *m);
