@@ -135,8 +135,9 @@ void apply(const Step &step, int level, AffineState &state) {
 }
 
 bool sane(const AffineState &state) {
+  constexpr double far = 1e6;  // beyond any picture
   const double scale = state.scale();
-  return std::isfinite(state.position.x) && std::isfinite(state.position.y) && scale > 1e-2 && scale < 1e2;
+  return std::abs(state.position.x) < far && std::abs(state.position.y) < far && scale > 1e-2 && scale < 1e2;
 }
 
 /// How far the steps to come would lead, if they go on shrinking as the last did.

@@ -121,12 +121,12 @@ HWY_INLINE double Sum(Floats d, V v) {
 constexpr std::size_t kQuantised = 544;  // PatchPlane::size in whole vectors of 32
 
 // The median of n values among kQuantised, of which those that don't count are 32767: by bisection, which needs no more
-// than compare and count. Not above `high` (inclusive); interpolated within the last bracket.
+// than compare and count. Not above `high` (inclusive); interpolated within one unit.
 double Median(const std::int16_t *HWY_RESTRICT values, int n, int high) {
   const hn::CappedTag<std::int16_t, 32> d;
   const int rank = n / 2;
   int low = -1, below = 0, upto = n;  // below: how many are ≤ low; upto: ≤ high
-  while (high - low > 1 + low / 32) {
+  while (high - low > 1) {
     const int middle = low + (high - low) / 2;
     const auto bound = hn::Set(d, static_cast<std::int16_t>(middle + 1));
     std::size_t count = 0;
@@ -237,7 +237,7 @@ void FitPatch(const AnchorLevel &anchor, const PatchPlane &value, const PatchPla
   const hn::Rebind<std::int16_t, Floats> d16;
   const V slope = hn::Set(d, static_cast<float>(1 / fit.gain)),
           offset = hn::Set(d, static_cast<float>(-fit.bias / fit.gain));
-  const V unit = hn::Set(d, 128.F), most = hn::Set(d, 32767.F), counts = hn::Set(d, counted_weight);
+  const V unit = hn::Set(d, 128.F), most = hn::Set(d, 128 * largest_residual), counts = hn::Set(d, counted_weight);
   V total = zero, weights = zero;
   std::size_t counted = 0;
   for (std::size_t i = 0; i < PatchPlane::size; i += lanes) {

@@ -36,7 +36,7 @@ inline constexpr std::size_t unknowns = 8, first_shape = 2, first_position = 6;
 /// of the next step.
 struct PatchFit {
   double gain = 1, bias = 0;
-  double noise = 0;                         ///< 1.48 · median |r| where there is weight
+  double noise = 0;                         ///< 1.48 · median |r| where there is weight, |r| no more than 256
   double weight = 0;                        ///< Σ m
   double inliers = 0;                       ///< Σ robust · m
   int counted = 0;                          ///< pixels of which the noise is known: m > .25
@@ -49,6 +49,8 @@ struct PatchFit {
 /// The weight from which a pixel's residual is taken for the noise; bound of the gain; change of the weights that makes
 /// a new matrix.
 inline constexpr float counted_weight = .25F, smallest_gain = .08F, largest_drift = .1F;
+/// |r| that the noise knows, in grey levels of the anchor: 15 bits in 1/128.
+inline constexpr float largest_residual = 32767 / 128.F;
 /// How far beyond the outermost pixels' centres a sample still counts as inside: a rounding error, not a pixel.
 inline constexpr double inside_tolerance = 1e-3;
 

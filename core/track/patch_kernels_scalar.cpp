@@ -60,7 +60,7 @@ void fit_patch(const AnchorLevel &anchor, const PatchPlane &value, const PatchPl
   std::vector<float> sizes;
   for_each_sample([&](int, int, std::size_t i) {
     r.data[i] = static_cast<float>((I[i] - fit.bias) / fit.gain - T[i]);
-    if (m[i] > counted_weight) sizes.push_back(std::abs(r.data[i]));
+    if (m[i] > counted_weight) sizes.push_back(std::min(std::abs(r.data[i]), largest_residual));
   });
   fit.counted = static_cast<int>(sizes.size());
   fit.noise = 0;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // What one feature's alignment costs in a frame, on each SIMD target; OpenCV's PyrLK there and back beside it.
 #include <benchmark/benchmark.h>
-#include <hwy/targets.h>
 
 #include <cmath>
 #include <opencv2/video/tracking.hpp>
 #include <string>
 
+#include "core/track/simd_targets.h"
 #include "core/track/warped_picture.h"
 #include "track/align.h"
 
@@ -101,17 +101,11 @@ void opencv_pyrlk_forward_backward(benchmark::State &state) {
 }
 BENCHMARK(opencv_pyrlk_forward_backward)->Unit(benchmark::kMicrosecond);
 
-void on_target(std::int64_t target) {
-  hwy::SetSupportedTargetsForTest(target);
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-}
-
 const int registered = [] {
   const auto add = [](const std::string &name, auto what, Align run, bool turned, std::int64_t target) {
     benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State &state) {
-      on_target(target);
+      const test::OnTarget scope(target);
       what(state, run, turned);
-      on_target(0);
     })->Unit(benchmark::kMicrosecond);
   };
   const auto add_all = [&](const std::string &name, Align run, std::int64_t target) {
