@@ -22,52 +22,49 @@ constexpr double least_variance = .01;  // grey levels²; below, there is nothin
 
 /// A symmetric system whose unknowns are eliminated in order, the two of the position last.
 struct System {
-  int n = 0;
-  std::array<std::array<double, unknowns>, unknowns> matrix{};  // upper triangle
-  std::array<double, unknowns> gradient{}, step{};
+  std::size_t n = unknowns;
+  std::array<std::array<double, unknowns>, unknowns> matrix;  // upper triangle
+  std::array<double, unknowns> gradient, per_pivot, step;
 
   /// Eliminates unknowns `begin` … `end`: what is left in the matrix beyond `end` is information about the others with
   /// these unknown. One that nothing is known of stays as it is.
-  void eliminate(int begin, int end) {
-    for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k) {
+  void eliminate(std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
       auto &row = matrix[k];
-      if (!(row[k] > 1e-9)) {
-        row.fill(0);
-        gradient[k] = 0;
-        continue;
-      }
-      for (std::size_t i = k + 1; i < static_cast<std::size_t>(n); ++i) {
-        const double f = row[i] / row[k];
-        for (std::size_t j = i; j < static_cast<std::size_t>(n); ++j) matrix[i][j] -= f * row[j];
+      per_pivot[k] = row[k] > 1e-9 ? 1 / row[k] : 0;
+      for (std::size_t i = k + 1; i < n; ++i) {
+        const double f = row[i] * per_pivot[k];
+        for (std::size_t j = i; j < n; ++j) matrix[i][j] -= f * row[j];
         gradient[i] -= f * gradient[k];
       }
     }
   }
 
   void back_substitute() {
-    for (auto k = static_cast<std::size_t>(n); k-- > 0;) {
+    for (std::size_t k = n; k-- > 0;) {
       double s = gradient[k];
-      for (std::size_t j = k + 1; j < static_cast<std::size_t>(n); ++j) s -= matrix[k][j] * step[j];
-      step[k] = matrix[k][k] > 0 ? s / matrix[k][k] : 0;
+      for (std::size_t j = k + 1; j < n; ++j) s -= matrix[k][j] * step[j];
+      step[k] = s * per_pivot[k];
     }
   }
 };
 
-/// A similarity's step has two unknowns, θ2 = θ5 and θ4 = −θ3.
-System reduce(const System &full) {
-  static constexpr double basis[6][unknowns] = {{1, 0, 0, 0, 0, 0, 0, 0}, {0, 1, 0, 0, 0, 0, 0, 0},
-                                                {0, 0, 1, 0, 0, 1, 0, 0}, {0, 0, 0, -1, 1, 0, 0, 0},
-                                                {0, 0, 0, 0, 0, 0, 1, 0}, {0, 0, 0, 0, 0, 0, 0, 1}};
-  System s;
-  s.n = 6;
-  for (std::size_t a = 0; a < 6; ++a)
-    for (std::size_t i = 0; i < unknowns; ++i) {
-      s.gradient[a] += basis[a][i] * full.gradient[i];
-      for (std::size_t b = a; b < 6; ++b)
-        for (std::size_t j = 0; j < unknowns; ++j)
-          s.matrix[a][b] += basis[a][i] * basis[b][j] * full.matrix[std::min(i, j)][std::max(i, j)];
-    }
-  return s;
+/// A similarity's step has two unknowns for the shape's four: θ2 = θ5 and θ4 = −θ3.
+void reduce(System &s) {
+  auto &H = s.matrix;
+  auto &g = s.gradient;
+  for (const std::size_t i : {0, 1}) {
+    H[i][2] += H[i][5];
+    H[i][3] = H[i][4] - H[i][3];
+    H[i][4] = H[i][6], H[i][5] = H[i][7];
+  }
+  const double turn = H[3][3] + H[4][4] - 2 * H[3][4], both = H[2][4] + H[4][5] - H[2][3] - H[3][5];
+  H[2][2] += H[5][5] + 2 * H[2][5], H[2][3] = both;
+  H[2][4] = H[2][6] + H[5][6], H[2][5] = H[2][7] + H[5][7];
+  H[3][3] = turn, H[3][4] = H[4][6] - H[3][6], H[3][5] = H[4][7] - H[3][7];
+  H[4][4] = H[6][6], H[4][5] = H[6][7], H[5][5] = H[7][7];
+  g[2] += g[5], g[3] = g[4] - g[3], g[4] = g[6], g[5] = g[7];
+  s.n = unknowns - 2;
 }
 
 struct Step {
@@ -84,7 +81,6 @@ struct Step {
 Step solve(const PatchFit &fit, const AffineState &at, const AffineState &start, int level, const AlignPrior &prior,
            AlignModel model, cv::Matx22d &information) {
   System s;
-  s.n = unknowns;
   // Blurred noise is correlated: 3σ, not σ.
   const double sigma = 3 * std::max(fit.noise, 1.), precision = 1 / (sigma * sigma);
   for (std::size_t i = 0; i < unknowns; ++i) {
@@ -101,11 +97,10 @@ Step solve(const PatchFit &fit, const AffineState &at, const AffineState &start,
       for (int other = row; other < 2; ++other)
         s.matrix[a][first_shape + static_cast<std::size_t>(2 * other + column)] += belief * EtE(row, other) / 100;
     }
-  if (model == AlignModel::similarity) s = reduce(s);
-  const int position = s.n - 2;
-  s.eliminate(0, position);
+  if (model == AlignModel::similarity) reduce(s);
+  const std::size_t p = s.n - 2;
+  s.eliminate(0, p);
 
-  const auto p = static_cast<std::size_t>(position);
   const cv::Matx22d B = at.shape * std::ldexp(1., level), back = B.inv();
   const cv::Matx22d data{s.matrix[p][p], s.matrix[p][p + 1], s.matrix[p][p + 1], s.matrix[p + 1][p + 1]};
   information = back.t() * data * back;
@@ -114,7 +109,7 @@ Step solve(const PatchFit &fit, const AffineState &at, const AffineState &start,
   const cv::Vec2d pull = B.t() * prior.position * cv::Vec2d(off.x, off.y);
   s.matrix[p][p] += about(0, 0), s.matrix[p][p + 1] += about(0, 1), s.matrix[p + 1][p + 1] += about(1, 1);
   s.gradient[p] += pull[0], s.gradient[p + 1] += pull[1];
-  s.eliminate(position, s.n);
+  s.eliminate(p, s.n);
   s.back_substitute();
 
   Step step;

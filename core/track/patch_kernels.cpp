@@ -118,6 +118,37 @@ HWY_INLINE double Sum(Floats d, V v) {
   return hn::GetLane(hn::SumOfLanes(d, v));
 }
 
+#if HWY_HAVE_SCALABLE
+template <class D>
+HWY_INLINE void Sums(D d, V a, V b, V c, V e, float *out) {
+  out[0] = hn::GetLane(hn::SumOfLanes(d, a)), out[1] = hn::GetLane(hn::SumOfLanes(d, b));
+  out[2] = hn::GetLane(hn::SumOfLanes(d, c)), out[3] = hn::GetLane(hn::SumOfLanes(d, e));
+}
+#else
+// Adds up the blocks of four lanes.
+template <class D>
+HWY_INLINE hn::Vec<hn::CappedTag<float, 4>> AddBlocks(D d, hn::Vec<D> v) {
+  if constexpr (hn::MaxLanes(D()) == 4) {
+    return v;
+  } else {
+    const hn::Half<D> half;
+    return AddBlocks(half, hn::Add(hn::LowerHalf(half, v), hn::UpperHalf(half, v)));
+  }
+  static_cast<void>(d);
+}
+
+// Four sums at once, for a third of the work of four.
+HWY_INLINE void Sums(Floats d, V a, V b, V c, V e, float *out) {
+  const hn::Repartition<double, Floats> d64;
+  const V ab = hn::Add(hn::InterleaveLower(d, a, b), hn::InterleaveUpper(d, a, b));  // a b a b
+  const V ce = hn::Add(hn::InterleaveLower(d, c, e), hn::InterleaveUpper(d, c, e));
+  const auto ab64 = hn::BitCast(d64, ab), ce64 = hn::BitCast(d64, ce);
+  const V lower = hn::BitCast(d, hn::InterleaveLower(d64, ab64, ce64));  // a b c e
+  const V upper = hn::BitCast(d, hn::InterleaveUpper(d64, ab64, ce64));
+  hn::StoreU(AddBlocks(d, hn::Add(lower, upper)), hn::CappedTag<float, 4>(), out);
+}
+#endif
+
 constexpr std::size_t kQuantised = 544;  // PatchPlane::size in whole vectors of 32
 
 // The median of n values among kQuantised, of which those that don't count are 32767: by bisection, which needs no more
@@ -194,18 +225,22 @@ void Matrix(const AnchorLevel &anchor, const PatchPlane &weight, const PatchPlan
     };
     add(D, d0, d1), add(E, e0, e1), add(F, f0, f1), add(G, g0, g1);
   }
+  alignas(16) float a6[8], b6[8], c6[8], d3[4], e3[4], f3[4], g3[4];
+  Sums(d, A.one, A.x, A.y, A.xx, a6), Sums(d, A.xy, A.yy, tt, t, a6 + 4);
+  Sums(d, B.one, B.x, B.y, B.xx, b6), Sums(d, B.xy, B.yy, w1, zero, b6 + 4);
+  Sums(d, C.one, C.x, C.y, C.xx, c6), Sums(d, C.xy, C.yy, zero, zero, c6 + 4);
+  Sums(d, D.one, D.x, D.y, zero, d3), Sums(d, E.one, E.x, E.y, zero, e3);
+  Sums(d, F.one, F.x, F.y, zero, f3), Sums(d, G.one, G.x, G.y, zero, g3);
   auto &H = fit.matrix;
-  H[0][0] = Sum(d, tt), H[0][1] = Sum(d, t), H[1][1] = Sum(d, w1);
-  H[0][2] = Sum(d, D.x), H[0][3] = Sum(d, D.y), H[0][6] = Sum(d, D.one);
-  H[0][4] = Sum(d, E.x), H[0][5] = Sum(d, E.y), H[0][7] = Sum(d, E.one);
-  H[1][2] = Sum(d, F.x), H[1][3] = Sum(d, F.y), H[1][6] = Sum(d, F.one);
-  H[1][4] = Sum(d, G.x), H[1][5] = Sum(d, G.y), H[1][7] = Sum(d, G.one);
-  H[2][2] = Sum(d, A.xx), H[2][3] = Sum(d, A.xy), H[3][3] = Sum(d, A.yy);
-  H[2][4] = Sum(d, B.xx), H[2][5] = H[3][4] = Sum(d, B.xy), H[3][5] = Sum(d, B.yy);
-  H[4][4] = Sum(d, C.xx), H[4][5] = Sum(d, C.xy), H[5][5] = Sum(d, C.yy);
-  H[2][6] = Sum(d, A.x), H[3][6] = Sum(d, A.y), H[6][6] = Sum(d, A.one);
-  H[2][7] = H[4][6] = Sum(d, B.x), H[3][7] = H[5][6] = Sum(d, B.y), H[6][7] = Sum(d, B.one);
-  H[4][7] = Sum(d, C.x), H[5][7] = Sum(d, C.y), H[7][7] = Sum(d, C.one);
+  H[0][0] = a6[6], H[0][1] = a6[7], H[1][1] = b6[6];
+  H[0][2] = d3[1], H[0][3] = d3[2], H[0][4] = e3[1], H[0][5] = e3[2], H[0][6] = d3[0], H[0][7] = e3[0];
+  H[1][2] = f3[1], H[1][3] = f3[2], H[1][4] = g3[1], H[1][5] = g3[2], H[1][6] = f3[0], H[1][7] = g3[0];
+  H[2][2] = a6[3], H[2][3] = a6[4], H[3][3] = a6[5];
+  H[2][4] = b6[3], H[2][5] = H[3][4] = b6[4], H[3][5] = b6[5];
+  H[4][4] = c6[3], H[4][5] = c6[4], H[5][5] = c6[5];
+  H[2][6] = a6[1], H[3][6] = a6[2], H[6][6] = a6[0];
+  H[2][7] = H[4][6] = b6[1], H[3][7] = H[5][6] = b6[2], H[6][7] = b6[0];
+  H[4][7] = c6[1], H[5][7] = c6[2], H[7][7] = c6[0];
 }
 
 void FitPatch(const AnchorLevel &anchor, const PatchPlane &value, const PatchPlane &weight, PatchPlane &robust,
@@ -224,7 +259,9 @@ void FitPatch(const AnchorLevel &anchor, const PatchPlane &value, const PatchPla
     v1 = hn::Add(v1, w), vT = hn::Add(vT, wt), vTT = hn::MulAdd(wt, t, vTT);
     vI = hn::MulAdd(w, v, vI), vIT = hn::MulAdd(wt, v, vIT);
   }
-  const double s1 = Sum(d, v1), sT = Sum(d, vT), sTT = Sum(d, vTT), sI = Sum(d, vI), sIT = Sum(d, vIT);
+  alignas(16) float sums[4];
+  Sums(d, v1, vT, vTT, vI, sums);
+  const double s1 = sums[0], sT = sums[1], sTT = sums[2], sI = sums[3], sIT = Sum(d, vIT);
   const double spread = s1 * sTT - sT * sT;
   fit.gain = std::max<double>(spread > 0 ? (s1 * sIT - sI * sT) / spread : 0, smallest_gain);
   fit.bias = s1 > 0 ? (sI - fit.gain * sT) / s1 : 0;
@@ -285,7 +322,9 @@ void FitPatch(const AnchorLevel &anchor, const PatchPlane &value, const PatchPla
     g2 = hn::MulAdd(x, p0, g2), g3 = hn::Add(g3, p1), g4 = hn::MulAdd(x, q0, g4), g5 = hn::Add(g5, q1);
     g6 = hn::Add(g6, p0), g7 = hn::Add(g7, q0);
   }
-  fit.gradient = {Sum(d, gT), Sum(d, g1), Sum(d, g2), Sum(d, g3), Sum(d, g4), Sum(d, g5), Sum(d, g6), Sum(d, g7)};
+  alignas(16) float g[8];
+  Sums(d, gT, g1, g2, g3, g), Sums(d, g4, g5, g6, g7, g + 4);
+  std::copy_n(g, unknowns, fit.gradient.begin());
   fit.inliers = Sum(d, inliers);
   if (fit.drift >= 0) fit.drift += Sum(d, change);
   if (fit.drift >= 0 && fit.drift < largest_drift * fit.inliers) return;
