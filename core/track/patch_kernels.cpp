@@ -11,8 +11,6 @@
 // After foreach_target.
 #include <hwy/highway.h>
 
-#include "track/patch_lanes.h"
-
 HWY_BEFORE_NAMESPACE();
 namespace csd {
 namespace HWY_NAMESPACE {
@@ -127,14 +125,13 @@ HWY_INLINE void Sums(D d, V a, V b, V c, V e, float *out) {
 #else
 // Adds up the blocks of four lanes.
 template <class D>
-HWY_INLINE hn::Vec<hn::CappedTag<float, 4>> AddBlocks(D d, hn::Vec<D> v) {
+HWY_INLINE hn::Vec<hn::CappedTag<float, 4>> AddBlocks(D, hn::Vec<D> v) {
   if constexpr (hn::MaxLanes(D()) == 4) {
     return v;
   } else {
     const hn::Half<D> half;
     return AddBlocks(half, hn::Add(hn::LowerHalf(half, v), hn::UpperHalf(half, v)));
   }
-  static_cast<void>(d);
 }
 
 // Four sums at once, for a third of the work of four.

@@ -9,7 +9,6 @@
 #include "core/track/moving_scene.h"
 #include "core/track/warped_picture.h"
 #include "image/work_frame.h"
-#include "track/patch_map.h"
 
 namespace csd {
 namespace {
@@ -56,16 +55,6 @@ TEST(Anchor, KnowsItsLevels) {
   a.set(-2, {});
   EXPECT_EQ(a.fine_level(2.9), 0);
   EXPECT_EQ(a.fine_level(3), -2);  // the finest, also past a gap
-}
-
-TEST(PatchMap, TakesTheLevelNearestInSize) {
-  const auto at = [](double scale, int level) { return matching_level({{}, similarity(50, scale)}, level); };
-  EXPECT_EQ(at(1, 0), 0);
-  EXPECT_EQ(at(1, 2), 2);
-  EXPECT_EQ(at(1.40, 0), 0);
-  EXPECT_EQ(at(1.42, 0), 1);
-  EXPECT_EQ(at(.3, 0), 0);
-  EXPECT_EQ(at(100, 2), 4);
 }
 
 TEST(Sample, ReadsThroughTheState) {
