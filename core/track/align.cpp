@@ -5,8 +5,9 @@
 #include <array>
 #include <cmath>
 
-#include "track/patch_kernels.h"
+#include "track/patch_fit.h"
 #include "track/patch_map.h"
+#include "track/patch_tile.h"
 
 namespace csd {
 
@@ -147,7 +148,7 @@ struct Simd {
   double sample(const cv::Mat &level, const cv::Mat &weights, const PatchMap &map, PatchPlane &value,
                 PatchPlane &weight, bool &plain) {
     plain = false;
-    if (!prepare_tile(level, weights, map, tile)) return scalar::sample_patch(level, weights, map, value, weight);
+    if (!prepare_tile(level, weights, map, tile)) return sample_scalar(level, weights, map, value, weight);
     plain = tile.plain;
     return sample_tile(tile, map, value, weight);
   }
@@ -158,10 +159,10 @@ struct Scalar {
   double sample(const cv::Mat &level, const cv::Mat &weights, const PatchMap &map, PatchPlane &value,
                 PatchPlane &weight, bool &plain) {
     plain = false;
-    return scalar::sample_patch(level, weights, map, value, weight);
+    return sample_scalar(level, weights, map, value, weight);
   }
-  static constexpr auto fit = scalar::fit_patch;
-  static constexpr auto moments = scalar::patch_moments;
+  static constexpr auto fit = fit_patch_scalar;
+  static constexpr auto moments = patch_moments_scalar;
 };
 
 template <class Twin>
@@ -183,7 +184,8 @@ Alignment align_with(const Pyramid &pyramid, const GlareWeights &weights, const 
     const double inside = twin.sample(pyramid.level(frame_level), weights.level(frame_level),
                                       patch_map(state, level, frame_level), value, weight, plain);
     m = plain ? &anchor.weight : &weight;
-    if (!plain) multiply(anchor.weight, weight, weight);
+    if (!plain)
+      for (std::size_t i = 0; i < PatchPlane::size; ++i) weight.data[i] *= anchor.weight.data[i];
     Twin::fit(anchor, value, *m, robust, fit);
     out.unmasked = fit.weight / PatchPlane::pixels;
     if (inside < least_inside || fit.counted < least_counted) return out;

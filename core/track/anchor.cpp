@@ -5,8 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "track/patch_kernels.h"
 #include "track/patch_map.h"
+#include "track/patch_tile.h"
 
 namespace csd {
 
@@ -47,7 +47,7 @@ PatchSample sample(const Pyramid &pyramid, const GlareWeights &weights, const Af
   PatchSample out;
   PatchTile tile;
   if (!prepare_tile(pixels, glare, map, tile)) {
-    out.inside = scalar::sample_patch(pixels, glare, map, out.value, out.weight);
+    out.inside = sample_scalar(pixels, glare, map, out.value, out.weight);
     return out;
   }
   out.inside = sample_tile(tile, map, out.value, out.weight);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 
+#include <gtest/gtest.h>
 #include <hwy/targets.h>
 
 #include <cstdint>
@@ -21,5 +22,15 @@ class OnTarget {
     hwy::GetChosenTarget().Update(hwy::SupportedTargets());
   }
 };
+
+/// Runs a test on each target that this machine has.
+template <class Test>
+void on_all_targets(Test test) {
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    SCOPED_TRACE(hwy::TargetName(target));
+    const OnTarget scope(target);
+    test();
+  }
+}
 
 }  // namespace csd::test
