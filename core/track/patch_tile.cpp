@@ -18,7 +18,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 #if HWY_TARGET == HWY_SCALAR  // a machine with less than SSSE3
 
-void Interleave(const std::uint16_t *a, const std::uint16_t *b, std::size_t n, std::uint32_t *out) {
+void PairRows(const std::uint16_t *a, const std::uint16_t *b, std::size_t n, std::uint32_t *out) {
   for (std::size_t i = 0; i < n; ++i) out[i] = a[i] | static_cast<std::uint32_t>(b[i]) << 16;
 }
 
@@ -45,8 +45,8 @@ using Floats = hn::CappedTag<float, 16>;
 using V = hn::Vec<Floats>;
 
 // n a multiple of 16.
-void Interleave(const std::uint16_t *HWY_RESTRICT a, const std::uint16_t *HWY_RESTRICT b, std::size_t n,
-                std::uint32_t *HWY_RESTRICT out) {
+void PairRows(const std::uint16_t *HWY_RESTRICT a, const std::uint16_t *HWY_RESTRICT b, std::size_t n,
+              std::uint32_t *HWY_RESTRICT out) {
   const hn::CappedTag<std::uint32_t, 16> d;
   const hn::Rebind<std::uint16_t, decltype(d)> d16;
   for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
@@ -111,7 +111,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace csd {
 
-HWY_EXPORT(Interleave);
+HWY_EXPORT(PairRows);
 HWY_EXPORT(SampleTile);
 
 namespace {
@@ -119,13 +119,13 @@ namespace {
 // Rows y and y+1 of the tile as one row of words, in `read`'s pixels.
 template <class Read>
 void fill_tile(const PatchTile &tile, Read read, std::uint32_t *out) {
-  const auto interleave = HWY_DYNAMIC_DISPATCH(Interleave);
+  const auto pair_rows = HWY_DYNAMIC_DISPATCH(PairRows);
   alignas(64) std::uint16_t buffer[2][PatchTile::side];
   const auto n = static_cast<std::size_t>((tile.width + 15) / 16 * 16);
   const std::uint16_t *above = read(0, n, buffer[0]);
   for (int y = 0; y < tile.height; ++y) {
     const std::uint16_t *below = read(y + 1, n, buffer[(y + 1) & 1]);
-    interleave(above, below, n, out + y * PatchTile::side);
+    pair_rows(above, below, n, out + y * PatchTile::side);
     above = below;
   }
 }
@@ -174,7 +174,8 @@ bool prepare_tile(const cv::Mat &level, const cv::Mat &weights, const PatchMap &
       },
       tile.pixels);
 
-  tile.plain = left >= 0 && top >= 0 && right <= level.cols && low <= level.rows;
+  tile.within = left >= 0 && top >= 0 && right <= level.cols && low <= level.rows;
+  tile.plain = tile.within;
   if (tile.plain && !weights.empty())
     for (int y = top; tile.plain && y < low; ++y) {
       const std::uint8_t *row = weights.ptr(y) + left;
@@ -186,9 +187,14 @@ bool prepare_tile(const cv::Mat &level, const cv::Mat &weights, const PatchMap &
     fill_tile(
         tile,
         [&](int y, std::size_t n, std::uint16_t *buffer) -> const std::uint16_t * {
-          const std::uint8_t *row = weights.empty() ? nullptr : weights.ptr(row_of(y));
-          for (int x = 0; x < static_cast<int>(n); ++x)
-            buffer[x] = row ? row[std::clamp(left + x, 0, level.cols - 1)] : 255;
+          const int count = static_cast<int>(n);
+          if (weights.empty()) {
+            std::fill_n(buffer, n, std::uint16_t{255});
+          } else if (const std::uint8_t *row = weights.ptr(row_of(y)); left >= 0 && left + count <= level.cols) {
+            std::copy_n(row + left, n, buffer);
+          } else {
+            for (int x = 0; x < count; ++x) buffer[x] = row[std::clamp(left + x, 0, level.cols - 1)];
+          }
           return buffer;
         },
         tile.weights);
@@ -203,6 +209,7 @@ double sample_tile(const PatchTile &tile, const PatchMap &map, PatchPlane &value
   run(tile.pixels, m, 1.F / 256, value.data.data());
   if (tile.plain) return 1;
   run(tile.weights, m, 1.F / 255, weight.data.data());
+  if (tile.within) return 1;
   int inside = 0;
   for (int vy = -PatchPlane::radius; vy <= PatchPlane::radius; ++vy)
     for (int vx = -PatchPlane::radius; vx <= PatchPlane::radius; ++vx) {

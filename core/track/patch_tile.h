@@ -18,7 +18,8 @@ struct PatchTile {
   int x0 = 0, y0 = 0;         ///< the first pixel, in the level
   int width = 0, height = 0;  ///< of the filled part; 0: none
   int right = 0, bottom = 0;  ///< the last pixel of the picture, in the tile
-  bool plain = false;         ///< all of it lies in the picture and has full weight
+  bool within = false;        ///< all of it lies in the picture
+  bool plain = false;         ///< and has full weight
   alignas(64) std::uint32_t pixels[side * side];
   alignas(64) std::uint32_t weights[side * side];  ///< unless plain; 1/255
 };
