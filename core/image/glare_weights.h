@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include <array>
+#include <cstdint>
+
+#include "image/pyramid.h"
+
+namespace csd {
+
+class WorkFrame;
+
+/// How far a pixel can be believed, at the pyramid's resolutions: 255 is tissue, 0 is a highlight or its rim.
+///
+/// A highlight is brighter than what surrounds it, in the least of B, G and R (so that pale tissue is none), by a share
+/// of the room that is left above the surroundings: an absolute threshold masks pale tissue (prototype.md I.2).
+/// Lengths hold at 480 lines and scale with the working height. m = min(B, G, R) smoothed by 1 2 1 in both directions;
+/// the surroundings: means of m (not smoothed) over cells of 16 × 16 pixels, the forbidden ones left out, median of 5 ×
+/// 5 cells, bilinear in between; highlight where m − surroundings > .2·(250 − surroundings); dilated by 2 pixels all
+/// round. A pixel of a coarser level lies at every second pixel of the one before and covers half of its neighbours: it
+/// holds the mean with weights 1 2 1 in both directions, rounded; the border is mirrored as in Pyramid.
+class GlareWeights {
+ public:
+  /// One pass over the working image's colour (luma, where the picture is gray). `forbidden`: CV_8UC1 of the working
+  /// size, 255 where there is no tissue (border, burnt-in graphics), weighs 0 too; or empty.
+  void build(const WorkFrame &frame, const cv::Mat &forbidden);
+
+  bool empty() const { return levels_[0].empty(); }
+  const cv::Mat &level(int l) const { return levels_[static_cast<std::size_t>(l)]; }  ///< CV_8UC1, sizes as Pyramid's
+
+ private:
+  std::array<cv::Mat, Pyramid::levels> levels_;
+};
+
+}  // namespace csd

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace csd {
+
+/// One value for each of a patch's 21 × 21 samples, offsets v in [−10, 10]².
+///
+/// Rows are padded to 24 and there are 22 of them: two rows are 48 floats, thus whole vectors of 4, 8 or 16. Padding is
+/// zero.
+struct PatchPlane {
+  static constexpr int radius = 10, side = 2 * radius + 1, stride = 24, rows = side + 1;
+  static constexpr int pixels = side * side;
+  static constexpr std::size_t size = stride * rows;
+
+  float &at(int vx, int vy) { return data[index(vx, vy)]; }
+  float at(int vx, int vy) const { return data[index(vx, vy)]; }
+  static std::size_t index(int vx, int vy) { return static_cast<std::size_t>((vy + radius) * stride + vx + radius); }
+
+  alignas(64) std::array<float, size> data{};
+};
+
+namespace patch_lanes {
+/// Two rows of a PatchPlane are whole vectors: column j of them has the same v.x in all pairs of rows, and v.y grows by
+/// 2 from one pair to the next. Padding takes its row's last sample, so that it lies within the patch's bounds.
+inline constexpr std::size_t period = 2 * PatchPlane::stride;
+struct Table {
+  alignas(64) float value[period];
+};
+inline constexpr Table make(bool vertical) {
+  Table t{};
+  for (std::size_t i = 0; i < period; ++i) {
+    const auto column = static_cast<int>(i % PatchPlane::stride), row = static_cast<int>(i / PatchPlane::stride);
+    const int x = column < PatchPlane::side ? column : PatchPlane::side - 1;
+    t.value[i] = static_cast<float>((vertical ? row : x) - PatchPlane::radius);
+  }
+  return t;
+}
+inline constexpr Table x_table = make(false), y_table = make(true);
+inline constexpr const float *x = x_table.value, *y = y_table.value;  ///< v of the first two rows
+
+}  // namespace patch_lanes
+
+}  // namespace csd
