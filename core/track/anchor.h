@@ -4,24 +4,24 @@
 #include <opencv2/core.hpp>
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
 #include "image/glare_weights.h"
 #include "image/pyramid.h"
 #include "track/affine_state.h"
+#include "track/patch_plane.h"
 
 namespace csd {
 
 /// What a feature looks like at one resolution: a patch of 21 × 21 samples, offsets 2^level·v with v in [−10, 10]², its
 /// gradients in v, and which of its pixels count. Built once and then frozen.
 struct AnchorLevel {
-  static constexpr int side = 21, radius = 10;
-  // align.cpp owns the layout: 21 rows, padded for SIMD. Opaque here but for tests: see at().
-  std::vector<float> patch;       ///< grey levels, weighted mean removed
-  std::vector<float> gradient_x;  ///< ∂patch/∂v, central differences within the patch
-  std::vector<float> gradient_y;
-  std::vector<float> weight;  ///< 0…1; 0: a highlight, outside the picture, or padding
+  PatchPlane patch;       ///< grey levels, weighted mean removed
+  PatchPlane gradient_x;  ///< ∂patch/∂v, central differences within the patch (one-sided on its edge)
+  PatchPlane gradient_y;
+  PatchPlane weight;  ///< 0…1; 0: a highlight, outside the picture, or padding
 };
 
 /// The resolutions at which a feature is known. Levels 0, 1, 2 from its start; −1 and −2, finer than the frame in which
@@ -29,24 +29,26 @@ struct AnchorLevel {
 class Anchor {
  public:
   static constexpr int finest = -2, coarsest = 2;
-  bool has(int level) const;
-  const AnchorLevel &level(int level) const;
-  void set(int level, AnchorLevel &&anchor);
-  /// The finest existing level that the picture shows at `scale` (√det shape): scale·2^level ≥ .75.
+  bool has(int level) const;                  ///< false also beyond finest…coarsest
+  const AnchorLevel &level(int level) const;  ///< has(level)
+  void set(int level, AnchorLevel &&anchor);  ///< finest ≤ level ≤ coarsest
+  /// The finest existing level that the picture shows at `scale` (√det shape): scale·2^level ≥ .75; the coarsest one
+  /// where none is shown. At least one level exists.
   int fine_level(double scale) const;
 
  private:
   std::array<std::unique_ptr<AnchorLevel>, coarsest - finest + 1> levels_;
 };
 
-/// A feature's patch as one frame shows it at one level: samples and weights in AnchorLevel's order.
+/// A feature's patch as one frame shows it at one level.
 struct PatchSample {
-  std::vector<float> value, weight;
+  PatchPlane value;   ///< grey levels; beyond the picture its border is repeated
+  PatchPlane weight;  ///< 0…1: GlareWeights, and 0 outside the picture
   double inside = 0;  ///< share of the samples that lie in the picture
 };
 
 /// Samples the patch through `state`, bilinearly, at the pyramid level that matches its size in the picture:
-/// clamp(round(log2(scale·2^level)), 0, 4).
+/// clamp(round(log2(scale·2^level)), 0, 4). `weights` may be empty: then every pixel counts.
 PatchSample sample(const Pyramid &pyramid, const GlareWeights &weights, const AffineState &state, int level);
 
 AnchorLevel make_anchor_level(const PatchSample &sample);
@@ -56,12 +58,16 @@ AnchorLevel make_anchor_level(const PatchSample &sample);
 /// more than two thirds of the samples gets weight 0.
 class AnchorMedian {
  public:
-  void add(PatchSample &&sample);
-  std::size_t size() const;
-  AnchorLevel make() const;
+  void add(const PatchSample &sample);
+  std::size_t size() const { return samples_.size(); }
+  AnchorLevel make() const;  ///< size() ≥ 1
 
  private:
-  std::vector<PatchSample> samples_;
+  struct Compact {  // a third of a PatchSample: a dozen of them for each level are kept for each new feature
+    std::array<std::uint16_t, PatchPlane::pixels> value;  // 1/256 of a grey level
+    std::array<std::uint8_t, PatchPlane::pixels> weight;  // 1/255
+  };
+  std::vector<Compact> samples_;
 };
 
 }  // namespace csd
