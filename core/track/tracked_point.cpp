@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
+
+#include "track/centre.h"
 
 namespace csd {
 namespace {
@@ -21,6 +24,7 @@ constexpr double most_distortion = 0.3;
 constexpr double good_zncc = 0.75;  // of a frame that offsets and gains learn from
 constexpr double gain_rate = 0.1;
 constexpr double finer_scale = 0.8, finer_zncc = 0.85, finer_inliers = 0.7;
+constexpr double least_anchor = 0.4;  // unmasked share of the level that is aligned last
 constexpr int training_samples = 12;
 
 cv::Matx22d information(double deviation) {
@@ -36,7 +40,7 @@ TrackedPoint::TrackedPoint(const CsdFrame &frame, cv::Point2d position)
   medians_.resize(Anchor::coarsest + 1);
   for (int level = 0; level <= Anchor::coarsest; ++level) {
     auto patch = sample(frame.pyramid, frame.weights, state_, level);
-    anchor_.set(level, make_anchor_level(patch));
+    set_anchor(level, make_anchor_level(patch));
     medians_[static_cast<std::size_t>(level)].add(std::move(patch));
   }
 }
@@ -60,11 +64,28 @@ std::optional<double> TrackedPoint::gain_change() const {
   return std::log(fine_.gain) - usual_gain_;
 }
 
+void TrackedPoint::set_anchor(int level, AnchorLevel &&anchor) {
+  const auto &weight = anchor.weight.data;
+  unmasked_[static_cast<std::size_t>(level - Anchor::finest)] =
+      std::accumulate(weight.begin(), weight.end(), 0.0) / PatchPlane::pixels;
+  anchor_.set(level, std::move(anchor));
+}
+
+/// The finest level that the picture shows and that isn't mostly masked: what is pale by nature passes for a highlight,
+/// and a coarser patch reaches beyond it.
+int TrackedPoint::finest_level(double scale) const {
+  const auto share = [this](int level) { return unmasked_[static_cast<std::size_t>(level - Anchor::finest)]; };
+  int best = anchor_.fine_level(scale);
+  for (int level = best; level <= Anchor::coarsest && share(best) < least_anchor; ++level)
+    if (anchor_.has(level) && share(level) > share(best)) best = level;
+  return best;
+}
+
 /// From coarse to fine, from `top` levels above the finest that the picture shows.
 void TrackedPoint::locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top) {
   fine_ = {};
   zncc_coarse_ = 0;
-  const int finest = anchor_.fine_level(start.scale());
+  const int finest = finest_level(start.scale());
   AlignPrior prior;
   prior.shape = shape_deviation * std::sqrt(frame.steps);
   if (position_sd > 0) prior.position = information(position_sd);
@@ -77,6 +98,7 @@ void TrackedPoint::locate(const CsdFrame &frame, const AffineState &start, doubl
     if (level == finest) {
       fine_ = seen;
       if (!coarse_seen) zncc_coarse_ = seen.zncc;
+      centre_ = seen.usable ? centre_inliers(frame.pyramid, frame.weights, anchor_.level(level), level, seen) : 0;
     } else if (seen.usable) {
       at = seen.state;
       prior.position += coarse_information * seen.information;
@@ -141,6 +163,7 @@ void TrackedPoint::decide(const CsdFrame &frame, double gain_drift) {
   evidence.zncc_coarse = zncc_coarse_;
   evidence.inliers = fine_.inliers;
   evidence.unmasked = fine_.unmasked;
+  evidence.centre = centre_;
   evidence.gain = fine_.gain;
   evidence.noise = fine_.noise;
   evidence.disagreement = distance_ / (1 + offset_.deviation());
@@ -178,7 +201,7 @@ void TrackedPoint::learn(const CsdFrame &frame) {
     }
     if (frame.time - begun_ >= frame.training_time) {
       for (int level = 0; level <= Anchor::coarsest; ++level)
-        anchor_.set(level, medians_[static_cast<std::size_t>(level)].make());
+        set_anchor(level, medians_[static_cast<std::size_t>(level)].make());
       medians_.clear();
     }
     return;
@@ -186,7 +209,7 @@ void TrackedPoint::learn(const CsdFrame &frame) {
   for (int level = -1; level >= Anchor::finest; --level)
     if (sure_ && !anchor_.has(level) && anchor_.has(level + 1) && state_.scale() * std::ldexp(1.0, level) >= finer_scale &&
         fine_.zncc >= finer_zncc && fine_.inliers > finer_inliers)
-      anchor_.set(level, make_anchor_level(sample(frame.pyramid, frame.weights, state_, level)));
+      set_anchor(level, make_anchor_level(sample(frame.pyramid, frame.weights, state_, level)));
 }
 
 }  // namespace csd

@@ -66,12 +66,15 @@ class TrackedPoint {
 
  private:
   AffineState prediction() const { return offset_.predict(map_, reference_); }
+  int finest_level(double scale) const;
+  void set_anchor(int level, AnchorLevel &&anchor);
   void locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top);
   void judge(const CsdFrame &frame);
 
   AffineState state_;
   cv::Point2d velocity_;  ///< of the last frame, working pixels in 40 ms
   Anchor anchor_;
+  std::array<double, Anchor::coarsest - Anchor::finest + 1> unmasked_{};  ///< share of the anchor's levels
   std::vector<AnchorMedian> medians_;  ///< while it is learning: levels 0…2
   std::int64_t begun_, last_sample_, last_seen_;
 
@@ -84,7 +87,7 @@ class TrackedPoint {
 
   // Of this frame.
   Alignment fine_;
-  double zncc_coarse_ = 0;
+  double zncc_coarse_ = 0, centre_ = 0;
   double distance_ = 0;  ///< from where the neighbours put it, reference pixels at 480 lines
   bool agrees_ = true;
   bool sure_ = true, visible_ = true, again_ = false;

@@ -7,6 +7,7 @@ namespace csd {
 struct Evidence {
   double zncc_fine = 0, zncc_coarse = 0;  ///< Alignment::zncc of the two levels
   double inliers = 0, unmasked = 0;       ///< of the fine level
+  double centre = 0;                      ///< centre_inliers()
   double gain = 1;                        ///< contrast, of the anchor's
   double noise = 0;                       ///< residual, grey levels of the anchor
   double disagreement = 0;                ///< from where the neighbours put it, in its own expected error
