@@ -88,18 +88,18 @@ Step solve(const PatchFit &fit, const AffineState &at, const AffineState &start,
   // Blurred noise is correlated: 3σ, not σ.
   const double sigma = 3 * std::max(fit.noise, 1.), precision = 1 / (sigma * sigma);
   for (std::size_t i = 0; i < unknowns; ++i) {
-    s.gradient[i] = fit.equations.gradient[i] * precision;
-    for (std::size_t j = i; j < unknowns; ++j) s.matrix[i][j] = fit.equations.matrix[i][j] * precision;
+    s.gradient[i] = fit.gradient[i] * precision;
+    for (std::size_t j = i; j < unknowns; ++j) s.matrix[i][j] = fit.matrix[i][j] * precision;
   }
   // E = shape₀⁻¹·shape becomes E·(1 + D)⁻¹ ≈ E − E·D: the prior wants E·D = E − 1. D is in tenths, as x = v/10.
   const cv::Matx22d E = start.shape.inv() * at.shape, EtE = E.t() * E, Ete = E.t() * (E - cv::Matx22d::eye());
   const double belief = 1 / (prior.shape * prior.shape);
   for (int column = 0; column < 2; ++column)
     for (int row = 0; row < 2; ++row) {
-      const auto a = static_cast<std::size_t>(first_shape + 2 * row + column);
+      const std::size_t a = first_shape + static_cast<std::size_t>(2 * row + column);
       s.gradient[a] += belief * Ete(row, column) / 10;
       for (int other = row; other < 2; ++other)
-        s.matrix[a][static_cast<std::size_t>(first_shape + 2 * other + column)] += belief * EtE(row, other) / 100;
+        s.matrix[a][first_shape + static_cast<std::size_t>(2 * other + column)] += belief * EtE(row, other) / 100;
     }
   if (model == AlignModel::similarity) s = reduce(s);
   const int position = s.n - 2;
@@ -139,25 +139,51 @@ bool sane(const AffineState &state) {
   return std::isfinite(state.position.x) && std::isfinite(state.position.y) && scale > 1e-2 && scale < 1e2;
 }
 
-}  // namespace
+/// The kernels of one twin.
+struct Simd {
+  PatchTile tile;
+  double sample(const cv::Mat &level, const cv::Mat &weights, const PatchMap &map, PatchPlane &value,
+                PatchPlane &weight, bool &plain) {
+    plain = false;
+    if (!prepare_tile(level, weights, map, tile)) return scalar::sample_patch(level, weights, map, value, weight);
+    plain = tile.plain;
+    return sample_tile(tile, map, value, weight);
+  }
+  static constexpr auto fit = fit_patch;
+  static constexpr auto moments = patch_moments;
+};
+struct Scalar {
+  double sample(const cv::Mat &level, const cv::Mat &weights, const PatchMap &map, PatchPlane &value,
+                PatchPlane &weight, bool &plain) {
+    plain = false;
+    return scalar::sample_patch(level, weights, map, value, weight);
+  }
+  static constexpr auto fit = scalar::fit_patch;
+  static constexpr auto moments = scalar::patch_moments;
+};
 
-Alignment align_scalar(const Pyramid &pyramid, const GlareWeights &weights, const AnchorLevel &anchor, int level,
-                       const AffineState &start, const AlignPrior &prior, AlignModel model) {
+template <class Twin>
+Alignment align_with(const Pyramid &pyramid, const GlareWeights &weights, const AnchorLevel &anchor, int level,
+                     const AffineState &start, const AlignPrior &prior, AlignModel model) {
   Alignment out;
   out.state = start;
   if (!sane(start)) return out;
   const int frame_level = matching_level(start, level);
-  PatchSample sample;
-  PatchPlane robust;
+  Twin twin;
+  PatchPlane value, weight, robust;
   robust.data.fill(1);
+  const PatchPlane *m = &weight;
   PatchFit fit;
   AffineState state = start;
   for (;;) {
-    scalar::sample_patch(pyramid.level(frame_level), weights.level(frame_level), patch_map(state, level, frame_level),
-                         sample);
-    scalar::fit_patch(anchor, sample, robust, fit);
+    bool plain = false;
+    const double inside = twin.sample(pyramid.level(frame_level), weights.level(frame_level),
+                                      patch_map(state, level, frame_level), value, weight, plain);
+    m = plain ? &anchor.weight : &weight;
+    if (!plain) multiply(anchor.weight, weight, weight);
+    Twin::fit(anchor, value, *m, robust, fit);
     out.unmasked = fit.weight / PatchPlane::pixels;
-    if (sample.inside < least_inside || fit.counted < least_counted) return out;
+    if (inside < least_inside || fit.counted < least_counted) return out;
     const Step step = solve(fit, state, start, level, prior, model, out.information);
     apply(step, level, state);
     ++out.iterations;
@@ -165,7 +191,7 @@ Alignment align_scalar(const Pyramid &pyramid, const GlareWeights &weights, cons
     if (step.size() < small_step || out.iterations == most_iterations) break;
   }
   // Of the last residuals, which the last step made a little smaller: sampling once more would tell nothing new.
-  const PatchMoments moments = scalar::patch_moments(anchor, sample);
+  const PatchMoments moments = Twin::moments(anchor, value, *m);
   out.gain = fit.gain, out.bias = fit.bias, out.noise = fit.noise;
   out.inliers = fit.inliers / fit.weight;
   if (moments.anchor_variance < least_variance || moments.frame_variance < least_variance) return out;
@@ -175,9 +201,16 @@ Alignment align_scalar(const Pyramid &pyramid, const GlareWeights &weights, cons
   return out;
 }
 
+}  // namespace
+
 Alignment align(const Pyramid &pyramid, const GlareWeights &weights, const AnchorLevel &anchor, int level,
                 const AffineState &start, const AlignPrior &prior, AlignModel model) {
-  return align_scalar(pyramid, weights, anchor, level, start, prior, model);
+  return align_with<Simd>(pyramid, weights, anchor, level, start, prior, model);
+}
+
+Alignment align_scalar(const Pyramid &pyramid, const GlareWeights &weights, const AnchorLevel &anchor, int level,
+                       const AffineState &start, const AlignPrior &prior, AlignModel model) {
+  return align_with<Scalar>(pyramid, weights, anchor, level, start, prior, model);
 }
 
 }  // namespace csd

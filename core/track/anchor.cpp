@@ -42,9 +42,21 @@ int Anchor::fine_level(double scale) const {
 
 PatchSample sample(const Pyramid &pyramid, const GlareWeights &weights, const AffineState &state, int level) {
   const int frame_level = matching_level(state, level);
+  const cv::Mat &pixels = pyramid.level(frame_level), &glare = weights.level(frame_level);
+  const PatchMap map = patch_map(state, level, frame_level);
   PatchSample out;
-  scalar::sample_patch(pyramid.level(frame_level), weights.level(frame_level), patch_map(state, level, frame_level),
-                       out);
+  PatchTile tile;
+  if (!prepare_tile(pixels, glare, map, tile)) {
+    out.inside = scalar::sample_patch(pixels, glare, map, out.value, out.weight);
+    return out;
+  }
+  out.inside = sample_tile(tile, map, out.value, out.weight);
+  for (int y = -radius; y < PatchPlane::rows - radius; ++y)
+    for (int x = -radius; x < PatchPlane::stride - radius; ++x) {
+      const bool padding = x > radius || y > radius;
+      if (padding) out.value.at(x, y) = 0;
+      if (padding || tile.plain) out.weight.at(x, y) = padding ? 0.F : 1.F;
+    }
   return out;
 }
 
