@@ -133,12 +133,17 @@ void MeanRow(const std::uint8_t *const rows[3], int n, std::uint16_t *scratch, s
 
 #endif
 
-void AddRow(const std::uint8_t *row, int n, std::uint16_t *sums) {
-  int i = 0;
+void AddRow(const std::uint8_t *row, const std::uint8_t *forbidden, int n, std::uint16_t *sums, std::uint16_t *counts) {
   const int step = lanes(u16);
-  for (; i + step <= n; i += step)
-    hn::StoreU(hn::Add(hn::LoadU(u16, sums + i), hn::PromoteTo(u16, hn::LoadU(half_u8, row + i))), u16, sums + i);
-  scalar::add_row(row + i, n - i, sums + i);
+  const auto one = hn::Set(half_u8, 1);
+  int i = 0;
+  for (; i + step <= n; i += step) {
+    const auto out = hn::LoadU(half_u8, forbidden + i);
+    const auto value = hn::PromoteTo(u16, hn::AndNot(out, hn::LoadU(half_u8, row + i)));
+    hn::StoreU(hn::Add(hn::LoadU(u16, sums + i), value), u16, sums + i);
+    hn::StoreU(hn::Add(hn::LoadU(u16, counts + i), hn::PromoteTo(u16, hn::AndNot(out, one))), u16, counts + i);
+  }
+  scalar::add_row(row + i, forbidden + i, n - i, sums + i, counts + i);
 }
 
 void TissueRow(const std::uint8_t *const rows[3], const std::uint16_t *above, const std::uint16_t *below,
@@ -214,8 +219,9 @@ void mean_row(const std::uint8_t *const rows[3], int n, std::uint16_t *scratch, 
   HWY_DYNAMIC_DISPATCH(MeanRow)(rows, n, scratch, out);
 }
 
-void add_row(const std::uint8_t *row, int n, std::uint16_t *sums) {
-  HWY_DYNAMIC_DISPATCH(AddRow)(row, n, sums);
+void add_row(const std::uint8_t *row, const std::uint8_t *forbidden, int n, std::uint16_t *sums,
+             std::uint16_t *counts) {
+  HWY_DYNAMIC_DISPATCH(AddRow)(row, forbidden, n, sums, counts);
 }
 
 void tissue_row(const std::uint8_t *const rows[3], const std::uint16_t *above, const std::uint16_t *below,
@@ -264,8 +270,12 @@ void mean_row(const std::uint8_t *const rows[3], int n, std::uint16_t *, std::ui
   for (int x = 0; x < n; x += 2) out[x / 2] = static_cast<std::uint8_t>((both(rows, tent, 1, x, n) + 8) >> 4);
 }
 
-void add_row(const std::uint8_t *row, int n, std::uint16_t *sums) {
-  for (int x = 0; x < n; ++x) sums[x] = static_cast<std::uint16_t>(sums[x] + row[x]);
+void add_row(const std::uint8_t *row, const std::uint8_t *forbidden, int n, std::uint16_t *sums,
+             std::uint16_t *counts) {
+  for (int x = 0; x < n; ++x) {
+    sums[x] = static_cast<std::uint16_t>(sums[x] + (forbidden[x] ? 0 : row[x]));
+    counts[x] = static_cast<std::uint16_t>(counts[x] + (forbidden[x] ? 0 : 1));
+  }
 }
 
 void tissue_row(const std::uint8_t *const rows[3], const std::uint16_t *above, const std::uint16_t *below,

@@ -23,8 +23,8 @@ void smooth_row(const std::uint8_t *const rows[5], int n, std::uint16_t *scratch
 void shrink_row(const std::uint16_t *const rows[5], int n, std::uint32_t *scratch, std::uint16_t *out);
 /// 1 2 1 down three rows and along at every second column, rounded to nearest: (n+1)/2 outputs.
 void mean_row(const std::uint8_t *const rows[3], int n, std::uint16_t *scratch, std::uint8_t *out);
-/// sums[i] += row[i], modulo 2^16.
-void add_row(const std::uint8_t *row, int n, std::uint16_t *sums);
+/// Where `forbidden` is 0 (it is 255 elsewhere): sums[i] += row[i] and counts[i] += 1, modulo 2^16.
+void add_row(const std::uint8_t *row, const std::uint8_t *forbidden, int n, std::uint16_t *sums, std::uint16_t *counts);
 /// 1 2 1 down three rows and along is compared with a limit in 1/256 between `above` and `below`,
 /// floor(above·(65535 − part) / 65536) + floor(below·part / 65536): 0 where it is more, else 255.
 void tissue_row(const std::uint8_t *const rows[3], const std::uint16_t *above, const std::uint16_t *below,
@@ -39,7 +39,7 @@ namespace scalar {
 void smooth_row(const std::uint8_t *const rows[5], int n, std::uint16_t *scratch, std::uint16_t *out);
 void shrink_row(const std::uint16_t *const rows[5], int n, std::uint32_t *scratch, std::uint16_t *out);
 void mean_row(const std::uint8_t *const rows[3], int n, std::uint16_t *scratch, std::uint8_t *out);
-void add_row(const std::uint8_t *row, int n, std::uint16_t *sums);
+void add_row(const std::uint8_t *row, const std::uint8_t *forbidden, int n, std::uint16_t *sums, std::uint16_t *counts);
 void tissue_row(const std::uint8_t *const rows[3], const std::uint16_t *above, const std::uint16_t *below,
                 std::uint16_t part, int n, std::uint16_t *scratch, std::uint8_t *out);
 void erode_row(const std::uint8_t *const *rows, int reach, const std::uint8_t *forbidden, int n, std::uint8_t *scratch,

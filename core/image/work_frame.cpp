@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
+#include <vector>
 
 #include "image/samples.h"
 
@@ -206,6 +207,33 @@ void WorkFrame::gather(const cv::Rect &rect, const ColourSpace &space, cv::Mat &
   gather_rows(rect, [&](int y, int x, int n, const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b) {
     rgb_to_space(space, r, g, b, n, out.ptr(y) + x);
   });
+}
+
+void WorkFrame::gather_least(cv::Mat &out) const {
+  if (source_.model == ColourModel::gray) return luma_.copyTo(out);
+  if (bands_) scale_colour(0, luma_.rows);
+  out.create(luma_.size(), CV_8UC1);
+  const int n = luma_.cols;
+  const auto slots = static_cast<std::size_t>(n);
+  std::vector<std::uint8_t> a(slots), b(slots), c(slots);
+  std::vector<std::int16_t> chroma(slots + 1);
+  const int right = sub_x(source_, 1), down = sub_y(source_, 1);
+  for (int y = 0; y < luma_.rows; ++y) {
+    if (source_.model == ColourModel::rgb) {
+      read_samples(source_, 0, y, 0, n, a.data());
+      read_samples(source_, 1, y, 0, n, b.data());
+      read_samples(source_, 2, y, 0, n, c.data());
+      rgb_least(a.data(), b.data(), c.data(), n, out.ptr(y));
+      continue;
+    }
+    if (y % (1 << down) == 0) {
+      const int columns = component_columns(source_, 1);
+      read_samples(source_, 1, y >> down, 0, columns, a.data());
+      read_samples(source_, 2, y >> down, 0, columns, b.data());
+      chroma_least(yuv_, a.data(), b.data(), columns, 1 << right, chroma.data());
+    }
+    yuv_least(yuv_, luma_.ptr(y), chroma.data(), n, out.ptr(y));
+  }
 }
 
 int default_patch_size(int lines) {

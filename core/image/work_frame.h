@@ -54,6 +54,9 @@ class WorkFrame {
   void gather_bgr(const cv::Rect &r, cv::Mat &out) const;
   /// The same, in one colour space. `out` becomes CV_8UC1.
   void gather(const cv::Rect &r, const ColourSpace &space, cv::Mat &out) const;
+  /// The least of B, G and R of gather_bgr() over the whole working image, at a fifth of its cost. `out` becomes
+  /// CV_8UC1.
+  void gather_least(cv::Mat &out) const;
 
  private:
   void find_axes(cv::Size size);

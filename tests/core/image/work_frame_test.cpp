@@ -105,6 +105,23 @@ TEST(WorkFrame, GatherIsGatherBgrInAColourSpace) {
   }
 }
 
+TEST(WorkFrame, LeastIsTheLeastOfGatherBgr) {
+  for (const cv::Size size : {cv::Size(71, 41), cv::Size(200, 30), cv::Size(90, 700)}) {
+    const cv::Mat picture = Texture(6).render(size);
+    for (const Layout layout : test::all_layouts) {
+      SCOPED_TRACE(static_cast<int>(layout));
+      const auto packed = pack(picture, layout);
+      WorkFrame frame;
+      frame.load(packed.view);
+      cv::Mat bgr, planes[3], least;
+      frame.gather_least(least);
+      frame.gather_bgr({{0, 0}, frame.size()}, bgr);
+      cv::split(bgr, planes);
+      EXPECT_EQ(largest_difference(least, cv::min(cv::min(planes[0], planes[1]), planes[2])), 0);
+    }
+  }
+}
+
 TEST(WorkFrame, LumaIsInPlaceWhereItCanBe) {
   const cv::Mat bgr = Texture(1).render({40, 30});
   for (const Layout layout : {Layout::gray8, Layout::i420, Layout::nv21, Layout::y444}) {
