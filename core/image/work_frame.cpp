@@ -210,29 +210,42 @@ void WorkFrame::gather(const cv::Rect &rect, const ColourSpace &space, cv::Mat &
 }
 
 void WorkFrame::gather_least(cv::Mat &out) const {
-  if (source_.model == ColourModel::gray) return luma_.copyTo(out);
-  if (bands_) scale_colour(0, luma_.rows);
+  if (view_.model == ColourModel::gray) return luma_.copyTo(out);
   out.create(luma_.size(), CV_8UC1);
-  const int n = luma_.cols;
-  const auto slots = static_cast<std::size_t>(n);
-  std::vector<std::uint8_t> a(slots), b(slots), c(slots);
-  std::vector<std::int16_t> chroma(slots + 1);
-  const int right = sub_x(source_, 1), down = sub_y(source_, 1);
-  for (int y = 0; y < luma_.rows; ++y) {
-    if (source_.model == ColourModel::rgb) {
-      read_samples(source_, 0, y, 0, n, a.data());
-      read_samples(source_, 1, y, 0, n, b.data());
-      read_samples(source_, 2, y, 0, n, c.data());
-      rgb_least(a.data(), b.data(), c.data(), n, out.ptr(y));
-      continue;
+  const bool rgb = view_.model == ColourModel::rgb, scaled = bands_ != nullptr;
+  const int right = sub_x(view_, 1), down = sub_y(view_, 1), samples = component_columns(view_, 1), n = luma_.cols;
+  std::vector<std::size_t> nearest(static_cast<std::size_t>(scaled ? n : 0));
+  for (std::size_t x = 0; x < nearest.size(); ++x)
+    nearest[x] = static_cast<std::size_t>((static_cast<double>(x) + 0.5) * scale_x_) >> right;
+  const auto luma_of = LumaCoefficients::make(view_.kr, view_.kb);
+  const auto slots = static_cast<std::size_t>(samples);
+  std::vector<std::uint8_t> first(slots), second(slots), third(slots), bright(slots), least(slots);
+  std::vector<std::int16_t> sampled(slots), chroma(static_cast<std::size_t>(n) + 1);
+  for (int y = 0, last = -1; y < luma_.rows; ++y) {
+    const int row = static_cast<int>((y + 0.5) * scale_y_) >> down;
+    if (row != last) {
+      last = row;
+      read_samples(view_, 1, row, 0, samples, second.data());
+      read_samples(view_, 2, row, 0, samples, third.data());
+      if (rgb) read_samples(view_, 0, row, 0, samples, first.data());
+      if (!rgb && !scaled) chroma_least(yuv_, second.data(), third.data(), samples, 1 << right, chroma.data());
+      if (!rgb && scaled) {
+        chroma_least(yuv_, second.data(), third.data(), samples, 1, sampled.data());
+        for (std::size_t x = 0; x < nearest.size(); ++x) chroma[x] = sampled[nearest[x]];
+      }
     }
-    if (y % (1 << down) == 0) {
-      const int columns = component_columns(source_, 1);
-      read_samples(source_, 1, y >> down, 0, columns, a.data());
-      read_samples(source_, 2, y >> down, 0, columns, b.data());
-      chroma_least(yuv_, a.data(), b.data(), columns, 1 << right, chroma.data());
+    std::uint8_t *to = out.ptr(y);
+    if (!rgb) {
+      yuv_least(yuv_, luma_.ptr(y), chroma.data(), n, to);
+    } else if (!scaled) {
+      rgb_least(first.data(), second.data(), third.data(), n, to);
+    } else {
+      rgb_least(first.data(), second.data(), third.data(), samples, least.data());
+      rgb_to_luma(luma_of, first.data(), second.data(), third.data(), samples, bright.data());
+      const std::uint8_t *luma = luma_.ptr(y);
+      for (std::size_t x = 0; x < nearest.size(); ++x)
+        to[x] = static_cast<std::uint8_t>(std::max(0, luma[x] + least[nearest[x]] - bright[nearest[x]]));
     }
-    yuv_least(yuv_, luma_.ptr(y), chroma.data(), n, out.ptr(y));
   }
 }
 
