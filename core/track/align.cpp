@@ -16,7 +16,7 @@ constexpr int most_iterations = 8;
 constexpr double small_step = .03;    // samples
 constexpr double longest_step = 3;    // samples
 constexpr double largest_shear = .3;  // of one step
-constexpr double least_inside = .55;
+constexpr double least_inside = .3;
 constexpr int least_counted = PatchPlane::pixels / 10;
 constexpr double least_variance = .01;  // grey levels²; below, there is nothing to see
 
