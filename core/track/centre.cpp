@@ -22,11 +22,11 @@ double bilinear(const cv::Mat &m, double x, double y) {
 }  // namespace
 
 double centre_inliers(const Pyramid &pyramid, const GlareWeights &weights, const AnchorLevel &anchor, int level,
-                      const Alignment &seen) {
+                      const Alignment &seen, double noise) {
   const int frame_level = matching_level(seen.state, level);
   const auto map = patch_map(seen.state, level, frame_level);
   const auto &picture = pyramid.level(frame_level), &glare = weights.level(frame_level);
-  const double c = 3 * std::max(seen.noise, 2.0);
+  const double c = 3 * std::max(noise, 2.0);
   double known = 0, fits = 0;
   for (int v = -reach; v <= reach; ++v)
     for (int u = -reach; u <= reach; ++u) {

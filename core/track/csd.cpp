@@ -47,7 +47,7 @@ void Csd::follow(TrackedPoint &point, const CsdFrame &frame) const {
   point.look(frame);
   point.meet(frame, field.map_at(point.own_reference(), point.chart(), frame.unit));
   point.look_again(frame);
-  point.decide(frame, support_.gain_drift());
+  point.decide(frame, support_.surroundings());
   point.learn(frame);
   // What began where nothing was known of the tissue around it, or before a cut.
   if (point.sure() && !point.map()) point.join(field, support_.chart(), frame.unit);

@@ -12,6 +12,7 @@ namespace {
 constexpr double least_reach = 60, reach_per_fifth = 0.7, floor_weight = 0.01;
 constexpr double ridge = 60;  // px², towards the similarity
 constexpr double least_spread = 0.5, spread_per_median = 1.5;
+constexpr double most_spread = 8;  // points that don't agree on anything make no map
 constexpr double outlier = 2.5;  // spreads
 constexpr int rounds = 4;
 constexpr std::size_t least_points = 3, least_affine = 6;
@@ -111,7 +112,7 @@ NeighbourMap fit_neighbours(std::span<const Correspondence> nearest, cv::Point2d
     const double scale = 1 / square(outlier * map.spread);
     for (std::size_t i = 0; i < n; ++i) weights[i] = near[i] / square(1 + residual[i] * scale);
   }
-  map.support = n;
+  if (map.spread <= most_spread * unit) map.support = n;
   return map;
 }
 
@@ -136,6 +137,17 @@ NeighbourMap fit_nearest(std::size_t n, cv::Point2d at, double unit, Distance di
 }
 
 }  // namespace
+
+void NeighbourField::drop_small_charts(std::size_t least) {
+  std::vector<std::pair<int, std::size_t>> charts;  // one or two
+  for (const auto &p : points_) {
+    auto c = std::find_if(charts.begin(), charts.end(), [&](const auto &chart) { return chart.first == p.chart; });
+    if (c == charts.end()) c = charts.insert(c, {p.chart, 0});
+    ++c->second;
+  }
+  for (const auto &[chart, size] : charts)
+    if (size < least) std::erase_if(points_, [c = chart](const Point &p) { return p.chart == c; });
+}
 
 NeighbourMap NeighbourField::map_at(cv::Point2d reference, int chart, double unit, std::size_t owner) const {
   return fit_nearest(

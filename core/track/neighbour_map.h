@@ -46,6 +46,8 @@ class NeighbourField {
   /// `owner`: whose point it is, so that a point's own map does not stand on itself. `chart`: points of different
   /// charts have coordinates that know nothing of each other.
   void add(std::size_t owner, int chart, const Correspondence &point) { points_.push_back({point, owner, chart}); }
+  /// Forgets the points of charts that have fewer than `least` of them.
+  void drop_small_charts(std::size_t least);
   std::size_t size() const { return points_.size(); }
 
   /// The map about `reference`, from the nearest points by their reference coordinates.

@@ -22,6 +22,8 @@ constexpr float least_eigenvalue = 0.05F;  // a mean slope of .1 grey levels a p
 constexpr int corner_window = 7;       // pixels of level 1
 constexpr double clear_weight = 230;   // of 255: no highlight near
 
+constexpr std::size_t least_agreeing = 5;  // points that make a motion believed after none was known
+
 constexpr std::int64_t replenish_every = second / 2;
 constexpr std::int64_t new_chart_after = second;
 constexpr std::int64_t trial = second / 2;        // a new point's, before its neighbours believe it
@@ -74,6 +76,32 @@ void SupportPoints::collect() {
   for (const auto &support : points_)
     if (support.established && support.point.sure())
       field_.add(support.id, support.point.chart(), {support.point.own_reference(), support.point.seen_at()});
+  field_.drop_small_charts(least_agreeing);
+}
+
+/// What all points together say of the frame: smoke and a new exposure change them all.
+void SupportPoints::sum_up(const CsdFrame &frame) {
+  const auto median_of = [this](auto change) {
+    changes_.clear();
+    for (const auto &s : points_)
+      if (const auto c = change(s.point); c && s.point.sure()) changes_.push_back(*c);
+    if (changes_.empty()) return 0.0;
+    const auto middle = changes_.begin() + static_cast<std::ptrdiff_t>(changes_.size() / 2);
+    std::nth_element(changes_.begin(), middle, changes_.end());
+    return *middle;
+  };
+  surroundings_.gain_drift = median_of([](const TrackedPoint &p) { return p.gain_change(); });
+  surroundings_.noise_drift = median_of([](const TrackedPoint &p) { return p.noise_change(); });
+  surroundings_.brightness_drift = median_of([](const TrackedPoint &p) { return p.brightness_change(); });
+  std::size_t expected = 0, sure = 0;
+  for (const auto &s : points_)
+    if (s.established && (s.point.chart() == chart_ || s.point.map()) &&
+        (!s.point.map() || frame.shows(s.point.expected_at()))) {
+      ++expected;
+      sure += s.point.sure();
+    }
+  surroundings_.alone = expected < least_agreeing;
+  surroundings_.seen = expected ? static_cast<double>(sure) / static_cast<double>(expected) : 0;
 }
 
 void SupportPoints::follow(const CsdFrame &frame) {
@@ -82,18 +110,14 @@ void SupportPoints::follow(const CsdFrame &frame) {
   for (auto &s : points_)
     s.point.meet(frame, field_.map_at(s.point.own_reference(), s.point.chart(), frame.unit, s.id));
   for (auto &s : points_) s.point.look_again(frame);
+  // What has no map has looked for itself alone: chance likenesses don't agree on a motion.
+  collect();
+  for (auto &s : points_)
+    if (!s.point.map())
+      s.point.meet(frame, field_.map_at(s.point.own_reference(), s.point.chart(), frame.unit, s.id));
 
-  changes_.clear();
-  for (const auto &s : points_)
-    if (const auto change = s.point.gain_change(); change && s.point.sure()) changes_.push_back(*change);
-  gain_drift_ = 0;
-  if (!changes_.empty()) {
-    const auto middle = changes_.begin() + static_cast<std::ptrdiff_t>(changes_.size() / 2);
-    std::nth_element(changes_.begin(), middle, changes_.end());
-    gain_drift_ = *middle;
-  }
-
-  for (auto &s : points_) s.point.decide(frame, gain_drift_);
+  sum_up(frame);
+  for (auto &s : points_) s.point.decide(frame, surroundings_);
   collect();
   for (auto &s : points_) {
     s.point.learn(frame);

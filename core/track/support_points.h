@@ -26,7 +26,7 @@ class SupportPoints {
   void clear();
 
   const NeighbourField &field() const { return field_; }
-  double gain_drift() const { return gain_drift_; }  ///< median change of the sure points' ln gain
+  const Surroundings &surroundings() const { return surroundings_; }
   int chart() const { return chart_; }
   std::size_t size() const { return points_.size(); }
 
@@ -39,12 +39,13 @@ class SupportPoints {
   };
 
   void collect();
+  void sum_up(const CsdFrame &frame);
   void drop(const CsdFrame &frame);
   void begin(const CsdFrame &frame);
 
   std::vector<Support> points_;
   NeighbourField field_;
-  double gain_drift_ = 0;
+  Surroundings surroundings_;
   int chart_ = -1;
   std::size_t next_id_ = 0;
   std::int64_t last_sure_ = 0, last_begin_ = 0;

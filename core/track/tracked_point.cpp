@@ -22,7 +22,7 @@ constexpr double gate_floor = 1, gate_deviations = 2;
 constexpr std::size_t least_judges = 5;  // neighbours that may overrule a point
 constexpr double most_distortion = 0.3;
 constexpr double good_zncc = 0.75;  // of a frame that offsets and gains learn from
-constexpr double gain_rate = 0.1;
+constexpr double usual_rate = 0.1;
 constexpr double finer_scale = 0.8, finer_zncc = 0.85, finer_inliers = 0.7;
 constexpr double least_anchor = 0.4;  // unmasked share of the level that is aligned last
 constexpr int training_samples = 12;
@@ -30,6 +30,23 @@ constexpr int training_samples = 12;
 cv::Matx22d information(double deviation) {
   const double i = 1 / (deviation * deviation);
   return {i, 0, 0, i};
+}
+
+constexpr int core_reach = 5;
+constexpr double core_weight = 81;  // pixels in it
+
+/// The anchor's inner disc: where a tool or its shadow has come near, the rest tells of them.
+AnchorLevel core_of(const AnchorLevel &anchor) {
+  auto core = anchor;
+  for (int v = -PatchPlane::radius; v <= PatchPlane::radius; ++v)
+    for (int u = -PatchPlane::radius; u <= PatchPlane::radius; ++u)
+      if (u * u + v * v > core_reach * core_reach) core.weight.at(u, v) = 0;
+  return core;
+}
+
+/// ln of the residual in the picture's grey levels; what is below half a grey level is as good as none.
+double log_noise(const Alignment &seen) {
+  return std::log(std::max(seen.noise * seen.gain, 0.5));
 }
 
 }  // namespace
@@ -60,8 +77,18 @@ void TrackedPoint::join(const NeighbourField &field, int chart, double unit) {
 }
 
 std::optional<double> TrackedPoint::gain_change() const {
-  if (!gain_known_ || !fine_.usable) return {};
+  if (!usual_known_ || !fine_.usable) return {};
   return std::log(fine_.gain) - usual_gain_;
+}
+
+std::optional<double> TrackedPoint::noise_change() const {
+  if (!usual_known_ || !fine_.usable) return {};
+  return log_noise(fine_) - usual_noise_;
+}
+
+std::optional<double> TrackedPoint::brightness_change() const {
+  if (!usual_known_ || !fine_.usable) return {};
+  return fine_.bias - usual_brightness_;
 }
 
 void TrackedPoint::set_anchor(int level, AnchorLevel &&anchor) {
@@ -82,23 +109,30 @@ int TrackedPoint::finest_level(double scale) const {
 }
 
 /// From coarse to fine, from `top` levels above the finest that the picture shows.
-void TrackedPoint::locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top) {
+void TrackedPoint::locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top,
+                          bool core) {
   fine_ = {};
   zncc_coarse_ = 0;
   const int finest = finest_level(start.scale());
   AlignPrior prior;
+  AnchorLevel inner;
+  core_ = core;
   prior.shape = shape_deviation * std::sqrt(frame.steps);
   if (position_sd > 0) prior.position = information(position_sd);
   auto at = start;
   bool coarse_seen = false;
   for (int level = std::min(finest + top, Anchor::coarsest); level >= finest; --level) {
     if (!anchor_.has(level)) continue;
-    const auto seen = align(frame.pyramid, frame.weights, anchor_.level(level), level, at, prior,
-                            level > finest ? AlignModel::similarity : AlignModel::affine);
+    if (core) inner = core_of(anchor_.level(level));
+    const auto &anchor = core ? inner : anchor_.level(level);
+    auto seen = align(frame.pyramid, frame.weights, anchor, level, at, prior,
+                      core || level > finest ? AlignModel::similarity : AlignModel::affine);
+    if (core) seen.unmasked *= PatchPlane::pixels / core_weight;
     if (level == finest) {
       fine_ = seen;
       if (!coarse_seen) zncc_coarse_ = seen.zncc;
-      centre_ = seen.usable ? centre_inliers(frame.pyramid, frame.weights, anchor_.level(level), level, seen) : 0;
+      centre_ = seen.usable ? centre_inliers(frame.pyramid, frame.weights, anchor_.level(level), level, seen, usual_known_ ? std::exp(usual_noise_ - std::log(seen.gain)) : 0)
+                            : 0;
     } else if (seen.usable) {
       at = seen.state;
       prior.position += coarse_information * seen.information;
@@ -129,7 +163,7 @@ void TrackedPoint::look(const CsdFrame &frame) {
   if (!visible_) return;
   AffineState start{state_.position + velocity_ * frame.steps, state_.shape};
   if (map_) start.shape += shape_pull * (prediction().shape - start.shape);  // the last frame's map
-  locate(frame, start, 0, 1);
+  locate(frame, start, 0, 1, false);
   map_ = {};
   judge(frame);
 }
@@ -147,17 +181,30 @@ void TrackedPoint::look_again(const CsdFrame &frame) {
       fine_ = {};
       return;
     }
-    locate(frame, start, (1 + offset_.deviation()) * map_.scale() * frame.unit + map_.spread, 2);
+    const double sd = (1 + offset_.deviation()) * map_.scale() * frame.unit + map_.spread;
+    locate(frame, start, sd, 2, false);
     judge(frame);
+    if (!sure_) {
+      const auto whole = fine_;
+      const auto coarse = zncc_coarse_, centre = centre_;
+      locate(frame, start, sd, 1, true);
+      judge(frame);
+      if (!sure_) {
+        fine_ = whole;
+        zncc_coarse_ = coarse;
+        centre_ = centre;
+        judge(frame);
+      }
+    }
   } else if (!visible_) {
-    locate(frame, state_, 0, 2);
+    locate(frame, state_, 0, 2, false);
     judge(frame);
     sure_ = agrees_ = agrees_ && fine_.zncc >= alone_zncc && sure_;
   }
   again_ = true;
 }
 
-void TrackedPoint::decide(const CsdFrame &frame, double gain_drift) {
+void TrackedPoint::decide(const CsdFrame &frame, const Surroundings &around) {
   Evidence evidence;
   evidence.zncc_fine = fine_.zncc;
   evidence.zncc_coarse = zncc_coarse_;
@@ -168,9 +215,13 @@ void TrackedPoint::decide(const CsdFrame &frame, double gain_drift) {
   evidence.noise = fine_.noise;
   evidence.disagreement = distance_ / (1 + offset_.deviation());
   evidence.seen_before = visible_;
-  if (const auto change = gain_change()) evidence.gain_change = std::abs(*change - gain_drift);
+  if (const auto change = gain_change()) evidence.gain_change = std::abs(*change - around.gain_drift);
+  evidence.noise_change = noise_change().value_or(0);
+  if (const auto change = brightness_change()) evidence.brightness_change = *change - around.brightness_drift;
+  evidence.noise_drift = around.noise_drift;
+  evidence.seen_around = around.seen;
 
-  const bool possible = fine_.usable && agrees_ && fine_.zncc >= least_zncc && fine_.unmasked >= least_unmasked &&
+  const bool possible = fine_.usable && agrees_ && (map_ || around.alone) && fine_.zncc >= least_zncc && fine_.unmasked >= least_unmasked &&
                         frame.shows(fine_.state.position);
   confidence_ = possible ? visibility(evidence) : 0;
   const bool before = std::exchange(visible_, confidence_ >= 0.5);
@@ -189,9 +240,11 @@ void TrackedPoint::learn(const CsdFrame &frame) {
   const bool good = visible_ && sure_ && fine_.zncc >= good_zncc;
   if (good) {
     if (map_) offset_.update(map_, reference_, fine_.state, frame.steps, frame.unit);
-    const double gain = std::log(fine_.gain);
-    usual_gain_ = gain_known_ ? usual_gain_ + std::min(1.0, gain_rate * frame.steps) * (gain - usual_gain_) : gain;
-    gain_known_ = true;
+    const double rate = usual_known_ ? std::min(1.0, usual_rate * frame.steps) : 1;
+    usual_gain_ += rate * (std::log(fine_.gain) - usual_gain_);
+    usual_noise_ += rate * (log_noise(fine_) - usual_noise_);
+    usual_brightness_ += rate * (fine_.bias - usual_brightness_);
+    usual_known_ = true;
   }
   if (learning()) {
     if ((visible_ || map_) && frame.time - last_sample_ >= frame.training_time / (training_samples + 1)) {

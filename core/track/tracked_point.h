@@ -25,6 +25,13 @@ struct CsdFrame {
   }
 };
 
+/// How the supporting points see a frame.
+struct Surroundings {
+  double gain_drift = 0, noise_drift = 0, brightness_drift = 0;  ///< medians of the sure points' changes
+  double seen = 1;     ///< share of the points in the picture that are sure
+  bool alone = false;  ///< there are hardly any: a point must do without a map
+};
+
 /// One point of tissue as `csd` follows it, a user's or a supporting one: its affine state, its frozen anchor, and its
 /// place among its neighbours. All coordinates are the working image's.
 ///
@@ -44,8 +51,8 @@ class TrackedPoint {
   void meet(const CsdFrame &frame, const NeighbourMap &map);
   /// The second look, for what is not sure: from where the neighbours put it, or where it was seen last.
   void look_again(const CsdFrame &frame);
-  /// `gain_drift`: common change of the sure points' ln gain.
-  void decide(const CsdFrame &frame, double gain_drift);
+  /// Is the point visible, and with which probability?
+  void decide(const CsdFrame &frame, const Surroundings &around);
   /// Learns from this frame what decide() found visible: the anchor, the offset from the neighbours, the usual gain.
   void learn(const CsdFrame &frame);
 
@@ -55,6 +62,7 @@ class TrackedPoint {
   double confidence() const { return confidence_; }
   const AffineState &state() const { return state_; }
   cv::Point2d seen_at() const { return fine_.state.position; }  ///< of a sure point, in this frame
+  cv::Point2d expected_at() const { return prediction().position; }  ///< by the neighbours' map
   int chart() const { return chart_; }  ///< −1: none
   cv::Point2d reference() const { return reference_; }
   cv::Point2d own_reference() const { return reference_ + offset_.offset(); }
@@ -62,13 +70,15 @@ class TrackedPoint {
   const NeighbourMap &map() const { return map_; }
   /// Change of ln gain against the usual; nothing if none is known.
   std::optional<double> gain_change() const;
+  std::optional<double> noise_change() const;       ///< the same of ln noise, in the picture's grey levels
+  std::optional<double> brightness_change() const;  ///< the same of the patch's mean, grey levels
   std::int64_t last_seen() const { return last_seen_; }
 
  private:
   AffineState prediction() const { return offset_.predict(map_, reference_); }
   int finest_level(double scale) const;
   void set_anchor(int level, AnchorLevel &&anchor);
-  void locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top);
+  void locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top, bool core);
   void judge(const CsdFrame &frame);
 
   AffineState state_;
@@ -82,14 +92,16 @@ class TrackedPoint {
   cv::Point2d reference_;
   NeighbourOffset offset_;
   NeighbourMap map_;  ///< of this frame, after meet()
-  double usual_gain_ = 0;  ///< running mean of ln gain
-  bool gain_known_ = false;
+  // Running means of ln gain, of ln noise in the picture's grey levels, and of the patch's mean.
+  double usual_gain_ = 0, usual_noise_ = 0, usual_brightness_ = 0;
+  bool usual_known_ = false;
 
   // Of this frame.
   Alignment fine_;
   double zncc_coarse_ = 0, centre_ = 0;
   double distance_ = 0;  ///< from where the neighbours put it, reference pixels at 480 lines
   bool agrees_ = true;
+  bool core_ = false;  ///< aligned by its inner disc
   bool sure_ = true, visible_ = true, again_ = false;
   double confidence_ = 1;
 };
