@@ -10,13 +10,8 @@ constexpr double most_steps = 10;           // after a gap: farther ahead nothin
 }  // namespace
 
 CsdFrame Csd::load(const FrameContext &context) {
-  return {pyramid_,
-          weights_,
-          context.frame.size(),
-          context.frame.size().height / 480.0,
-          steps_,
-          context.time,
-          settings_.training_time};
+  return {pyramid_, weights_,     context.frame.size(),   context.frame.size().height / 480.0,
+          steps_,   context.time, settings_.training_time};
 }
 
 // After a DISCONT or a jump of the PTS nothing may be claimed until it has been confirmed; FrameContext does not tell
@@ -24,9 +19,10 @@ CsdFrame Csd::load(const FrameContext &context) {
 void Csd::track(const FrameContext &context, std::vector<Claim> &claims) {
   pyramid_.build(context.frame.luma());
   weights_.build(context.frame, context.forbidden);
-  steps_ = last_time_ == no_time
-               ? 1
-               : std::clamp(static_cast<double>(context.time - last_time_) / static_cast<double>(step), 0.01, most_steps);
+  steps_ =
+      last_time_ == no_time
+          ? 1
+          : std::clamp(static_cast<double>(context.time - last_time_) / static_cast<double>(step), 0.01, most_steps);
   last_time_ = context.time;
 
   const auto frame = load(context);

@@ -13,7 +13,7 @@ constexpr double least_reach = 60, reach_per_fifth = 0.7, floor_weight = 0.01;
 constexpr double ridge = 60;  // px², towards the similarity
 constexpr double least_spread = 0.5, spread_per_median = 1.5;
 constexpr double most_spread = 8;  // points that don't agree on anything make no map
-constexpr double outlier = 2.5;  // spreads
+constexpr double outlier = 2.5;    // spreads
 constexpr int rounds = 4;
 constexpr std::size_t least_points = 3, least_affine = 6;
 

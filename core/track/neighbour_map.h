@@ -29,8 +29,8 @@ struct NeighbourMap {
   double scale() const;  ///< √det linear
 };
 
-/// Fits a map to `nearest`, which is by ascending distance of `from` from `at` (prototype.md I.2): weights fall off with
-/// the distance, four rounds of reweighting take outliers out; from six points on an affine map that leans on the
+/// Fits a map to `nearest`, which is by ascending distance of `from` from `at` (prototype.md I.2): weights fall off
+/// with the distance, four rounds of reweighting take outliers out; from six points on an affine map that leans on the
 /// similarity, a similarity below, none below three or where they lie on a point.
 /// @param unit length of a pixel of the 480-line picture in the coordinates of `from`; the spread's floor is half a
 /// unit
@@ -39,7 +39,7 @@ NeighbourMap fit_neighbours(std::span<const Correspondence> nearest, cv::Point2d
 /// Points that are surely seen: they say how the tissue around any other point has moved.
 class NeighbourField {
  public:
-  static constexpr std::size_t most = 14;       ///< points to a map
+  static constexpr std::size_t most = 14;  ///< points to a map
   static constexpr std::size_t nobody = ~std::size_t{0};
 
   void clear() { points_.clear(); }

@@ -17,17 +17,17 @@ constexpr double least_distance = 20;  // of a new point from the others
 constexpr double edge = 8;             // a new point's distance from the picture's
 constexpr std::size_t most_in_cell = 2;
 constexpr std::size_t most_points = 600;
-constexpr double quality = 0.003;      // of the picture's best corner
+constexpr double quality = 0.003;          // of the picture's best corner
 constexpr float least_eigenvalue = 0.05F;  // a mean slope of .1 grey levels a pixel; less is noise
-constexpr int corner_window = 7;       // pixels of level 1
-constexpr double clear_weight = 230;   // of 255: no highlight near
+constexpr int corner_window = 7;           // pixels of level 1
+constexpr double clear_weight = 230;       // of 255: no highlight near
 
 constexpr std::size_t least_agreeing = 5;  // points that make a motion believed after none was known
 
 constexpr std::int64_t replenish_every = second / 2;
 constexpr std::int64_t new_chart_after = second;
-constexpr std::int64_t trial = second / 2;        // a new point's, before its neighbours believe it
-constexpr double trial_deviation = 1.5;           // of its offset, at most
+constexpr std::int64_t trial = second / 2;  // a new point's, before its neighbours believe it
+constexpr double trial_deviation = 1.5;     // of its offset, at most
 constexpr std::int64_t young_lost_for = second / 2, lost_for = 10 * second;
 
 /// Cells of the picture, and how many points each has.
@@ -113,8 +113,7 @@ void SupportPoints::follow(const CsdFrame &frame) {
   // What has no map has looked for itself alone: chance likenesses don't agree on a motion.
   collect();
   for (auto &s : points_)
-    if (!s.point.map())
-      s.point.meet(frame, field_.map_at(s.point.own_reference(), s.point.chart(), frame.unit, s.id));
+    if (!s.point.map()) s.point.meet(frame, field_.map_at(s.point.own_reference(), s.point.chart(), frame.unit, s.id));
 
   sum_up(frame);
   for (auto &s : points_) s.point.decide(frame, surroundings_);
@@ -138,9 +137,8 @@ void SupportPoints::replenish(const CsdFrame &frame) {
 }
 
 void SupportPoints::drop(const CsdFrame &frame) {
-  std::erase_if(points_, [&](const Support &s) {
-    return frame.time - s.covered > (s.established ? lost_for : young_lost_for);
-  });
+  std::erase_if(points_,
+                [&](const Support &s) { return frame.time - s.covered > (s.established ? lost_for : young_lost_for); });
   // What a zoom out has crowded together: the eldest know the tissue best.
   Cells cells(frame);
   std::size_t outside = 0;
@@ -187,9 +185,8 @@ void SupportPoints::begin(const CsdFrame &frame) {
         for (int u = rect.x; u < rect.x + rect.width; ++u)
           if (corners_.at<float>(v, u) > strongest && weights.at<std::uint8_t>(v, u) >= clear_weight) {
             const cv::Point2d p(2 * u, 2 * v);
-            if (std::any_of(points_.begin(), points_.end(), [&](const Support &s) {
-                  return cv::norm(s.point.state().position - p) < apart;
-                }))
+            if (std::any_of(points_.begin(), points_.end(),
+                            [&](const Support &s) { return cv::norm(s.point.state().position - p) < apart; }))
               continue;
             strongest = corners_.at<float>(v, u);
             at = {2 * u, 2 * v};

@@ -12,11 +12,11 @@ namespace csd {
 namespace {
 
 // prototype.md I.2, the tight variant. Pixels are those of a 480-line picture.
-constexpr double shape_deviation = 0.03;   // of each element of A0⁻¹A − 1, in a frame of 40 ms
-constexpr double shape_pull = 0.3;         // towards the neighbours' shape, before looking
+constexpr double shape_deviation = 0.03;     // of each element of A0⁻¹A − 1, in a frame of 40 ms
+constexpr double shape_pull = 0.3;           // towards the neighbours' shape, before looking
 constexpr double coarse_information = 0.25;  // of the coarse level's, as the fine level's prior
 constexpr double sure_zncc = 0.6, sure_inliers = 0.5, sure_unmasked = 0.3;
-constexpr double alone_zncc = 0.8;  // to be found again without neighbours
+constexpr double alone_zncc = 0.8;                         // to be found again without neighbours
 constexpr double least_zncc = 0.2, least_unmasked = 0.25;  // of what is reported at all
 constexpr double gate_floor = 1, gate_deviations = 2;
 constexpr std::size_t least_judges = 5;  // neighbours that may overrule a point
@@ -109,8 +109,7 @@ int TrackedPoint::finest_level(double scale) const {
 }
 
 /// From coarse to fine, from `top` levels above the finest that the picture shows.
-void TrackedPoint::locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top,
-                          bool core) {
+void TrackedPoint::locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top, bool core) {
   fine_ = {};
   zncc_coarse_ = 0;
   const int finest = finest_level(start.scale());
@@ -131,7 +130,8 @@ void TrackedPoint::locate(const CsdFrame &frame, const AffineState &start, doubl
     if (level == finest) {
       fine_ = seen;
       if (!coarse_seen) zncc_coarse_ = seen.zncc;
-      centre_ = seen.usable ? centre_inliers(frame.pyramid, frame.weights, anchor_.level(level), level, seen, usual_known_ ? std::exp(usual_noise_ - std::log(seen.gain)) : 0)
+      centre_ = seen.usable ? centre_inliers(frame.pyramid, frame.weights, anchor_.level(level), level, seen,
+                                             usual_known_ ? std::exp(usual_noise_ - std::log(seen.gain)) : 0)
                             : 0;
     } else if (seen.usable) {
       at = seen.state;
@@ -221,8 +221,8 @@ void TrackedPoint::decide(const CsdFrame &frame, const Surroundings &around) {
   evidence.noise_drift = around.noise_drift;
   evidence.seen_around = around.seen;
 
-  const bool possible = fine_.usable && agrees_ && (map_ || around.alone) && fine_.zncc >= least_zncc && fine_.unmasked >= least_unmasked &&
-                        frame.shows(fine_.state.position);
+  const bool possible = fine_.usable && agrees_ && (map_ || around.alone) && fine_.zncc >= least_zncc &&
+                        fine_.unmasked >= least_unmasked && frame.shows(fine_.state.position);
   confidence_ = possible ? visibility(evidence) : 0;
   const bool before = std::exchange(visible_, confidence_ >= 0.5);
   if (visible_) {
@@ -260,8 +260,9 @@ void TrackedPoint::learn(const CsdFrame &frame) {
     return;
   }
   for (int level = -1; level >= Anchor::finest; --level)
-    if (sure_ && !anchor_.has(level) && anchor_.has(level + 1) && state_.scale() * std::ldexp(1.0, level) >= finer_scale &&
-        fine_.zncc >= finer_zncc && fine_.inliers > finer_inliers)
+    if (sure_ && !anchor_.has(level) && anchor_.has(level + 1) &&
+        state_.scale() * std::ldexp(1.0, level) >= finer_scale && fine_.zncc >= finer_zncc &&
+        fine_.inliers > finer_inliers)
       set_anchor(level, make_anchor_level(sample(frame.pyramid, frame.weights, state_, level)));
 }
 

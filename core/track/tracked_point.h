@@ -15,10 +15,10 @@ namespace csd {
 struct CsdFrame {
   const Pyramid &pyramid;
   const GlareWeights &weights;
-  cv::Size size;       ///< of the working image
-  double unit;         ///< working pixels for a pixel of a 480-line picture: what constants are given in
-  double steps;        ///< frames of 40 ms since the last frame: what rates are given in
-  std::int64_t time;   ///< ns
+  cv::Size size;               ///< of the working image
+  double unit;                 ///< working pixels for a pixel of a 480-line picture: what constants are given in
+  double steps;                ///< frames of 40 ms since the last frame: what rates are given in
+  std::int64_t time;           ///< ns
   std::int64_t training_time;  ///< ns: how long an anchor is gathered
   bool shows(cv::Point2d p) const {
     return p.x >= -0.5 && p.y >= -0.5 && p.x < size.width - 0.5 && p.y < size.height - 0.5;
@@ -28,7 +28,7 @@ struct CsdFrame {
 /// How the supporting points see a frame.
 struct Surroundings {
   double gain_drift = 0, noise_drift = 0, brightness_drift = 0;  ///< medians of the sure points' changes
-  double seen = 1;     ///< share of the points in the picture that are sure
+  double seen = 1;                                               ///< share of the points in the picture that are sure
   bool alone = false;  ///< there are hardly any: a point must do without a map
 };
 
@@ -61,9 +61,9 @@ class TrackedPoint {
   bool learning() const { return !medians_.empty(); }
   double confidence() const { return confidence_; }
   const AffineState &state() const { return state_; }
-  cv::Point2d seen_at() const { return fine_.state.position; }  ///< of a sure point, in this frame
+  cv::Point2d seen_at() const { return fine_.state.position; }       ///< of a sure point, in this frame
   cv::Point2d expected_at() const { return prediction().position; }  ///< by the neighbours' map
-  int chart() const { return chart_; }  ///< −1: none
+  int chart() const { return chart_; }                               ///< −1: none
   cv::Point2d reference() const { return reference_; }
   cv::Point2d own_reference() const { return reference_ + offset_.offset(); }
   const NeighbourOffset &offset() const { return offset_; }
@@ -85,7 +85,7 @@ class TrackedPoint {
   cv::Point2d velocity_;  ///< of the last frame, working pixels in 40 ms
   Anchor anchor_;
   std::array<double, Anchor::coarsest - Anchor::finest + 1> unmasked_{};  ///< share of the anchor's levels
-  std::vector<AnchorMedian> medians_;  ///< while it is learning: levels 0…2
+  std::vector<AnchorMedian> medians_;                                     ///< while it is learning: levels 0…2
   std::int64_t begun_, last_sample_, last_seen_;
 
   int chart_ = -1;

@@ -73,10 +73,10 @@ struct Rendered {
 
 Rendered render(const Sequence &sequence, std::uint64_t seed, const Options &options) {
   Rendered out;
-  const std::string stem = (fs::path(options.keep) / (std::string(sequence.name) + '-' + std::to_string(seed) + '-' +
-                                                      std::to_string(options.frames) + '-' +
-                                                      std::to_string(options.features)))
-                               .string();
+  const std::string stem =
+      (fs::path(options.keep) / (std::string(sequence.name) + '-' + std::to_string(seed) + '-' +
+                                 std::to_string(options.frames) + '-' + std::to_string(options.features)))
+          .string();
   out.file = stem + ".i420";
   if (std::ifstream in(stem + ".truth", std::ios::binary); in) {
     std::uint64_t n = 0;
@@ -197,7 +197,7 @@ void print_worst(const score::Clip &clip, std::size_t wanted) {
     for (std::size_t i = 0; i < clip.moments.size(); ++i) {
       const auto k = f * clip.moments.size() + i;
       if (outcomes.visible[k])
-        ++(outcomes.correct[k] ? feature.counts.correct
+        ++(outcomes.correct[k]   ? feature.counts.correct
            : outcomes.claimed[k] ? feature.counts.wrong
                                  : feature.counts.missed);
       else
@@ -217,7 +217,9 @@ void print_worst(const score::Clip &clip, std::size_t wanted) {
     // The frames, a character for every fifth: . correct, m missed, w wrong, h claimed while hidden, blank hidden.
     for (std::size_t i = 0; i < clip.moments.size(); i += 5) {
       const auto k = feature.index * clip.moments.size() + i;
-      std::putchar(outcomes.visible[k] ? (outcomes.correct[k] ? '.' : outcomes.claimed[k] ? 'w' : 'm')
+      std::putchar(outcomes.visible[k] ? (outcomes.correct[k]   ? '.'
+                                          : outcomes.claimed[k] ? 'w'
+                                                                : 'm')
                                        : (outcomes.claimed[k] ? 'h' : ' '));
     }
     std::putchar('\n');
@@ -269,8 +271,8 @@ Options parse(int argc, char **argv) {
 int main(int argc, char **argv) {
   try {
     const auto options = parse(argc, argv);
-    std::printf("%-18s %4s  %6s %6s %6s %6s %7s %6s %6s  %6s %6s %6s  %5s\n", "sequence", "seed", "sens2", "sens5", "K5",
-                "hidden", "median", "95 %", "ECE", "sens5", "K5", "(last)", "ms");
+    std::printf("%-18s %4s  %6s %6s %6s %6s %7s %6s %6s  %6s %6s %6s  %5s\n", "sequence", "seed", "sens2", "sens5",
+                "K5", "hidden", "median", "95 %", "ECE", "sens5", "K5", "(last)", "ms");
     for (const auto &sequence : options.wanted)
       for (auto seed = options.first_seed; seed <= options.last_seed; ++seed) {
         const auto rendered = render(sequence, seed, options);

@@ -24,9 +24,7 @@ class Support : public testing::Test {
     support_.replenish(frame);
   }
   void show_scene(cv::Point2d shift) { show(scene_.render(shift)); }
-  cv::Point2d moved(cv::Point2d from) const {
-    return support_.field().map_at(from, support_.chart(), 0.5)(from);
-  }
+  cv::Point2d moved(cv::Point2d from) const { return support_.field().map_at(from, support_.chart(), 0.5)(from); }
 
   MovingScene scene_;
   WorkFrame frame_;
