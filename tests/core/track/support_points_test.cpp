@@ -5,6 +5,7 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "image/work_frame.h"
 #include "track/moving_scene.h"
 #include "track/types.h"
 
