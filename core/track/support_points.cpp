@@ -91,17 +91,13 @@ void SupportPoints::sum_up(const CsdFrame &frame) {
     return *middle;
   };
   surroundings_.gain_drift = median_of([](const TrackedPoint &p) { return p.gain_change(); });
-  surroundings_.noise_drift = median_of([](const TrackedPoint &p) { return p.noise_change(); });
   surroundings_.brightness_drift = median_of([](const TrackedPoint &p) { return p.brightness_change(); });
-  std::size_t expected = 0, sure = 0;
+  std::size_t expected = 0;
   for (const auto &s : points_)
     if (s.established && (s.point.chart() == chart_ || s.point.map()) &&
-        (!s.point.map() || frame.shows(s.point.expected_at()))) {
+        (!s.point.map() || frame.shows(s.point.expected_at())))
       ++expected;
-      sure += s.point.sure();
-    }
   surroundings_.alone = expected < least_agreeing;
-  surroundings_.seen = expected ? static_cast<double>(sure) / static_cast<double>(expected) : 0;
 }
 
 void SupportPoints::follow(const CsdFrame &frame) {

@@ -81,11 +81,6 @@ std::optional<double> TrackedPoint::gain_change() const {
   return std::log(fine_.gain) - usual_gain_;
 }
 
-std::optional<double> TrackedPoint::noise_change() const {
-  if (!usual_known_ || !fine_.usable) return {};
-  return log_noise(fine_) - usual_noise_;
-}
-
 std::optional<double> TrackedPoint::brightness_change() const {
   if (!usual_known_ || !fine_.usable) return {};
   return fine_.bias - usual_brightness_;
@@ -216,10 +211,7 @@ void TrackedPoint::decide(const CsdFrame &frame, const Surroundings &around) {
   evidence.disagreement = distance_ / (1 + offset_.deviation());
   evidence.seen_before = visible_;
   if (const auto change = gain_change()) evidence.gain_change = std::abs(*change - around.gain_drift);
-  evidence.noise_change = noise_change().value_or(0);
   if (const auto change = brightness_change()) evidence.brightness_change = *change - around.brightness_drift;
-  evidence.noise_drift = around.noise_drift;
-  evidence.seen_around = around.seen;
 
   const bool possible = fine_.usable && agrees_ && (map_ || around.alone) && fine_.zncc >= least_zncc &&
                         fine_.unmasked >= least_unmasked && frame.shows(fine_.state.position);

@@ -27,9 +27,8 @@ struct CsdFrame {
 
 /// How the supporting points see a frame.
 struct Surroundings {
-  double gain_drift = 0, noise_drift = 0, brightness_drift = 0;  ///< medians of the sure points' changes
-  double seen = 1;                                               ///< share of the points in the picture that are sure
-  bool alone = false;  ///< there are hardly any: a point must do without a map
+  double gain_drift = 0, brightness_drift = 0;  ///< medians of the sure points' changes
+  bool alone = false;                           ///< there are hardly any: a point must do without a map
 };
 
 /// One point of tissue as `csd` follows it, a user's or a supporting one: its affine state, its frozen anchor, and its
@@ -70,7 +69,6 @@ class TrackedPoint {
   const NeighbourMap &map() const { return map_; }
   /// Change of ln gain against the usual; nothing if none is known.
   std::optional<double> gain_change() const;
-  std::optional<double> noise_change() const;       ///< the same of ln noise, in the picture's grey levels
   std::optional<double> brightness_change() const;  ///< the same of the patch's mean, grey levels
   std::int64_t last_seen() const { return last_seen_; }
 

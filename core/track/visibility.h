@@ -13,10 +13,7 @@ struct Evidence {
   double disagreement = 0;                ///< from where the neighbours put it, in its own expected error
   bool seen_before = false;               ///< it was visible in the last frame
   double gain_change = 0;                 ///< |ln gain| against its own usual one and its neighbours' common change
-  double noise_change = 0;                ///< ln of the residual in the picture's grey levels, against its usual one
-  double noise_drift = 0;                 ///< the same of the supporting points, their median
   double brightness_change = 0;           ///< grey levels, against its usual one and the supporting points' change
-  double seen_around = 1;                 ///< share of the supporting points in the picture that are seen
 };
 
 /// Probability that the feature is visible and within 5 px (at 576 lines or less) of where it was aligned: a logistic

@@ -36,6 +36,9 @@ TEST(Visibility, FallsWithEachThingThatSpeaksAgainstIt) {
   EXPECT_TRUE(worse([](Evidence &e) { e.unmasked = 0.4; }));
   EXPECT_TRUE(worse([](Evidence &e) { e.disagreement = 3; }));
   EXPECT_TRUE(worse([](Evidence &e) { e.noise = 20; }));
+  EXPECT_TRUE(worse([](Evidence &e) { e.centre = 0; }));
+  EXPECT_TRUE(worse([](Evidence &e) { e.brightness_change = 50; }));
+  EXPECT_TRUE(worse([](Evidence &e) { e.brightness_change = -50; }));
 }
 
 TEST(Visibility, DoubtsWhatFitsInNoWay) {
@@ -56,7 +59,7 @@ TEST(Visibility, IsAProbabilityWhateverTheEvidence) {
       e.zncc_fine = e.zncc_coarse = zncc;
       e.gain = gain;
       e.noise = 1e6;
-      e.disagreement = e.gain_change = e.noise_change = 1e6;
+      e.disagreement = e.gain_change = e.brightness_change = 1e6;
       const double p = visibility(e);
       EXPECT_TRUE(p >= 0 && p <= 1) << p;
     }
