@@ -11,7 +11,7 @@ G_BEGIN_DECLS
 // glib-mkenums reads the comment behind a value: none may move.
 // clang-format off
 typedef enum {
-  /* 0 is kept for `csd` */
+  GST_CSD_TRACK_ALGORITHM_CSD = 0, /*< nick=csd >*/
   GST_CSD_TRACK_ALGORITHM_CSD_2012 = 1, /*< nick=csd-2012 >*/
   GST_CSD_TRACK_ALGORITHM_LK = 2, /*< nick=lk >*/
   GST_CSD_TRACK_ALGORITHM_MS1 = 3, /*< nick=ms1 >*/

@@ -25,6 +25,8 @@ AlgorithmKind algorithm_of(GstCsdTrackAlgorithm algorithm) {
       return AlgorithmKind::ms2;
     case GST_CSD_TRACK_ALGORITHM_SIFT:
       return AlgorithmKind::sift;
+    case GST_CSD_TRACK_ALGORITHM_CSD:
+      return AlgorithmKind::csd;
     case GST_CSD_TRACK_ALGORITHM_CSD_2012:
       break;
   }
@@ -41,14 +43,14 @@ void install_properties(GObjectClass *klass) {
   const ElementSettings d;
   const auto install = [klass](Property id, GParamSpec *spec) { g_object_class_install_property(klass, id, spec); };
 
-  install(
-      prop_algorithm,
-      g_param_spec_enum("algorithm", "Algorithm",
-                        "How features are followed: csd-2012 = online-learnt context-specific descriptors (Mountney "
-                        "& Yang 2012, as printed); to compare with: lk = pyramidal Lucas-Kanade, ms1, ms2 = "
-                        "mean shift on colours chosen by variance ratio, by peak difference, sift = SIFT keypoints "
-                        "matched with the first frame's",
-                        GST_TYPE_CSD_TRACK_ALGORITHM, d.algorithm, structural));
+  install(prop_algorithm,
+          g_param_spec_enum("algorithm", "Algorithm",
+                            "How features are followed: csd = anchored patches, aligned and checked against how the "
+                            "tissue around them moves; csd-2012 = online-learnt context-specific descriptors (Mountney "
+                            "& Yang 2012, as printed); to compare with: lk = pyramidal Lucas-Kanade, ms1, ms2 = "
+                            "mean shift on colours chosen by variance ratio, by peak difference, sift = SIFT keypoints "
+                            "matched with the first frame's",
+                            GST_TYPE_CSD_TRACK_ALGORITHM, d.algorithm, structural));
   install(prop_max_features,
           g_param_spec_uint("max-features", "Maximum features",
                             "How many features detection keeps; 0 = none, only points that are given. Points that are "
@@ -61,10 +63,11 @@ void install_properties(GObjectClass *klass) {
                               "\"truth\" = what csdsimsrc says is visible, under its ids. Empty = detect. Checked when "
                               "the element goes to READY and PAUSED",
                               d.points.c_str(), structural));
-  install(prop_replenish,
-          g_param_spec_boolean("replenish", "Replenish",
-                               "Detect new features, with new ids, as old ones end (only lk does, the others never)",
-                               d.replenish, structural));
+  install(
+      prop_replenish,
+      g_param_spec_boolean("replenish", "Replenish",
+                           "Detect new features, with new ids, as old ones end (only csd and lk do, the others never)",
+                           d.replenish, structural));
   install(prop_forget_after,
           g_param_spec_uint64("forget-after", "Forget after",
                               "A detected feature that is lost or out for this many nanoseconds ends: it is reported "
@@ -91,8 +94,8 @@ void install_properties(GObjectClass *klass) {
                             0, 2048, d.search_radius, structural));
   install(prop_training_time,
           g_param_spec_uint64("training-time", "Training time",
-                              "How many nanoseconds, but at least 8 frames, a feature is followed by Lucas-Kanade, in "
-                              "state learning, before its descriptor takes over",
+                              "How many nanoseconds a feature is in state learning. csd: while its anchor is gathered; "
+                              "csd-2012: at least 8 frames, followed by Lucas-Kanade, before its descriptor takes over",
                               0, longest, d.training_time, structural));
   install(prop_learning,
           g_param_spec_enum("learning", "Learning",

@@ -83,6 +83,44 @@ void RgbToLuma(const LumaCoefficients &c, const std::uint8_t *r, const std::uint
   });
 }
 
+void ChromaLeast(const YuvCoefficients &c, const std::uint8_t *u, const std::uint8_t *v, int n, int copies,
+                 std::int16_t *out) {
+  const int lanes = static_cast<int>(hn::Lanes(i16));
+  if (n < lanes) return scalar::chroma_least(c, u, v, n, copies, out);
+  const auto grey = hn::Set(i16, 128);
+  const auto rv = hn::Set(i16, c.r_v), gu = hn::Set(i16, c.g_u), gv = hn::Set(i16, c.g_v), bu = hn::Set(i16, c.b_u);
+  cover(n, lanes, [&](int i) HWY_ATTR {
+    const auto uu = hn::ShiftLeft<7>(hn::Sub(hn::PromoteTo(i16, hn::LoadU(u8, u + i)), grey));
+    const auto vv = hn::ShiftLeft<7>(hn::Sub(hn::PromoteTo(i16, hn::LoadU(u8, v + i)), grey));
+    const auto green = hn::Neg(hn::Add(hn::MulHigh(uu, gu), hn::MulHigh(vv, gv)));
+    const auto least = hn::Min(hn::Min(hn::MulHigh(vv, rv), hn::MulHigh(uu, bu)), green);
+    if (copies == 2)
+      hn::StoreInterleaved2(least, least, i16, out + 2 * i);
+    else
+      hn::StoreU(least, i16, out + i);
+  });
+}
+
+void YuvLeast(const YuvCoefficients &c, const std::uint8_t *y, const std::int16_t *chroma, int n, std::uint8_t *out) {
+  const int lanes = static_cast<int>(hn::Lanes(i16));
+  if (n < lanes) return scalar::yuv_least(c, y, chroma, n, out);
+  const auto black = hn::Set(i16, c.black), half = hn::Set(i16, 8), cy = hn::Set(i16, c.y);
+  cover(n, lanes, [&](int i) HWY_ATTR {
+    const auto yy = hn::ShiftLeft<7>(hn::Sub(hn::PromoteTo(i16, hn::LoadU(u8, y + i)), black));
+    const auto least = hn::Add(hn::Add(hn::MulHigh(yy, cy), half), hn::LoadU(i16, chroma + i));
+    hn::StoreU(hn::DemoteTo(u8, hn::ShiftRight<4>(least)), u8, out + i);
+  });
+}
+
+void RgbLeast(const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n, std::uint8_t *out) {
+  const hn::ScalableTag<std::uint8_t> d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  if (n < lanes) return scalar::rgb_least(r, g, b, n, out);
+  cover(n, lanes, [&](int i) HWY_ATTR {
+    hn::StoreU(hn::Min(hn::Min(hn::LoadU(d, r + i), hn::LoadU(d, g + i)), hn::LoadU(d, b + i)), d, out + i);
+  });
+}
+
 void Interleave(const std::uint8_t *a, const std::uint8_t *b, const std::uint8_t *c, int n, std::uint8_t *out) {
   const hn::ScalableTag<std::uint8_t> d;
   const int lanes = static_cast<int>(hn::Lanes(d));
@@ -101,6 +139,9 @@ namespace csd {
 HWY_EXPORT(YuvToRgb);
 HWY_EXPORT(RgbToSpace);
 HWY_EXPORT(RgbToLuma);
+HWY_EXPORT(ChromaLeast);
+HWY_EXPORT(YuvLeast);
+HWY_EXPORT(RgbLeast);
 HWY_EXPORT(Interleave);
 
 YuvCoefficients YuvCoefficients::make(double kr, double kb, bool full_range) {
@@ -144,22 +185,61 @@ void rgb_to_luma(const LumaCoefficients &c, const std::uint8_t *r, const std::ui
   HWY_DYNAMIC_DISPATCH(RgbToLuma)(c, r, g, b, n, out);
 }
 
+void chroma_least(const YuvCoefficients &c, const std::uint8_t *u, const std::uint8_t *v, int n, int copies,
+                  std::int16_t *out) {
+  HWY_DYNAMIC_DISPATCH(ChromaLeast)(c, u, v, n, copies, out);
+}
+
+void yuv_least(const YuvCoefficients &c, const std::uint8_t *y, const std::int16_t *chroma, int n, std::uint8_t *out) {
+  HWY_DYNAMIC_DISPATCH(YuvLeast)(c, y, chroma, n, out);
+}
+
+void rgb_least(const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n, std::uint8_t *out) {
+  HWY_DYNAMIC_DISPATCH(RgbLeast)(r, g, b, n, out);
+}
+
 void interleave(const std::uint8_t *a, const std::uint8_t *b, const std::uint8_t *c, int n, std::uint8_t *out) {
   HWY_DYNAMIC_DISPATCH(Interleave)(a, b, c, n, out);
 }
 
 namespace scalar {
+namespace {
+
+int times(int a, int coefficient) {
+  return (a * 128 * coefficient) >> 16;
+}
+
+std::uint8_t to_byte(int x) {
+  return static_cast<std::uint8_t>(std::clamp(x >> 4, 0, 255));
+}
+
+}  // namespace
 
 void yuv_to_rgb(const YuvCoefficients &c, const std::uint8_t *y, const std::uint8_t *u, const std::uint8_t *v, int n,
                 std::uint8_t *r, std::uint8_t *g, std::uint8_t *b) {
-  const auto times = [](int a, int coefficient) { return (a * 128 * coefficient) >> 16; };
-  const auto clamp = [](int x) { return static_cast<std::uint8_t>(std::clamp(x >> 4, 0, 255)); };
   for (int i = 0; i < n; ++i) {
     const int luma = times(y[i] - c.black, c.y) + 8, cb = u[i] - 128, cr = v[i] - 128;
-    r[i] = clamp(luma + times(cr, c.r_v));
-    g[i] = clamp(luma - (times(cb, c.g_u) + times(cr, c.g_v)));
-    b[i] = clamp(luma + times(cb, c.b_u));
+    r[i] = to_byte(luma + times(cr, c.r_v));
+    g[i] = to_byte(luma - (times(cb, c.g_u) + times(cr, c.g_v)));
+    b[i] = to_byte(luma + times(cb, c.b_u));
   }
+}
+
+void chroma_least(const YuvCoefficients &c, const std::uint8_t *u, const std::uint8_t *v, int n, int copies,
+                  std::int16_t *out) {
+  for (int i = 0; i < n; ++i) {
+    const int cb = u[i] - 128, cr = v[i] - 128;
+    const int least = std::min({times(cr, c.r_v), -(times(cb, c.g_u) + times(cr, c.g_v)), times(cb, c.b_u)});
+    out = std::fill_n(out, copies, static_cast<std::int16_t>(least));
+  }
+}
+
+void yuv_least(const YuvCoefficients &c, const std::uint8_t *y, const std::int16_t *chroma, int n, std::uint8_t *out) {
+  for (int i = 0; i < n; ++i) out[i] = to_byte(times(y[i] - c.black, c.y) + 8 + chroma[i]);
+}
+
+void rgb_least(const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n, std::uint8_t *out) {
+  for (int i = 0; i < n; ++i) out[i] = std::min({r[i], g[i], b[i]});
 }
 
 void rgb_to_space(const ColourSpace &space, const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n,

@@ -35,11 +35,21 @@ void rgb_to_space(const ColourSpace &space, const std::uint8_t *r, const std::ui
                   std::uint8_t *out);
 void rgb_to_luma(const LumaCoefficients &c, const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n,
                  std::uint8_t *out);
+/// Least of R, G and B, as yuv_to_rgb() gives them: first what U and V add to the least, in 1/16 of a step, each value
+/// `copies` (1 or 2) times in a row; then with Y.
+void chroma_least(const YuvCoefficients &c, const std::uint8_t *u, const std::uint8_t *v, int n, int copies,
+                  std::int16_t *out);
+void yuv_least(const YuvCoefficients &c, const std::uint8_t *y, const std::int16_t *chroma, int n, std::uint8_t *out);
+void rgb_least(const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n, std::uint8_t *out);
 /// Three rows to one of 3n bytes: a0 b0 c0 a1 b1 c1 …
 void interleave(const std::uint8_t *a, const std::uint8_t *b, const std::uint8_t *c, int n, std::uint8_t *out);
 
 /// The same without SIMD; what tests compare with, bit for bit.
 namespace scalar {
+void chroma_least(const YuvCoefficients &c, const std::uint8_t *u, const std::uint8_t *v, int n, int copies,
+                  std::int16_t *out);
+void yuv_least(const YuvCoefficients &c, const std::uint8_t *y, const std::int16_t *chroma, int n, std::uint8_t *out);
+void rgb_least(const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n, std::uint8_t *out);
 void rgb_to_luma(const LumaCoefficients &c, const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n,
                  std::uint8_t *out);
 void yuv_to_rgb(const YuvCoefficients &c, const std::uint8_t *y, const std::uint8_t *u, const std::uint8_t *v, int n,

@@ -24,7 +24,8 @@ class WorkFrame;
 class GlareWeights {
  public:
   /// One pass over the working image's colour (luma, where the picture is gray). `forbidden`: CV_8UC1 of the working
-  /// size, 255 where there is no tissue (border, burnt-in graphics), weighs 0 too; or empty.
+  /// size, 255 where there is no tissue (border, burnt-in graphics), which weighs 0 too, and 0 elsewhere; or empty.
+  /// Throws std::invalid_argument where it is something else.
   void build(const WorkFrame &frame, const cv::Mat &forbidden);
 
   bool empty() const { return levels_[0].empty(); }
@@ -32,6 +33,7 @@ class GlareWeights {
 
  private:
   std::array<cv::Mat, Pyramid::levels> levels_;
+  cv::Mat least_;  // kept, so that no frame pays for fresh memory
 };
 
 }  // namespace csd

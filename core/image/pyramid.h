@@ -12,7 +12,7 @@ namespace csd {
 ///
 /// Level 0 is the luma after a Gaussian of σ = 1 px (single pixels are too noisy to compare: prototype.md II): the
 /// binomial filter 1 4 6 4 1, whose variance is exactly 1, and whose sums are exact in 16 bit. Its taps .0625 .25 .375
-/// differ from the ideal .0540 .2420 .3989 (.0044 next) by at most .024, its transfer function by at most .04. Level
+/// differ from the ideal .0540 .2420 .3989 (.0044 next) by at most .024, its transfer function by at most .051. Level
 /// l+1 is level l after the same filter, every second pixel, rounded to nearest: pixel (x, y) of level l lies at
 /// (2^l·x, 2^l·y) of level 0. Samples are CV_16UC1, 1/256 of a grey level: eight bits would round away the signal of
 /// faint tissue, whose gain can be .1. The border is mirrored without the edge pixel, as cv::BORDER_REFLECT_101.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
+#include <vector>
 
 #include "image/samples.h"
 
@@ -206,6 +207,46 @@ void WorkFrame::gather(const cv::Rect &rect, const ColourSpace &space, cv::Mat &
   gather_rows(rect, [&](int y, int x, int n, const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b) {
     rgb_to_space(space, r, g, b, n, out.ptr(y) + x);
   });
+}
+
+void WorkFrame::gather_least(cv::Mat &out) const {
+  if (view_.model == ColourModel::gray) return luma_.copyTo(out);
+  out.create(luma_.size(), CV_8UC1);
+  const bool rgb = view_.model == ColourModel::rgb, scaled = bands_ != nullptr;
+  const int right = sub_x(view_, 1), down = sub_y(view_, 1), samples = component_columns(view_, 1), n = luma_.cols;
+  std::vector<std::size_t> nearest(static_cast<std::size_t>(scaled ? n : 0));
+  for (std::size_t x = 0; x < nearest.size(); ++x)
+    nearest[x] = static_cast<std::size_t>((static_cast<double>(x) + 0.5) * scale_x_) >> right;
+  const auto luma_of = LumaCoefficients::make(view_.kr, view_.kb);
+  const auto slots = static_cast<std::size_t>(samples);
+  std::vector<std::uint8_t> first(slots), second(slots), third(slots), bright(slots), least(slots);
+  std::vector<std::int16_t> sampled(slots), chroma(static_cast<std::size_t>(n) + 1);
+  for (int y = 0, last = -1; y < luma_.rows; ++y) {
+    const int row = static_cast<int>((y + 0.5) * scale_y_) >> down;
+    if (row != last) {
+      last = row;
+      read_samples(view_, 1, row, 0, samples, second.data());
+      read_samples(view_, 2, row, 0, samples, third.data());
+      if (rgb) read_samples(view_, 0, row, 0, samples, first.data());
+      if (!rgb && !scaled) chroma_least(yuv_, second.data(), third.data(), samples, 1 << right, chroma.data());
+      if (!rgb && scaled) {
+        chroma_least(yuv_, second.data(), third.data(), samples, 1, sampled.data());
+        for (std::size_t x = 0; x < nearest.size(); ++x) chroma[x] = sampled[nearest[x]];
+      }
+    }
+    std::uint8_t *to = out.ptr(y);
+    if (!rgb) {
+      yuv_least(yuv_, luma_.ptr(y), chroma.data(), n, to);
+    } else if (!scaled) {
+      rgb_least(first.data(), second.data(), third.data(), n, to);
+    } else {
+      rgb_least(first.data(), second.data(), third.data(), samples, least.data());
+      rgb_to_luma(luma_of, first.data(), second.data(), third.data(), samples, bright.data());
+      const std::uint8_t *luma = luma_.ptr(y);
+      for (std::size_t x = 0; x < nearest.size(); ++x)
+        to[x] = static_cast<std::uint8_t>(std::max(0, luma[x] + least[nearest[x]] - bright[nearest[x]]));
+    }
+  }
 }
 
 int default_patch_size(int lines) {

@@ -54,6 +54,10 @@ class WorkFrame {
   void gather_bgr(const cv::Rect &r, cv::Mat &out) const;
   /// The same, in one colour space. `out` becomes CV_8UC1.
   void gather(const cv::Rect &r, const ColourSpace &space, cv::Mat &out) const;
+  /// The least of B, G and R over the whole working image, `out` becomes CV_8UC1: what gather_bgr() gives, where the
+  /// picture isn't larger than the working image. Where it is, how far the least lies below luma is the nearest
+  /// sample's and not a mean, which costs a fifth: the same on even colour within 2.
+  void gather_least(cv::Mat &out) const;
 
  private:
   void find_axes(cv::Size size);

@@ -17,7 +17,7 @@ constexpr int most_iterations = 8;
 constexpr double close_enough = .008;  // samples, of what is left to go
 constexpr double longest_step = 3;     // samples
 constexpr double largest_shear = .3;   // of one step
-constexpr double least_inside = .55;
+constexpr double least_inside = .3;
 constexpr int least_counted = PatchPlane::pixels / 10;
 constexpr double least_variance = .01;  // grey levels²; below, there is nothing to see
 

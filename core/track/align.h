@@ -18,7 +18,7 @@ enum class AlignModel { similarity, affine };  ///< 4 or 6 degrees of freedom
 /// How well a patch fits where it was put.
 struct Alignment {
   AffineState state;
-  bool usable = false;        ///< false: less than 55 % of the patch lies in the picture, or nothing to see in it
+  bool usable = false;        ///< false: less than 30 % of the patch lies in the picture, or nothing to see in it
   double zncc = 0;            ///< weighted (not robustly) zero-mean normalised cross-correlation, −1…1
   double inliers = 0;         ///< Σ robust weights / Σ weights, 0…1 ("f" in prototype.md)
   double unmasked = 0;        ///< share of the patch that has weight, 0…1

@@ -6,6 +6,7 @@
 #include "baselines/lk.h"
 #include "baselines/sift.h"
 #include "track/algorithm.h"
+#include "track/csd.h"
 #include "track/csd2012.h"
 
 namespace csd {
@@ -20,6 +21,8 @@ std::unique_ptr<Algorithm> make_algorithm(const Settings &settings, Executor &ex
       return std::make_unique<CollinsMeanShift>(settings, ColourRanking::peak_difference);
     case AlgorithmKind::sift:
       return std::make_unique<SiftMatching>(settings);
+    case AlgorithmKind::csd:
+      return std::make_unique<Csd>(settings);
     case AlgorithmKind::csd_2012:
       return std::make_unique<Csd2012>(settings, executor);
   }

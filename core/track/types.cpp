@@ -11,6 +11,8 @@ std::string_view state_name(FeatureState state) {
 
 std::string_view algorithm_name(AlgorithmKind kind) {
   switch (kind) {
+    case AlgorithmKind::csd:
+      return "csd";
     case AlgorithmKind::csd_2012:
       return "csd-2012";
     case AlgorithmKind::lk:

@@ -47,8 +47,8 @@ struct Tracks {
   bool changed = false;    ///< some feature's state is not what it was in the frame before, or a feature is new
 };
 
-enum class AlgorithmKind : std::uint8_t { csd_2012, lk, ms1, ms2, sift };
-std::string_view algorithm_name(AlgorithmKind kind);  ///< "csd-2012", "lk", …: as the element's property says it
+enum class AlgorithmKind : std::uint8_t { csd, csd_2012, lk, ms1, ms2, sift };
+std::string_view algorithm_name(AlgorithmKind kind);  ///< "csd", "csd-2012", …: as the element's property says it
 
 enum class ContentArea : std::uint8_t { automatic, full };
 

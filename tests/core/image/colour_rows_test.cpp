@@ -39,6 +39,18 @@ TEST(ColourRows, KernelsAreTheirScalarTwins) {
       interleave(p, q, r, n, fast.data());
       scalar::interleave(p, q, r, n, slow.data());
       ASSERT_EQ(fast, slow) << n;
+      rgb_least(p, q, r, n, fast.data());
+      scalar::rgb_least(p, q, r, n, slow.data());
+      ASSERT_EQ(fast, slow) << n;
+      std::vector<std::int16_t> chroma(2 * size + 1, 9), slow_chroma(chroma);
+      for (const int copies : {1, 2}) {
+        chroma_least(m, q, r, n, copies, chroma.data());
+        scalar::chroma_least(m, q, r, n, copies, slow_chroma.data());
+        ASSERT_EQ(chroma, slow_chroma) << n;
+      }
+      yuv_least(m, p, chroma.data(), n, fast.data());
+      scalar::yuv_least(m, p, chroma.data(), n, slow.data());
+      ASSERT_EQ(fast, slow) << n;
       const auto luma = LumaCoefficients::make(0.299, 0.114);
       rgb_to_luma(luma, p, q, r, n, fast.data());
       scalar::rgb_to_luma(luma, p, q, r, n, slow.data());

@@ -105,6 +105,53 @@ TEST(WorkFrame, GatherIsGatherBgrInAColourSpace) {
   }
 }
 
+cv::Mat least_of_gather_bgr(const WorkFrame &frame) {
+  cv::Mat bgr, planes[3];
+  frame.gather_bgr({{0, 0}, frame.size()}, bgr);
+  cv::split(bgr, planes);
+  return cv::min(cv::min(planes[0], planes[1]), planes[2]);
+}
+
+TEST(WorkFrame, LeastIsTheLeastOfGatherBgr) {
+  for (const cv::Size size : {cv::Size(71, 41), cv::Size(200, 30)}) {
+    const cv::Mat picture = Texture(6).render(size);
+    for (const Layout layout : test::all_layouts) {
+      SCOPED_TRACE(static_cast<int>(layout));
+      const auto packed = pack(picture, layout);
+      WorkFrame frame;
+      frame.load(packed.view);
+      cv::Mat least;
+      frame.gather_least(least);
+      EXPECT_EQ(largest_difference(least, least_of_gather_bgr(frame)), 0);
+    }
+  }
+}
+
+TEST(WorkFrame, LeastOfALargerPicture) {
+  // Bright texture on two colours, left and right.
+  cv::Mat picture(701, 90, CV_8UC3);
+  const cv::Mat light = Texture(6).render(picture.size());
+  for (int y = 0; y < picture.rows; ++y)
+    for (int x = 0; x < picture.cols; ++x) {
+      const int k = light.ptr(y)[3 * x] / 4;
+      for (int c = 0; c < 3; ++c)
+        picture.ptr(y)[3 * x + c] = static_cast<std::uint8_t>(k + (x < 44 ? 60 + 50 * c : 180 - 60 * c));
+    }
+  for (const Layout layout : test::all_layouts) {
+    SCOPED_TRACE(static_cast<int>(layout));
+    const auto packed = pack(picture, layout);
+    WorkFrame frame;
+    frame.load(packed.view);
+    ASSERT_EQ(frame.size(), cv::Size(74, 576));
+    cv::Mat least;
+    frame.gather_least(least);
+    cv::Mat difference;
+    cv::absdiff(least, least_of_gather_bgr(frame), difference);
+    EXPECT_LE(cv::norm(difference.colRange(0, 34), cv::NORM_INF), 2);
+    EXPECT_LE(cv::norm(difference.colRange(39, 74), cv::NORM_INF), 2);
+  }
+}
+
 TEST(WorkFrame, LumaIsInPlaceWhereItCanBe) {
   const cv::Mat bgr = Texture(1).render({40, 30});
   for (const Layout layout : {Layout::gray8, Layout::i420, Layout::nv21, Layout::y444}) {

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "image/glare_weights.h"
+#include "image/pyramid.h"
+#include "track/algorithm.h"
+#include "track/support_points.h"
+#include "track/tracked_point.h"
+
+namespace csd {
+
+/// The project's own tracker. Each feature carries an affine state and a frozen anchor, is aligned in each frame as one
+/// MAP estimate, and is judged by how the tissue around it moves. docs/method.md leads from its formulas to the code.
+class Csd final : public Algorithm {
+ public:
+  explicit Csd(const Settings &settings) : settings_(settings) {}
+
+  bool replenishes() const override { return true; }
+  void track(const FrameContext &context, std::vector<Claim> &claims) override;
+  Claim::Kind begin(FeatureId id, cv::Point2d position, const FrameContext &context) override;
+  void end(FeatureId id) override;
+  void finish(const FrameContext &) override {}
+  void forget() override;
+  void add_to(Stats &) const override {}
+
+ private:
+  struct Query {
+    FeatureId id;
+    TrackedPoint point;
+  };
+  CsdFrame load(const FrameContext &context);
+  void follow(TrackedPoint &point, const CsdFrame &frame) const;
+  static void report(const TrackedPoint &point, const CsdFrame &frame, const WorkFrame &work, Claim &claim);
+
+  Settings settings_;
+  Pyramid pyramid_;
+  GlareWeights weights_;
+  SupportPoints support_;
+  std::vector<Query> queries_;  // by ascending id
+  std::int64_t last_time_ = no_time;
+  double steps_ = 1;  // of this frame
+};
+
+}  // namespace csd

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/support_points.h"
+
+#include <opencv2/imgproc.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include "track/types.h"
+
+namespace csd {
+namespace {
+
+// Pixels are those of a 480-line picture.
+constexpr double cell_side = 45;       // 14 × 11 cells at 640×480
+constexpr double least_distance = 20;  // of a new point from the others
+constexpr double edge = 8;             // a new point's distance from the picture's
+constexpr std::size_t most_in_cell = 2;
+constexpr std::size_t most_points = 600;
+constexpr double quality = 0.003;          // of the picture's best corner
+constexpr float least_eigenvalue = 0.05F;  // a mean slope of .1 grey levels a pixel; less is noise
+constexpr int corner_window = 7;           // pixels of level 1
+constexpr double clear_weight = 230;       // of 255: no highlight near
+
+constexpr std::size_t least_agreeing = 5;  // points that make a motion believed after none was known
+
+constexpr std::int64_t replenish_every = second / 2;
+constexpr std::int64_t new_chart_after = second;
+constexpr std::int64_t trial = second / 2;  // a new point's, before its neighbours believe it
+constexpr double trial_deviation = 1.5;     // of its offset, at most
+constexpr std::int64_t young_lost_for = second / 2, lost_for = 10 * second;
+
+/// Cells of the picture, and how many points each has.
+class Cells {
+ public:
+  Cells(const CsdFrame &frame)
+      : side_(cell_side * frame.unit),
+        columns_(std::max(1, static_cast<int>(std::lround(frame.size.width / side_)))),
+        rows_(std::max(1, static_cast<int>(std::lround(frame.size.height / side_)))),
+        size_(frame.size),
+        count_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)) {}
+
+  std::size_t of(cv::Point2d p) const {
+    const int x = std::clamp(static_cast<int>((p.x + 0.5) * columns_ / size_.width), 0, columns_ - 1);
+    const int y = std::clamp(static_cast<int>((p.y + 0.5) * rows_ / size_.height), 0, rows_ - 1);
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(x);
+  }
+  std::size_t &count(cv::Point2d p) { return count_[of(p)]; }
+  std::size_t count(int x, int y) const {
+    return count_[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(x)];
+  }
+  int columns() const { return columns_; }
+  int rows() const { return rows_; }
+  /// The cell's rectangle in level 1 of the pyramid.
+  cv::Rect half_rect(int x, int y, cv::Size half) const {
+    const cv::Point a(x * half.width / columns_, y * half.height / rows_);
+    const cv::Point b((x + 1) * half.width / columns_, (y + 1) * half.height / rows_);
+    return {a, b};
+  }
+
+ private:
+  double side_;
+  int columns_, rows_;
+  cv::Size size_;
+  std::vector<std::size_t> count_;
+};
+
+}  // namespace
+
+void SupportPoints::clear() {
+  *this = {};
+}
+
+void SupportPoints::collect() {
+  field_.clear();
+  for (const auto &support : points_)
+    if (support.established && support.point.sure())
+      field_.add(support.id, support.point.chart(), {support.point.own_reference(), support.point.seen_at()});
+  field_.drop_small_charts(least_agreeing);
+}
+
+/// What all points together say of the frame: smoke and a new exposure change them all.
+void SupportPoints::sum_up(const CsdFrame &frame) {
+  const auto median_of = [this](auto change) {
+    changes_.clear();
+    for (const auto &s : points_)
+      if (const auto c = change(s.point); c && s.point.sure()) changes_.push_back(*c);
+    if (changes_.empty()) return 0.0;
+    const auto middle = changes_.begin() + static_cast<std::ptrdiff_t>(changes_.size() / 2);
+    std::nth_element(changes_.begin(), middle, changes_.end());
+    return *middle;
+  };
+  surroundings_.gain_drift = median_of([](const TrackedPoint &p) { return p.gain_change(); });
+  surroundings_.brightness_drift = median_of([](const TrackedPoint &p) { return p.brightness_change(); });
+  std::size_t expected = 0;
+  for (const auto &s : points_)
+    if (s.established && (s.point.chart() == chart_ || s.point.map()) &&
+        (!s.point.map() || frame.shows(s.point.expected_at())))
+      ++expected;
+  surroundings_.alone = expected < least_agreeing;
+}
+
+void SupportPoints::follow(const CsdFrame &frame) {
+  for (auto &s : points_) s.point.look(frame);
+  collect();
+  for (auto &s : points_)
+    s.point.meet(frame, field_.map_at(s.point.own_reference(), s.point.chart(), frame.unit, s.id));
+  for (auto &s : points_) s.point.look_again(frame);
+  // What has no map has looked for itself alone: chance likenesses don't agree on a motion.
+  collect();
+  for (auto &s : points_)
+    if (!s.point.map()) s.point.meet(frame, field_.map_at(s.point.own_reference(), s.point.chart(), frame.unit, s.id));
+
+  sum_up(frame);
+  for (auto &s : points_) s.point.decide(frame, surroundings_);
+  collect();
+  for (auto &s : points_) {
+    s.point.learn(frame);
+    const bool out = s.point.map() && !frame.shows(s.point.state().position);
+    if (s.point.visible() || out) s.covered = frame.time;
+    if (!s.established && s.point.chart() >= 0 && frame.time - s.begun >= trial && s.point.sure() &&
+        s.point.offset().deviation() <= trial_deviation)
+      s.established = true;
+    if (s.established && s.point.sure()) last_sure_ = frame.time;
+  }
+}
+
+void SupportPoints::replenish(const CsdFrame &frame) {
+  if (!points_.empty() && frame.time - last_begin_ < replenish_every) return;
+  drop(frame);
+  begin(frame);
+  last_begin_ = frame.time;
+}
+
+void SupportPoints::drop(const CsdFrame &frame) {
+  std::erase_if(points_,
+                [&](const Support &s) { return frame.time - s.covered > (s.established ? lost_for : young_lost_for); });
+  // What a zoom out has crowded together: the eldest know the tissue best.
+  Cells cells(frame);
+  std::size_t outside = 0;
+  for (const auto &s : points_) outside += !frame.shows(s.point.state().position);
+  std::erase_if(points_, [&](const Support &s) {
+    const auto position = s.point.state().position;
+    if (!frame.shows(position)) return outside > most_points && outside-- > most_points;
+    return s.point.visible() && ++cells.count(position) > most_in_cell;
+  });
+}
+
+void SupportPoints::begin(const CsdFrame &frame) {
+  const bool founding = points_.empty() || frame.time - last_sure_ > new_chart_after;
+  Cells cells(frame);
+  for (const auto &s : points_) {
+    const auto position = s.point.state().position;
+    // When another chart is to be founded, nobody knows where the points of the old one are.
+    if (frame.shows(position) && !(founding && !s.point.visible())) ++cells.count(position);
+  }
+  bool full = true;
+  for (int y = 0; y < cells.rows(); ++y)
+    for (int x = 0; x < cells.columns(); ++x) full &= cells.count(x, y) > 0;
+  if (full) return;
+
+  const auto &half = frame.pyramid.level(1);
+  half.convertTo(level_, CV_32F, 1.0 / 256);
+  cv::cornerMinEigenVal(level_, corners_, corner_window);
+  double best = 0;
+  cv::minMaxLoc(corners_, nullptr, &best);
+  const float least = std::max(least_eigenvalue, static_cast<float>(quality * best));
+  const auto &weights = frame.weights.level(1);
+  const int margin = static_cast<int>(std::lround(edge * frame.unit / 2));
+  const cv::Rect inner(margin, margin, half.cols - 2 * margin, half.rows - 2 * margin);
+  const double apart = least_distance * frame.unit;
+  const auto begun = points_.size();
+  if (founding && begun == 0) chart_ = -1;
+  for (int y = 0; y < cells.rows(); ++y)
+    for (int x = 0; x < cells.columns(); ++x) {
+      if (cells.count(x, y) > 0) continue;
+      const auto rect = cells.half_rect(x, y, half.size()) & inner;
+      float strongest = least;
+      cv::Point at(-1, -1);
+      for (int v = rect.y; v < rect.y + rect.height; ++v)
+        for (int u = rect.x; u < rect.x + rect.width; ++u)
+          if (corners_.at<float>(v, u) > strongest && weights.at<std::uint8_t>(v, u) >= clear_weight) {
+            const cv::Point2d p(2 * u, 2 * v);
+            if (std::any_of(points_.begin(), points_.end(),
+                            [&](const Support &s) { return cv::norm(s.point.state().position - p) < apart; }))
+              continue;
+            strongest = corners_.at<float>(v, u);
+            at = {2 * u, 2 * v};
+          }
+      if (at.x < 0) continue;
+      points_.push_back({TrackedPoint(frame, at), frame.time, frame.time, false, next_id_++});
+    }
+  if (points_.size() == begun) return;
+  if (founding) {
+    ++chart_;
+    last_sure_ = frame.time;
+  }
+  for (auto i = begun; i < points_.size(); ++i) {
+    auto &s = points_[i];
+    if (founding) {
+      s.point.found(chart_);
+      s.established = true;
+    } else {
+      s.point.join(field_, chart_, frame.unit);
+    }
+  }
+  collect();
+}
+
+}  // namespace csd

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include <cstdint>
+#include <vector>
+
+#include "track/tracked_point.h"
+
+namespace csd {
+
+/// Points of the tissue that nobody asked for, spread over the picture: they say how it moves, so that a user's point
+/// has the same track whichever other points there are.
+///
+/// As the view moves on, cells of the picture that no point covers get new ones. A new point takes its reference
+/// coordinates from the points around it, so all of a stream lie in one chart: that of the frame in which the first
+/// began. It counts only once it has moved with its neighbours for a while, for it may lie on a tool. Where nothing has
+/// been seen for a second (another scene), the next points found a chart of their own.
+class SupportPoints {
+ public:
+  /// Follows the points into the frame; then field() and the others speak of it.
+  void follow(const CsdFrame &frame);
+  /// Drops points that are gone for good, begins new ones where none are. `forbidden` as FrameContext's.
+  void replenish(const CsdFrame &frame);
+  void clear();
+
+  const NeighbourField &field() const { return field_; }
+  const Surroundings &surroundings() const { return surroundings_; }
+  int chart() const { return chart_; }
+  std::size_t size() const { return points_.size(); }
+
+ private:
+  struct Support {
+    TrackedPoint point;
+    std::int64_t begun, covered;  ///< covered: when it was last visible, or out of the picture
+    bool established;             ///< its neighbours believe it
+    std::size_t id;
+  };
+
+  void collect();
+  void sum_up(const CsdFrame &frame);
+  void drop(const CsdFrame &frame);
+  void begin(const CsdFrame &frame);
+
+  std::vector<Support> points_;
+  NeighbourField field_;
+  Surroundings surroundings_;
+  int chart_ = -1;
+  std::size_t next_id_ = 0;
+  std::int64_t last_sure_ = 0, last_begin_ = 0;
+  std::vector<double> changes_;  // scratch
+  cv::Mat level_, corners_;      // scratch
+};
+
+}  // namespace csd

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/tracked_point.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "track/centre.h"
+
+namespace csd {
+namespace {
+
+// prototype.md I.2, the tight variant. Pixels are those of a 480-line picture.
+constexpr double shape_deviation = 0.03;     // of each element of A0⁻¹A − 1, in a frame of 40 ms
+constexpr double shape_pull = 0.3;           // towards the neighbours' shape, before looking
+constexpr double coarse_information = 0.25;  // of the coarse level's, as the fine level's prior
+constexpr double sure_zncc = 0.6, sure_inliers = 0.5, sure_unmasked = 0.3;
+constexpr double alone_zncc = 0.8;                         // to be found again without neighbours
+constexpr double least_zncc = 0.2, least_unmasked = 0.25;  // of what is reported at all
+constexpr double gate_floor = 1, gate_deviations = 2;
+constexpr std::size_t least_judges = 5;  // neighbours that may overrule a point
+constexpr double most_distortion = 0.3;
+constexpr double good_zncc = 0.75;  // of a frame that offsets and gains learn from
+constexpr double usual_rate = 0.1;
+constexpr double finer_scale = 0.8, finer_zncc = 0.85, finer_inliers = 0.7;
+constexpr double least_anchor = 0.4;  // unmasked share of the level that is aligned last
+constexpr int training_samples = 12;
+
+cv::Matx22d information(double deviation) {
+  const double i = 1 / (deviation * deviation);
+  return {i, 0, 0, i};
+}
+
+constexpr int core_reach = 5;
+constexpr double core_weight = 81;  // pixels in it
+
+/// The anchor's inner disc: where a tool or its shadow has come near, the rest tells of them.
+AnchorLevel core_of(const AnchorLevel &anchor) {
+  auto core = anchor;
+  for (int v = -PatchPlane::radius; v <= PatchPlane::radius; ++v)
+    for (int u = -PatchPlane::radius; u <= PatchPlane::radius; ++u)
+      if (u * u + v * v > core_reach * core_reach) core.weight.at(u, v) = 0;
+  return core;
+}
+
+/// ln of the residual in the picture's grey levels; what is below half a grey level is as good as none.
+double log_noise(const Alignment &seen) {
+  return std::log(std::max(seen.noise * seen.gain, 0.5));
+}
+
+}  // namespace
+
+TrackedPoint::TrackedPoint(const CsdFrame &frame, cv::Point2d position)
+    : state_{position}, begun_(frame.time), last_sample_(frame.time), last_seen_(frame.time) {
+  fine_.state = state_;
+  medians_.resize(Anchor::coarsest + 1);
+  for (int level = 0; level <= Anchor::coarsest; ++level) {
+    auto patch = sample(frame.pyramid, frame.weights, state_, level);
+    set_anchor(level, make_anchor_level(patch));
+    medians_[static_cast<std::size_t>(level)].add(std::move(patch));
+  }
+}
+
+void TrackedPoint::found(int chart) {
+  chart_ = chart;
+  reference_ = state_.position;
+  offset_.begin(state_.shape);
+}
+
+void TrackedPoint::join(const NeighbourField &field, int chart, double unit) {
+  const auto inverse = field.inverse_map_at(state_.position, chart, unit);
+  if (!inverse) return;
+  chart_ = chart;
+  reference_ = inverse(state_.position);
+  offset_.begin(inverse.linear * state_.shape);
+}
+
+std::optional<double> TrackedPoint::gain_change() const {
+  if (!usual_known_ || !fine_.usable) return {};
+  return std::log(fine_.gain) - usual_gain_;
+}
+
+std::optional<double> TrackedPoint::brightness_change() const {
+  if (!usual_known_ || !fine_.usable) return {};
+  return fine_.bias - usual_brightness_;
+}
+
+void TrackedPoint::set_anchor(int level, AnchorLevel &&anchor) {
+  const auto &weight = anchor.weight.data;
+  unmasked_[static_cast<std::size_t>(level - Anchor::finest)] =
+      std::accumulate(weight.begin(), weight.end(), 0.0) / PatchPlane::pixels;
+  anchor_.set(level, std::move(anchor));
+}
+
+/// The finest level that the picture shows and that isn't mostly masked: what is pale by nature passes for a highlight,
+/// and a coarser patch reaches beyond it.
+int TrackedPoint::finest_level(double scale) const {
+  const auto share = [this](int level) { return unmasked_[static_cast<std::size_t>(level - Anchor::finest)]; };
+  int best = anchor_.fine_level(scale);
+  for (int level = best; level <= Anchor::coarsest && share(best) < least_anchor; ++level)
+    if (anchor_.has(level) && share(level) > share(best)) best = level;
+  return best;
+}
+
+/// From coarse to fine, from `top` levels above the finest that the picture shows.
+void TrackedPoint::locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top, bool core) {
+  fine_ = {};
+  zncc_coarse_ = 0;
+  const int finest = finest_level(start.scale());
+  AlignPrior prior;
+  AnchorLevel inner;
+  core_ = core;
+  prior.shape = shape_deviation * std::sqrt(frame.steps);
+  if (position_sd > 0) prior.position = information(position_sd);
+  auto at = start;
+  bool coarse_seen = false;
+  for (int level = std::min(finest + top, Anchor::coarsest); level >= finest; --level) {
+    if (!anchor_.has(level)) continue;
+    if (core) inner = core_of(anchor_.level(level));
+    const auto &anchor = core ? inner : anchor_.level(level);
+    auto seen = align(frame.pyramid, frame.weights, anchor, level, at, prior,
+                      core || level > finest ? AlignModel::similarity : AlignModel::affine);
+    if (core) seen.unmasked *= PatchPlane::pixels / core_weight;
+    if (level == finest) {
+      fine_ = seen;
+      if (!coarse_seen) zncc_coarse_ = seen.zncc;
+      centre_ = seen.usable ? centre_inliers(frame.pyramid, frame.weights, anchor_.level(level), level, seen,
+                                             usual_known_ ? std::exp(usual_noise_ - std::log(seen.gain)) : 0)
+                            : 0;
+    } else if (seen.usable) {
+      at = seen.state;
+      prior.position += coarse_information * seen.information;
+      zncc_coarse_ = seen.zncc;
+      coarse_seen = true;
+    }
+  }
+}
+
+void TrackedPoint::judge(const CsdFrame &frame) {
+  sure_ = fine_.usable && fine_.zncc >= sure_zncc && fine_.inliers >= sure_inliers && fine_.unmasked >= sure_unmasked &&
+          frame.shows(fine_.state.position);
+  distance_ = 0;
+  agrees_ = true;
+  if (!fine_.usable || !map_) return;
+  const double scale = map_.scale() * frame.unit;
+  distance_ = cv::norm(prediction().position - fine_.state.position) / scale;
+  if (map_.support < least_judges) return;
+  const auto distortion = prediction().shape.inv() * fine_.state.shape - cv::Matx22d::eye();
+  agrees_ = distance_ <= gate_floor + gate_deviations * offset_.deviation() + map_.spread / scale &&
+            cv::norm(distortion) <= most_distortion;
+  sure_ = sure_ && agrees_;
+}
+
+void TrackedPoint::look(const CsdFrame &frame) {
+  fine_ = {};
+  sure_ = again_ = false;
+  if (!visible_) return;
+  AffineState start{state_.position + velocity_ * frame.steps, state_.shape};
+  if (map_) start.shape += shape_pull * (prediction().shape - start.shape);  // the last frame's map
+  locate(frame, start, 0, 1, false);
+  map_ = {};
+  judge(frame);
+}
+
+void TrackedPoint::meet(const CsdFrame &frame, const NeighbourMap &map) {
+  map_ = map;
+  if (fine_.usable) judge(frame);
+}
+
+void TrackedPoint::look_again(const CsdFrame &frame) {
+  if (sure_) return;
+  if (map_) {
+    const auto start = prediction();
+    if (!frame.shows(start.position)) {
+      fine_ = {};
+      return;
+    }
+    const double sd = (1 + offset_.deviation()) * map_.scale() * frame.unit + map_.spread;
+    locate(frame, start, sd, 2, false);
+    judge(frame);
+    if (!sure_) {
+      const auto whole = fine_;
+      const auto coarse = zncc_coarse_, centre = centre_;
+      locate(frame, start, sd, 1, true);
+      judge(frame);
+      if (!sure_) {
+        fine_ = whole;
+        zncc_coarse_ = coarse;
+        centre_ = centre;
+        judge(frame);
+      }
+    }
+  } else if (!visible_) {
+    locate(frame, state_, 0, 2, false);
+    judge(frame);
+    sure_ = agrees_ = agrees_ && fine_.zncc >= alone_zncc && sure_;
+  }
+  again_ = true;
+}
+
+void TrackedPoint::decide(const CsdFrame &frame, const Surroundings &around) {
+  Evidence evidence;
+  evidence.zncc_fine = fine_.zncc;
+  evidence.zncc_coarse = zncc_coarse_;
+  evidence.inliers = fine_.inliers;
+  evidence.unmasked = fine_.unmasked;
+  evidence.centre = centre_;
+  evidence.gain = fine_.gain;
+  evidence.noise = fine_.noise;
+  evidence.disagreement = distance_ / (1 + offset_.deviation());
+  evidence.seen_before = visible_;
+  if (const auto change = gain_change()) evidence.gain_change = std::abs(*change - around.gain_drift);
+  if (const auto change = brightness_change()) evidence.brightness_change = *change - around.brightness_drift;
+
+  const bool possible = fine_.usable && agrees_ && (map_ || around.alone) && fine_.zncc >= least_zncc &&
+                        fine_.unmasked >= least_unmasked && frame.shows(fine_.state.position);
+  confidence_ = possible ? visibility(evidence) : 0;
+  const bool before = std::exchange(visible_, confidence_ >= 0.5);
+  if (visible_) {
+    velocity_ = before && !again_ ? (fine_.state.position - state_.position) * (1 / frame.steps) : cv::Point2d();
+    state_ = fine_.state;
+    last_seen_ = frame.time;
+  } else {
+    sure_ = false;
+    velocity_ = {};
+    if (map_) state_ = prediction();
+  }
+}
+
+void TrackedPoint::learn(const CsdFrame &frame) {
+  const bool good = visible_ && sure_ && fine_.zncc >= good_zncc;
+  if (good) {
+    if (map_) offset_.update(map_, reference_, fine_.state, frame.steps, frame.unit);
+    const double rate = usual_known_ ? std::min(1.0, usual_rate * frame.steps) : 1;
+    usual_gain_ += rate * (std::log(fine_.gain) - usual_gain_);
+    usual_noise_ += rate * (log_noise(fine_) - usual_noise_);
+    usual_brightness_ += rate * (fine_.bias - usual_brightness_);
+    usual_known_ = true;
+  }
+  if (learning()) {
+    if ((visible_ || map_) && frame.time - last_sample_ >= frame.training_time / (training_samples + 1)) {
+      for (int level = 0; level <= Anchor::coarsest; ++level)
+        medians_[static_cast<std::size_t>(level)].add(sample(frame.pyramid, frame.weights, state_, level));
+      last_sample_ = frame.time;
+    }
+    if (frame.time - begun_ >= frame.training_time) {
+      for (int level = 0; level <= Anchor::coarsest; ++level)
+        set_anchor(level, medians_[static_cast<std::size_t>(level)].make());
+      medians_.clear();
+    }
+    return;
+  }
+  for (int level = -1; level >= Anchor::finest; --level)
+    if (sure_ && !anchor_.has(level) && anchor_.has(level + 1) &&
+        state_.scale() * std::ldexp(1.0, level) >= finer_scale && fine_.zncc >= finer_zncc &&
+        fine_.inliers > finer_inliers)
+      set_anchor(level, make_anchor_level(sample(frame.pyramid, frame.weights, state_, level)));
+}
+
+}  // namespace csd

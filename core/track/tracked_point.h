@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "track/align.h"
+#include "track/neighbour_map.h"
+#include "track/visibility.h"
+
+namespace csd {
+
+/// A frame as `csd` looks at it.
+struct CsdFrame {
+  const Pyramid &pyramid;
+  const GlareWeights &weights;
+  cv::Size size;               ///< of the working image
+  double unit;                 ///< working pixels for a pixel of a 480-line picture: what constants are given in
+  double steps;                ///< frames of 40 ms since the last frame: what rates are given in
+  std::int64_t time;           ///< ns
+  std::int64_t training_time;  ///< ns: how long an anchor is gathered
+  bool shows(cv::Point2d p) const {
+    return p.x >= -0.5 && p.y >= -0.5 && p.x < size.width - 0.5 && p.y < size.height - 0.5;
+  }
+};
+
+/// How the supporting points see a frame.
+struct Surroundings {
+  double gain_drift = 0, brightness_drift = 0;  ///< medians of the sure points' changes
+  bool alone = false;                           ///< there are hardly any: a point must do without a map
+};
+
+/// One point of tissue as `csd` follows it, a user's or a supporting one: its affine state, its frozen anchor, and its
+/// place among its neighbours. All coordinates are the working image's.
+///
+/// In each frame: look(), meet(), look_again(), decide(), learn().
+class TrackedPoint {
+ public:
+  TrackedPoint(const CsdFrame &frame, cv::Point2d position);
+
+  /// The point's coordinates in `chart` become where it is now.
+  void found(int chart);
+  /// The point gets coordinates in `chart` by the field's map, if there is one.
+  void join(const NeighbourField &field, int chart, double unit);
+
+  /// The first look: from where its own motion takes it, if it was visible in the last frame.
+  void look(const CsdFrame &frame);
+  /// Compares what was seen with the neighbours' map; what they contradict is not sure.
+  void meet(const CsdFrame &frame, const NeighbourMap &map);
+  /// The second look, for what is not sure: from where the neighbours put it, or where it was seen last.
+  void look_again(const CsdFrame &frame);
+  /// Is the point visible, and with which probability?
+  void decide(const CsdFrame &frame, const Surroundings &around);
+  /// Learns from this frame what decide() found visible: the anchor, the offset from the neighbours, the usual gain.
+  void learn(const CsdFrame &frame);
+
+  bool sure() const { return sure_; }        ///< seen well, and the neighbours agree
+  bool visible() const { return visible_; }  ///< after decide()
+  bool learning() const { return !medians_.empty(); }
+  double confidence() const { return confidence_; }
+  const AffineState &state() const { return state_; }
+  cv::Point2d seen_at() const { return fine_.state.position; }       ///< of a sure point, in this frame
+  cv::Point2d expected_at() const { return prediction().position; }  ///< by the neighbours' map
+  int chart() const { return chart_; }                               ///< −1: none
+  cv::Point2d reference() const { return reference_; }
+  cv::Point2d own_reference() const { return reference_ + offset_.offset(); }
+  const NeighbourOffset &offset() const { return offset_; }
+  const NeighbourMap &map() const { return map_; }
+  /// Change of ln gain against the usual; nothing if none is known.
+  std::optional<double> gain_change() const;
+  std::optional<double> brightness_change() const;  ///< the same of the patch's mean, grey levels
+  std::int64_t last_seen() const { return last_seen_; }
+
+ private:
+  AffineState prediction() const { return offset_.predict(map_, reference_); }
+  int finest_level(double scale) const;
+  void set_anchor(int level, AnchorLevel &&anchor);
+  void locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top, bool core);
+  void judge(const CsdFrame &frame);
+
+  AffineState state_;
+  cv::Point2d velocity_;  ///< of the last frame, working pixels in 40 ms
+  Anchor anchor_;
+  std::array<double, Anchor::coarsest - Anchor::finest + 1> unmasked_{};  ///< share of the anchor's levels
+  std::vector<AnchorMedian> medians_;                                     ///< while it is learning: levels 0…2
+  std::int64_t begun_, last_sample_, last_seen_;
+
+  int chart_ = -1;
+  cv::Point2d reference_;
+  NeighbourOffset offset_;
+  NeighbourMap map_;  ///< of this frame, after meet()
+  // Running means of ln gain, of ln noise in the picture's grey levels, and of the patch's mean.
+  double usual_gain_ = 0, usual_noise_ = 0, usual_brightness_ = 0;
+  bool usual_known_ = false;
+
+  // Of this frame.
+  Alignment fine_;
+  double zncc_coarse_ = 0, centre_ = 0;
+  double distance_ = 0;  ///< from where the neighbours put it, reference pixels at 480 lines
+  bool agrees_ = true;
+  bool core_ = false;  ///< aligned by its inner disc
+  bool sure_ = true, visible_ = true, again_ = false;
+  double confidence_ = 1;
+};
+
+}  // namespace csd

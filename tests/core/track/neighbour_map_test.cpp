@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/neighbour_map.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace csd {
+namespace {
+
+const cv::Point2d at{100, 80};
+
+/// Fourteen points on a spiral about `at`, the nearest first, moved by `motion`.
+template <class Motion>
+std::vector<Correspondence> around(Motion motion) {
+  std::vector<Correspondence> points;
+  for (int i = 0; i < 14; ++i) {
+    const double angle = 2.4 * i, far = 15 + 6 * i;
+    const auto from = at + far * cv::Point2d(std::cos(angle), std::sin(angle));
+    points.push_back({from, motion(from)});
+  }
+  return points;
+}
+
+cv::Point2d turned(cv::Point2d p) {  // a similarity: 1.2 times as large, turned by 30°
+  const double c = 1.2 * std::cos(CV_PI / 6), s = 1.2 * std::sin(CV_PI / 6);
+  return {c * p.x - s * p.y + 7, s * p.x + c * p.y - 3};
+}
+
+cv::Point2d sheared(cv::Point2d p) {
+  return {1.1 * p.x + 0.1 * p.y - 20, 0.9 * p.y + 12};
+}
+
+void expect_near(cv::Point2d a, cv::Point2d b, double within) {
+  EXPECT_NEAR(a.x, b.x, within);
+  EXPECT_NEAR(a.y, b.y, within);
+}
+
+TEST(NeighbourMap, FindsTheMotionOfThePoints) {
+  const auto similarity = fit_neighbours(around(turned), at, 1);
+  EXPECT_EQ(similarity.support, 14u);
+  expect_near(similarity(at), turned(at), 1e-9);
+  EXPECT_NEAR(similarity.scale(), 1.2, 1e-9);
+  EXPECT_EQ(similarity.spread, 0.5) << "its floor, where all agree";
+  expect_near(similarity.inverse(turned({90, 70})), {90, 70}, 1e-9);
+  // The ridge of 60 px² leaves an affine map almost as it is.
+  const auto affine = fit_neighbours(around(sheared), at, 1);
+  expect_near(affine(at), sheared(at), 0.05);
+  EXPECT_NEAR(affine.linear(0, 0), 1.1, 0.005);
+  EXPECT_NEAR(affine.linear(0, 1), 0.1, 0.005);
+}
+
+TEST(NeighbourMap, DoesNotFollowTheFewThatGoAnotherWay) {
+  auto points = around(turned);
+  for (const std::size_t i : {1, 4, 8}) points[i].to += cv::Point2d(60, -40);
+  expect_near(fit_neighbours(points, at, 1)(at), turned(at), 0.3);
+}
+
+TEST(NeighbourMap, NeedsThreePointsThatAgree) {
+  const auto points = around(sheared);
+  EXPECT_FALSE(fit_neighbours({points.data(), 2}, at, 1));
+  const auto three = fit_neighbours({points.data(), 3}, at, 1);
+  EXPECT_EQ(three.support, 3u);
+  EXPECT_EQ(three.linear(0, 0), three.linear(1, 1)) << "a similarity";
+  EXPECT_EQ(three.linear(0, 1), -three.linear(1, 0));
+  auto scattered = points;
+  for (std::size_t i = 0; i < scattered.size(); ++i) scattered[i].to = scattered[(5 * i + 3) % 14].from;
+  EXPECT_FALSE(fit_neighbours(scattered, at, 1)) << "they agree on nothing";
+}
+
+TEST(NeighbourField, TakesTheNearestOfTheChartButTheOwnersOwn) {
+  NeighbourField field;
+  const auto points = around(turned);
+  for (std::size_t i = 0; i < points.size(); ++i) field.add(i, 0, points[i]);
+  for (std::size_t i = 0; i < 4; ++i) field.add(100 + i, 1, {points[i].from, points[i].from});
+  // Farther ones that move otherwise have no say.
+  for (std::size_t i = 0; i < 14; ++i) field.add(200 + i, 0, {points[i].from + cv::Point2d(400, 0), {0, 0}});
+  expect_near(field.map_at(at, 0, 1)(at), turned(at), 1e-9);
+  expect_near(field.inverse_map_at(turned(at), 0, 1)(turned(at)), at, 1e-9);
+  EXPECT_EQ(field.map_at(at, 1, 1).support, 4u);
+  EXPECT_EQ(field.map_at(at, 1, 1, 102).support, 3u);
+  EXPECT_FALSE(field.map_at(at, 2, 1));
+  field.drop_small_charts(5);
+  EXPECT_FALSE(field.map_at(at, 1, 1));
+  EXPECT_EQ(field.size(), 28u);
+}
+
+TEST(NeighbourOffset, LearnsWhereAPointIsBesideItsNeighbours) {
+  const auto map = fit_neighbours(around(turned), at, 1);
+  const cv::Point2d beside{2, -1};
+  const cv::Matx22d shape(1, 0.1, 0, 1);
+  NeighbourOffset offset;
+  EXPECT_EQ(offset.deviation(), 2);
+  expect_near(offset.predict(map, at).position, turned(at), 1e-9);
+  const AffineState seen{turned(at + beside), map.linear * shape};
+  for (int i = 0; i < 400; ++i) offset.update(map, at, seen, 1, 1);
+  expect_near(offset.offset(), beside, 0.02);
+  EXPECT_EQ(offset.deviation(), 0.3) << "its floor";
+  expect_near(offset.predict(map, at).position, seen.position, 0.03);
+  EXPECT_NEAR(offset.predict(map, at).shape(0, 1), seen.shape(0, 1), 0.01);
+  // One wild frame can't carry it away: the deviation is clipped, the mean takes a fiftieth.
+  offset.update(map, at, {turned(at + beside + cv::Point2d(50, 0)), seen.shape}, 1, 1);
+  EXPECT_LT(offset.offset().x, beside.x + 1.1);
+  EXPECT_LT(offset.deviation(), 0.5);
+}
+
+}  // namespace
+}  // namespace csd

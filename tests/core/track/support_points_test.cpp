@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/support_points.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "image/work_frame.h"
+#include "track/moving_scene.h"
+#include "track/types.h"
+
+namespace csd {
+namespace {
+
+class Support : public testing::Test {
+ protected:
+  void show(const cv::Mat &bgr) {
+    cv::Mat luma;
+    cv::cvtColor(bgr, luma, cv::COLOR_BGR2GRAY);
+    frame_.load(MovingScene::view(bgr));
+    pyramid_.build(luma);
+    glare_.build(frame_, {});
+    const CsdFrame frame{pyramid_, glare_, luma.size(), luma.rows / 480.0, 1, time_ += second / 25, second / 2};
+    support_.follow(frame);
+    support_.replenish(frame);
+  }
+  void show_scene(cv::Point2d shift) { show(scene_.render(shift)); }
+  cv::Point2d moved(cv::Point2d from) const { return support_.field().map_at(from, support_.chart(), 0.5)(from); }
+
+  MovingScene scene_;
+  WorkFrame frame_;
+  Pyramid pyramid_;
+  GlareWeights glare_;
+  SupportPoints support_;
+  std::int64_t time_ = 0;
+};
+
+TEST_F(Support, CoversThePictureAndSaysHowItMoves) {
+  show_scene({});
+  EXPECT_GT(support_.size(), 60u);  // 320 × 240 has 14 × 11 cells
+  for (int i = 1; i <= 10; ++i) show_scene({1.0 * i, 0.5 * i});
+  EXPECT_GT(support_.field().size(), 40u);
+  for (const cv::Point2d p : {cv::Point2d(50, 50), {160, 120}, {280, 200}}) {
+    EXPECT_NEAR(moved(p).x, p.x + 10, 0.2);
+    EXPECT_NEAR(moved(p).y, p.y + 5, 0.2);
+  }
+}
+
+TEST_F(Support, NewPointsHaveCoordinatesOfTheFirstFrame) {
+  show_scene({});
+  // Slowly to the right: what comes in at the left edge gets points, whose coordinates lie left of the first picture.
+  for (int i = 1; i <= 70; ++i) show_scene({0.5 * i, 0});
+  const cv::Point2d entered(-25, 120);
+  EXPECT_NEAR(moved(entered).x, 10, 0.5);
+  EXPECT_NEAR(moved(entered).y, 120, 0.5);
+  EXPECT_EQ(support_.chart(), 0);
+}
+
+TEST_F(Support, AnotherSceneFoundsAChartOfItsOwnAndTheFirstComesBack) {
+  show_scene({});
+  for (int i = 1; i <= 15; ++i) show_scene({});
+  const MovingScene other({320, 240}, 9);
+  for (int i = 0; i < 40; ++i) {
+    show(other.render({}));
+    if (i > 0 && i < 20) {
+      EXPECT_FALSE(support_.field().map_at({160, 120}, 0, 0.5)) << i;
+    }
+  }
+  EXPECT_EQ(support_.chart(), 1);
+  EXPECT_TRUE(support_.field().map_at({160, 120}, 1, 0.5));
+  for (int i = 0; i < 3; ++i) show_scene({});
+  const auto back = support_.field().map_at({160, 120}, 0, 0.5);
+  ASSERT_TRUE(back);
+  EXPECT_NEAR(back({160, 120}).x, 160, 0.3);
+}
+
+TEST_F(Support, FindsNothingInAFlatPicture) {
+  show(cv::Mat(240, 320, CV_8UC3, cv::Scalar(80, 90, 120)));
+  EXPECT_EQ(support_.size(), 0u);
+  show_scene({});
+  EXPECT_GT(support_.size(), 60u);
+}
+
+}  // namespace
+}  // namespace csd

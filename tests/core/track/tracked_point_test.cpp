@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/tracked_point.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "track/moving_scene.h"
+#include "track/types.h"
+
+namespace csd {
+namespace {
+
+/// A point that a test leads through frames by hand.
+class Scene {
+ public:
+  CsdFrame frame(cv::Point2d shift) {
+    cv::Mat luma;
+    cv::cvtColor(scene_.render(shift), luma, cv::COLOR_BGR2GRAY);
+    return show(luma);
+  }
+  CsdFrame show(const cv::Mat &luma) {
+    pyramid_.build(luma);
+    return {pyramid_, glare_, luma.size(), 0.5, 1, time_ += second / 25, second / 2};
+  }
+  /// Maps as neighbours would make them that move by `shift` from their reference coordinates.
+  static NeighbourMap neighbours(cv::Point2d shift) {
+    NeighbourMap map;
+    map.shift = shift;
+    map.spread = 0.25;
+    map.support = 14;
+    return map;
+  }
+  static void follow(TrackedPoint &point, const CsdFrame &frame, const NeighbourMap &map) {
+    point.look(frame);
+    point.meet(frame, map);
+    point.look_again(frame);
+    point.decide(frame, {});
+    point.learn(frame);
+  }
+
+ private:
+  MovingScene scene_;
+  Pyramid pyramid_;
+  GlareWeights glare_;
+  std::int64_t time_ = 0;
+};
+
+TEST(TrackedPoint, IsFollowedAndLearnsItsAnchorForTheTrainingTime) {
+  Scene scene;
+  TrackedPoint point(scene.frame({}), {160, 120});
+  point.found(0);
+  for (int i = 1; i <= 14; ++i) {
+    const cv::Point2d shift(0.7 * i, -0.4 * i);
+    EXPECT_EQ(point.learning(), i <= 13) << i;
+    Scene::follow(point, scene.frame(shift), Scene::neighbours(shift));
+    EXPECT_TRUE(point.visible() && point.sure());
+    EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 0.2) << i;
+  }
+  EXPECT_LT(point.offset().deviation(), 1);
+}
+
+TEST(TrackedPoint, BelievesTheNeighboursBeforeALookAlike) {
+  Scene scene;
+  TrackedPoint point(scene.frame({}), {160, 120});
+  point.found(0);
+  for (int i = 1; i <= 20; ++i) Scene::follow(point, scene.frame({}), Scene::neighbours({}));
+  // The picture stays, but all others say that the tissue has moved on.
+  const cv::Point2d gone(15, 0);
+  Scene::follow(point, scene.frame({}), Scene::neighbours(gone));
+  EXPECT_FALSE(point.visible());
+  EXPECT_EQ(point.confidence(), 0);
+  EXPECT_LT(cv::norm(point.state().position - cv::Point2d(175, 120)), 0.1) << "where the neighbours put it";
+}
+
+TEST(TrackedPoint, IsFoundAgainWhereTheNeighboursPutIt) {
+  Scene scene;
+  TrackedPoint point(scene.frame({}), {160, 120});
+  point.found(0);
+  for (int i = 1; i <= 15; ++i) Scene::follow(point, scene.frame({}), Scene::neighbours({}));
+  Scene::follow(point, scene.show(cv::Mat(240, 320, CV_8UC1, cv::Scalar(128))), Scene::neighbours({}));
+  EXPECT_FALSE(point.visible());
+  const cv::Point2d shift(20, -12);
+  Scene::follow(point, scene.frame(shift), Scene::neighbours(shift + cv::Point2d(0.6, 0.3)));
+  EXPECT_TRUE(point.visible());
+  EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 0.2);
+}
+
+TEST(TrackedPoint, WithoutAMapIsSilentUnlessItIsAloneInThePicture) {
+  Scene scene;
+  TrackedPoint point(scene.frame({}), {160, 120});
+  const auto frame = scene.frame({1, 1});
+  point.look(frame);
+  point.meet(frame, {});
+  point.look_again(frame);
+  point.decide(frame, {});
+  EXPECT_FALSE(point.visible());
+  Surroundings none;
+  none.alone = true;
+  const auto again = scene.frame({1, 1});
+  point.look(again);
+  point.meet(again, {});
+  point.look_again(again);
+  point.decide(again, none);
+  EXPECT_TRUE(point.visible());
+}
+
+}  // namespace
+}  // namespace csd
