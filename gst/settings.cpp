@@ -62,9 +62,11 @@ void install_properties(GObjectClass *klass) {
                               "the element goes to READY and PAUSED",
                               d.points.c_str(), structural));
   install(prop_replenish,
-          g_param_spec_boolean("replenish", "Replenish",
-                               "Detect new features, with new ids, as old ones end (only lk does, the others never)",
-                               d.replenish, structural));
+          g_param_spec_boolean(
+              "replenish", "Replenish",
+              "Detect new features, with new ids, as old ones end (csd-2012 and the baselines never do, as "
+              "in the paper)",
+              d.replenish, structural));
   install(prop_forget_after,
           g_param_spec_uint64("forget-after", "Forget after",
                               "A detected feature that is lost or out for this many nanoseconds ends: it is reported "
