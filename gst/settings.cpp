@@ -63,11 +63,10 @@ void install_properties(GObjectClass *klass) {
                               "\"truth\" = what csdsimsrc says is visible, under its ids. Empty = detect. Checked when "
                               "the element goes to READY and PAUSED",
                               d.points.c_str(), structural));
-  install(
-      prop_replenish,
-      g_param_spec_boolean("replenish", "Replenish",
-                           "Detect new features, with new ids, as old ones end (only csd and lk do, the others never)",
-                           d.replenish, structural));
+  install(prop_replenish,
+          g_param_spec_boolean("replenish", "Replenish",
+                               "Detect new features, with new ids, as old ones end (only csd does, the others never)",
+                               d.replenish, structural));
   install(prop_forget_after,
           g_param_spec_uint64("forget-after", "Forget after",
                               "A detected feature that is lost or out for this many nanoseconds ends: it is reported "

@@ -14,7 +14,6 @@ class LucasKanade final : public Algorithm {
  public:
   explicit LucasKanade(const Settings &settings) : settings_(settings) {}
 
-  bool replenishes() const override { return true; }
   void track(const FrameContext &context, std::vector<Claim> &claims) override;
   Claim::Kind begin(FeatureId id, cv::Point2d position, const FrameContext &context) override;
   void end(FeatureId id) override;

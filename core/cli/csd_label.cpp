@@ -1,12 +1,20 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // csd-label: truth by clicks. docs/metrics.md tells how.
 #include <glib.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <opencv2/highgui/highgui_c.h>
+#include <cerrno>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/highgui.hpp>
+#include <optional>
+#include <system_error>
 
 #include "cli/command_line.h"
 #include "cli/label_session.h"
@@ -59,13 +67,57 @@ void save(const LabelSession &session, const std::string &file) {
   std::filesystem::rename(fresh, file);
 }
 
+/// Throws where no window can be opened, in a way that can be caught: Qt ends the process that finds no display,
+/// whatever the reason (no $DISPLAY, no server, no leave). So a child tries first. It holds its connection until this
+/// object is gone, as an X server that loses its last client resets and closes the connections that have just come.
+class Display {
+ public:
+  /// To be made while the process has one thread: only that one is copied.
+  Display() {
+    int ends[2];
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0 || (child_ = fork()) < 0)
+      throw std::system_error(errno, std::generic_category(), "trying the display");
+    if (child_ == 0) {
+      close(ends[0]);
+      hold(ends[1]);
+    }
+    close(ends[1]);
+    socket_ = ends[0];
+    char opened = 0;
+    if (read(socket_, &opened, 1) == 1) return;
+    release();
+    const char *const x11 = g_getenv("DISPLAY");
+    throw std::runtime_error("no window can be opened (DISPLAY is " + (x11 ? "'" + std::string(x11) + "'" : "not set") +
+                             "): run it in a terminal of a desktop, or over ssh -X");
+  }
+  ~Display() { release(); }
+  Display(const Display &) = delete;
+  Display &operator=(const Display &) = delete;
+
+ private:
+  [[noreturn]] static void hold(int socket) {
+    const rlimit no_core{0, 0};
+    setrlimit(RLIMIT_CORE, &no_core);
+    if (!std::freopen("/dev/null", "w", stderr)) _exit(1);  // what Qt says is said better above
+    cvInitSystem(0, nullptr);
+    char byte = 1;
+    if (write(socket, &byte, 1) == 1) (void)!read(socket, &byte, 1);  // until the other end is closed
+    _exit(0);
+  }
+
+  void release() {
+    close(socket_);
+    waitpid(child_, nullptr, 0);
+  }
+
+  pid_t child_ = -1;
+  int socket_ = -1;
+};
+
 class Window {
  public:
   Window(const Options &options, LabelSession session)
       : options_(options), session_(std::move(session)), frames_(options.video) {
-    // Qt would abort.
-    if (!g_getenv("DISPLAY") && !g_getenv("WAYLAND_DISPLAY") && !g_getenv("QT_QPA_PLATFORM"))
-      throw std::runtime_error("there is no display for its window ($DISPLAY)");
     first_ = frames_.at(0).bgr;
     if (first_.empty()) throw std::runtime_error(options.video + ": has no frame");
     view_ = LabelView::whole(first_.size(), largest_picture);
@@ -162,7 +214,10 @@ int main(int argc, char **argv) {
     LabelSession session(options.every);
     if (std::filesystem::exists(options.labels))
       session = LabelSession::resume(read_text_file(options.labels), options.every);
-    Window(options, std::move(session)).run();
+    std::optional<Display> display(std::in_place);
+    Window window(options, std::move(session));
+    display.reset();
+    window.run();
     return 0;
   } catch (const UsageError &error) {
     std::fprintf(stderr, "csd-label: %s\n", error.what());

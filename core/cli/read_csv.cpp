@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "cli/absent_features.h"
 #include "cli/feature_state.h"
 #include "cli/truth_table.h"
 
@@ -169,6 +170,7 @@ score::Recording read_tracks_csv(const TextFile &file, std::vector<std::string> 
     features.push_back(feature);
   }
   note_torn(file, notes);
+  note_absent(tracks, notes);
   return tracks;
 }
 

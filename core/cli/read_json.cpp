@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "cli/absent_features.h"
 #include "cli/feature_state.h"
 #include "cli/json.h"
 #include "cli/truth_table.h"
@@ -191,6 +192,7 @@ std::variant<score::Truth, score::Recording> read_jsonl(const TextFile &file, st
   }
   note_torn(file, notes);
   if (role == "truth") return truth.take();
+  note_absent(tracks, notes);
   return tracks;
 }
 

@@ -142,6 +142,7 @@ class Mirror:
         self.images = most  # how many are expected; once the way forward is over, how many there are
         self.picture = None  # known with the first frame
         self.pieces = self.decoded_anew = 0  # of the way back; those that no seek found
+        self.cut_short = ""  # what to say if the file ends before it should; known once the way forward is over
         self._begin = 0  # stream time of the first frame
         # Of each image: ns since the first, checksum. All that grows with the video.
         self._times, self._sums = array.array("q"), array.array("L")
@@ -164,6 +165,10 @@ class Mirror:
                 yield self._note(at, frame), frame
                 if len(self._sums) == self._most:
                     break
+            else:
+                if self._times:
+                    self.cut_short = tracking.breaks_off(self.path, self._begin + self._times[-1] + self.picture.period,
+                                                         decoding.duration())
         self.images = len(self._sums)
         if self.images < 2:
             raise builds.Failure(f"'{self.path}' has {self.images or 'no'} frame{'s' * (self.images != 1)} from "

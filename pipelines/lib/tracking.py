@@ -273,10 +273,7 @@ class Job:
             self._failure = f"'{self.video}' has no frame that could be decoded: is the file complete?"
         if self._failure is not None:
             raise Failure(self._failure)
-        missing = self.duration - self.position
-        if not self.cut_short and self.position and missing > max(Gst.SECOND, self.duration // 50):
-            self.cut_short = (f"'{self.video}' has a picture up to {self.position / Gst.SECOND:.1f} s only, and says that "
-                              f"it lasts {self.duration / Gst.SECOND:.1f} s: is the file complete?")
+        self.cut_short = self.cut_short or breaks_off(self.video, self.position, self.duration)
         if not self.cut_short:
             progress.done(self.frames)
 
@@ -426,6 +423,14 @@ def set_checked(element, name, text):
     if low is not None and high is not None and not low <= number <= high:
         raise Failure(f"{name} is from {low} to {high}, not {text}")
     element.set_property(name, number)
+
+
+def breaks_off(video, position, duration):
+    """What to say if the picture ends at `position` ns, well before what the file says of itself; else ""."""
+    if not position or duration - position <= max(Gst.SECOND, duration // 50):
+        return ""
+    return (f"'{video}' has a picture up to {position / Gst.SECOND:.1f} s only, and says that it lasts "
+            f"{duration / Gst.SECOND:.1f} s: is the file complete?")
 
 
 def explain(video, out, tracker, element, error, debug, missing):

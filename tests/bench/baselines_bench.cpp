@@ -33,7 +33,6 @@ void frame(benchmark::State &state, AlgorithmKind algorithm) {
   settings.algorithm = algorithm;
   settings.max_features = static_cast<unsigned>(state.range(0));
   settings.content_area = ContentArea::full;
-  settings.replenish = false;
   settings.forget_after = 0;
   ThreadPool pool;
   Tracker tracker(settings, pool);

@@ -137,7 +137,7 @@ def main():
         print(f"  {name:30} {dropped:4} of {made} frames dropped at the source")
 
     print("element: csdtrack's own time a frame, ms p50 / p95, algorithm=lk, 100 features (the rest is what is switched on)")
-    base = "algorithm=lk max-features=100 replenish=false"
+    base = "algorithm=lk max-features=100"
     for name, properties in (
             ("tracking alone", "attach-meta=false"),
             ("+ metadata", ""),

@@ -219,6 +219,16 @@ class Errors(Case):
         self.refused(1, "has 1 frame from 0 s on", self.tmp / "one.mkv")
         self.refused(1, "has no frames from 7.5 s on", "--from", 7.5, self.tmp / "black.mkv")
 
+    def test_a_file_that_breaks_off_is_said(self):
+        """What there is is scored, unless more was never asked for."""
+        whole, cut = self.simulated("whole.mkv", 75), self.tmp / "cut.mkv"
+        cut.write_bytes(whole.read_bytes()[:whole.stat().st_size // 3])
+        for video, frames, said in ((cut, 250, True), (cut, 5, False), (whole, 250, False)):
+            with self.subTest(video=video.name, frames=frames):
+                done = palindrome("--trackers", "still", "--frames", frames, "--json", video)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertEqual("s only, and says that it lasts 3.0 s: is the file complete?" in done.stderr, said, done.stderr)
+
     def test_the_others_are_scored(self):
         (self.tmp / "text.mkv").write_text("no video at all\n" * 100)
         done = palindrome("--trackers", "still", "--json", self.tmp / "text.mkv", self.simulated("good.mkv", 3))

@@ -130,9 +130,20 @@ class Label(unittest.TestCase):
         refuse(1, f"{self.tmp / 'text'}: ", self.tmp / "text")
         self.labels.write_text("frame,id,x,y,visible\n0,0,1,1,1\n7,0,1,1,1\n")
         refuse(1, "labels.csv:3: is not what labelling", "-o", self.labels, self.video)
-        for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
+
+    def test_without_a_display(self):
+        for name in ("WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
             self.environment.pop(name, None)
-        refuse(1, "there is no display", self.video)
+        for display, named in (("", "''"), (":77", "':77'"), ("nonsense", "'nonsense'"), (None, "not set")):
+            with self.subTest(display):
+                environment = {**self.environment, "DISPLAY": display or ""}
+                if display is None:
+                    del environment["DISPLAY"]
+                done = subprocess.run([os.environ["CSD_LABEL"], self.video], env=environment, capture_output=True, text=True,
+                                      timeout=WAIT)
+                self.assertEqual((done.returncode, done.stdout), (1, ""))
+                self.assertEqual(done.stderr, f"csd-label: no window can be opened (DISPLAY is {named}): run it in a terminal of a "
+                                 "desktop, or over ssh -X\n")
 
 
 if __name__ == "__main__":

@@ -367,6 +367,20 @@ class Refusals(Case):
         self.assertEqual(done.returncode, 0)
         self.assertIn("may be torn", done.stderr)
 
+    def test_a_file_without_its_last_rows(self):
+        """Cut between two rows of the last frame: nothing is torn, and three of seven features are gone."""
+        scene = Scene(1)
+        truth, _ = self.write(scene)
+        tracks = self.tmp / "tracks.csv"
+        scene.write_tracks_csv(tracks)
+        tracks.write_text("".join(tracks.read_text().splitlines(keepends=True)[:-3]))
+        done = run("--json", "--resamples", 0, "--size", "720x576", truth, tracks)
+        self.assertEqual(done.returncode, 0)
+        note = (f"{tracks}:{2 + 59 * 7}: from frame 59 on, 3 features are absent that had not ended, in 1 frame, counted "
+                "as not tracked: is the file whole?")
+        self.assertEqual(done.stderr, f"csd-score: note: {note}\n")
+        self.assertEqual(json.loads(done.stdout)["notes"], [note])
+
     def test_another_size(self):
         truth, tracks = self.write(Scene(1))
         self.refuse(1, "720x576 pixels, not of 640x480", "--size", "640x480", truth, tracks)

@@ -61,7 +61,7 @@ TEST(TruthCsv, EachDefectIsNamed) {
 TEST(TracksCsv, IsReadAsCsdtrackencWritesIt) {
   const auto tracks = read<score::Recording>(tracks_header +
                                              "12,480000000,480000000,0,311.204,187.512,tracked,0.931,true\n"
-                                             "12,480000000,480000000,4,1.000,2.000,lost,0.000,false\n" +
+                                             "12,480000000,480000000,4,1.000,2.000,ended,0.000,false\n" +
                                              tracks_header + "14,,,0,312.000,188.000,learning,1.000,true\n");
   EXPECT_TRUE(tracks.sparse);
   ASSERT_EQ(tracks.frames.size(), 2u);
@@ -72,7 +72,7 @@ TEST(TracksCsv, IsReadAsCsdtrackencWritesIt) {
   EXPECT_EQ(tracks.frames[0].features[0].x, 311.204);
   EXPECT_EQ(tracks.frames[0].features[0].confidence, .931);
   EXPECT_EQ(tracks.frames[0].features[1].id, 4u);
-  EXPECT_EQ(tracks.frames[0].features[1].state, FeatureState::lost);
+  EXPECT_EQ(tracks.frames[0].features[1].state, FeatureState::ended);
   EXPECT_EQ(tracks.frames[1].pts, no_time);
   EXPECT_EQ(tracks.frames[1].features[0].state, FeatureState::learning);
 }
@@ -83,6 +83,15 @@ TEST(TracksCsv, ATornLastLineIsLeftOutAndSaid) {
       read<score::Recording>(tracks_header + "0,0,0,0,1,1,tracked,1.000,true\n1,40,40,0,1,1,tracked,1.000,tr", &notes);
   EXPECT_EQ(tracks.frames.size(), 1u);
   EXPECT_THAT(notes, ElementsAre(HasSubstr(":3: the last line has no newline")));
+}
+
+TEST(TracksCsv, ALastFrameThatIsCutBetweenItsRowsIsSaid) {
+  std::vector<std::string> notes;
+  read<score::Recording>(tracks_header +
+                             "0,0,0,0,1,1,tracked,1,true\n0,0,0,1,1,1,tracked,1,true\n"
+                             "1,40,40,0,1,1,tracked,1,true\n",
+                         &notes);
+  EXPECT_THAT(notes, ElementsAre(HasSubstr(":4: from frame 1 on, 1 feature is absent")));
 }
 
 TEST(TracksCsv, EachDefectIsNamed) {

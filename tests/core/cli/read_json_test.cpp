@@ -30,7 +30,8 @@ TEST(Jsonl, TracksAsCsdtrackencWritesThem) {
   const auto tracks = read<score::Recording>(
       R"({"schema":1,"source":null,"role":"track","algorithm":null,"frame":null,"pts":null,"width":640,"height":480,"features":[]})"
       "\n" +
-      line("track", 0, feature(0) + "," + feature(7, "lost", "0")) + line("track", 1, ""));
+      line("track", 0, feature(0) + "," + feature(7, "lost", "0")) +
+      line("track", 1, feature(0) + "," + feature(7, "lost", "0")));
   EXPECT_EQ(tracks.algorithm, "lk");
   EXPECT_EQ(tracks.width, 640);
   EXPECT_EQ(tracks.height, 480);
@@ -48,6 +49,12 @@ TEST(Jsonl, TracksAsCsdtrackencWritesThem) {
   EXPECT_EQ(tracks.frames[1].features[0].confidence, .931);
   EXPECT_EQ(tracks.frames[1].features[1].id, 7u);
   EXPECT_EQ(tracks.frames[1].features[1].state, FeatureState::lost);
+}
+
+TEST(Jsonl, AFrameThatLacksItsFeaturesIsSaid) {
+  std::vector<std::string> notes;
+  read<score::Recording>(line("track", 0, feature(0)) + line("track", 1, "") + line("track", 2, feature(0)), &notes);
+  EXPECT_THAT(notes, ElementsAre(HasSubstr(":2: from frame 1 on, 1 feature is absent")));
 }
 
 TEST(Jsonl, Truth) {

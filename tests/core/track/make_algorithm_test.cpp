@@ -34,14 +34,15 @@ TEST(MakeAlgorithm, RefusesAnUnknownOne) {
   EXPECT_THROW(make_algorithm(settings, none), std::invalid_argument);
 }
 
-// §2.1: the paper's tracker loses features and takes no new ones in their place; LK, as long as it is the only other
-// algorithm, does.
-TEST(MakeAlgorithm, OnlyLkReplenishes) {
+// §2.1: the paper's tracker loses features and takes no new ones in their place; nor do those that it is compared with.
+TEST(MakeAlgorithm, NoneReplenishes) {
   NoExecutor none;
   Settings settings;
-  EXPECT_FALSE(make_algorithm(settings, none)->replenishes());
-  settings.algorithm = AlgorithmKind::lk;
-  EXPECT_TRUE(make_algorithm(settings, none)->replenishes());
+  for (const auto kind :
+       {AlgorithmKind::csd_2012, AlgorithmKind::lk, AlgorithmKind::ms1, AlgorithmKind::ms2, AlgorithmKind::sift}) {
+    settings.algorithm = kind;
+    EXPECT_FALSE(make_algorithm(settings, none)->replenishes()) << algorithm_name(kind);
+  }
 }
 
 }  // namespace

@@ -1,0 +1,97 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""pipelines/experiments/clips on made-up clips and a copy of its page: what it writes, and what it refuses.
+clips_page_test.py ROOT BUILD"""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import harness
+
+ROOT, BUILD = map(pathlib.Path, sys.argv[1:3])
+BEGIN, END = "<!-- measured: pipelines/experiments/clips -->", "<!-- end of measured -->"
+FRAMES = 12
+POINTS = ((100, 80), (200, 160))
+
+
+class ClipsPage(harness.Case):
+    """In a tree of its own, self.tree, whose experiments are the true ones and whose page is a copy."""
+
+    def setUp(self):
+        self.tree = self.tmp / self.id().rsplit(".", 1)[-1]
+        (self.tree / "pipelines").mkdir(parents=True)
+        (self.tree / "pipelines" / "experiments").symlink_to(ROOT / "pipelines" / "experiments")
+        (self.tree / "docs").mkdir()
+        self.page = self.tree / "docs" / "own-video.md"
+        shutil.copy(ROOT / "docs" / "own-video.md", self.page)
+        self.before = self.page.read_text()
+        self.clips = self.tree / "clips"
+        self.clips.mkdir()
+
+    def make_beads(self):
+        scene = harness.Scene()
+        harness.encode(self.clips / "beads.mkv", (scene.picture(t) for t in range(FRAMES)), *harness.H264)
+        rows = [f"{t},{i},{x + scene.motion(t)[0]},{y + scene.motion(t)[1]},1"
+                for t in range(FRAMES) for i, (x, y) in enumerate(POINTS)]
+        (self.clips / "beads.truth.csv").write_text("\n".join(["frame,id,x,y,visible", *rows, ""]))
+
+    def run_it(self, *arguments, **environment):
+        return subprocess.run([self.tree / "pipelines" / "experiments" / "clips", "--no-install", *map(str, arguments)],
+                              capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=10 * harness.HANGS,
+                              env={**os.environ, "CSDTRACK_BUILD": str(BUILD), **environment})
+
+    def refused(self, code, text, *arguments, **environment):
+        done = self.run_it(*arguments, **environment)
+        self.assertEqual((done.returncode, done.stdout), (code, ""), done.stderr)
+        self.assertIn(text, done.stderr)
+        self.assertEqual(self.page.read_text(), self.before, "the page stays as it was")
+
+    def test_the_tables_come_between_the_marks(self):
+        self.make_beads()
+        done = self.run_it(CSDTRACK_CLIPS=str(self.clips))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stdout, f"{self.page}\n")
+        (head, old), (new_head, new) = self.before.split(BEGIN), self.page.read_text().split(BEGIN)
+        self.assertEqual(new_head, head)
+        self.assertEqual(new.split(END)[1], old.split(END)[1])
+        rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in new.split(END)[0].splitlines() if line.startswith("|")]
+        self.assertEqual(rows[0][4:7], ["correct", "wrong", "missed"])
+        correct = {row[0]: (int(row[4]), int(row[5]) + int(row[6])) for row in rows[2:4]}
+        self.assertEqual(list(correct), ["csd-2012", "lk"])
+        self.assertEqual(correct["lk"], (FRAMES * len(POINTS), 0), "of a scene that LK follows with ease")
+        self.assertEqual([row[:2] + row[3:4] for row in rows if row[0].startswith("beads/")],
+                         [[f"beads/{name}.jsonl", name, str(2 * FRAMES - 1)] for name in ("csd-2012", "lk")])
+
+        again = self.page.read_text()
+        self.assertEqual(self.run_it(self.clips).returncode, 0)
+        self.assertEqual(self.page.read_text(), again, "the same clips, the same page")
+
+    def test_without_clips(self):
+        self.refused(1, f"no beads.mkv with beads.truth.csv in '{self.clips}': give the folder of the clips", self.clips)
+        self.refused(1, "in '/nowhere'", CSDTRACK_CLIPS="/nowhere")
+
+    def test_without_marks(self):
+        self.make_beads()
+        for text in ("no marks\n", f"{BEGIN}\n", f"{END}\n{BEGIN}\n", f"{BEGIN}\n{END}\n{END}\n"):
+            with self.subTest(text):
+                self.before = text
+                self.page.write_text(text)
+                self.refused(1, "once each, in this order", self.clips)
+
+    def test_a_clip_that_fails_leaves_the_page(self):
+        self.make_beads()
+        (self.clips / "text.mkv").write_text("no video at all\n" * 100)
+        self.refused(1, "text.mkv' isn't a video", self.clips)
+
+    def test_wrong_use(self):
+        self.refused(2, "clips: no option --frobnicate", "--frobnicate")
+        self.refused(2, "clips: one folder, not 2", self.clips, self.clips)
+        self.assertIn("usage: pipelines/experiments/clips", self.run_it("--help").stdout)
+
+
+if __name__ == "__main__":
+    sys.argv[1:] = []
+    harness.main()
