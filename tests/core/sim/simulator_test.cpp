@@ -89,7 +89,7 @@ TEST_P(EachEffect, IsThereAndCanBeAbsent) {
   settings.effects[effect] = 1;
   Simulator present(settings);
   bool differs = false;
-  for (const std::uint64_t n : {40U, 105U, 130U, 155U, 170U, 240U}) {
+  for (const std::uint64_t n : {40U, 105U, 130U, 155U, 170U, 240U, 300U}) {
     const cv::Mat base = frame(without, n);
     EXPECT_TRUE(same(base, frame(absent, n)));
     differs |= !same(base, frame(present, n));
