@@ -11,8 +11,10 @@
 
 namespace csd::sim {
 
-/// Blood that oozes and is wiped away, water that runs over the tissue: both leave a place that looks different for
-/// good. It happens at four places, one in each cycle, first from 3 s on.
+/// Blood that oozes and is wiped away, water that runs over the tissue: both leave places that look different for good.
+/// There are four places, one in each quarter of the picture at the start. In each cycle they bleed one after another,
+/// from 3 s on; water runs over all of them from 11 s to 14.5 s; by 18 s they are clean. At strength 1 of both most of
+/// the picture is covered for a while, as the paper's third occlusion sequence (§3.2.2) is after 300 frames.
 class Fluids {
  public:
   Fluids(const Effects &effects, std::uint64_t seed);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -130,11 +131,15 @@ void Simulator::Impl::expose(double t, std::uint64_t moment, cv::Mat &bgr) {
 
 cv::Point2d Simulator::Impl::surface_at(double t, cv::Point2d pixel) const {
   const cv::Size size = settings.size;
-  cv::Point2d uv = tissue->camera(t, size).to_plane(pixel);
-  const cv::Point nearest(static_cast<int>(std::floor(pixel.x + 0.5)), static_cast<int>(std::floor(pixel.y + 0.5)));
-  if (nearest.inside({{}, size})) {
-    const Fragment &f = fragments.at(nearest.x, nearest.y);
-    if (f[Fragment::depth] < Fragments::nothing) uv = {f[Fragment::u], f[Fragment::v]};
+  const auto off = [&](cv::Point2d uv) {  // pixels; infinite behind the camera
+    const cv::Point3d at = tissue->project(t, size, uv);
+    return at.z > 0 ? std::hypot(at.x - pixel.x, at.y - pixel.y) : std::numeric_limits<double>::infinity();
+  };
+  cv::Point2d uv = tissue->camera(t, size).to_plane(pixel), shown = uv;
+  const cv::Point2d nearest(std::floor(pixel.x + 0.5), std::floor(pixel.y + 0.5));
+  if (nearest.inside(cv::Rect2d({}, cv::Size2d(size)))) {
+    const Fragment &f = fragments.at(static_cast<int>(nearest.x), static_cast<int>(nearest.y));
+    if (f[Fragment::depth] < Fragments::nothing) uv = shown = {f[Fragment::u], f[Fragment::v]};
   }
   // Newton's method on the exact projection.
   constexpr double step = 0.01;
@@ -154,7 +159,12 @@ cv::Point2d Simulator::Impl::surface_at(double t, cv::Point2d pixel) const {
     if (length > 20) move *= 20 / length;
     uv += move;
   }
-  return uv;
+  if (off(uv) < 1e-6) return uv;
+  // On the edge of a fold a pixel shows two places, and Newton's method may swing between them.
+  if (off(shown) < 1) return shown;
+  std::ostringstream text;
+  text << "the simulated surface has no point at the pixel " << pixel.x << "," << pixel.y;
+  throw std::invalid_argument(text.str());
 }
 
 /// Whether another part of the surface is what the pixels around show.

@@ -61,6 +61,8 @@ class Simulator {
   std::vector<cv::Point2d> detect(std::size_t wanted);
 
   /// The points of the surface (units) that the pixels of frame `n` show; behind a tool or a fluid, the tissue there.
+  /// The surface goes on beyond the picture, but not everywhere: throws std::invalid_argument that names a pixel where
+  /// there is none of it.
   std::vector<cv::Point2d> on_surface(std::uint64_t n, std::span<const cv::Point2d> pixels);
   /// The point of the surface that a pixel of `settings().texture` colours. Throws std::logic_error without one.
   cv::Point2d of_texture(cv::Point2d pixel) const;

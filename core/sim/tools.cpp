@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "sim/events.h"
 #include "sim/ieee_math.h"
@@ -18,6 +19,21 @@ float coverage(float outside) {
   return clamp01(0.5F - outside);
 }
 
+/// Where an instrument comes from and what it does there. Places are shares of the picture's width and height.
+struct Instrument {
+  double port_x, port_y;  // far outside the picture
+  double begin, end;      // in each cycle, seconds
+  double from_x, to_x;    // its tip sweeps between them…
+  double from_y, to_y;    // …and reaches
+  double phase;           // of its movements, in half turns
+  bool coloured;
+};
+constexpr Instrument instruments[] = {{1.35, 1.0, 1.2, 11, 0.12, 0.8, 0.2, 0.85, 0, true},
+                                      {-0.35, 0.75, 8.5, 18.5, 0.85, 0.2, 0.2, 0.85, 1, false},
+                                      {0.75, -0.5, 4, 14, 0.25, 0.75, 0.55, 0.95, 0.6, false},
+                                      {0.2, 1.5, 6, 16, 0.8, 0.3, 0.1, 0.45, 1.5, true}};
+constexpr std::size_t ordinary = 2;  // so many up to strength 1; the others come farther in the stronger it is, up to 2
+
 cv::Point2f direction(double turns) {
   return {static_cast<float>(cos_turns(turns)), static_cast<float>(sin_turns(turns))};
 }
@@ -28,18 +44,20 @@ Tools::Tools(double time, double strength, std::uint64_t seed, cv::Size size)
     : scale_(static_cast<float>(size.height) / 480) {
   if (strength <= 0) return;
   const float w = static_cast<float>(size.width), h = static_cast<float>(size.height);
-  const auto radius = static_cast<float>(29 * std::min(std::sqrt(strength), 2.0)) * scale_;
-  // Two instruments by turns, from the lower right and from the left; each sweeps to and fro while it is in.
-  for (int i = 0; i < 2; ++i) {
-    const auto stream = stream_tools + 10 * static_cast<std::uint64_t>(i);
-    const double in = i == 0 ? each_cycle(time, 1.2, 1.5, 11, 1.5) : each_cycle(time, 8.5, 1.5, 18.5, 1.5);
+  const double thickness = strength <= 1 ? std::sqrt(strength) : std::min(strength, 2.0);
+  const auto radius = static_cast<float>(29 * thickness) * scale_;
+  // By turns, overlapping; each sweeps to and fro while it is in.
+  for (std::size_t i = 0; i < std::size(instruments); ++i) {
+    const Instrument &it = instruments[i];
+    const auto stream = stream_tools + 10 * i;
+    const double in = each_cycle(time, it.begin, 1.5, it.end, 1.5) * (i < ordinary ? 1 : clamp01(strength - 1));
     if (in <= 0) continue;
-    const double sweep = 0.5 + 0.5 * sin_turns(time / 5.3 + 0.31 * i + 0.1 * wander(seed, stream, time / 2));
-    const double reach = 0.5 + 0.5 * sin_turns(time / 3.7 + 0.5 * i + 0.1 * wander(seed, stream + 1, time / 2));
+    const double sweep = 0.5 + 0.5 * sin_turns(time / 5.3 + 0.31 * it.phase + 0.1 * wander(seed, stream, time / 2));
+    const double reach = 0.5 + 0.5 * sin_turns(time / 3.7 + 0.5 * it.phase + 0.1 * wander(seed, stream + 1, time / 2));
     const float out = static_cast<float>(1 - in);
-    const cv::Point2f port = i == 0 ? cv::Point2f(1.35F * w, 1.0F * h) : cv::Point2f(-0.35F * w, 0.75F * h);
-    const auto tip_x = static_cast<float>(i == 0 ? lerp(0.12, 0.8, sweep) : lerp(0.85, 0.2, sweep)) * w;
-    const auto tip_y = static_cast<float>(lerp(0.2, 0.85, reach)) * h;
+    const cv::Point2f port(static_cast<float>(it.port_x) * w, static_cast<float>(it.port_y) * h);
+    const auto tip_x = static_cast<float>(lerp(it.from_x, it.to_x, sweep)) * w;
+    const auto tip_y = static_cast<float>(lerp(it.from_y, it.to_y, reach)) * h;
     const cv::Point2f tip = cv::Point2f(tip_x, tip_y) + (port - cv::Point2f(tip_x, tip_y)) * out * 0.95F;
     const cv::Point2f axis = tip - port;
     const float length = std::sqrt(axis.dot(axis));
@@ -48,12 +66,12 @@ Tools::Tools(double time, double strength, std::uint64_t seed, cv::Size size)
       const cv::Point2f r = direction(open);
       return cv::Point2f(v.x * r.x - v.y * r.y, v.x * r.y + v.y * r.x);
     };
-    const double open = 0.02 + 0.045 * (0.5 + 0.5 * sin_turns(time / 1.9 + 0.2 * i));
+    const double open = 0.02 + 0.045 * (0.5 + 0.5 * sin_turns(time / 1.9 + 0.2 * it.phase));
     const float jaw = 2.5F * radius, neck = 0.8F * radius;
     const cv::Point2f wrist = tip - d * jaw, joint = wrist - d * (1.6F * radius);
     const cv::Point2f shift(shadow_x * scale_, shadow_y * scale_);
     shadows_.push_back({port + shift, tip + shift, radius, 0.4F * radius, Material::black});
-    rods_.push_back({port, joint, 1.08F * radius, radius, i == 0 ? Material::plastic : Material::black});
+    rods_.push_back({port, joint, 1.08F * radius, radius, it.coloured ? Material::plastic : Material::black});
     rods_.push_back({joint, wrist, 0.92F * radius, neck, Material::steel});
     for (const double side : {-1.0, 1.0}) {
       const cv::Point2f end = wrist + turns_of(d, side * open) * jaw;

@@ -11,7 +11,8 @@
 namespace csd::sim {
 
 /// Instruments between the scope and the tissue at one moment: a shaft that comes in from outside the picture, a steel
-/// neck, two jaws.
+/// neck, two jaws. Two of them, by turns, up to strength 1; from there to 2 two more come in. The stronger, the
+/// thicker.
 class Tools {
  public:
   Tools(double time, double strength, std::uint64_t seed, cv::Size size);

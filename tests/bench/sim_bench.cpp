@@ -53,6 +53,9 @@ const int registered = [] {
   benchmark::RegisterBenchmark("render/all geometry", render,
                                with(geometry, {Effect::heart_strong, Effect::heart_mild, Effect::liver, Effect::fold,
                                                Effect::zoom, Effect::rotation, Effect::sway, Effect::jerk}));
+  csd::sim::Effects everything;
+  for (std::size_t i = 0; i < csd::sim::effect_count; ++i) everything[static_cast<Effect>(i)] = 1;
+  benchmark::RegisterBenchmark("render/every effect", render, everything);
   benchmark::RegisterBenchmark("truth of 100 points", truth);
   for (std::size_t i = 0; i < csd::sim::style_count; ++i) {
     const auto style = static_cast<csd::sim::Style>(i);

@@ -236,6 +236,8 @@ GST_START_TEST(test_what_is_wrong_is_said) {
   fail_unless(strength.find("from 0 to 4") != strength.npos, "%s", strength.c_str());
   const std::string points = error_of("points=1,2,3");
   fail_unless(points.find("points") != points.npos, "%s", points.c_str());
+  const std::string nowhere = error_of("points=\"5,5;50,-1e9\"");
+  fail_unless(nowhere.find("50,-1e+09") != nowhere.npos, "%s", nowhere.c_str());
   for (const char *file : {"/no/such/file.png", "/dev/null"}) {
     const std::string texture = error_of(std::string("texture=") + file);
     fail_unless(texture.find(file) != texture.npos, "%s", texture.c_str());

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -88,7 +89,7 @@ TEST_P(EachEffect, IsThereAndCanBeAbsent) {
   settings.effects[effect] = 1;
   Simulator present(settings);
   bool differs = false;
-  for (const std::uint64_t n : {40U, 105U, 130U, 155U, 170U, 240U}) {
+  for (const std::uint64_t n : {40U, 105U, 130U, 155U, 170U, 240U, 300U}) {
     const cv::Mat base = frame(without, n);
     EXPECT_TRUE(same(base, frame(absent, n)));
     differs |= !same(base, frame(present, n));
@@ -161,6 +162,34 @@ TEST(Simulator, CastsPixelsOfAnyFrameBack) {
     // On the very edge of a fold a pixel shows two places.
     EXPECT_GE(good, static_cast<int>(pixels.size()) - 2) << "frame " << n;
   }
+}
+
+TEST(Simulator, SaysWhereThereIsNoTissueToPointAt) {
+  Simulator simulator(with("heart-mild,sway", {640, 480}));
+  const auto refused = [&](cv::Point2d pixel) {
+    try {
+      simulator.on_surface(0, std::vector<cv::Point2d>{{320, 240}, pixel});
+      return std::string();
+    } catch (const std::invalid_argument &e) {
+      return std::string(e.what());
+    }
+  };
+  EXPECT_NE(refused({50, -1e9}).find("50,-1e+09"), std::string::npos) << refused({50, -1e9});
+  EXPECT_NE(refused({std::numeric_limits<double>::quiet_NaN(), 3}), "");
+  EXPECT_NE(refused({std::numeric_limits<double>::infinity(), 3}), "");
+  // Elsewhere either it is refused or it is exactly there.
+  int found = 0;
+  for (double far = 1; far < 1e12; far *= 3) {
+    for (const cv::Point2d away : {cv::Point2d(1, 0), {0, 1}, {-1, 0}, {0, -1}, {0.6, -0.8}}) {
+      const cv::Point2d pixel = cv::Point2d(320, 240) + far * away;
+      if (!refused(pixel).empty()) continue;
+      const auto truth = simulator.truth(0, simulator.on_surface(0, std::vector<cv::Point2d>{pixel}));
+      EXPECT_NEAR(truth[0].x, pixel.x, 1e-5) << pixel;
+      EXPECT_NEAR(truth[0].y, pixel.y, 1e-5) << pixel;
+      ++found;
+    }
+  }
+  EXPECT_GT(found, 25);
 }
 
 // Tissue as in the clips: a patch's luma deviates by 11 to 19 grey levels where features are.
