@@ -202,8 +202,8 @@ single pixels and says nothing of noise; `csd-2012-smoothed` is the same tracker
 """, why(plan, found.why), pictures_part(plan, found.pictures, pictures), f"""
 ## Trackers of boxes
 
-What takes too long for all features: {slow[0]} features of each sequence but the simulation, and its first {slow[1]} frames. The
-trackers of this plugin that stand beside are scored on just these.
+What takes too long for all features: {slow[0]} features of each sequence of Tables 1 to 3, and its first {slow[1]} frames. The
+others that stand beside are scored on just these.
 
 """, all_trackers(found.slow), f"""
 ## How near is near
