@@ -149,7 +149,8 @@ def draw(plan, found, folder):
 
 
 def verdict(claim):
-    return "no occasion" if claim.holds is None else "**holds**" if claim.holds else "**does not hold**"
+    strong = claim.verdict in (claims.HOLDS, claims.FAILS)
+    return f"**{claim.verdict}**{' †' if claim.reading else ''}" if strong else claim.verdict
 
 
 def text(plan, found, command, pictures):
@@ -173,7 +174,11 @@ last fifth less that of the first.
 ## What the paper found, and what is found here
 
 """, table(["", "the paper finds", "here", ""], [[c.where, c.says, verdict(c), c.evidence]
-                                                  for c in claims.check(plan, found, PAPER)]), """
+                                                  for c in claims.check(plan, found, PAPER)]), f"""
+Verdicts without † are by the 95 % interval of the difference, paired over clips and features: *not decided* where it contains 0.
+† is this project's reading of the paper's words, without such an interval: {claims.READING}. Two sequences' or two trackers' figures
+that have no interval count as different from {claims.MARGIN} on, and nearer together as *not decided*. *No occasion*: nothing happened that could show it.
+
 ## The sequences
 
 """, sources(plan), f"""

@@ -90,6 +90,8 @@ KINDS = (
     ("smoke", "smoke in two bursts", "10d–f", "table3", "smoke", "", "bowel"),
     ("zoom", "scale", "10g–i", "table3", "zoom", "", "peritoneum"),
 )
+# The sequence of irrigation, without blood and water: what these change is told from what time does.
+DRY = ("dry", "tools, no blood, no irrigation", "", "control", "occlusion", "tools=0.7,heart-mild=0,liver=0.7", "liver")
 # What keeps csd-2012 from the paper's figures: one sequence of Table 1, and what cameras do to it taken away piece by piece.
 WHY = (
     ("why-all", "as a camera sees it", "deformation", "heart-mild=0,heart-strong=1", "heart"),
@@ -122,7 +124,7 @@ def full(seeds):
     several = tuple(range(FIRST_SEED, FIRST_SEED + seeds))
     return Plan(tuple(
         Sequence(*kind, SIMULATION_FEATURES, 4000, (FIRST_SEED,)) if kind[0] == "simulation"
-        else Sequence(*kind, FEATURES, 500, several) for kind in KINDS) + of_why(FEATURES, 250) + of_pictures(FEATURES, 500), 10, 250, 10, 100, True)
+        else Sequence(*kind, FEATURES, 500, several) for kind in (*KINDS, DRY)) + of_why(FEATURES, 250) + of_pictures(FEATURES, 500), 10, 250, 10, 100, True)
 
 
 def quick(seeds):
@@ -130,7 +132,7 @@ def quick(seeds):
     several = tuple(range(FIRST_SEED, FIRST_SEED + seeds))
     return Plan(tuple(
         Sequence(*kind, 12, 40, (FIRST_SEED,)) if kind[0] == "simulation"
-        else Sequence(*kind, 8, 14, several) for kind in KINDS) + of_why(8, 14) + of_pictures(8, 14), 2, 10, 1, 30, False)
+        else Sequence(*kind, 8, 14, several) for kind in (*KINDS, DRY)) + of_why(8, 14) + of_pictures(8, 14), 2, 10, 1, 30, False)
 
 
 PLANS = {"full": full, "quick": quick}
