@@ -71,7 +71,7 @@ class Findings:
         slow = [*sequences.PLUGIN[:2], *sequences.RIVALS, *sequences.SLOW_RIVALS]
         self.simulation = Scores(out, [plan.sequence("simulation")], fast)
         self.tables = {t: Scores(out, plan.of_table(t), fast) for t in ("table1", "table2", "table3")}
-        self.why = Scores(out, plan.of_table("why"), fast)
+        self.why = {s: Scores(out, [s], ["csd-2012", "csd-2012-smoothed", "lk"]) for s in plan.of_table("why")}
         self.pictures = Scores(out, plan.of_table("pictures"), fast) if plan.of_table("pictures") else None
         self.blood = changes_after(out, plan.sequence("irrigation"), plan.sequence("dry"), "csd-2012")
         # Of the paper's classes alone: others are the same scenes again, or there only where clips are.

@@ -17,6 +17,7 @@ import xml.etree.ElementTree
 ROOT, BUILD = map(pathlib.Path, sys.argv[1:3])
 sys.path.insert(0, str(ROOT / "pipelines" / "experiments"))
 import claims  # noqa: E402
+import evaluation  # noqa: E402
 import figures  # noqa: E402
 import scores  # noqa: E402
 import sequences  # noqa: E402
@@ -59,7 +60,10 @@ class Quick(unittest.TestCase):
 
     def test_what_is_taken_away(self):
         rows = {row[0]: row[1:] for row in self.rows("What keeps csd-2012 from the paper's figures")}
-        self.assertEqual(rows["sensitivity / K"], ["csd-2012", "csd-2012-smoothed", "lk"])
+        self.assertEqual(rows[""], [f"{t}, {m}" for t in ("csd-2012", "csd-2012-smoothed", "lk") for m in ("sensitivity", "K")])
+        for row in sequences.WHY:
+            self.assertRegex(rows[row[1]][0], r"^[\d.]+ \([\d.]+–[\d.]+\)$")
+        self.assertIn("! video/x-raw,framerate=12/1", self.page)
         self.assertEqual(len(rows), 2 + len(sequences.WHY))  # and the header's rule
         self.assertIn("effects=\"heart-mild=0,heart-strong=1,chroma=0,noise=0\"", self.page)
 
@@ -95,10 +99,17 @@ class Quick(unittest.TestCase):
     def test_figures(self):
         named = set(re.findall(r"!\[\]\(evaluation/(.*?)\)", self.page))
         self.assertEqual(named, {path.name for path in (self.out / "evaluation").iterdir()})
-        self.assertLessEqual({f"fig{n}.svg" for n in (7, 8, 9, 10, 11)}, named)
+        self.assertLessEqual({f"fig{n}.svg" for n in (7, "7-rivals", 8, "8-rivals", 9, "9-rivals", 10, "10-rivals", 11)}, named)
         for name in named:
             drawn = xml.etree.ElementTree.parse(self.out / "evaluation" / name)
             self.assertGreater(len(drawn.findall(".//{*}path")), 10, name)
+
+    def test_what_it_took(self):
+        self.assertRegex(self.page, r"The runs took [1-9]\d* (s|min) of processor time, [1-9]\d* (s|min) one after the other")
+        self.assertIn("stand on 1 seed of each sequence", self.page)
+        by_name = {row[0]: row[-1] for row in self.rows("The sequences")}
+        self.assertEqual(by_name["simulation"], "0 %, 0 %")
+        self.assertRegex(by_name["tools, blood and irrigation"], r"^\d+ %, \d+ %$")
 
     def test_runs_hold_what_they_were_made_from(self):
         runs = [path for path in self.out.iterdir() if (path / "run.json").exists()]
@@ -323,6 +334,19 @@ class Numbers(unittest.TestCase):
         """Two features 2 apart, then 6 apart and one of them hidden: each has moved by 2."""
         scene = truth.Truth([{0: (0, 0, "tracked"), 1: (2, 0, "tracked")}, {0: (-2, 0, "tracked"), 1: (4, 0, "occluded")}])
         self.assertEqual((scene.deformation, scene.scale, scene.hidden), ([0, 2], [1, 3], [0, 0.5]))
+
+    def test_why_in_words(self):
+        """LK that loses most by half the frame rate is told from LK that doesn't, and an interval with 0 from one without."""
+        def of(lk, csd, width=0.01):
+            return Figures({"sensitivity": {"csd-2012": csd, "csd-2012-smoothed": csd, "lk": lk}}, width)
+
+        every = {s: of(0.9, 0.5) for s in PLAN.of_table("why")}
+        half = PLAN.sequence("why-half")
+        said = evaluation.why_in_words({**every, half: of(0.5, 0.49, 0.1)})
+        self.assertIn("changes by −0.400 and csd-2012's by −0.010: what puts lk ahead", said)
+        self.assertIn(f"{half.title}: lk and csd-2012 are not told apart (difference 0.010, −0.090 to 0.110)", said)
+        self.assertIn("as a camera sees it: lk is above csd-2012", said)
+        self.assertIn("are not what puts lk ahead", evaluation.why_in_words({**every, half: of(0.88, 0.48)}))
 
     def test_seeds(self):
         plan = sequences.full(3)
