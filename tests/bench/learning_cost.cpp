@@ -90,8 +90,7 @@ void measure(PairSearch search, sim::Simulator &simulator, const std::vector<cv:
     const Stats now = tracker.stats();
     std::printf("%s\t%llu\t%.4f\t%.3f\t%.4f\n", search == PairSearch::ranked ? "ranked" : "exhaustive",
                 static_cast<unsigned long long>(n), learning / features,
-                static_cast<double>(now.retrainings - before.retrainings) / features,
-                (spent - learning) / features);
+                static_cast<double>(now.retrainings - before.retrainings) / features, (spent - learning) / features);
     before = now;
   }
 }
