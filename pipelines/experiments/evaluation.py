@@ -8,6 +8,7 @@ import pathlib
 import builds
 import claims
 import figures
+import running
 import sequences
 from scores import Findings
 
@@ -73,15 +74,37 @@ def settings(sequence):
     """Of csdsimsrc, as one would type them."""
     effects = f' effects="{sequence.effects}"' if sequence.effects else ""
     look = f"texture=(of {sequence.clip})" if sequence.clip else f"style={sequence.style}"
-    return f"scenario={sequence.scenario}{effects} {look}"
+    rate = f" ! video/x-raw,framerate={sequence.rate}/1" if sequence.rate != sequences.RATE else ""
+    return f"scenario={sequence.scenario}{effects} {look}{rate}"
 
 
-def why(plan, scores):
-    """csd-2012 where what cameras do is taken away."""
+def why(found):
+    """csd-2012 where what cameras do is taken away, then LK where frames are farther apart. found: {sequence: scores}."""
     names = ("csd-2012", "csd-2012-smoothed", "lk")
-    return table(["sensitivity / K", *names],
-                 [[s.title, *(f"{number(scores.of_sequence(s, n, 'sensitivity'))} / {number(scores.of_sequence(s, n, 'k'))}"
-                              for n in names)] for s in plan.of_table("why")])
+    return table(["", *(f"{n}, {m}" for n in names for m in ("sensitivity", "K"))],
+                 [[s.title, *(interval(of.trackers[n][m]) for n in names for m in ("sensitivity", "k"))] for s, of in found.items()])
+
+
+def in_words(difference, a, b):
+    """Of csd-score's comparison of sensitivity, a less b."""
+    more = claims.sign(difference)
+    return {claims.HOLDS: f"{a} is above {b}", claims.FAILS: f"{a} is below {b}",
+            claims.UNDECIDED: f"{a} and {b} are not told apart"}[more] + (
+                f" (difference {number(difference['difference'])}, {number(difference['low'])} to {number(difference['high'])})")
+
+
+def why_in_words(found):
+    """What the table shows, from its numbers."""
+    lines = [f"* {s.title}: {in_words(of.comparisons['lk']['sensitivity'], 'lk', 'csd-2012')}; "
+             f"{in_words(of.comparisons['csd-2012-smoothed']['sensitivity'], 'csd-2012-smoothed', 'csd-2012')}."
+             for s, of in found.items()]
+    by_name = {s.name: of for s, of in found.items()}
+    lk, csd = (by_name["why-half"].value(t, "sensitivity") - by_name["why-all"].value(t, "sensitivity") for t in ("lk", "csd-2012"))
+    return "In sensitivity:\n\n" + "\n".join(lines) + (
+        f"\n\nAt half the frame rate, where tissue moves twice as far from frame to frame, lk's sensitivity changes by {number(lk)} "
+        f"and csd-2012's by {number(csd)}: "
+        + ("what puts lk ahead at the full rate are its small steps.\n" if lk < csd - claims.MARGIN else
+           "small steps from frame to frame are not what puts lk ahead.\n"))
 
 
 def pictures_part(plan, scores, folder):
@@ -96,15 +119,16 @@ def pictures_part(plan, scores, folder):
             f"\nMeans over {figures.BIN} frames:\n\n![]({folder}/pictures.svg)\n")
 
 
-def sources(plan):
-    return table(["sequence", "paper", "csdsimsrc", "features", "frames", "seeds"],
+def hidden(scenes):
+    """Share of the features that are hidden: mean over the frames and seeds, and most in a frame."""
+    shares = [share for scene in scenes for share in scene.hidden]
+    return f"{100 * figures.mean(shares):.0f} %, {100 * max(shares):.0f} %"
+
+
+def sources(plan, truths):
+    return table(["sequence", "paper", "csdsimsrc", "features", "frames", "seeds", "hidden: mean, most"],
                  [[s.title, (f"Fig. {s.figure}" if s.figure else "–") + (f", Table {s.table[-1]}" if s.table.startswith("table") else ""),
-                   f"`{settings(s)}`", str(s.features), str(s.frames), ", ".join(map(str, s.seeds))] for s in plan.sequences])
-
-
-def deviation(values):
-    middle = figures.mean(values)
-    return (sum((v - middle) ** 2 for v in values) / max(1, len(values) - 1)) ** 0.5
+                   f"`{settings(s)}`", str(s.features), str(s.frames), ", ".join(map(str, s.seeds)), hidden(truths(s))] for s in plan.sequences])
 
 
 def costs(plan, cost):
@@ -120,8 +144,14 @@ def costs(plan, cost):
         rows.append([f"leaves retrained per feature and frame, {search}: first {rare} frames, later", "“reduced” later",
                      f"{number(figures.mean([r[1] for r in first]), 2)}, {number(figures.mean([r[1] for r in later]), 2)}"])
     rows.append(["tracking a feature in a frame, ms", f"{paper['track_ms_mean']} ± {paper['track_ms_deviation']}",
-                 f"{number(figures.mean(tracking))} ± {number(deviation(tracking))}"])
+                 number(figures.mean(tracking))])
     return table(["", "the paper (Pentium, 3 GHz)", "here"], rows)
+
+
+def over_time(folder, name, kinds, scores):
+    """The paper's trackers as the paper draws them, and the rivals beside csd-2012."""
+    figures.over_time(folder / f"{name}.svg", kinds, scores.by_frame, sequences.PAPER_ORDER)
+    figures.over_time(folder / f"{name}-rivals.svg", kinds, scores.by_frame, (*sequences.RIVALS, "csd-2012"))
 
 
 def draw(plan, found, folder):
@@ -129,7 +159,7 @@ def draw(plan, found, folder):
     for old in folder.glob("*.svg"):
         old.unlink()
     simulation = plan.sequence("simulation")
-    figures.over_time(folder / "fig7.svg", [simulation], found.simulation.by_frame, sequences.PAPER_ORDER)
+    over_time(folder, "fig7", [simulation], found.simulation)
     panels = []
     for measure, label in figures.BY_FRAME:
         panels.append(figures.Panel("simulation, its first 100 frames", "frame", label))
@@ -139,7 +169,7 @@ def draw(plan, found, folder):
     figures.draw(folder / "fig7-start.svg", panels, 2)
     groups = [("simulation", found.simulation)]
     for name, scores in found.tables.items():
-        figures.over_time(folder / f"{FIGURES[name][0]}.svg", plan.of_table(name), scores.by_frame, sequences.PAPER_ORDER)
+        over_time(folder, FIGURES[name][0], plan.of_table(name), scores)
         groups.append((TITLES[name], scores))
     if found.pictures:
         figures.over_time(folder / "pictures.svg", plan.of_table("pictures"), found.pictures.by_frame, sequences.PAPER_ORDER)
@@ -149,10 +179,21 @@ def draw(plan, found, folder):
 
 
 def verdict(claim):
-    return "no occasion" if claim.holds is None else "**holds**" if claim.holds else "**does not hold**"
+    strong = claim.verdict in (claims.HOLDS, claims.FAILS)
+    return f"**{claim.verdict}**{' †' if claim.reading else ''}" if strong else claim.verdict
 
 
-def text(plan, found, command, pictures):
+def effort(plan, spent):
+    """What the runs took, and on how many scenes the intervals stand."""
+    wall, processor = spent
+    seeds = max(len(s.seeds) for s in plan.sequences)
+    few = "" if seeds > 1 else " One seed is few clips: between scenes the figures vary more than these intervals say."
+    return (f"The runs took {running.minutes(processor)} of processor time, {running.minutes(wall)} one after the other "
+            f"(several run at a time). The intervals of Tables 1 to 3 stand on {seeds} seed{'s' if seeds > 1 else ''} of each "
+            f"sequence, those of the simulation on one.{few}")
+
+
+def text(plan, found, command, pictures, versions, spent):
     simulation = plan.sequence("simulation")
     slow = plan.slow_features, min(plan.slow_frames, max(s.frames for s in plan.sequences if s.table))
     parts = [f"""# Evaluation
@@ -162,7 +203,7 @@ All of this page is written by one command:
 
     {command}
 {"" if plan.published else QUICK}
-""", table(["", ""], [list(v) for v in builds.versions() if v[1]]), f"""
+""", table(["", ""], [list(v) for v in versions if v[1]]), f"""
 CSD is `csd-2012`, the paper's tracker as printed ([method.md](method.md)); the others are in [baselines.md](baselines.md). Sensitivity and
 K = 1 − precision are at τ = 5 px; every measure is defined in [metrics.md](metrics.md). In brackets: 95 % intervals by
 bootstrap over clips and features; p is of the difference from csd-2012, on the same draws. All trackers see the same bytes
@@ -170,18 +211,28 @@ bootstrap over clips and features; p is of the difference from csd-2012, on the 
 nobody has tuned on them. *Returned*: of the times that a feature was hidden and came back, how often it was found again. *Drift*: median error of the
 last fifth less that of the first.
 
+{effort(plan, spent)}
+
 ## What the paper found, and what is found here
 
 """, table(["", "the paper finds", "here", ""], [[c.where, c.says, verdict(c), c.evidence]
-                                                  for c in claims.check(plan, found, PAPER)]), """
+                                                  for c in claims.check(plan, found, PAPER)]), f"""
+Verdicts without † are by the 95 % interval of the difference, paired over clips and features: *not decided* where it contains 0.
+† is this project's reading of the paper's words, without such an interval: {claims.READING}. Two sequences' or two trackers' figures
+that have no interval count as different from {claims.MARGIN} on, and nearer together as *not decided*. *No occasion*: nothing happened that could show it.
+
 ## The sequences
 
-""", sources(plan), f"""
+""", sources(plan, found.simulation.truths), f"""
 ## The simulation (Fig. 7)
 
 {simulation.features} features, {simulation.frames} frames; no highlights, no change of light. Curves are means over {figures.BIN} frames.
 
 ![]({pictures}/fig7.svg)
+
+The rivals, and csd-2012 again:
+
+![]({pictures}/fig7-rivals.svg)
 
 How the periods of heart and breath show, frame by frame:
 
@@ -192,18 +243,20 @@ How the periods of heart and breath show, frame by frame:
         kinds, (picture, figure) = plan.of_table(name), FIGURES[name]
         parts += [f"\n## {TITLES[name]}\n\n*Simulated classes; the paper's in-vivo figures for orientation.*\n\n",
                   paper_table(name, scores), "\nEvery tracker:\n\n", all_trackers(scores), "\nBy sequence, means over the seeds:\n\n",
-                  by_sequence(scores, kinds), f"\n{figure}; means over {figures.BIN} frames and the seeds:\n\n![]({pictures}/{picture}.svg)\n"]
+                  by_sequence(scores, kinds), f"\n{figure}; means over {figures.BIN} frames and the seeds:\n\n![]({pictures}/{picture}.svg)\n\n"
+                  f"The rivals, and csd-2012 again:\n\n![]({pictures}/{picture}-rivals.svg)\n"]
     parts += [f"""
 ## What keeps csd-2012 from the paper's figures
 
 The same beating heart without highlights and change of light, {plan.of_table("why")[0].frames} frames; then what a camera does to it is taken away. The paper compares
-single pixels and says nothing of noise; `csd-2012-smoothed` is the same tracker behind a Gaussian of σ = 1 pixel.
+single pixels and says nothing of noise; `csd-2012-smoothed` is the same tracker behind a Gaussian of σ = 1 pixel. In the last
+row nothing is taken away but every second frame: LK looks from frame to frame, csd-2012 finds a feature anywhere in its window.
 
-""", why(plan, found.why), pictures_part(plan, found.pictures, pictures), f"""
+""", why(found.why), "\n", why_in_words(found.why), pictures_part(plan, found.pictures, pictures), f"""
 ## Trackers of boxes
 
-What takes too long for all features: {slow[0]} features of each sequence but the simulation, and its first {slow[1]} frames. The
-trackers of this plugin that stand beside are scored on just these.
+What takes too long for all features: {slow[0]} features of each sequence of Tables 1 to 3, and its first {slow[1]} frames. The
+others that stand beside are scored on just these.
 
 """, all_trackers(found.slow), f"""
 ## How near is near
@@ -214,8 +267,9 @@ Sensitivity and K by τ:
 
 ## What it costs (Fig. 11, §3.3)
 
-{plan.cost_features} features of the simulation, {plan.cost_frames} frames, all work in one thread, after all else had been run
-(`tests/bench/learning-cost`). Means per feature. Tracking is all that isn't learning: preparing the frame, search, cutting out samples.
+{plan.cost_features} features of the simulation, {plan.cost_frames} frames, all work in one thread, whose processor time this is, after all else
+had been run (`tests/bench/learning-cost`). Means over features and frames. Tracking is all that isn't learning: search, cutting out
+samples, and preparing the frame, which is done once for all features and so divided by {plan.cost_features}.
 
 ![]({pictures}/fig11.svg)
 
@@ -225,9 +279,10 @@ Sensitivity and K by τ:
 
 def write(plan, out, page, command):
     """Scores all runs, draws the figures beside `page`, writes it."""
+    versions, spent = builds.versions(), running.spent(plan, out)  # before figures in docs/ make it dirty
     found = Findings(plan, out)
     pictures = page.parent / page.stem
     draw(plan, found, pictures)
     unfinished = page.with_name(f".unfinished-{page.name}")
-    unfinished.write_text(text(plan, found, command, pictures.name))
+    unfinished.write_text(text(plan, found, command, pictures.name, versions, spent))
     os.replace(unfinished, page)

@@ -6,9 +6,11 @@ import subprocess
 
 import builds
 
-# Dash pattern and colour; thick is the paper's own tracker.
+# Dash pattern and colour; thick is the paper's own tracker. Rivals are drawn beside it, not beside the paper's others.
 STYLES = {"csd-2012": "dt 1 lw 2.5 lc rgb '#1b7837'", "sift": "dt 2 lw 1.5 lc rgb '#b2182b'", "lk": "dt 1 lw 1.2 lc rgb '#2166ac'",
-          "ms1": "dt 3 lw 1.5 lc rgb '#000000'", "ms2": "dt 4 lw 1.5 lc rgb '#4393c3'"}
+          "ms1": "dt 3 lw 1.5 lc rgb '#000000'", "ms2": "dt 4 lw 1.5 lc rgb '#4393c3'",
+          "csd-2012-smoothed": "dt 2 lw 2 lc rgb '#762a83'", "lk-fb": "dt 1 lw 1.2 lc rgb '#2166ac'",
+          "lk-anchored": "dt 4 lw 1.5 lc rgb '#e08214'", "still": "dt 3 lw 1.5 lc rgb '#000000'"}
 BY_FRAME = (("sensitivity_by_frame", "sensitivity"), ("k_by_frame", "K = 1 − precision"))
 BIN = 10  # frames that a point of a curve averages
 

@@ -124,7 +124,9 @@ def run(plan, sequence, seed, folder):
     select_truth(unfinished / "truth.jsonl", unfinished / "truth-tracked.jsonl", begun(unfinished / "lk.jsonl"), sequence.frames)
     select_truth(unfinished / "truth.jsonl", unfinished / "truth-slow.jsonl", begun(unfinished / "csrt.jsonl"), plan.slow_frames)
     (unfinished / "truth.jsonl").unlink()
-    made = {"identity": builds.identity(sequence, seed, plan), "seconds": round(time.monotonic() - began, 1), "stats": stats}
+    made = {"identity": builds.identity(sequence, seed, plan), "seconds": round(time.monotonic() - began, 1),
+            "processor_seconds": round(sum(os.times()[:4]), 1),  # its children's too: csd-peers
+            "stats": stats}
     (unfinished / "run.json").write_text(json.dumps(made, indent=1))
     shutil.rmtree(folder, ignore_errors=True)  # of another build
     unfinished.rename(folder)

@@ -33,6 +33,12 @@ def minutes(seconds):
     return f"{seconds / 60:.0f} min" if seconds >= 90 else f"{seconds:.0f} s"
 
 
+def spent(plan, out):
+    """Seconds that all runs of the plan took, by the clock and of the processors."""
+    runs = [json.loads((folder_of(out, *run) / "run.json").read_text()) for run in plan.runs()]
+    return tuple(sum(run.get(kind, 0) for run in runs) for kind in ("seconds", "processor_seconds"))
+
+
 class Progress:
     """A line on the terminal, a line for each finished run elsewhere."""
 

@@ -8,17 +8,19 @@ import builds
 import figures
 import running
 import sequences
+import truth
 
 
 class Scores:
     """Of some sequences, all their seeds: csd-score's JSON, by tracker."""
 
-    def __init__(self, out, kinds, trackers, truth="truth-tracked.jsonl"):
+    def __init__(self, out, kinds, trackers, truth_file="truth-tracked.jsonl"):
+        self.out, self._truths = out, {}
         self.clips = [(s, seed) for s in kinds for seed in s.seeds]
         arguments = []
         for run in self.clips:
             folder = running.folder_of(out, *run)
-            arguments += [folder / truth, *(folder / f"{t}.jsonl" for t in trackers)]
+            arguments += [folder / truth_file, *(folder / f"{t}.jsonl" for t in trackers)]
         done = subprocess.run([builds.program("csd-score"), "--json", "--names", ",".join(trackers), *arguments],
                               capture_output=True, text=True)
         if done.returncode:
@@ -35,6 +37,13 @@ class Scores:
         """A list for each seed."""
         return [clip[measure] for (s, _), clip in zip(self.clips, self.trackers[tracker]["clips"]) if s is sequence]
 
+    def truths(self, sequence):
+        """A truth.Truth for each seed."""
+        if sequence not in self._truths:
+            self._truths[sequence] = [truth.Truth(truth.read(running.folder_of(self.out, sequence, seed) / "truth-tracked.jsonl"))
+                                      for seed in sequence.seeds]
+        return self._truths[sequence]
+
     def of_sequence(self, sequence, tracker, measure):
         return figures.mean([clip[measure] for (s, _), clip in zip(self.clips, self.trackers[tracker]["clips"]) if s is sequence])
 
@@ -44,16 +53,29 @@ class Scores:
                              for v in c[round(begin * len(c)):round(end * len(c))]])
 
 
+def changes_after(out, wet, dry, tracker):
+    """truth.aftermath of all seeds."""
+    changes = []
+    for seed in wet.seeds:
+        folders = [running.folder_of(out, sequence, seed) for sequence in (wet, dry)]
+        changes += truth.aftermath(*(truth.read(f / "truth-tracked.jsonl") for f in folders),
+                                   *(truth.read(f / f"{tracker}.jsonl") for f in folders))
+    return changes
+
+
 class Findings:
     """All scores of a plan."""
 
     def __init__(self, plan, out):
         fast = [*sequences.PLUGIN, *sequences.RIVALS]
-        slow = [*sequences.PLUGIN[:2], *sequences.SLOW_RIVALS]
+        slow = [*sequences.PLUGIN[:2], *sequences.RIVALS, *sequences.SLOW_RIVALS]
         self.simulation = Scores(out, [plan.sequence("simulation")], fast)
         self.tables = {t: Scores(out, plan.of_table(t), fast) for t in ("table1", "table2", "table3")}
-        self.why = Scores(out, plan.of_table("why"), fast)
+        self.why = {s: Scores(out, [s], ["csd-2012", "csd-2012-smoothed", "lk"]) for s in plan.of_table("why")}
         self.pictures = Scores(out, plan.of_table("pictures"), fast) if plan.of_table("pictures") else None
-        everything = [s for s in plan.sequences if s.table]
-        self.slow = Scores(out, everything, slow, "truth-slow.jsonl")
+        self.blood = changes_after(out, plan.sequence("irrigation"), plan.sequence("dry"), "csd-2012")
+        # Of the paper's classes alone: others are the same scenes again, or there only where clips are.
+        classes = [s for s in plan.sequences if s.table.startswith("table")]
+        self.mean_shifts = Scores(out, classes, ["ms1", "ms2"])
+        self.slow = Scores(out, classes, slow, "truth-slow.jsonl")
         self.cost = running.read_learning_cost(out)

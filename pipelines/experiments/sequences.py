@@ -36,6 +36,7 @@ class Sequence:
     features: int
     frames: int
     seeds: tuple
+    rate: int = RATE
     clip: str = ""  # its first frame is the texture, and the video is compressed; not in the repository
 
     def picture(self):
@@ -46,7 +47,7 @@ class Sequence:
         effects = f' effects="{self.effects}"' if self.effects else ""
         texture = f'texture="{self.picture()}"' if self.clip else f"style={self.style}"
         return (f"csdsimsrc scenario={self.scenario}{effects} {texture} seed={seed} features={self.features} "
-                f"num-buffers={self.frames} ! video/x-raw,format=I420,width={WIDTH},height={HEIGHT},framerate={RATE}/1"
+                f"num-buffers={self.frames} ! video/x-raw,format=I420,width={WIDTH},height={HEIGHT},framerate={self.rate}/1"
                 f"{f' ! {CODEC}' if self.clip else ''}")
 
 
@@ -90,11 +91,15 @@ KINDS = (
     ("smoke", "smoke in two bursts", "10d–f", "table3", "smoke", "", "bowel"),
     ("zoom", "scale", "10g–i", "table3", "zoom", "", "peritoneum"),
 )
-# What keeps csd-2012 from the paper's figures: one sequence of Table 1, and what cameras do to it taken away piece by piece.
+# The sequence of irrigation, without blood and water: what these change is told from what time does.
+DRY = ("dry", "tools, no blood, no irrigation", "", "control", "occlusion", "tools=0.7,heart-mild=0,liver=0.7", "liver")
+# What keeps csd-2012 from the paper's figures: one sequence of Table 1, and what cameras do to it taken away piece by piece; then
+# what makes LK good taken away: small steps from frame to frame. name, title, effects, frames a second.
 WHY = (
-    ("why-all", "as a camera sees it", "deformation", "heart-mild=0,heart-strong=1", "heart"),
-    ("why-sharp", "sharp chroma", "deformation", "heart-mild=0,heart-strong=1,chroma=0", "heart"),
-    ("why-clean", "sharp chroma, no noise", "deformation", "heart-mild=0,heart-strong=1,chroma=0,noise=0", "heart"),
+    ("why-all", "as a camera sees it", "heart-mild=0,heart-strong=1", RATE),
+    ("why-sharp", "sharp chroma", "heart-mild=0,heart-strong=1,chroma=0", RATE),
+    ("why-clean", "sharp chroma, no noise", "heart-mild=0,heart-strong=1,chroma=0,noise=0", RATE),
+    ("why-half", "as a camera sees it, half the frame rate", "heart-mild=0,heart-strong=1", 12),
 )
 # Real tissue as texture: name, title, scenario, effects, clip. Run where the clips are.
 PICTURE_KINDS = (
@@ -106,14 +111,14 @@ PICTURE_KINDS = (
 SIMULATION_FEATURES, FEATURES = 100, 50  # as in the paper: §3.1, §3.2
 
 
-def of_why(features, frames):
-    return tuple(Sequence(name, title, "", "why", scenario, effects, style, features, frames, (FIRST_SEED,))
-                 for name, title, scenario, effects, style in WHY)
+def of_why(features, frames, seeds):
+    return tuple(Sequence(name, title, "", "why", "deformation", effects, "heart", features, frames, seeds, rate)
+                 for name, title, effects, rate in WHY)
 
 
 def of_pictures(features, frames):
     """What is run of PICTURE_KINDS: one seed of each, where its clip is there."""
-    return tuple(Sequence(name, title, "", "pictures", scenario, effects, "", features, frames, (FIRST_SEED,), clip)
+    return tuple(Sequence(name, title, "", "pictures", scenario, effects, "", features, frames, (FIRST_SEED,), clip=clip)
                  for name, title, scenario, effects, clip in PICTURE_KINDS if (CLIPS / clip).is_file())
 
 
@@ -122,7 +127,7 @@ def full(seeds):
     several = tuple(range(FIRST_SEED, FIRST_SEED + seeds))
     return Plan(tuple(
         Sequence(*kind, SIMULATION_FEATURES, 4000, (FIRST_SEED,)) if kind[0] == "simulation"
-        else Sequence(*kind, FEATURES, 500, several) for kind in KINDS) + of_why(FEATURES, 250) + of_pictures(FEATURES, 500), 10, 250, 10, 100, True)
+        else Sequence(*kind, FEATURES, 500, several) for kind in (*KINDS, DRY)) + of_why(FEATURES, 250, several) + of_pictures(FEATURES, 500), 10, 250, 10, 100, True)
 
 
 def quick(seeds):
@@ -130,7 +135,7 @@ def quick(seeds):
     several = tuple(range(FIRST_SEED, FIRST_SEED + seeds))
     return Plan(tuple(
         Sequence(*kind, 12, 40, (FIRST_SEED,)) if kind[0] == "simulation"
-        else Sequence(*kind, 8, 14, several) for kind in KINDS) + of_why(8, 14) + of_pictures(8, 14), 2, 10, 1, 30, False)
+        else Sequence(*kind, 8, 14, several) for kind in (*KINDS, DRY)) + of_why(8, 14, several) + of_pictures(8, 14), 2, 10, 1, 30, False)
 
 
 PLANS = {"full": full, "quick": quick}

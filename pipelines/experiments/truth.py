@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What the truth itself says of a sequence, and tracks against it feature by feature."""
+
+import json
+import math
+import random
+
+TAU = 5.0  # pixels, as csd-score has it at this size
+CLAIMS = ("tracked", "learning")  # states of a track that has a position
+LEAST = 25  # frames that a feature must be visible afterwards, to be counted
+
+
+def read(path):
+    """{id: (x, y, state)} of each frame."""
+    with open(path) as file:
+        return [{f["id"]: (f["x"], f["y"], f["state"]) for f in json.loads(line)["features"]} for line in file]
+
+
+class Truth:
+    """Of one video, per frame: how far features are from where they began (rms, pixels), how much farther from each other
+    (factor), which share of them is hidden."""
+
+    def __init__(self, frames):
+        first = frames[0]
+        self.deformation = [rms((x - first[i][0], y - first[i][1]) for i, (x, y, _) in f.items()) for f in frames]
+        self.scale = [spread(f) / spread(first) if spread(first) else 1 for f in frames]
+        self.hidden = [sum(state == "occluded" for *_, state in f.values()) / len(f) for f in frames]
+
+
+def rms(vectors):
+    squares = [x * x + y * y for x, y in vectors]
+    return math.sqrt(sum(squares) / len(squares))
+
+
+def spread(frame):
+    cx, cy = (sum(p[k] for p in frame.values()) / len(frame) for k in (0, 1))
+    return rms((x - cx, y - cy) for x, y, _ in frame.values())
+
+
+def outcome(truth, track):
+    """None where nothing is to be seen, else (found, claimed)."""
+    if truth[2] != "tracked":
+        return None
+    claimed = track is not None and track[2] in CLAIMS
+    return claimed and math.dist(truth[:2], track[:2]) <= TAU, claimed
+
+
+def aftermath(wet, dry, wet_tracks, dry_tracks):
+    """Of each feature that something covered in the one video, and not in the same one without it: what changed after it was free
+    again, as (sensitivity, share of wrong reports; None without reports), the one less the other, over the same frames."""
+    changes = []
+    for i in wet[0].keys() & dry[0].keys():
+        covered = [n for n, (a, b) in enumerate(zip(wet, dry)) if a[i][2] == "occluded" and b[i][2] != "occluded"]
+        if not covered:
+            continue
+        pairs = [(outcome(wet[n][i], wet_tracks[n].get(i)), outcome(dry[n][i], dry_tracks[n].get(i)))
+                 for n in range(covered[-1] + 1, min(len(wet), len(dry)))]
+        pairs = [p for p in pairs if None not in p]
+        if len(pairs) < LEAST:
+            continue
+        found, wrong = [], []
+        for side in zip(*pairs):
+            claims = sum(claimed for _, claimed in side)
+            found.append(sum(f for f, _ in side) / len(side))
+            wrong.append(1 - sum(f for f, _ in side) / claims if claims else None)
+        changes.append((found[0] - found[1], None if None in wrong else wrong[0] - wrong[1]))
+    return changes
+
+
+def bootstrap(values, draws=2000):
+    """Mean and its 95 % interval, over values; the same for the same values. None for fewer than two."""
+    if len(values) < 2:
+        return None
+    chance = random.Random(1)
+    means = sorted(sum(chance.choices(values, k=len(values))) / len(values) for _ in range(draws))
+    return sum(values) / len(values), means[round(0.025 * (draws - 1))], means[round(0.975 * (draws - 1))]
