@@ -94,12 +94,13 @@ KINDS = (
 # The sequence of irrigation, without blood and water: what these change is told from what time does.
 DRY = ("dry", "tools, no blood, no irrigation", "", "control", "occlusion", "tools=0.7,heart-mild=0,liver=0.7", "liver")
 # What keeps csd-2012 from the paper's figures: one sequence of Table 1, and what cameras do to it taken away piece by piece; then
-# what makes LK good taken away: small steps from frame to frame. name, title, effects, frames a second.
+# what LK lives on taken away: small steps from frame to frame, and structure above the noise. name, title, effects, frames a second.
 WHY = (
     ("why-all", "as a camera sees it", "heart-mild=0,heart-strong=1", RATE),
     ("why-sharp", "sharp chroma", "heart-mild=0,heart-strong=1,chroma=0", RATE),
     ("why-clean", "sharp chroma, no noise", "heart-mild=0,heart-strong=1,chroma=0,noise=0", RATE),
     ("why-half", "as a camera sees it, half the frame rate", "heart-mild=0,heart-strong=1", 12),
+    ("why-faint", "low texture, three times the noise", "heart-mild=0,heart-strong=1,low-texture=1,noise=3", RATE),
 )
 # Real tissue as texture: name, title, scenario, effects, clip. Run where the clips are.
 PICTURE_KINDS = (

@@ -343,10 +343,11 @@ class Numbers(unittest.TestCase):
         every = {s: of(0.9, 0.5) for s in PLAN.of_table("why")}
         half = PLAN.sequence("why-half")
         said = evaluation.why_in_words({**every, half: of(0.5, 0.49, 0.1)})
-        self.assertIn("changes by −0.400 and csd-2012's by −0.010: what puts lk ahead", said)
+        self.assertIn("changes by −0.400 and csd-2012's by −0.010: lk owes small steps some of its lead", said)
+        self.assertIn("by 0.000 and csd-2012's by 0.000: lk's lead is not owed to structure above the noise", said)
         self.assertIn(f"{half.title}: lk and csd-2012 are not told apart (difference 0.010, −0.090 to 0.110)", said)
         self.assertIn("as a camera sees it: lk is above csd-2012", said)
-        self.assertIn("are not what puts lk ahead", evaluation.why_in_words({**every, half: of(0.88, 0.48)}))
+        self.assertIn("lead is not owed to small steps", evaluation.why_in_words({**every, half: of(0.88, 0.48)}))
 
     def test_seeds(self):
         plan = sequences.full(3)
