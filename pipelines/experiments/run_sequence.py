@@ -38,7 +38,7 @@ def description(sequence, seed, folder):
                 f"y4menc ! {to_file(folder / 'video.y4m')}"]
     # content-area=full: all of the simulated picture is tissue. One learner: the other core has another run.
     branches += [f"csdtrack name={name} algorithm={name} points=truth learning=sync n-threads=1 content-area=full "
-                 f"post-messages=none ! csdtrackenc ! {to_file(folder / (name + '.jsonl'))}" for name in sequences.PLUGIN]
+                 f"post-messages=none ! csdtrackenc ! {to_file(folder / (name + '.jsonl'))}" for name in sequences.PAPER]
     return f"{sequence.source(seed)} ! tee name=t " + " ".join(f"t. ! {QUEUE} ! {branch}" for branch in branches)
 
 
@@ -50,7 +50,7 @@ def render(sequence, seed, folder, progress):
     """Plays the pipeline to its end. Returns csdtrack's stats by tracker."""
     pipeline = Gst.parse_launch(description(sequence, seed, folder))
     bus = pipeline.get_bus()
-    trackers = {name: pipeline.get_by_name(name) for name in sequences.PLUGIN}
+    trackers = {name: pipeline.get_by_name(name) for name in sequences.PAPER}
     pipeline.set_state(Gst.State.PLAYING)
     try:
         while True:
@@ -79,7 +79,7 @@ def follow(name, options, folder):
 
 def check(folder, sequence, plan):
     """Each file has a line for each frame: a tracker that stopped early must not be scored as if it hadn't."""
-    for name, frames in {"truth": sequence.frames, **{t: sequence.frames for t in (*sequences.PLUGIN, *sequences.RIVALS)},
+    for name, frames in {"truth": sequence.frames, **{t: sequence.frames for t in (*sequences.PAPER, *sequences.RIVALS)},
                          **{t: min(plan.slow_frames, sequence.frames) for t in sequences.SLOW_RIVALS}}.items():
         with open(folder / f"{name}.jsonl", "rb") as file:
             lines = sum(1 for _ in file)

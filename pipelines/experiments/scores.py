@@ -67,8 +67,8 @@ class Findings:
     """All scores of a plan."""
 
     def __init__(self, plan, out):
-        fast = [*sequences.PLUGIN, *sequences.RIVALS]
-        slow = [*sequences.PLUGIN[:2], *sequences.RIVALS, *sequences.SLOW_RIVALS]
+        fast = [*sequences.PAPER, *sequences.RIVALS]
+        slow = [*sequences.PAPER[:2], *sequences.RIVALS, *sequences.SLOW_RIVALS]
         self.simulation = Scores(out, [plan.sequence("simulation")], fast)
         self.tables = {t: Scores(out, plan.of_table(t), fast) for t in ("table1", "table2", "table3")}
         self.why = {s: Scores(out, [s], ["csd-2012", "csd-2012-smoothed", "lk"]) for s in plan.of_table("why")}

@@ -10,7 +10,8 @@ import builds
 WIDTH, HEIGHT, RATE = 640, 480, 25
 FIRST_SEED = 101  # 1 to 20 are for development: constants may have been chosen on them
 
-PLUGIN = ("csd-2012", "lk", "ms1", "ms2", "sift")  # csdtrack algorithm=...
+PAPER = ("csd-2012", "lk", "ms1", "ms2", "sift")  # csdtrack algorithm=..., what the paper compares
+PLUGIN = ("csd", *PAPER)
 # csd-peers, as many features and frames as the others. The first is the paper's tracker with the smoothing that it doesn't print.
 RIVALS = ("csd-2012-smoothed", "lk-fb", "lk-anchored", "still")
 SLOW_RIVALS = ("csrt", "kcf", "medianflow")  # csd-peers, on some features and frames: csrt takes 12 ms for each

@@ -60,10 +60,10 @@ class ClipsPage(harness.Case):
         rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in new.split(END)[0].splitlines() if line.startswith("|")]
         self.assertEqual(rows[0][4:7], ["correct", "wrong", "missed"])
         correct = {row[0]: (int(row[4]), int(row[5]) + int(row[6])) for row in rows[2:4]}
-        self.assertEqual(list(correct), ["csd-2012", "lk"])
+        self.assertEqual(list(correct), ["csd-2012", "lk", "csd"])
         self.assertEqual(correct["lk"], (FRAMES * len(POINTS), 0), "of a scene that LK follows with ease")
         self.assertEqual([row[:2] + row[3:4] for row in rows if row[0].startswith("beads/")],
-                         [[f"beads/{name}.jsonl", name, str(2 * FRAMES - 1)] for name in ("csd-2012", "lk")])
+                         [[f"beads/{name}.jsonl", name, str(2 * FRAMES - 1)] for name in ("csd-2012", "lk", "csd")])
 
         again = self.page.read_text()
         self.assertEqual(self.run_it(self.clips).returncode, 0)
