@@ -59,7 +59,7 @@ class ClipsPage(harness.Case):
         self.assertEqual(new.split(END)[1], old.split(END)[1])
         rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in new.split(END)[0].splitlines() if line.startswith("|")]
         self.assertEqual(rows[0][4:7], ["correct", "wrong", "missed"])
-        correct = {row[0]: (int(row[4]), int(row[5]) + int(row[6])) for row in rows[2:4]}
+        correct = {row[0]: (int(row[4]), int(row[5]) + int(row[6])) for row in rows[2:5]}
         self.assertEqual(list(correct), ["csd-2012", "lk", "csd"])
         self.assertEqual(correct["lk"], (FRAMES * len(POINTS), 0), "of a scene that LK follows with ease")
         self.assertEqual([row[:2] + row[3:4] for row in rows if row[0].startswith("beads/")],
