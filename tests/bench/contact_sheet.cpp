@@ -1,17 +1,38 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Writes a picture of a simulation: six frames of it; with MARKS set in the environment also its features, green where
-// they are seen, red where they are hidden.
+// Writes a picture of a simulation: six frames of it, those of FRAMES in the environment ("0,65,130,200,270,345"); with
+// MARKS also its features, green where they are seen, red where they are hidden.
 //   contact-sheet OUT.jpg SCENARIO [EFFECTS [STYLE [SEED [TEXTURE]]]]
 // To be looked at; what a simulation is for is measured elsewhere.
+#include <array>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "sim/simulator.h"
+
+namespace {
+
+std::array<std::uint64_t, 6> frames_shown() {
+  std::array<std::uint64_t, 6> shown{0, 65, 130, 200, 270, 345};  // something of all that happens in most scenarios
+  const char *wanted = std::getenv("FRAMES");
+  if (!wanted) return shown;
+  std::istringstream text(wanted);
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    char comma = ',';
+    if ((i > 0 && !(text >> comma)) || comma != ',' || !(text >> shown[i]))
+      throw std::runtime_error("FRAMES must be six numbers with commas, not \"" + std::string(wanted) + "\"");
+  }
+  return shown;
+}
+
+}  // namespace
 
 int main(int argc, char **argv) try {
   if (argc < 3) {
@@ -29,9 +50,9 @@ int main(int argc, char **argv) try {
   csd::sim::Simulator simulator(settings);
   const auto surface = simulator.on_surface(0, simulator.detect(100));
   cv::Mat sheet(2 * settings.size.height, 3 * settings.size.width, CV_8UC3), picture;
+  const auto shown = frames_shown();
   for (int i = 0; i < 6; ++i) {
-    constexpr std::uint64_t shown[] = {0, 65, 130, 200, 270, 345};  // something of all that happens in a cycle
-    const std::uint64_t n = shown[i];
+    const std::uint64_t n = shown[static_cast<std::size_t>(i)];
     simulator.render(n, picture);
     if (marks) {
       for (const auto &p : simulator.truth(n, surface)) {
