@@ -57,8 +57,9 @@ def checksum(path):
 def identity(sequence, seed, plan):
     """What a run depends on. A run of another identity is another run."""
     texture = {"texture": checksum(sequence.picture())} if sequence.clip else {}
-    return {"source": sequence.source(seed), **texture, "slow_features": plan.slow_features, "slow_frames": plan.slow_frames,
-            "plugin": fingerprint("plugin"), "csd-peers": fingerprint("csd-peers")}
+    parts = {f"{share.name}_{what}": of for share in plan.shares_of(sequence, seed)
+             for what, of in (("features", share.features), ("frames", share.frames)) if of}
+    return {"source": sequence.source(seed), **texture, **parts, "plugin": fingerprint("plugin"), "csd-peers": fingerprint("csd-peers")}
 
 
 def output(*command):

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Writes the page with the tables and figures. Its words are here; its numbers come from the runs, the paper's from paper.json."""
+"""The paper's section of the page, with the tables and figures. Its words are here; its numbers come from the runs, the paper's from paper.json."""
 
 import json
-import os
 import pathlib
+import shutil
 
 import builds
 import claims
 import figures
+import page
 import running
 import sequences
 from scores import Findings
@@ -156,9 +157,7 @@ def over_time(folder, name, kinds, scores):
 
 
 def draw(plan, found, folder):
-    folder.mkdir(parents=True, exist_ok=True)
-    for old in folder.glob("*.svg"):
-        old.unlink()
+    folder.mkdir(parents=True)
     simulation = plan.sequence("simulation")
     over_time(folder, "fig7", [simulation], found.simulation)
     panels = []
@@ -196,21 +195,16 @@ def effort(plan, spent):
 
 def text(plan, found, command, pictures, versions, spent):
     simulation = plan.sequence("simulation")
-    slow = plan.slow_features, min(plan.slow_frames, max(s.frames for s in plan.sequences if s.table))
-    parts = [f"""# Evaluation
+    slow = plan.share("slow").of(max((s for s in plan.sequences if s.table), key=lambda s: s.frames))
+    parts = [f"""## The paper's experiments again
 
-The experiments of Mountney & Yang (2012) again, on simulated tissue ([simulator.md](simulator.md)), with exact truth in each frame.
-All of this page is written by one command:
+The experiments of Mountney & Yang (2012) on simulated tissue, written by
 
     {command}
 {"" if plan.published else QUICK}
 """, table(["", ""], [list(v) for v in versions if v[1]]), f"""
-CSD is `csd-2012`, the paper's tracker as printed ([method.md](method.md)); the others are in [baselines.md](baselines.md). Sensitivity and
-K = 1 − precision are at τ = 5 px; every measure is defined in [metrics.md](metrics.md). In brackets: 95 % intervals by
-bootstrap over clips and features; p is of the difference from csd-2012, on the same draws. All trackers see the same bytes
-(I420, 640×480, 25 frames a second), begin at the same features of the first frame, and are scored in each frame. Seeds from {sequences.FIRST_SEED} on:
-nobody has tuned on them. *Returned*: of the times that a feature was hidden and came back, how often it was found again. *Drift*: median error of the
-last fifth less that of the first.
+CSD is `csd-2012`, the paper's tracker as printed ([method.md](method.md)); the others are in [baselines.md](baselines.md). p is of the
+difference from csd-2012.
 
 {effort(plan, spent)}
 
@@ -219,7 +213,8 @@ last fifth less that of the first.
 """, table(["", "the paper finds", "here", ""], [[c.where, c.says, verdict(c), c.evidence]
                                                   for c in claims.check(plan, found, PAPER)]), f"""
 Verdicts without † are by the 95 % interval of the difference, paired over clips and features: *not decided* where it contains 0.
-† is this project's reading of the paper's words, without such an interval: {claims.READING}. Two sequences' or two trackers' figures
+† is this project's reading of the paper's words: {claims.READING}. Where the evidence has an interval (of the change of a feature's sensitivity from one window of frames to another, by bootstrap
+over features), the verdict asks whether all of it is beyond that threshold; without one the figures are descriptive, of these very sequences. Two sequences' or two trackers' figures
 that have no interval count as different from {claims.MARGIN} on, and nearer together as *not decided*. *No occasion*: nothing happened that could show it.
 
 ## The sequences
@@ -278,12 +273,13 @@ samples, and preparing the frame, which is done once for all features and so div
     return "".join(parts)
 
 
-def write(plan, out, page, command):
-    """Scores all runs, draws the figures beside `page`, writes it."""
-    versions, spent = builds.versions(), running.spent(plan, out)  # before figures in docs/ make it dirty
+def section(plan, out, path, command, _jobs):
+    """Scores all runs and draws the figures. Returns the section's text and the folder of the figures."""
+    running.learning_cost(plan, out)  # alone: it measures time
+    versions, spent = builds.versions(), running.spent(plan, out)
     found = Findings(plan, out)
-    pictures = page.parent / page.stem
-    draw(plan, found, pictures)
-    unfinished = page.with_name(f".unfinished-{page.name}")
-    unfinished.write_text(text(plan, found, command, pictures.name, versions, spent))
-    os.replace(unfinished, page)
+    pictures = page.figures_of(path)
+    drawn = pictures.with_name(f".unfinished-{pictures.name}")
+    shutil.rmtree(drawn, ignore_errors=True)
+    draw(plan, found, drawn)
+    return text(plan, found, command, pictures.name, versions, spent), drawn

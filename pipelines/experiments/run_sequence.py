@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""One run of pipelines/experiments/paper, which calls it: run_sequence.py full|quick SEEDS FOLDER SEQUENCE SEED.
+"""One run of an experiment, which calls it: run_sequence.py PLAN SEEDS FOLDER SEQUENCE SEED.
 
-Renders the sequence once and feeds it to all trackers. In the folder, which is there only when all of it succeeded: truth.jsonl,
-TRACKER.jsonl and run.json. Says on standard output how far it is: SEQUENCE SEED SHARE.
+Renders the sequence once and feeds it to all trackers. In the folder, which is there only when all of it succeeded: TRACKER.jsonl,
+truth-SHARE.jsonl for each share of the plan, and run.json. Says on standard output how far it is: SEQUENCE SEED SHARE.
 """
 
 import itertools
@@ -22,7 +22,7 @@ import sequences
 gi.require_version("Gst", "1.0")
 from gi.repository import Gst  # noqa: E402
 
-RENDERED = 0.85  # of a run's time: the plugin's trackers, which run while it is rendered; the rest are csd-peers
+RENDERED = 0.8  # of a run's time: the plugin's trackers, which run while it is rendered; the rest are csd-peers
 # Frames wait for the slowest tracker, and few of them: a second of raw video each would fill the memory.
 QUEUE = "queue max-size-buffers=8 max-size-bytes=0 max-size-time=0"
 
@@ -32,13 +32,13 @@ def to_file(path):
     return f'filesink sync=false async=false location="{path}"'
 
 
-def description(sequence, seed, folder):
+def description(sequence, seed, folder, trackers):
     """One source, a tee, a branch for the truth, one for each tracker of the plugin, one for csd-peers."""
     branches = [f"csdtrackenc role=truth ! {to_file(folder / 'truth.jsonl')}",
                 f"y4menc ! {to_file(folder / 'video.y4m')}"]
     # content-area=full: all of the simulated picture is tissue. One learner: the other core has another run.
     branches += [f"csdtrack name={name} algorithm={name} points=truth learning=sync n-threads=1 content-area=full "
-                 f"post-messages=none ! csdtrackenc ! {to_file(folder / (name + '.jsonl'))}" for name in sequences.PAPER]
+                 f"post-messages=none ! csdtrackenc ! {to_file(folder / (name + '.jsonl'))}" for name in trackers]
     return f"{sequence.source(seed)} ! tee name=t " + " ".join(f"t. ! {QUEUE} ! {branch}" for branch in branches)
 
 
@@ -46,18 +46,27 @@ def structure_fields(structure):
     return {structure.nth_field_name(i): structure.get_value(structure.nth_field_name(i)) for i in range(structure.n_fields())}
 
 
-def render(sequence, seed, folder, progress):
-    """Plays the pipeline to its end. Returns csdtrack's stats by tracker."""
-    pipeline = Gst.parse_launch(description(sequence, seed, folder))
+def only_first(tracker, frames):
+    """Drops the others at its door."""
+    coming = itertools.count()
+    tracker.get_static_pad("sink").add_probe(
+        Gst.PadProbeType.BUFFER, lambda *_: Gst.PadProbeReturn.OK if next(coming) < frames else Gst.PadProbeReturn.DROP)
+
+
+def render(sequence, seed, folder, wanted, progress):
+    """Plays the pipeline to its end. wanted: {tracker: frames}. Returns csdtrack's stats by tracker."""
+    pipeline = Gst.parse_launch(description(sequence, seed, folder, wanted))
+    trackers = {name: pipeline.get_by_name(name) for name in wanted}
+    for name, frames in wanted.items():
+        if frames < sequence.frames:
+            only_first(trackers[name], frames)
     bus = pipeline.get_bus()
-    trackers = {name: pipeline.get_by_name(name) for name in sequences.PAPER}
     pipeline.set_state(Gst.State.PLAYING)
     try:
         while True:
             message = bus.timed_pop_filtered(Gst.SECOND, Gst.MessageType.EOS | Gst.MessageType.ERROR | Gst.MessageType.WARNING)
             if message is None:
-                done = min(t.get_property("stats").get_value("frames") for t in trackers.values())
-                progress(done / sequence.frames)
+                progress(min(t.get_property("stats").get_value("frames") / wanted[name] for name, t in trackers.items()))
             elif message.type == Gst.MessageType.EOS:
                 return {name: structure_fields(t.get_property("stats")) for name, t in trackers.items()}
             else:
@@ -77,14 +86,13 @@ def follow(name, options, folder):
         raise builds.Failure(f"csd-peers --tracker {name}: {done.stderr.strip()}")
 
 
-def check(folder, sequence, plan):
-    """Each file has a line for each frame: a tracker that stopped early must not be scored as if it hadn't."""
-    for name, frames in {"truth": sequence.frames, **{t: sequence.frames for t in (*sequences.PAPER, *sequences.RIVALS)},
-                         **{t: min(plan.slow_frames, sequence.frames) for t in sequences.SLOW_RIVALS}}.items():
+def check(folder, frames):
+    """Each file has a line for each frame: a tracker that stopped early must not be scored as if it hadn't. frames: by name."""
+    for name, count in frames.items():
         with open(folder / f"{name}.jsonl", "rb") as file:
             lines = sum(1 for _ in file)
-        if lines != frames:
-            raise builds.Failure(f"{name} wrote {lines} lines for {frames} frames")
+        if lines != count:
+            raise builds.Failure(f"{name} wrote {lines} lines for {count} frames")
 
 
 def begun(tracks):
@@ -113,16 +121,20 @@ def run(plan, sequence, seed, folder):
     shutil.rmtree(unfinished, ignore_errors=True)
     unfinished.mkdir(parents=True)
     began = time.monotonic()
-    stats = render(sequence, seed, unfinished, lambda share: progress(RENDERED * share))
-    slow = ["--features", plan.slow_features, "--frames", plan.slow_frames]
-    rivals = [(name, []) for name in sequences.RIVALS] + [(name, slow) for name in sequences.SLOW_RIVALS]
-    for i, (name, options) in enumerate(rivals):
-        follow(name, options, unfinished)
+    shares = plan.shares_of(sequence, seed)
+    frames = {name: share.of(sequence)[1] for share in shares for name in share.trackers}
+    stats = render(sequence, seed, unfinished, {name: n for name, n in frames.items() if name in sequences.PLUGIN},
+                   lambda share: progress(RENDERED * share))
+    rivals = [(name, share) for share in shares for name in share.trackers if name not in sequences.PLUGIN]
+    for i, (name, share) in enumerate(rivals):
+        follow(name, [*(["--features", share.features] if share.features else []), *(["--frames", share.frames] if share.frames else [])],
+               unfinished)
         progress(RENDERED + (1 - RENDERED) * (i + 1) / len(rivals))
     (unfinished / "video.y4m").unlink()
-    check(unfinished, sequence, plan)
-    select_truth(unfinished / "truth.jsonl", unfinished / "truth-tracked.jsonl", begun(unfinished / "lk.jsonl"), sequence.frames)
-    select_truth(unfinished / "truth.jsonl", unfinished / "truth-slow.jsonl", begun(unfinished / "csrt.jsonl"), plan.slow_frames)
+    check(unfinished, {"truth": sequence.frames, **frames})
+    for share in shares:
+        select_truth(unfinished / "truth.jsonl", unfinished / f"truth-{share.name}.jsonl",
+                     begun(unfinished / f"{share.trackers[0]}.jsonl"), share.of(sequence)[1])
     (unfinished / "truth.jsonl").unlink()
     made = {"identity": builds.identity(sequence, seed, plan), "seconds": round(time.monotonic() - began, 1),
             "processor_seconds": round(sum(os.times()[:4]), 1),  # its children's too: csd-peers
@@ -133,8 +145,8 @@ def run(plan, sequence, seed, folder):
 
 
 def main():
-    mode, seeds, folder, name, seed = sys.argv[1:]
-    plan = sequences.PLANS[mode](int(seeds))
+    name_of_plan, seeds, folder, name, seed = sys.argv[1:]
+    plan = sequences.PLANS[name_of_plan](int(seeds))
     sequence, seed = plan.sequence(name), int(seed)
     Gst.init(None)
     try:

@@ -21,12 +21,15 @@ def folder_of(out, sequence, seed):
 
 
 def finished(out, sequence, seed, plan):
-    """Whether this run is there, made by this build."""
+    """Whether this run is there, made by this build, with all its trackers."""
+    folder = folder_of(out, sequence, seed)
     try:
-        made = json.loads((folder_of(out, sequence, seed) / "run.json").read_text())
+        made = json.loads((folder / "run.json").read_text())
     except (OSError, ValueError):
         return False
-    return made["identity"] == builds.identity(sequence, seed, plan)
+    return made["identity"] == builds.identity(sequence, seed, plan) and all(
+        (folder / f"{name}.jsonl").exists() for share in plan.shares_of(sequence, seed)
+        for name in (f"truth-{share.name}", *share.trackers))
 
 
 def minutes(seconds):
@@ -42,9 +45,8 @@ def spent(plan, out):
 class Progress:
     """A line on the terminal, a line for each finished run elsewhere."""
 
-    def __init__(self, runs):
-        # A frame of the simulation has twice the features of the others.
-        self._cost = {(s.name, seed): s.frames * s.features for s, seed in runs}
+    def __init__(self, plan, runs):
+        self._cost = {(s.name, seed): plan.cost(s, seed) for s, seed in runs}
         self._share = dict.fromkeys(self._cost, 0.0)
         self._began = time.monotonic()
         self._terminal = sys.stderr.isatty()
@@ -73,7 +75,7 @@ def run_all(plan, mode, seeds, out, jobs):
     # --will-cite: no notice among the progress. --line-buffer: whole lines of several runs.
     command = ["parallel", "--will-cite", "--plain", "--jobs", str(jobs), "--line-buffer", "--colsep", " ", "/usr/bin/python3",
                "-B", str(HERE / "run_sequence.py"), mode, str(seeds), str(out), "{1}", "{2}"]
-    progress = Progress(todo)
+    progress = Progress(plan, todo)
     with open(out / "errors.txt", "w+") as errors, subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, text=True, env=builds.environment(),
             start_new_session=True) as process:

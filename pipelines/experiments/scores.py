@@ -12,15 +12,15 @@ import truth
 
 
 class Scores:
-    """Of some sequences, all their seeds: csd-score's JSON, by tracker."""
+    """Of some sequences, those of their seeds that a share of the plan has: csd-score's JSON, by tracker."""
 
-    def __init__(self, out, kinds, trackers, truth_file="truth-tracked.jsonl"):
+    def __init__(self, plan, out, kinds, trackers, share="tracked"):
         self.out, self._truths = out, {}
-        self.clips = [(s, seed) for s in kinds for seed in s.seeds]
+        self.clips = [(s, seed) for s in kinds for seed in s.seeds if plan.share(share).has(s, seed)]
         arguments = []
         for run in self.clips:
             folder = running.folder_of(out, *run)
-            arguments += [folder / truth_file, *(folder / f"{t}.jsonl" for t in trackers)]
+            arguments += [folder / f"truth-{share}.jsonl", *(folder / f"{t}.jsonl" for t in trackers)]
         done = subprocess.run([builds.program("csd-score"), "--json", "--names", ",".join(trackers), *arguments],
                               capture_output=True, text=True)
         if done.returncode:
@@ -44,6 +44,16 @@ class Scores:
                                       for seed in sequence.seeds]
         return self._truths[sequence]
 
+    def change(self, sequence, tracker, windows=lambda scene: truth.fifths(len(scene.hidden))):
+        """Sensitivity of a feature in the later of two windows of frames less that in the earlier: mean over features and seeds, and
+        its interval, by truth.bootstrap. windows(truth.Truth): two ranges, or None where there is nothing to tell apart."""
+        changes = []
+        for seed, scene in zip(sequence.seeds, self.truths(sequence)):
+            folder = running.folder_of(self.out, sequence, seed)
+            if parts := windows(scene):
+                changes += truth.change(truth.read(folder / "truth-tracked.jsonl"), truth.read(folder / f"{tracker}.jsonl"), *parts)
+        return truth.bootstrap(changes)
+
     def of_sequence(self, sequence, tracker, measure):
         return figures.mean([clip[measure] for (s, _), clip in zip(self.clips, self.trackers[tracker]["clips"]) if s is sequence])
 
@@ -64,18 +74,22 @@ def changes_after(out, wet, dry, tracker):
 
 
 class Findings:
-    """All scores of a plan."""
+    """All scores of the paper's plan."""
 
     def __init__(self, plan, out):
         fast = [*sequences.PAPER, *sequences.RIVALS]
         slow = [*sequences.PAPER[:2], *sequences.RIVALS, *sequences.SLOW_RIVALS]
-        self.simulation = Scores(out, [plan.sequence("simulation")], fast)
-        self.tables = {t: Scores(out, plan.of_table(t), fast) for t in ("table1", "table2", "table3")}
-        self.why = {s: Scores(out, [s], ["csd-2012", "csd-2012-smoothed", "lk"]) for s in plan.of_table("why")}
-        self.pictures = Scores(out, plan.of_table("pictures"), fast) if plan.of_table("pictures") else None
+
+        def score(kinds, trackers, share="tracked"):
+            return Scores(plan, out, kinds, trackers, share)
+
+        self.simulation = score([plan.sequence("simulation")], fast)
+        self.tables = {t: score(plan.of_table(t), fast) for t in ("table1", "table2", "table3")}
+        self.why = {s: score([s], ["csd-2012", "csd-2012-smoothed", "lk"]) for s in plan.of_table("why")}
+        self.pictures = score(plan.of_table("pictures"), fast) if plan.of_table("pictures") else None
         self.blood = changes_after(out, plan.sequence("irrigation"), plan.sequence("dry"), "csd-2012")
         # Of the paper's classes alone: others are the same scenes again, or there only where clips are.
         classes = [s for s in plan.sequences if s.table.startswith("table")]
-        self.mean_shifts = Scores(out, classes, ["ms1", "ms2"])
-        self.slow = Scores(out, classes, slow, "truth-slow.jsonl")
+        self.mean_shifts = score(classes, ["ms1", "ms2"])
+        self.slow = score(classes, slow, "slow")
         self.cost = running.read_learning_cost(out)

@@ -53,19 +53,47 @@ class Sequence:
 
 
 @dataclasses.dataclass(frozen=True)
+class Share:
+    """Trackers that get a part of each sequence; truth-NAME.jsonl is the truth of just that. 0: all features, all frames."""
+
+    name: str
+    trackers: tuple
+    features: int = 0
+    frames: int = 0
+    first_seed: bool = False  # of a sequence's seeds the first only
+    cost: float = 1  # of a feature and frame, roughly, beside those of other shares
+
+    def has(self, sequence, seed):
+        return not self.first_seed or seed == sequence.seeds[0]
+
+    def of(self, sequence):
+        """(features, frames) that it gets."""
+        return (min(self.features or sequence.features, sequence.features), min(self.frames or sequence.frames, sequence.frames))
+
+
+@dataclasses.dataclass(frozen=True)
 class Plan:
-    """All that is run, and the share of it that the slow rivals get."""
+    """All that is run."""
 
     sequences: tuple
-    slow_features: int
-    slow_frames: int
-    cost_features: int  # of Fig. 11
-    cost_frames: int
+    shares: tuple
     published: bool
+    cost_features: int = 0  # of Fig. 11
+    cost_frames: int = 0
 
     def runs(self):
         """(sequence, seed), the longest first, so that no core idles at the end."""
-        return sorted(((s, seed) for s in self.sequences for seed in s.seeds), key=lambda run: -run[0].frames)
+        return sorted(((s, seed) for s in self.sequences for seed in s.seeds), key=lambda run: -self.cost(*run))
+
+    def cost(self, sequence, seed):
+        return sum(share.cost * features * frames for share in self.shares_of(sequence, seed)
+                   for features, frames in [share.of(sequence)])
+
+    def shares_of(self, sequence, seed):
+        return [share for share in self.shares if share.has(sequence, seed)]
+
+    def share(self, name):
+        return next(share for share in self.shares if share.name == name)
 
     def sequence(self, name):
         return next(s for s in self.sequences if s.name == name)
@@ -124,20 +152,82 @@ def of_pictures(features, frames):
                  for name, title, scenario, effects, clip in PICTURE_KINDS if (CLIPS / clip).is_file())
 
 
-def full(seeds):
-    """The published experiments: one seed of the simulation's 4000 frames, `seeds` of each other sequence."""
-    several = tuple(range(FIRST_SEED, FIRST_SEED + seeds))
+def boxes(features, frames):
+    """What takes too long for all features."""
+    return Share("slow", SLOW_RIVALS, features, frames, cost=2)
+
+
+def scenes(seeds):
+    return tuple(range(FIRST_SEED, FIRST_SEED + seeds))
+
+
+def paper(seeds):
+    """The paper's experiments: one seed of the simulation's 4000 frames, `seeds` of each other sequence."""
     return Plan(tuple(
         Sequence(*kind, SIMULATION_FEATURES, 4000, (FIRST_SEED,)) if kind[0] == "simulation"
-        else Sequence(*kind, FEATURES, 500, several) for kind in (*KINDS, DRY)) + of_why(FEATURES, 250, several) + of_pictures(FEATURES, 500), 10, 250, 10, 100, True)
+        else Sequence(*kind, FEATURES, 500, scenes(seeds)) for kind in (*KINDS, DRY))
+        + of_why(FEATURES, 250, scenes(seeds)) + of_pictures(FEATURES, 500),
+        (Share("tracked", (*PAPER, *RIVALS)), boxes(10, 250)), True, 10, 100)
 
 
-def quick(seeds):
+def paper_quick(seeds):
     """Shows that everything works, and says little of how well."""
-    several = tuple(range(FIRST_SEED, FIRST_SEED + seeds))
     return Plan(tuple(
         Sequence(*kind, 12, 40, (FIRST_SEED,)) if kind[0] == "simulation"
-        else Sequence(*kind, 8, 14, several) for kind in (*KINDS, DRY)) + of_why(8, 14, several) + of_pictures(8, 14), 2, 10, 1, 30, False)
+        else Sequence(*kind, 8, 14, scenes(seeds)) for kind in (*KINDS, DRY)) + of_why(8, 14, scenes(seeds)) + of_pictures(8, 14),
+        (Share("tracked", (*PAPER, *RIVALS)), boxes(2, 10)), False, 1, 30)
 
 
-PLANS = {"full": full, "quick": quick}
+# What csd is held to: name, title, row of beyond.json (as `table`), scenario, effects, style.
+BEYOND_KINDS = (
+    ("textured", "textured", "deformation", "deformation", "", "heart"),
+    ("smooth", "smooth", "deformation", "deformation", "", "liver"),
+    ("faint", "low texture", "deformation", "low-texture", "", "liver"),
+    ("tools-liver", "tools over the liver", "occlusion", "occlusion", "", "liver"),
+    ("tools-heart", "tools over the heart", "occlusion", "occlusion", "", "heart"),
+    ("irrigation", "tools, blood and irrigation", "occlusion", "occlusion",
+     "tools=0.7,heart-mild=0,liver=0.7,blood=1,irrigation=1", "liver"),
+    ("zoom-heart", "heart", "zoom", "zoom", "", "heart"),
+    ("zoom-peritoneum", "peritoneum", "zoom", "zoom", "", "peritoneum"),
+    ("rotation", "peritoneum", "rotation", "rotation", "", "peritoneum"),
+    ("smoke", "bowel", "smoke", "smoke", "", "bowel"),
+    ("specular-fat", "fat", "light", "specular", "", "fat"),
+    ("specular-heart", "heart", "light", "specular", "", "heart"),
+    ("mixed", "everything mixed", "mixed", "mixed", "", "heart"),
+    # By default the view turns by 24° in the dark. 0.64: black for 2 s.
+    ("black", "black, the view turns and zooms", "return", "rotation", "black=0.64,rotation=2.7,zoom=0.5", "heart"),
+    ("cut", "cut and return", "return", "cut", "", "bowel"),
+    ("wipe", "lens wipe", "return", "deformation", "wipe=1", "heart"),
+)
+CHECKED = ("csd", "lk", "ms1", "ms2", "lk-fb", "lk-anchored", "still")
+LEARNERS = ("csd-2012", "csd-2012-smoothed", "sift")  # a tenth of a second a frame, or more
+
+
+def beyond_sequences(seeds, features, frames, mixed_frames):
+    pictures = [Sequence(name, title, "", "pictures", scenario, effects, "", features, frames, scenes(seeds), clip=clip)
+                for name, title, scenario, effects, clip in PICTURE_KINDS if clips_there()]
+    return tuple([Sequence(name, title, "", row, scenario, effects, style, features,
+                           *((mixed_frames, (FIRST_SEED,)) if row == "mixed" else (frames, scenes(seeds))))
+                  for name, title, row, scenario, effects, style in BEYOND_KINDS] + pictures)
+
+
+PALINDROMES = ("heart.mkv", "abdomen.mkv", "beads.mkv", "cholecystectomy.mp4", "cutting.mp4", "smoke.mp4")
+
+
+def clips_there():
+    """Whether all clips are: what is said of them is written whole or left as it is."""
+    return all((CLIPS / clip).is_file() for clip in {*PALINDROMES, *(clip for *_, clip in PICTURE_KINDS)})
+
+
+def beyond(seeds):
+    """csd, and what it is compared with: what costs much on a part of it."""
+    return Plan(beyond_sequences(seeds, 100, 500, 4000), (
+        Share("tracked", CHECKED), boxes(10, 250), Share("learners", LEARNERS, 0, 250, True, 8)), True)
+
+
+def beyond_quick(seeds):
+    return Plan(beyond_sequences(seeds, 8, 14, 30), (
+        Share("tracked", CHECKED), boxes(2, 10), Share("learners", LEARNERS, 0, 6, True, 8)), False)
+
+
+PLANS = {"paper": paper, "paper-quick": paper_quick, "beyond": beyond, "beyond-quick": beyond_quick}

@@ -67,6 +67,53 @@ def aftermath(wet, dry, wet_tracks, dry_tracks):
     return changes
 
 
+def fifths(frames):
+    """The first and the last fifth of so many frames."""
+    return range(round(0.2 * frames)), range(round(0.8 * frames), frames)
+
+
+def found_in(truth, tracks, feature, frames):
+    """Share of the frames with the feature visible in which it is found; None if it never is visible."""
+    outcomes = [o for n in frames if (o := outcome(truth[n][feature], tracks[n].get(feature)))]
+    return sum(found for found, _ in outcomes) / len(outcomes) if outcomes else None
+
+
+def change(truth, tracks, before, after):
+    """Of each feature that is visible in both ranges of frames: its sensitivity in the later less that in the earlier."""
+    pairs = [(found_in(truth, tracks, i, before), found_in(truth, tracks, i, after)) for i in truth[0]]
+    return [b - a for a, b in pairs if None not in (a, b)]
+
+
+def returns(truth, tracks, within, least):
+    """Of the times that a feature was visible, was hidden together with at least this share of all (by the same thing, then), and is
+    visible again: whether it was found again in the first `within` frames. Where it is hidden again sooner, unfound, nothing is said."""
+    hidden = [sum(state == "occluded" for *_, state in frame.values()) / len(frame) for frame in truth]
+    back = []
+    for i in truth[0]:
+        last, together = None, False  # the last frame with the feature visible; whether most were hidden since then
+        for n, frame in enumerate(truth):
+            if frame[i][2] != "tracked":
+                together = together or (frame[i][2] == "occluded" and hidden[n] >= least)
+                continue
+            if last is not None and together:
+                seen = [outcome(truth[m][i], tracks[m].get(i)) for m in range(n, min(n + within, len(truth)))]
+                until = seen.index(None) if None in seen else len(seen)
+                found = any(o[0] for o in seen[:until])
+                if found or until == within:
+                    back.append(found)
+            last, together = n, False
+    return back
+
+
+def turned(before, after):
+    """By how many degrees the view turned between two frames, and by which factor it grew: the similarity that fits best."""
+    ids = before.keys() & after.keys()
+    a, b = ([complex(*frame[i][:2]) for i in ids] for frame in (before, after))
+    a, b = ([z - sum(points) / len(points) for z in points] for points in (a, b))
+    factor = sum(q * p.conjugate() for p, q in zip(a, b)) / sum(abs(p) ** 2 for p in a)
+    return math.degrees(math.atan2(factor.imag, factor.real)), abs(factor)
+
+
 def bootstrap(values, draws=2000):
     """Mean and its 95 % interval, over values; the same for the same values. None for fewer than two."""
     if len(values) < 2:

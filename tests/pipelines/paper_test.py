@@ -19,6 +19,7 @@ sys.path.insert(0, str(ROOT / "pipelines" / "experiments"))
 import claims  # noqa: E402
 import evaluation  # noqa: E402
 import figures  # noqa: E402
+import page  # noqa: E402
 import scores  # noqa: E402
 import sequences  # noqa: E402
 import truth  # noqa: E402
@@ -37,6 +38,9 @@ class Quick(unittest.TestCase):
     def setUpClass(cls):
         cls.out = pathlib.Path(tempfile.mkdtemp(prefix="csdtrack-paper-"))
         cls.addClassCleanup(shutil.rmtree, cls.out)
+        # What beyond has written stays.
+        (cls.out / "evaluation.md").write_text("old head\n" + "".join(
+            "\n{}\n{}{}\n".format(page.marks(c)[0], f"\nof {c}\n\n", page.marks(c)[1]) for c in page.COMMANDS))
         before = cls.published()
         done = paper("--quick", "--out", cls.out)
         assert done.returncode == 0, done.stderr
@@ -51,6 +55,13 @@ class Quick(unittest.TestCase):
         """The tables' rows below a heading, as lists of cells."""
         part = self.page.split(f"\n## {heading}\n")[1].split("\n## ")[0]
         return [[cell.strip() for cell in line.strip("|").split("|")] for line in part.splitlines() if line.startswith("|")]
+
+    def test_the_other_section_stays(self):
+        begin, end = page.marks("beyond")
+        self.assertEqual(page.between(self.page, begin, end, "page"), "\nof beyond\n\n")
+        self.assertTrue(self.page.startswith(page.HEAD))
+        self.assertNotIn("of paper\n", self.page)
+        self.assertEqual(sorted(p.name for p in self.out.iterdir() if p.name.startswith(".unfinished")), [])
 
     def test_every_tracker_has_its_row(self):
         for heading in ("The simulation (Fig. 7)", "Table 1: deformation", "Table 2: occlusion",
@@ -113,7 +124,7 @@ class Quick(unittest.TestCase):
 
     def test_runs_hold_what_they_were_made_from(self):
         runs = [path for path in self.out.iterdir() if (path / "run.json").exists()]
-        self.assertEqual({run.name for run in runs}, {f"{s.name}-101" for s in sequences.quick(1).sequences})
+        self.assertEqual({run.name for run in runs}, {f"{s.name}-101" for s in sequences.paper_quick(1).sequences})
         for run in runs:
             self.assertEqual({p.name for p in run.iterdir()}, {"run.json", "truth-tracked.jsonl", "truth-slow.jsonl",
                              *(f"{t}.jsonl" for t in (*TRACKERS, *BOXES))}, "no video is left")
@@ -150,6 +161,21 @@ class Errors(unittest.TestCase):
             self.assertIn(file.name, done.stderr)
             self.assertNotIn("Traceback", done.stderr)
 
+    def test_a_page_without_marks(self):
+        """It is said before anything is run, and the page stays."""
+        begin, end = page.marks("paper")
+        other = "\n".join(page.marks("beyond"))
+        for text in ("# Evaluation\n", f"{other}\n{begin}\n", f"{other}\n{end}\n{begin}\n", f"{other}\n{begin}\n{end}\n{end}\n",
+                     f"{begin}\n{end}\n"):
+            with self.subTest(text), tempfile.TemporaryDirectory() as out:
+                written = pathlib.Path(out) / "evaluation.md"
+                written.write_text(text)
+                done = paper("--quick", "--out", out)
+                self.assertEqual(done.returncode, 1, done.stderr)
+                self.assertIn("once each, in this order", done.stderr)
+                self.assertEqual([p.name for p in pathlib.Path(out).iterdir()], ["evaluation.md"])
+                self.assertEqual(written.read_text(), text)
+
     def test_a_clip_that_is_no_video(self):
         with tempfile.TemporaryDirectory() as clips, tempfile.TemporaryDirectory() as out:
             clip = pathlib.Path(clips) / "heart.mkv"
@@ -167,7 +193,7 @@ class Errors(unittest.TestCase):
         self.assertIn("--quick", done.stdout)
 
 
-PLAN = sequences.full(1)
+PLAN = sequences.paper(1)
 
 
 def verdicts(found):
@@ -204,6 +230,15 @@ class Curves(scores.Scores):
 
     def truths(self, sequence):
         return [self._scene]
+
+    def change(self, sequence, tracker, windows=None):
+        """Of one feature that is found as often as the curve says, known to 0.001."""
+        curve = self._curves[sequence.name][tracker]["sensitivity_by_frame"]
+        parts = windows(self._scene) if windows else truth.fifths(len(curve))
+        if parts is None:
+            return None
+        before, after = (sum(curve[n] for n in part) / len(part) for part in parts)
+        return after - before, after - before - 0.001, after - before + 0.001
 
 
 def found(name, sensitivity, k, scene):
@@ -291,6 +326,17 @@ class Numbers(unittest.TestCase):
         self.assertEqual(next(c.verdict for c in nothing if "higher" in c.says), claims.UNDECIDED)
         self.assertEqual(next(c.verdict for c in nothing if "low K" in c.says), claims.UNDECIDED)
 
+        scene.hidden = [0] * 100
+        unhidden = of({"lk": 5}, good, -0.2, 0.1)
+        self.assertEqual([c.verdict for c in unhidden if "tool" in c.says or "robust" in c.says], [claims.NO_OCCASION] * 2)
+
+    def test_changes_with_an_interval(self):
+        """All of the interval must be beyond the loss that counts (0.1)."""
+        for change, expected in (((-0.3, -0.4, -0.2), claims.HOLDS), ((-0.3, -0.6, -0.05), claims.UNDECIDED),
+                                 ((-0.05, -0.08, 0), claims.FAILS), (None, claims.NO_OCCASION)):
+            self.assertEqual(claims.loses(change), expected)
+        self.assertEqual(claims.signed((-0.3, -0.4, 0.01)), "−0.300 (−0.400 to +0.010)")
+
     def test_claims_of_cameras(self):
         scene = types.SimpleNamespace(scale=[1] * 30 + [2.8] * 30 + [0.66] * 40)
         by_scale, wrong = [0.6] * 30 + [0.2] * 70, [0.01] * 60 + [0.3] * 40
@@ -335,6 +381,14 @@ class Numbers(unittest.TestCase):
         scene = truth.Truth([{0: (0, 0, "tracked"), 1: (2, 0, "tracked")}, {0: (-2, 0, "tracked"), 1: (4, 0, "occluded")}])
         self.assertEqual((scene.deformation, scene.scale, scene.hidden), ([0, 2], [1, 3], [0, 0.5]))
 
+    def test_windows_of_frames(self):
+        """Feature 0 is lost after frame 4 of 10; feature 1 is hidden in the last half, and says nothing of a change; 2 is found always."""
+        video = [{0: (0, 0, "tracked"), 1: (9, 0, "occluded" if n > 4 else "tracked"), 2: (20, 0, "tracked")} for n in range(10)]
+        tracks = [{0: (0, 0, "tracked" if n <= 4 else "lost"), 1: (9, 0, "tracked"), 2: (20, 4.9, "learning")} for n in range(10)]
+        self.assertEqual(truth.change(video, tracks, range(5), range(4, 10)), [-5 / 6, 0, 0])
+        self.assertEqual(truth.change(video, tracks, range(5), range(5, 10)), [-1, 0])
+        self.assertEqual(truth.fifths(10), (range(2), range(8, 10)))
+
     def test_why_in_words(self):
         """LK that loses most by half the frame rate is told from LK that doesn't, and an interval with 0 from one without."""
         def of(lk, csd, width=0.01):
@@ -350,7 +404,7 @@ class Numbers(unittest.TestCase):
         self.assertIn("lead is not owed to small steps", evaluation.why_in_words({**every, half: of(0.88, 0.48)}))
 
     def test_seeds(self):
-        plan = sequences.full(3)
+        plan = sequences.paper(3)
         self.assertEqual(sorted(s.frames for s, _ in plan.runs() if s.figure), [500] * 27 + [4000])
         self.assertEqual(min(seed for _, seed in plan.runs()), 101, "1 to 20 are for development")
 

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What the commands that write docs/evaluation.md have in common: their options, the runs, what they say when something fails."""
+
+import argparse
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+
+import builds
+import page
+import running
+import sequences
+
+
+def natural(text):
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is less than 1")
+    return value
+
+
+def arguments(name, description, epilog):
+    parser = argparse.ArgumentParser(prog=f"pipelines/experiments/{name}", epilog=epilog, description=description,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="a few frames of each; writes nothing into docs/")
+    parser.add_argument("--seeds", type=natural, metavar="N", help="scenes of each sequence, from seed "
+                        f"{sequences.FIRST_SEED} on (3; --quick: 1)")
+    parser.add_argument("--jobs", type=natural, metavar="N", default=os.cpu_count(), help="runs at a time (the processors)")
+    parser.add_argument("--out", type=pathlib.Path, metavar="DIR", help="where the runs are kept "
+                        f"(experiments/{name} or experiments/{name}-quick in the build folder)")
+    parser.add_argument("--no-install", action="store_true", help="install nothing; fail if something is missing")
+    return parser.parse_args()
+
+
+def run(name, options, section):
+    """The runs, then the page. section(plan, out, page, command, jobs) gives the section's text and the folder of its figures."""
+    mode = f"{name}-quick" if options.quick else name
+    seeds = options.seeds or (1 if options.quick else 3)
+    out = (options.out or builds.BUILD / "experiments" / mode).resolve()
+    path = out / "evaluation.md" if options.quick else builds.ROOT / "docs" / "evaluation.md"
+    try:
+        page.sections(path)  # a page that can't be written to is found out now, not in an hour
+        builds.make(not options.no_install)
+        out.mkdir(parents=True, exist_ok=True)
+        plan = sequences.PLANS[mode](seeds)
+        running.take_pictures(plan)
+        running.run_all(plan, mode, seeds, out, options.jobs)
+        command = " ".join([f"pipelines/experiments/{name}", *filter(None, (
+            "--quick" if options.quick else "", f"--seeds {options.seeds}" if options.seeds else ""))])
+        page.write(path, name, *section(plan, out, path, command, options.jobs))
+    except (builds.Failure, subprocess.TimeoutExpired) as failure:
+        print(f"{name}: {failure}", file=sys.stderr)
+        return 1
+    except OSError as error:
+        print(f"{name}: {error.filename or out}: {error.strerror}", file=sys.stderr)
+        return 1
+    print(path)
+    return 0
+
+
+def main(name, description, epilog, section):
+    try:
+        signal.signal(signal.SIGTERM, lambda *_: sys.exit(130))
+        sys.exit(run(name, arguments(name, description, epilog), section))
+    except KeyboardInterrupt:
+        print(f"\n{name}: stopped; the same command goes on from here", file=sys.stderr)
+        sys.exit(130)

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""docs/evaluation.md: a head, and a section for each command that writes one. A command leaves the other's alone."""
+
+import os
+import pathlib
+import shutil
+
+import builds
+
+COMMANDS = ("beyond", "paper")  # in the order of their sections
+HEAD = """# Evaluation
+
+How good the trackers are on simulated tissue ([simulator.md](simulator.md)), with exact truth in each frame. Everything below the marks is
+written by the command that the mark names, and nothing by hand. Real tissue without truth is in [own-video.md](own-video.md).
+
+## What is measured
+
+* **τ** = 5 · max(1, H/576) px, H being the picture's height: 5 px here. What is claimed at most τ from the truth is correct.
+* **hidden**: by the truth something covers the point itself (a tool, blood, thick smoke, a highlight, black). Then, and
+  where it is outside the picture, every claim is false, and to claim nothing is right.
+* **sensitivity**: of the features that are visible in a frame, the share claimed within τ; mean over frames, then over clips.
+* **K** = 1 − precision: of the positions claimed in a frame, the share that is false; the same means.
+* **δavg**, **AJ**, **OA** are TAP-Vid's, in the picture scaled to 256×256, with the thresholds 1, 2, 4, 8, 16 px. δavg: the share of
+  visible samples whose position is within a threshold, claimed or not, mean over the five. AJ: those also claimed, over the visible
+  and the false claims together, mean over the five. OA: the share of samples where *claimed* equals *visible*.
+* **survival**: the share of samples before a visible feature is first more than 50 px off, in that scale.
+* **median**, **95 %**: of the distances of the claims on visible features, in pixels. **drift**: that median in the last fifth of the
+  frames less that in the first.
+* **returned**: of the times that a feature was hidden or outside and is visible again, how often it is claimed within τ before it is hidden again.
+
+[metrics.md](metrics.md) has each of them exactly, and how they are tested. In brackets stand 95 % intervals by bootstrap over clips and
+features; p is that of a paired difference, on the same draws. All trackers see the same bytes (I420, 640×480, 25 frames
+a second unless said otherwise) and begin at the same features of the first frame. The seeds are 101 and up, on which nobody has tuned.
+"""
+
+
+def marks(command):
+    return f"<!-- written by pipelines/experiments/{command} -->", f"<!-- end of {command} -->"
+
+
+def between(text, begin, end, path):
+    """What stands between two lines. Raises builds.Failure unless each is there once, in this order."""
+    lines = text.splitlines()
+    at = [i for i, line in enumerate(lines) if line in (begin, end)]
+    if [lines[i] for i in at] != [begin, end]:
+        raise builds.Failure(f"{path} must have the lines '{begin}' and '{end}', once each, in this order; "
+                             "or put it away, and it is written anew")
+    return "\n".join(lines[at[0] + 1:at[1]]) + "\n"
+
+
+def sections(path):
+    """{command: its section, or None where it has written none}. Raises builds.Failure of a page that this one can't have made."""
+    if not path.exists():
+        return dict.fromkeys(COMMANDS)
+    text = path.read_text()
+    found = {command: between(text, *marks(command), path) for command in COMMANDS}
+    return {command: None if section == empty(command) else section for command, section in found.items()}
+
+
+def empty(command):
+    return f"\nNot run yet: `pipelines/experiments/{command}`.\n\n"
+
+
+def write(path, command, section, figures=None):
+    """The page with this section and the others as they are; whole or not at all. figures: folder that becomes the page's own."""
+    kept = {**sections(path), command: f"\n{section.strip()}\n\n"}
+    text = HEAD + "".join("\n{}\n{}{}\n".format(marks(c)[0], kept[c] or empty(c), marks(c)[1]) for c in COMMANDS)
+    unfinished = path.with_name(f".unfinished-{path.name}")
+    unfinished.write_text(text)
+    if figures:
+        shutil.rmtree(figures_of(path), ignore_errors=True)
+        os.replace(figures, figures_of(path))
+    os.replace(unfinished, path)
+
+
+def figures_of(path):
+    """The folder of the page's figures."""
+    return pathlib.Path(path).with_suffix("")
