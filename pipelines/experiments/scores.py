@@ -14,14 +14,15 @@ import truth
 class Scores:
     """Of some sequences, those of their seeds that a share of the plan has: csd-score's JSON, by tracker."""
 
-    def __init__(self, plan, out, kinds, trackers, share="tracked"):
+    def __init__(self, plan, out, kinds, trackers, share="tracked", resamples=10000):
         self.out, self._truths = out, {}
         self.clips = [(s, seed) for s in kinds for seed in s.seeds if plan.share(share).has(s, seed)]
         arguments = []
         for run in self.clips:
             folder = running.folder_of(out, *run)
             arguments += [folder / f"truth-{share}.jsonl", *(folder / f"{t}.jsonl" for t in trackers)]
-        done = subprocess.run([builds.program("csd-score"), "--json", "--names", ",".join(trackers), *arguments],
+        done = subprocess.run([builds.program("csd-score"), "--json", f"--resamples={resamples}", "--names", ",".join(trackers),
+                               *arguments],
                               capture_output=True, text=True)
         if done.returncode:
             raise builds.Failure(f"csd-score: {done.stderr.strip()}")

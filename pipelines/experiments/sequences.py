@@ -80,6 +80,7 @@ class Plan:
     published: bool
     cost_features: int = 0  # of Fig. 11
     cost_frames: int = 0
+    palindrome_frames: int = 0
 
     def runs(self):
         """(sequence, seed), the longest first, so that no core idles at the end."""
@@ -222,12 +223,14 @@ def clips_there():
 def beyond(seeds):
     """csd, and what it is compared with: what costs much on a part of it."""
     return Plan(beyond_sequences(seeds, 100, 500, 4000), (
-        Share("tracked", CHECKED), boxes(10, 250), Share("learners", LEARNERS, 0, 250, True, 8)), True)
+        Share("tracked", CHECKED), boxes(10, 250), Share("learners", LEARNERS, 0, 250, True, 8)), True,
+        palindrome_frames=250)
 
 
 def beyond_quick(seeds):
     return Plan(beyond_sequences(seeds, 8, 14, 30), (
-        Share("tracked", CHECKED), boxes(2, 10), Share("learners", LEARNERS, 0, 6, True, 8)), False)
+        Share("tracked", CHECKED), boxes(2, 10), Share("learners", LEARNERS, 0, 6, True, 8)), False,
+        palindrome_frames=4)
 
 
 PLANS = {"paper": paper, "paper-quick": paper_quick, "beyond": beyond, "beyond-quick": beyond_quick}
