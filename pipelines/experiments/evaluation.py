@@ -183,14 +183,15 @@ def verdict(claim):
     return f"**{claim.verdict}**{' †' if claim.reading else ''}" if strong else claim.verdict
 
 
-def effort(plan, spent):
-    """What the runs took, and on how many scenes the intervals stand."""
+def effort(plan, spent, intervals):
+    """What the runs took, and on how many scenes the intervals stand. intervals: those that stand on all seeds."""
     wall, processor = spent
     seeds = max(len(s.seeds) for s in plan.sequences)
     few = "" if seeds > 1 else " One seed is few clips: between scenes the figures vary more than these intervals say."
+    once = ", ".join(sorted({s.title for s in plan.sequences if len(s.seeds) < seeds}))
     return (f"The runs took {running.minutes(processor)} of processor time, {running.minutes(wall)} one after the other "
-            f"(several run at a time). The intervals of Tables 1 to 3 stand on {seeds} seed{'s' if seeds > 1 else ''} of each "
-            f"sequence, those of the simulation on one.{few}")
+            f"(several run at a time). {intervals} stand on {seeds} seed{'s' if seeds > 1 else ''} of each "
+            f"sequence{f', those of these on one: {once}' if once else ''}.{few}")
 
 
 def text(plan, found, command, pictures, versions, spent):
@@ -206,7 +207,7 @@ The experiments of Mountney & Yang (2012) on simulated tissue, written by
 CSD is `csd-2012`, the paper's tracker as printed ([method.md](method.md)); the others are in [baselines.md](baselines.md). p is of the
 difference from csd-2012.
 
-{effort(plan, spent)}
+{effort(plan, spent, "The intervals of Tables 1 to 3")}
 
 ## What the paper found, and what is found here
 

@@ -228,8 +228,8 @@ def beyond(seeds):
 
 
 def beyond_quick(seeds):
-    return Plan(beyond_sequences(seeds, 8, 14, 30), (
-        Share("tracked", CHECKED), boxes(2, 10), Share("learners", LEARNERS, 0, 6, True, 8)), False,
+    return Plan(beyond_sequences(seeds, 8, 10, 20), (
+        Share("tracked", CHECKED), boxes(2, 6), Share("learners", LEARNERS, 0, 3, True, 8)), False,
         palindrome_frames=4)
 
 

@@ -1,0 +1,223 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""pipelines/experiments/beyond --quick: all of it runs, goes on where it was, and leaves alone what isn't its own. beyond_test.py ROOT BUILD"""
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import types
+import unittest
+
+ROOT, BUILD = map(pathlib.Path, sys.argv[1:3])
+sys.path.insert(0, str(ROOT / "pipelines" / "experiments"))
+import builds  # noqa: E402
+import page  # noqa: E402
+import reach  # noqa: E402
+import sequences  # noqa: E402
+import truth  # noqa: E402
+
+RIVALS = {"lk", "ms1", "ms2", "lk-fb", "lk-anchored", "still", "csrt", "kcf", "medianflow", "csd-2012", "csd-2012-smoothed", "sift"}
+KEPT = f"\nof paper\n\n", f"\n{reach.CLIPS[0]}\nof the clips, measured before\n{reach.CLIPS[1]}\n\n"
+
+
+def beyond(*arguments, clips="/nowhere"):
+    return subprocess.run([ROOT / "pipelines" / "experiments" / "beyond", "--no-install", *map(str, arguments)],
+                          capture_output=True, text=True, env={**os.environ, "CSDTRACK_BUILD": str(BUILD), "CSDTRACK_CLIPS": clips})
+
+
+class Quick(unittest.TestCase):
+    """On a page that has both sections, without the clips."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.out = pathlib.Path(tempfile.mkdtemp(prefix="csdtrack-beyond-"))
+        cls.addClassCleanup(shutil.rmtree, cls.out)
+        (cls.out / "evaluation.md").write_text("".join(
+            "{}\n{}{}\n".format(page.marks(c)[0], text, page.marks(c)[1]) for c, text in zip(("paper", "beyond"), KEPT)))
+        done = beyond("--quick", "--out", cls.out)
+        assert done.returncode == 0, done.stderr
+        cls.page = (cls.out / "evaluation.md").read_text()
+        # Where the test isn't told of clips, neither is the plan of this process.
+        cls.runs = {f"{name}-101" for name, *_ in sequences.BEYOND_KINDS}
+
+    def rows(self, after):
+        """The rows of the first table behind this text, as lists of cells; without the header's rule."""
+        lines = self.page.split(after, 1)[1].splitlines()
+        first = next(i for i, line in enumerate(lines) if line.startswith("|"))
+        rows = []
+        for line in lines[first:]:
+            if not line.startswith("|"):
+                break
+            rows.append([cell.strip() for cell in line[1:-1].split("|")])
+        return rows[:1] + rows[2:]
+
+    def test_every_scenario_has_its_row(self):
+        header, *rows = self.rows("one after the other")
+        self.assertEqual(header[:6], ["scenario", "the paper's CSD in vivo", "to reach", "csd: sensitivity", "csd: K", "median, px"])
+        by_title = {row[0]: row for row in rows}
+        self.assertEqual(list(by_title), [goals["title"] for goals in reach.GOALS["rows"].values()])
+        self.assertEqual([row[1] for row in rows],
+                         ["0.752 / 0.170", "0.728 / 0.144", *["0.892 / 0.076"] * 3, "–", "–", "–"], "of the paper's tables")
+        still = by_title["rotation −50…120°"]
+        self.assertEqual(still[2], "sensitivity ≥ 0.998; K ≤ 0.001")
+        self.assertRegex(still[3], r"^[01]\.\d{4} \([01]\.\d{4}–[01]\.\d{4}\)$")
+        for title in ("occlusion by tools; irrigation", "black for 2 s while the view turns; cut and return; lens wipe"):
+            self.assertIn("no occasion", by_title[title][-1], "nothing is hidden in ten frames")
+        for name in (s for s, *_ in sequences.BEYOND_KINDS):
+            self.assertTrue((self.out / f"{name}-101" / "csd.jsonl").exists())
+
+    def test_every_rival_has_its_row(self):
+        """In each scenario; and what is said in short is said of those rows."""
+        won = 0
+        for goals in reach.GOALS["rows"].values():
+            header, *rows = self.rows(f"\n{goals['title']}:\n")
+            self.assertEqual(header[0], "rival")
+            self.assertEqual({row[0] for row in rows}, RIVALS)
+            for row in rows:
+                for cell in row[1:4]:
+                    self.assertRegex(cell, r"^[01]\.\d{3}, [01]\.\d{3} \(p (< \.001|[01]\.\d{3})\)$")
+            won += sum(row[4] in ("**above**", "equal") for row in rows)
+        self.assertIn(f"In {won} of {len(RIVALS) * len(reach.GOALS['rows'])} pairs", self.page)
+
+    def test_who_never_moves_is_below(self):
+        """On the deforming heart, in ten frames: what stays where it began is farther off than csd."""
+        row = next(r for r in self.rows(f"\n{reach.GOALS['rows']['deformation']['title']}:\n") if r[0] == "still")
+        rival, csd = (float(value) for value in row[1].split(" (")[0].split(", "))
+        self.assertLess(rival, csd)
+
+    def test_what_is_not_its_own_stays(self):
+        found = page.sections(self.out / "evaluation.md")
+        self.assertEqual(found["paper"], KEPT[0])
+        self.assertEqual(page.between(found["beyond"], *reach.CLIPS, "page"), "of the clips, measured before\n")
+        self.assertEqual({p.name for p in self.out.iterdir() if p.is_dir()}, self.runs)
+        self.assertEqual([p.name for p in self.out.iterdir() if p.name.startswith(".unfinished")], [])
+
+    def test_goes_on_where_it_was(self):
+        """What is there is not run again; what lacks a tracker is, and gives the same."""
+        made = {name: (self.out / name / "run.json").stat().st_mtime_ns for name in self.runs}
+        (self.out / "faint-101" / "csd.jsonl").unlink()
+        done = beyond("--quick", "--out", self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn(f"{len(made) - 1} of {len(made)} runs were there already", done.stderr)
+        self.assertEqual({name for name in made if (self.out / name / "run.json").stat().st_mtime_ns != made[name]}, {"faint-101"})
+        again = (self.out / "evaluation.md").read_text()
+        self.assertEqual([line for line in again.splitlines() if "of processor time" not in line],
+                         [line for line in self.page.splitlines() if "of processor time" not in line])
+
+
+def interval(value):
+    return {"value": value, "low": value, "high": value}
+
+
+class Numbers(unittest.TestCase):
+    def row(self, goals, **csd):
+        figures = {"sensitivity": interval(1), "k": interval(0), "error": {"median": 0.1}, **csd}
+        return reach.Row("title", goals, [], {"tracked": types.SimpleNamespace(trackers={"csd": figures})})
+
+    def judged(self, goals, **csd):
+        return reach.verdict(reach.criteria(self.row(goals, **csd), pathlib.Path("/nowhere")))
+
+    def test_reached_or_not(self):
+        """On the figure itself: as good as the goal is reached, a hair worse is not."""
+        goals = {"sensitivity": 0.99, "k": 0.003, "median": 0.2}
+        self.assertEqual(self.judged(goals, sensitivity=interval(0.99), k=interval(0.003), error={"median": 0.2}), "**reached**")
+        self.assertEqual(self.judged(goals, sensitivity=interval(0.98999)), "not reached: sensitivity")
+        self.assertEqual(self.judged(goals, k=interval(0.00301), error={"median": 0.21}), "not reached: K, median")
+        self.assertEqual(self.judged(goals, sensitivity=interval(None), k=interval(None)), "not reached: sensitivity, K", "unknown isn't good")
+
+    def test_returns_in_time(self):
+        goals = {"k": 0.003, "frames_until": 3}
+        for frames, times, expected in ((3, 5, "**reached**"), (4, 5, "not reached: median of the return"),
+                                        (None, 5, "not reached: median of the return"), (None, 0, "no occasion: median of the return")):
+            recovery = {"median_frames": frames, "recovered": 1, "returns": times}
+            self.assertEqual(self.judged(goals, recovery=recovery), expected)
+
+    def test_lasting(self):
+        """The last fifth is worse only where all of the interval is."""
+        sequence = sequences.beyond(1).sequence("mixed")
+        for change, expected in (((-0.1, -0.2, -0.01), False), ((-0.1, -0.2, 0), True), ((0.1, 0.05, 0.2), True), (None, False)):
+            scores = types.SimpleNamespace(change=lambda *_, c=change: c, part=lambda *_: 0.5,
+                                           trackers={"csd": {"error": {"first_fifth": 0.1, "last_fifth": 0.2}}})
+            self.assertIs(reach.lasting(reach.Row("", {}, [sequence], {"tracked": scores})).reached, expected)
+
+    def test_standing(self):
+        """By p below .01; both at 1.000 are equal, whatever p says."""
+        for rival, csd, p, expected in ((0.8, 0.9, 0.009, "above"), (0.9, 0.8, 0.009, "below"), (0.8, 0.9, 0.01, "not told apart"),
+                                        (1, 0.9996, 0.001, "equal"), (0.9994, 1, 0.001, "above"), (None, 1, 0.001, "unknown")):
+            self.assertEqual(reach.standing(rival, csd, p), expected)
+        three = {"delta_avg": (1, 1, 1, "equal"), "aj": (0.8, 0.9, 0, "above"), "oa": (0.8, 0.9, 0, "above")}
+        self.assertEqual(reach.all_of(three), "**above**")
+        self.assertEqual(reach.all_of({**three, "oa": (0.9, 0.8, 0, "below")}), "OA: below")
+        self.assertEqual(reach.all_of(dict.fromkeys(three, (1, 1, 1, "equal"))), "equal")
+
+    def test_returns(self):
+        """Six features. All are hidden in frames 10 to 19. 0 is found in the tenth frame after, 1 in the eleventh; 2 is hidden alone after
+        five frames, unfound, and comes back, unfound; 3 is outside at first; 4 is never found; 5 is found at once, and again after it was hidden alone."""
+        def state(i, n):
+            if 10 <= n < 20 or (i == 2 and 25 <= n < 28) or (i == 5 and 30 <= n < 35):
+                return "occluded"
+            return "out" if i == 3 and 20 <= n < 28 else "tracked"
+
+        since = {0: 29, 1: 30, 2: 99, 3: 28, 4: 99, 5: 20}
+        video = [{i: (10 * i, 0, state(i, n)) for i in range(6)} for n in range(50)]
+        tracks = [{i: (10 * i, 0, "tracked" if n < 10 or n >= since[i] else "lost") for i in range(6)} for n in range(50)]
+        self.assertEqual(truth.returns(video, tracks, 10, 0.2), [True, False, True, False, True])
+        self.assertEqual(truth.returns(video, tracks, 10, 0.1), [True, False, False, True, False, True, True], "alone, too: one in six")
+        self.assertEqual(truth.returns(video[:25], tracks[:25], 10, 0.2), [True], "what the end cuts off says nothing of the others")
+
+    def test_turned(self):
+        a = {0: (1, 0, ""), 1: (-1, 0, ""), 2: (0, 1, ""), 3: (0, -1, "")}
+        b = {i: (5 - 2 * y, 3 + 2 * x, "") for i, (x, y, _) in a.items()}
+        angle, scale = truth.turned(a, b)
+        self.assertAlmostEqual(angle, 90)
+        self.assertAlmostEqual(scale, 2)
+
+    def test_palindromes(self):
+        found = {"palindromes": [{"tracks": f"{name}/csd.jsonl", "claimed": goals["claimed"] - (name == "heart") / 100,
+                                  "apart": goals["apart"] + (name == "smoke") / 100, "counts": {"features": 50, "frames": 499}}
+                                 for name, goals in reach.GOALS["palindromes"].items()]}
+        verdicts = {line.split("|")[1].strip(): line.split("|")[-2].strip() for line in reach.palindromes_part(found).splitlines()[2:]}
+        self.assertEqual(verdicts, {"heart": "not reached: claimed", "abdomen": "**reached**", "beads": "**reached**",
+                                    "cholecystectomy": "**reached**", "cutting": "**reached**", "smoke": "not reached: apart"})
+
+    def test_clips_that_are_not_there(self):
+        part = [None, [], None, None, None, "v1"]
+        self.assertIn("Not run", reach.clips_part(*part, None))
+        self.assertEqual(reach.clips_part(*part, "\n".join((reach.CLIPS[0], "measured", reach.CLIPS[1], ""))), "measured\n")
+        with self.assertRaises(builds.Failure):
+            reach.clips_part(*part, "a section without the marks\n")
+
+    def test_plan(self):
+        plan = sequences.beyond(3)
+        self.assertEqual([s.frames for s in plan.of_table("mixed")], [4000])
+        self.assertEqual({s.features for s in plan.sequences}, {100})
+        self.assertEqual(min(seed for _, seed in plan.runs()), 101, "1 to 20 are for development")
+        wipe = plan.sequence("wipe")
+        self.assertEqual([[share.name for share in plan.shares_of(wipe, seed)] for seed in wipe.seeds],
+                         [["tracked", "slow", "learners"], ["tracked", "slow"], ["tracked", "slow"]])
+        self.assertEqual({t for share in plan.shares for t in share.trackers}, RIVALS | {"csd"})
+        rows = set(reach.GOALS["rows"])
+        self.assertEqual({s.table for s in plan.sequences} - {"pictures"}, rows)
+        self.assertEqual({name for name, *_ in sequences.PICTURE_KINDS}, set(reach.GOALS["pictures"]))
+
+
+class Errors(unittest.TestCase):
+    def test_wrong_use(self):
+        for arguments in (["--seeds", "0"], ["--jobs", "none"], ["--nothing"], ["surplus"]):
+            with self.subTest(arguments):
+                done = beyond(*arguments)
+                self.assertEqual(done.returncode, 2)
+                self.assertIn(arguments[-1], done.stderr)
+
+    def test_help(self):
+        done = beyond("--help")
+        self.assertEqual(done.returncode, 0)
+        self.assertIn("--quick", done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=2)
