@@ -321,7 +321,7 @@ By sequence:
 ### Beside the rivals
 
 δavg, AJ and OA of each rival and of csd on the features and frames that this rival was run on; p of the paired difference; *above*: in each of the three with
-p < {GOALS["p"]:g}. What costs a tenth of a second a frame, or ten milliseconds a point, gets a part:
+p < {GOALS["p"]:g}. [baselines.md](baselines.md) says how each is set. What costs much, or is far below by the paper's experiments, gets a part:
 
 {shares_in_words(plan)}
 

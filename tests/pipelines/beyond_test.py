@@ -198,7 +198,7 @@ class Numbers(unittest.TestCase):
         self.assertEqual(min(seed for _, seed in plan.runs()), 101, "1 to 20 are for development")
         wipe = plan.sequence("wipe")
         self.assertEqual([[share.name for share in plan.shares_of(wipe, seed)] for seed in wipe.seeds],
-                         [["tracked", "slow", "learners"], ["tracked", "slow"], ["tracked", "slow"]])
+                         [["tracked", "slow", "early"], ["tracked", "slow"], ["tracked", "slow"]])
         self.assertEqual({t for share in plan.shares for t in share.trackers}, RIVALS | {"csd"})
         rows = set(reach.GOALS["rows"])
         self.assertEqual({s.table for s in plan.sequences} - {"pictures"}, rows)
