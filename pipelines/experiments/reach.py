@@ -256,19 +256,21 @@ Beside the rivals:
 
 
 def black_in_words(plan, out):
-    """What the view does while the picture is black."""
-    sequence = plan.sequence("black")
-    frames = truth.read(running.folder_of(out, sequence, sequence.seeds[0]) / "truth-tracked.jsonl")
-    dark = [n for n, frame in enumerate(frames) if all(state != "tracked" for *_, state in frame.values())]
-    if not dark:
+    """What the view does while the picture is black for the first time, over the seeds."""
+    sequence, moves = plan.sequence("black"), []
+    for seed in sequence.seeds:
+        frames = truth.read(running.folder_of(out, sequence, seed) / "truth-tracked.jsonl")
+        dark = [all(state != "tracked" for *_, state in frame.values()) for frame in frames]
+        if True in dark:
+            first = dark.index(True)
+            last = dark.index(False, first) if False in dark[first:] else None
+            if first and last:
+                moves.append((last - first, *truth.turned(frames[first - 1], frames[last])))
+    if not moves:
         return ""
-    first = dark[0]
-    last = next(n for n in range(first, len(frames)) if n + 1 not in dark)
-    if not first or last + 1 == len(frames):
-        return ""
-    angle, scale = truth.turned(frames[first - 1], frames[last + 1])
-    return (f" In the dark ({last + 1 - first} frames, {(last + 1 - first) / sequence.rate:g} s) the view turns by {abs(angle):.0f}° and the picture grows "
-            f"{scale:.2f}-fold.")
+    frames, angles, scales = zip(*((n, abs(angle), scale) for n, angle, scale in moves))
+    return (f" In the dark, {max(frames)} frames ({max(frames) / sequence.rate:g} s), the view turns by {min(angles):.0f}° to {max(angles):.0f}°, and the "
+            f"picture grows by a factor of {min(scales):.2f} to {max(scales):.2f}.")
 
 
 def shares_in_words(plan):

@@ -195,8 +195,8 @@ BEYOND_KINDS = (
     ("specular-fat", "fat", "light", "specular", "", "fat"),
     ("specular-heart", "heart", "light", "specular", "", "heart"),
     ("mixed", "everything mixed", "mixed", "mixed", "", "heart"),
-    # By default the view turns by 24° in the dark. 0.64: black for 2 s.
-    ("black", "black, the view turns and zooms", "return", "rotation", "black=0.64,rotation=2.7,zoom=0.5", "heart"),
+    # 0.64: black for 2 s. rotation=1 turns the view by 24° in that time, and black by up to 11° of its own, to either side.
+    ("black", "black, the view turns and zooms", "return", "rotation", "black=0.64,rotation=3,zoom=0.5", "heart"),
     ("cut", "cut and return", "return", "cut", "", "bowel"),
     ("wipe", "lens wipe", "return", "deformation", "wipe=1", "heart"),
 )

@@ -176,6 +176,23 @@ class Numbers(unittest.TestCase):
         self.assertAlmostEqual(angle, 90)
         self.assertAlmostEqual(scale, 2)
 
+    def test_what_the_view_does_in_the_dark(self):
+        """Two seeds: two frames of black, in which one view turns by a quarter, the other by half a turn; one grows by half."""
+        plan = sequences.beyond(2)
+        with tempfile.TemporaryDirectory() as out:
+            for seed, after in ((101, lambda x, y: (-y, x)), (102, lambda x, y: (-1.5 * x, -1.5 * y))):
+                folder = pathlib.Path(out) / f"black-{seed}"
+                folder.mkdir()
+                with open(folder / "truth-tracked.jsonl", "w") as file:
+                    for n in range(6):
+                        points = [p if n < 3 else after(*p) for p in ((1, 0), (-1, 0), (0, 2))]
+                        json.dump({"features": [{"id": i, "x": x, "y": y, "state": "occluded" if n in (2, 3) else "tracked"}
+                                                for i, (x, y) in enumerate(points)]}, file)
+                        file.write("\n")
+            said = reach.black_in_words(plan, pathlib.Path(out))
+        self.assertIn("In the dark, 2 frames (0.08 s), the view turns by 90° to 180°", said)
+        self.assertIn("by a factor of 1.00 to 1.50", said)
+
     def test_palindromes(self):
         found = {"palindromes": [{"tracks": f"{name}/csd.jsonl", "claimed": goals["claimed"] - (name == "heart") / 100,
                                   "apart": goals["apart"] + (name == "smoke") / 100, "counts": {"features": 50, "frames": 499}}
