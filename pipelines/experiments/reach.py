@@ -310,7 +310,8 @@ measured; written by
 
 {goals_table(rows, out)}
 *Reached* is by the figure itself, not by its interval. The paper's Table 3 is of zoom, rotation and smoke together; its figures are
-of other videos, in vivo, and stand here for orientation. *Back within {WITHIN} frames*: of the times that a visible feature was hidden
+of other videos, in vivo, and stand here for orientation. *Median of the return*: frames from when a feature is visible again until csd claims it
+within τ, whatever hid it, be it a highlight in a single frame. *Back within {WITHIN} frames*: of the times that a visible feature was hidden
 together with at least a fifth of all and is visible again, in how many csd claims it within τ in one of the first {WITHIN} frames; in each of
 the three sequences the share must be that high.{black_in_words(plan, out)}
 *Last fifth*: sensitivity / K and the median error of the first and the last fifth of the frames; as good means that the interval of a feature's change
