@@ -21,6 +21,9 @@ constexpr double least_zncc = 0.2, least_unmasked = 0.25;  // of what is reporte
 constexpr double gate_floor = 1, gate_deviations = 2;
 constexpr std::size_t least_judges = 5;  // neighbours that may overrule a point
 constexpr double most_distortion = 0.3;
+// Of a point beside its neighbours, from one frame to another: sd, of which its usual deviation makes a part, and the
+// neighbours' disagreement.
+constexpr double least_own_motion = 0.2, own_motion = 0.3, own_motion_of_spread = 0.1;
 constexpr double good_zncc = 0.75;  // of a frame that offsets and gains learn from
 constexpr double usual_rate = 0.1;
 constexpr double finer_scale = 0.8, finer_zncc = 0.85, finer_inliers = 0.7;
@@ -199,7 +202,21 @@ void TrackedPoint::look_again(const CsdFrame &frame) {
   again_ = true;
 }
 
+/// The patch's own place, weighed against where the neighbours put it, each by what it knows (a MAP estimate). Along an
+/// edge a patch knows next to nothing, however little noise there is: what bends or lies at another depth shifts it
+/// there.
+cv::Point2d TrackedPoint::fused(const CsdFrame &frame) const {
+  const auto expected = prediction().position;
+  const auto off = fine_.state.position - expected;
+  const double sd = (least_own_motion + own_motion * offset_.deviation()) * map_.scale() * frame.unit +
+                    own_motion_of_spread * map_.spread;
+  const auto patch = position_covariance(fine_.information).inv();
+  const cv::Vec2d pull = (patch + information(sd)).inv() * (patch * cv::Vec2d(off.x, off.y));
+  return expected + cv::Point2d(pull[0], pull[1]);
+}
+
 void TrackedPoint::decide(const CsdFrame &frame, const Surroundings &around) {
+  if (fine_.usable && map_.support >= least_judges) fine_.state.position = fused(frame);
   Evidence evidence;
   evidence.zncc_fine = fine_.zncc;
   evidence.zncc_coarse = zncc_coarse_;
@@ -231,7 +248,7 @@ void TrackedPoint::decide(const CsdFrame &frame, const Surroundings &around) {
 void TrackedPoint::learn(const CsdFrame &frame) {
   const bool good = visible_ && sure_ && fine_.zncc >= good_zncc;
   if (good) {
-    if (map_) offset_.update(map_, reference_, fine_.state, frame.steps, frame.unit);
+    if (map_) offset_.update(map_, reference_, fine_.state, fine_.information, frame.steps, frame.unit);
     const double rate = usual_known_ ? std::min(1.0, usual_rate * frame.steps) : 1;
     usual_gain_ += rate * (std::log(fine_.gain) - usual_gain_);
     usual_noise_ += rate * (log_noise(fine_) - usual_noise_);

@@ -78,6 +78,7 @@ class TrackedPoint {
   void set_anchor(int level, AnchorLevel &&anchor);
   void locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top, bool core);
   void judge(const CsdFrame &frame);
+  cv::Point2d fused(const CsdFrame &frame) const;
 
   AffineState state_;
   cv::Point2d velocity_;  ///< of the last frame, working pixels in 40 ms
