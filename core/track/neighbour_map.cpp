@@ -198,11 +198,11 @@ void NeighbourOffset::update(const NeighbourMap &map, cv::Point2d reference, con
   const double clipped = std::min(squared(difference) / (unit * unit), 9 * square(deviation()) + 4);
   variance_ += rate * (clipped - variance_);
   mean_ += rate * difference;
-  if (const double size = std::sqrt(squared(mean_)); size > most_offset * unit) mean_ *= most_offset * unit / size;
   const auto back = map.linear.inv();
   covariance_ += rate * (back * position_covariance(information) * back.t() - covariance_);
   const double prior = square(usual_offset * unit);
   offset_ = (covariance_ + prior * cv::Matx22d::eye()).inv() * mean_ * prior;
+  if (const double size = std::sqrt(squared(offset_)); size > most_offset * unit) offset_ *= most_offset * unit / size;
   shape_ += rate * (back * seen.shape - shape_);
   ++frames_;
 }

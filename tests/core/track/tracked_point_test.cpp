@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "track/moving_scene.h"
@@ -58,6 +59,27 @@ TEST(TrackedPoint, IsFollowedAndLearnsItsAnchorForTheTrainingTime) {
     EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 0.2) << i;
   }
   EXPECT_LT(point.offset().deviation(), 1);
+}
+
+TEST(TrackedPoint, DoesNotSlideAlongAnEdge) {
+  // An upright edge, with next to nothing along it; what little there is moves down, and the tissue to the right.
+  const auto picture = [](cv::Point2d shift, double slide) {
+    cv::Mat luma(240, 320, CV_8UC1);
+    for (int y = 0; y < luma.rows; ++y)
+      for (int x = 0; x < luma.cols; ++x)
+        luma.at<std::uint8_t>(y, x) = cv::saturate_cast<std::uint8_t>(120 + 60 * std::tanh((x - 160 - shift.x) / 3) +
+                                                                      3 * std::sin((y - 120 - slide) / 4));
+    return luma;
+  };
+  Scene scene;
+  TrackedPoint point(scene.show(picture({}, 0)), {160, 120});
+  point.found(0);
+  for (int i = 1; i <= 60; ++i) {
+    const cv::Point2d shift(0.4 * i, 0);
+    Scene::follow(point, scene.show(picture(shift, 0.1 * i)), Scene::neighbours(shift));
+    ASSERT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 2) << i;
+    ASSERT_LT(std::abs(point.state().position.x - 160 - shift.x), 0.3) << i << ": the edge itself is seen";
+  }
 }
 
 TEST(TrackedPoint, BelievesTheNeighboursBeforeALookAlike) {
