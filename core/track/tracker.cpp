@@ -12,18 +12,20 @@
 #include "image/work_frame.h"
 #include "track/algorithm.h"
 #include "track/patch_side.h"
+#include "track/stream_clock.h"
 
 namespace csd {
 
 namespace {
 
-constexpr std::int64_t nominal_duration = second / 25;  // of a frame, where the stream does not say
-constexpr std::int64_t occluded_for = second;           // DESIGN: hidden for longer is lost
+constexpr std::int64_t occluded_for = second;  // DESIGN: hidden for longer is lost
 // A recording fades in: what is found first is not all that there is.
 constexpr std::int64_t settle_for = 2 * second;
 constexpr std::int64_t replenish_every = second / 2;  // detection costs as much as ten frames of tracking
 
 constexpr double least_contrast = 1;  // grey levels, of a picture worth looking for features in
+
+constexpr double most_hidden = 0.499;  // confidence of what is not claimed; stays below .5 in three decimals
 
 bool claims_position(FeatureState state) {
   return state == FeatureState::learning || state == FeatureState::tracked;
@@ -56,8 +58,7 @@ struct Tracker::Impl {
     if (settings.points_from_start) next_id = static_cast<FeatureId>(max_points);
   }
 
-  const Tracks &process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration);
-  void advance_time(std::int64_t pts, std::int64_t duration);
+  const Tracks &process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration, bool discont);
   void take_requests();
   void end_all();
   void follow(const FrameContext &context);
@@ -90,9 +91,9 @@ struct Tracker::Impl {
   bool points_begun_before = false;  // … in an earlier stream: now they need new ids
   std::size_t detected = 0;          // features that detection has found in this stream
   std::int64_t first_detection = 0, last_detection = 0;
-  bool any_frame = false;
   bool failed = false;  // process() threw: what process_blind() says next is of the same frame
-  std::int64_t time = 0, last_pts = no_time, last_duration = no_time;
+  StreamClock clock;
+  std::int64_t time = 0;  // of this frame
 
   // Shared with the threads that ask; guarded by mutex.
   mutable std::mutex mutex;
@@ -106,15 +107,6 @@ struct Tracker::Impl {
 FeatureId Tracker::Impl::take_id() {
   const std::lock_guard lock(mutex);
   return next_id++;
-}
-
-// Time goes on by the stamps where they make sense, else by the duration: a gap in the stamps never stops the clock.
-void Tracker::Impl::advance_time(std::int64_t pts, std::int64_t duration) {
-  const auto step = last_duration > 0 ? last_duration : nominal_duration;
-  if (any_frame) time += (pts != no_time && last_pts != no_time && pts > last_pts) ? pts - last_pts : step;
-  any_frame = true;
-  last_pts = pts;
-  last_duration = duration;
 }
 
 void Tracker::Impl::take_requests() {
@@ -159,6 +151,7 @@ void Tracker::Impl::apply(const Claim &claim, Life &life) {
   const auto state = feature.state;
   const bool finite = std::isfinite(claim.position.x) && std::isfinite(claim.position.y);
   feature.confidence = 0;
+  feature.fresh = claim.fresh;
   switch (claim.kind) {
     case Claim::Kind::learning:
     case Claim::Kind::tracked:
@@ -177,6 +170,9 @@ void Tracker::Impl::apply(const Claim &claim, Life &life) {
       feature.state = claim.kind == Claim::Kind::hidden && time - life.last_claim < occluded_for
                           ? FeatureState::occluded
                           : FeatureState::lost;
+      // An algorithm that has no probabilities says 1, of what it claims alone.
+      if (feature.state == FeatureState::occluded && claim.confidence < 0.5)
+        feature.confidence = std::min(claim.confidence, most_hidden);
       break;
   }
   const auto gone = [](FeatureState s) { return s == FeatureState::lost || s == FeatureState::out; };
@@ -197,6 +193,7 @@ void Tracker::Impl::follow(const FrameContext &context) {
       claims.push_back(claim);
     }
   algorithm->track(context, claims);
+  clock.seen();
   std::size_t i = 0;
   for (auto &life : lives)
     if (life.feature.state != FeatureState::ended) apply(claims[i++], life);
@@ -333,6 +330,7 @@ void Tracker::Impl::report(cv::Size size) {
     tracks.changed |= !life.reported || life.reported_as != life.feature.state;
     life.reported_as = life.feature.state;
     ++counted.features[static_cast<std::size_t>(life.feature.state)];
+    counted.waited += !life.feature.fresh;
     if (!life.reported) ++counted.detected;
     life.reported = true;
     if (life.feature.state != FeatureState::ended) alive.push_back(life.feature.id);
@@ -341,13 +339,17 @@ void Tracker::Impl::report(cv::Size size) {
   tracks.frame = stats.frames++;
   stats.features = counted.features;
   stats.detected += counted.detected;
+  stats.waited += counted.waited;
   known.swap(alive);
 }
 
-const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration) {
+const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration,
+                                     bool discont) {
+  const FrameBudget budget(settings.frame_budget, settings.clock);
   // What has been reported as ended leaves the list.
   std::erase_if(lives, [](const Life &l) { return l.reported && l.reported_as == FeatureState::ended; });
-  if (view || !failed) advance_time(pts, duration);
+  if (view || !failed) clock.advance(pts, duration, discont);
+  time = clock.time();
   failed = view != nullptr;
   take_requests();
   if (view) frame.load(*view);
@@ -367,7 +369,8 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
   } else {
     if (settings.content_area == ContentArea::automatic) content_area.update(frame.luma(), time, patch);
     const FrameContext context{
-        frame, settings.content_area == ContentArea::automatic ? content_area.forbidden() : nowhere, time};
+        frame, settings.content_area == ContentArea::automatic ? content_area.forbidden() : nowhere, time, clock.jumped(),
+        budget};
     follow(context);
     leave_graphics(context);
     forget_old();
@@ -385,12 +388,12 @@ Tracker::Tracker(const Settings &settings, Executor &executor) : impl_(std::make
 
 Tracker::~Tracker() = default;
 
-const Tracks &Tracker::process(const FrameView &view, std::int64_t pts, std::int64_t duration) {
-  return impl_->process(&view, {view.width, view.height}, pts, duration);
+const Tracks &Tracker::process(const FrameView &view, std::int64_t pts, std::int64_t duration, bool discont) {
+  return impl_->process(&view, {view.width, view.height}, pts, duration, discont);
 }
 
-const Tracks &Tracker::process_blind(int width, int height, std::int64_t pts, std::int64_t duration) {
-  return impl_->process(nullptr, {width, height}, pts, duration);
+const Tracks &Tracker::process_blind(int width, int height, std::int64_t pts, std::int64_t duration, bool discont) {
+  return impl_->process(nullptr, {width, height}, pts, duration, discont);
 }
 
 void Tracker::offer_start(std::vector<StartPoint> points) {

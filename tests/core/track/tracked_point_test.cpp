@@ -37,6 +37,7 @@ class Scene {
     point.look_again(frame);
     point.decide(frame, {});
     point.learn(frame);
+    if (point.ripe(frame)) point.freeze();
   }
 
  private:
