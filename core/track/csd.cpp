@@ -58,11 +58,9 @@ void Csd::follow_queries(const CsdFrame &frame) {
     std::stable_sort(turns_.begin(), turns_.end(),
                      [&](const Query *a, const Query *b) { return a->point.urgency(frame) > b->point.urgency(frame); });
   const auto budget = frame.budget.share(looks_share);
-  bool late = false;
   for (auto *query : turns_) {
-    query->waits = late;
+    query->waits = query != turns_.front() && budget.spent();
     follow(*query, frame);
-    late = late || budget.spent();
   }
   for (auto &query : queries_)
     if (query.point.ripe(frame) && !frame.budget.spent()) query.point.freeze();

@@ -20,7 +20,8 @@ class FrameBudget {
   }
 
   bool limited() const { return budget_ > 0; }
-  bool spent() const { return limited() && now() - begun_ >= budget_; }
+  /// Once it is spent it stays so, and no clock is asked.
+  bool spent() const { return spent_ = spent_ || (limited() && now() - begun_ >= budget_); }
   /// A part of the time, 0…1, which begins with the whole.
   FrameBudget share(double part) const {
     FrameBudget out = *this;
@@ -36,6 +37,7 @@ class FrameBudget {
   }
 
   std::int64_t budget_ = 0, begun_ = 0;
+  mutable bool spent_ = false;
   const Clock *clock_ = nullptr;
 };
 

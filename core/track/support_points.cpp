@@ -95,11 +95,9 @@ void SupportPoints::look(const CsdFrame &frame) {
     });
   }
   const auto budget = frame.budget.share(first_looks);
-  bool late = false;
   for (std::size_t i = 0; i < turns_.size(); ++i) {
     auto &s = *turns_[i];
-    late = late || budget.spent();
-    s.waits = late && i >= least_looks;
+    s.waits = i >= least_looks && budget.spent();
     s.waits ? s.point.pass() : s.point.look(frame);
   }
 }
@@ -139,11 +137,9 @@ void SupportPoints::follow(const CsdFrame &frame) {
   for (auto &s : points_)
     s.point.meet(frame, field_.map_at(s.point.own_reference(), s.point.chart(), frame.unit, s.id));
   const auto budget = frame.budget.share(looks);
-  bool late = false;
   for (std::size_t i = 0; i < turns_.size(); ++i) {
     auto &s = *turns_[i];
-    late = late || budget.spent();
-    s.waits = s.waits || (late && i >= least_looks && !s.point.sure());
+    s.waits = s.waits || (i >= least_looks && !s.point.sure() && budget.spent());
     s.waits ? s.point.pass() : s.point.look_again(frame);
   }
   // What has no map has looked for itself alone: chance likenesses don't agree on a motion.

@@ -37,6 +37,7 @@ GST_START_TEST(properties_have_their_documented_defaults) {
                                                        {"training-time", "500000000"},
                                                        {"learning", "async"},
                                                        {"n-threads", "0"},
+                                                       {"frame-budget", "0"},
                                                        {"overlay", "none"},
                                                        {"attach-meta", "TRUE"},
                                                        {"attach-roi", "FALSE"},

@@ -52,6 +52,63 @@ TEST_F(TrackerLife, HiddenIsOccludedForASecondAndLostAfterThat) {
   EXPECT_EQ(tracks.features[0].state, FeatureState::tracked);
 }
 
+TEST_F(TrackerLife, ConfidenceIsAtLeastAHalfExactlyWhereAPositionIsClaimed) {
+  using Kind = Claim::Kind;
+  const struct {
+    Kind kind;
+    double said, reported;
+  } cases[] = {{Kind::tracked, 0.5, 0.5}, {Kind::learning, 0.93, 0.93},
+               {Kind::hidden, 0.3, 0.3},  {Kind::hidden, 0.4999, 0.499},  // in three decimals that would be a half
+               {Kind::hidden, 1, 0},                                      // of an algorithm that knows no probabilities
+               {Kind::lost, 0.3, 0},      {Kind::out, 0.3, 0}};
+  std::vector<cv::Point2d> points(std::size(cases), {100, 100});
+  Tracker tracker(with_points(points), executor_);
+  next(tracker);
+  for (FeatureId id = 0; id < std::size(cases); ++id) {
+    script_.kinds[id] = cases[id].kind;
+    script_.confidences[id] = cases[id].said;
+  }
+  for (const auto &f : next(tracker).features) EXPECT_EQ(f.confidence, cases[f.id].reported) << f.id;
+  for (int i = 0; i < 25; ++i) next(tracker);
+  const auto &f = next(tracker).features[2];
+  EXPECT_EQ(f.state, FeatureState::lost);
+  EXPECT_EQ(f.confidence, 0);
+}
+
+TEST_F(TrackerLife, WhatWaitsIsNotFreshAndCounted) {
+  Tracker tracker(with_points({{10, 20}, {30, 40}, {50, 60}}), executor_);
+  next(tracker);
+  script_.waiting = {0, 2};
+  for (const auto &f : next(tracker).features) EXPECT_EQ(f.fresh, f.id == 1);
+  script_.waiting = {1};
+  next(tracker);
+  EXPECT_EQ(tracker.stats().waited, 3u);
+  script_.waiting = {};
+  for (const auto &f : next(tracker).features) EXPECT_TRUE(f.fresh);
+  EXPECT_EQ(tracker.stats().waited, 3u);
+}
+
+TEST_F(TrackerLife, AJumpIsToldOfUntilAFrameWasTracked) {
+  Tracker tracker(with_points({{10, 20}}), executor_);
+  const auto view = MovingScene::gray_view(texture_);
+  constexpr auto frame = second / 25;
+  tracker.process(view, 0, frame, true);
+  EXPECT_FALSE(script_.jumped) << "from nothing";
+  tracker.process(view, frame, frame);
+  EXPECT_FALSE(script_.jumped);
+  tracker.process(view, 2 * frame, frame, true);
+  EXPECT_TRUE(script_.jumped);
+  tracker.process(view, 3 * frame, frame);
+  EXPECT_FALSE(script_.jumped);
+  tracker.process_blind(320, 240, 4 * frame, frame, true);
+  script_.throws = true;
+  EXPECT_THROW(tracker.process(view, 5 * frame, frame), std::runtime_error);
+  tracker.process_blind(320, 240, 5 * frame, frame);
+  script_.throws = false;
+  tracker.process(view, 6 * frame, frame);
+  EXPECT_TRUE(script_.jumped);
+}
+
 TEST_F(TrackerLife, AGivenPointNeverEndsADetectedOneIsForgotten) {
   Settings settings;
   settings.max_features = 5;
