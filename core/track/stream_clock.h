@@ -12,7 +12,7 @@ namespace csd {
 class StreamClock {
  public:
   static constexpr std::int64_t nominal_duration = second / 25;  ///< of a frame, where the stream does not say
-  static constexpr std::int64_t least_jump = second / 2;  ///< of the stamps, against where they were to go on
+  static constexpr std::int64_t least_jump = second / 2;         ///< of the stamps, against where they were to go on
 
   /// The next frame. `pts`, `duration` in ns, no_time where unknown; `discont`: it does not follow on the last one.
   void advance(std::int64_t pts, std::int64_t duration, bool discont);

@@ -368,9 +368,9 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
     begin_given(nullptr);
   } else {
     if (settings.content_area == ContentArea::automatic) content_area.update(frame.luma(), time, patch);
-    const FrameContext context{
-        frame, settings.content_area == ContentArea::automatic ? content_area.forbidden() : nowhere, time, clock.jumped(),
-        budget};
+    const FrameContext context{frame,
+                               settings.content_area == ContentArea::automatic ? content_area.forbidden() : nowhere,
+                               time, clock.jumped(), budget};
     follow(context);
     leave_graphics(context);
     forget_old();
