@@ -11,6 +11,7 @@
 #include "image/specular.h"
 #include "image/work_frame.h"
 #include "track/algorithm.h"
+#include "track/life.h"
 #include "track/patch_side.h"
 #include "track/stream_clock.h"
 
@@ -18,30 +19,15 @@ namespace csd {
 
 namespace {
 
-constexpr std::int64_t occluded_for = second;  // DESIGN: hidden for longer is lost
 // A recording fades in: what is found first is not all that there is.
 constexpr std::int64_t settle_for = 2 * second;
 constexpr std::int64_t replenish_every = second / 2;  // detection costs as much as ten frames of tracking
 
 constexpr double least_contrast = 1;  // grey levels, of a picture worth looking for features in
 
-constexpr double most_hidden = 0.499;  // confidence of what is not claimed; stays below .5 in three decimals
-
 bool claims_position(FeatureState state) {
   return state == FeatureState::learning || state == FeatureState::tracked;
 }
-
-/// A feature from its first frame to its last.
-struct Life {
-  Feature feature;
-  bool given = false;           // by the user: never ends by itself
-  bool begun = false;           // the algorithm knows of it
-  std::int64_t gone_since = 0;  // when it became lost or out
-  cv::Point2d start, claimed;   // where it began, and where it was seen last; picture pixels
-  std::int64_t last_claim = 0;  // when a position was last claimed
-  bool reported = false;        // in an earlier frame
-  FeatureState reported_as = FeatureState::learning;
-};
 
 struct Request {
   FeatureId id;
@@ -62,7 +48,6 @@ struct Tracker::Impl {
   void take_requests();
   void end_all();
   void follow(const FrameContext &context);
-  void apply(const Claim &claim, Life &life);
   void forget_old();
   void leave_graphics(const FrameContext &context);
   void begin(FeatureId id, cv::Point2d position, bool given, const FrameContext *context);
@@ -146,43 +131,6 @@ void Tracker::Impl::end_all() {
   detected = 0;
 }
 
-void Tracker::Impl::apply(const Claim &claim, Life &life) {
-  auto &feature = life.feature;
-  const auto state = feature.state;
-  const bool finite = std::isfinite(claim.position.x) && std::isfinite(claim.position.y);
-  feature.confidence = 0;
-  feature.fresh = claim.fresh;
-  switch (claim.kind) {
-    case Claim::Kind::learning:
-    case Claim::Kind::tracked:
-      feature.state = claim.kind == Claim::Kind::learning ? FeatureState::learning : FeatureState::tracked;
-      feature.confidence = claim.confidence;
-      life.last_claim = time;
-      if (finite) life.claimed = claim.position;
-      break;
-    case Claim::Kind::out:
-      feature.state = FeatureState::out;
-      break;
-    case Claim::Kind::hidden:
-    case Claim::Kind::lost:
-      // What has left the picture is out until it is seen again.
-      if (state == FeatureState::out) break;
-      feature.state = claim.kind == Claim::Kind::hidden && time - life.last_claim < occluded_for
-                          ? FeatureState::occluded
-                          : FeatureState::lost;
-      // An algorithm that has no probabilities says 1, of what it claims alone.
-      if (feature.state == FeatureState::occluded && claim.confidence < 0.5)
-        feature.confidence = std::min(claim.confidence, most_hidden);
-      break;
-  }
-  const auto gone = [](FeatureState s) { return s == FeatureState::lost || s == FeatureState::out; };
-  if (gone(feature.state) && !gone(state)) life.gone_since = time;
-  // A prediction is told only of what is occluded; what is lost or out keeps the position last claimed.
-  const bool predicted = feature.state == FeatureState::occluded && finite;
-  feature.x = predicted ? claim.position.x : life.claimed.x;
-  feature.y = predicted ? claim.position.y : life.claimed.y;
-}
-
 void Tracker::Impl::follow(const FrameContext &context) {
   claims.clear();
   for (const auto &life : lives)
@@ -196,7 +144,7 @@ void Tracker::Impl::follow(const FrameContext &context) {
   clock.seen();
   std::size_t i = 0;
   for (auto &life : lives)
-    if (life.feature.state != FeatureState::ended) apply(claims[i++], life);
+    if (life.feature.state != FeatureState::ended) life.apply(claims[i++], time);
 }
 
 // A point that was outside the picture from the start is known to the algorithm by no begin(): its claim stays out.
@@ -217,7 +165,7 @@ void Tracker::Impl::begin(FeatureId id, cv::Point2d position, bool given, const 
 void Tracker::Impl::show(Life &life, const FrameContext &context) {
   if (life.begun || life.feature.state == FeatureState::ended || !context.bounds().contains(life.start)) return;
   life.begun = true;
-  apply({life.feature.id, algorithm->begin(life.feature.id, life.start, context), life.start, 1}, life);
+  life.apply({life.feature.id, algorithm->begin(life.feature.id, life.start, context), life.start, 1}, time);
 }
 
 void Tracker::Impl::begin_given(const FrameContext *context) {
@@ -364,7 +312,7 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
   if (!view || tracks.too_small) {
     for (auto &life : lives)
       if (life.feature.state != FeatureState::ended)
-        apply({life.feature.id, Claim::Kind::lost, {life.feature.x, life.feature.y}, 0}, life);
+        life.apply({life.feature.id, Claim::Kind::lost, {life.feature.x, life.feature.y}, 0}, time);
     begin_given(nullptr);
   } else {
     if (settings.content_area == ContentArea::automatic) content_area.update(frame.luma(), time, patch);
