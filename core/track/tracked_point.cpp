@@ -13,7 +13,7 @@ namespace {
 
 // prototype.md I.2, the tight variant. Pixels are those of a 480-line picture.
 constexpr double shape_deviation = 0.03;     // of each element of A0⁻¹A − 1, in a frame of 40 ms
-constexpr double shape_pull = 0.3;           // towards the neighbours' shape, before looking
+constexpr double shape_pull = 0.3;           // towards the neighbours' shape, before looking, in 40 ms
 constexpr double coarse_information = 0.25;  // of the coarse level's, as the fine level's prior
 constexpr double sure_zncc = 0.6, sure_inliers = 0.5, sure_unmasked = 0.3;
 constexpr double alone_zncc = 0.8;                         // to be found again without neighbours
@@ -28,7 +28,9 @@ constexpr double good_zncc = 0.75;  // of a frame that offsets and gains learn f
 constexpr double usual_rate = 0.1;
 constexpr double finer_scale = 0.8, finer_zncc = 0.85, finer_inliers = 0.7;
 constexpr double least_anchor = 0.4;  // unmasked share of the level that is aligned last
-constexpr int training_samples = 12;
+constexpr std::size_t training_samples = 12;
+constexpr double half_life = 100;  // of belief in what nobody looks at, frames of 40 ms
+constexpr double fast = 1;         // pixels in 40 ms
 
 cv::Matx22d information(double deviation) {
   const double i = 1 / (deviation * deviation);
@@ -55,7 +57,11 @@ double log_noise(const Alignment &seen) {
 }  // namespace
 
 TrackedPoint::TrackedPoint(const CsdFrame &frame, cv::Point2d position)
-    : state_{position}, begun_(frame.time), last_sample_(frame.time), last_seen_(frame.time) {
+    : state_{position, frame.patch * cv::Matx22d::eye()},
+      begun_(frame.time),
+      last_sample_(frame.time),
+      last_seen_(frame.time),
+      last_look_(frame.time) {
   fine_.state = state_;
   medians_.resize(Anchor::coarsest + 1);
   for (int level = 0; level <= Anchor::coarsest; ++level) {
@@ -97,10 +103,10 @@ void TrackedPoint::set_anchor(int level, AnchorLevel &&anchor) {
 }
 
 /// The finest level that the picture shows and that isn't mostly masked: what is pale by nature passes for a highlight,
-/// and a coarser patch reaches beyond it.
-int TrackedPoint::finest_level(double scale) const {
+/// and a coarser patch reaches beyond it. `zoom`: scale of the shape, of that where the point began.
+int TrackedPoint::finest_level(double zoom) const {
   const auto share = [this](int level) { return unmasked_[static_cast<std::size_t>(level - Anchor::finest)]; };
-  int best = anchor_.fine_level(scale);
+  int best = anchor_.fine_level(zoom);
   for (int level = best; level <= Anchor::coarsest && share(best) < least_anchor; ++level)
     if (anchor_.has(level) && share(level) > share(best)) best = level;
   return best;
@@ -110,7 +116,7 @@ int TrackedPoint::finest_level(double scale) const {
 void TrackedPoint::locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top, bool core) {
   fine_ = {};
   zncc_coarse_ = 0;
-  const int finest = finest_level(start.scale());
+  const int finest = finest_level(start.scale() / frame.patch);
   AlignPrior prior;
   AnchorLevel inner;
   core_ = core;
@@ -160,7 +166,8 @@ void TrackedPoint::look(const CsdFrame &frame) {
   sure_ = again_ = false;
   if (!visible_) return;
   AffineState start{state_.position + velocity_ * frame.steps, state_.shape};
-  if (map_) start.shape += shape_pull * (prediction().shape - start.shape);  // the last frame's map
+  if (map_)  // the last frame's
+    start.shape += std::min(1.0, shape_pull * frame.steps) * (prediction().shape - start.shape);
   locate(frame, start, 0, 1, false);
   map_ = {};
   judge(frame);
@@ -243,6 +250,33 @@ void TrackedPoint::decide(const CsdFrame &frame, const Surroundings &around) {
     velocity_ = {};
     if (map_) state_ = prediction();
   }
+  last_look_ = frame.time;
+  pressing_ = visible_ && (!sure_ || cv::norm(velocity_) > fast * frame.unit);
+}
+
+void TrackedPoint::pass() {
+  fine_ = {};
+  sure_ = again_ = false;
+}
+
+void TrackedPoint::wait(const CsdFrame &frame) {
+  if (map_) state_ = prediction();
+  const bool followed = visible_ && map_ && frame.shows(state_.position);
+  confidence_ = followed ? confidence_ * std::exp2(-frame.steps / half_life) : 0;
+  visible_ = confidence_ >= 0.5;
+  if (!visible_) velocity_ = {};
+}
+
+double TrackedPoint::urgency(const CsdFrame &frame) const {
+  return static_cast<double>(frame.time - last_look_) * (pressing_ ? 2 : 1);
+}
+
+void TrackedPoint::doubt() {
+  pass();
+  map_ = {};
+  velocity_ = {};
+  visible_ = false;
+  confidence_ = 0;
 }
 
 void TrackedPoint::learn(const CsdFrame &frame) {
@@ -256,23 +290,26 @@ void TrackedPoint::learn(const CsdFrame &frame) {
     usual_known_ = true;
   }
   if (learning()) {
-    if ((visible_ || map_) && frame.time - last_sample_ >= frame.training_time / (training_samples + 1)) {
+    if ((visible_ || map_) &&
+        frame.time - last_sample_ >= frame.training_time / static_cast<std::int64_t>(training_samples + 1) &&
+        medians_.front().size() <= training_samples + 1) {
       for (int level = 0; level <= Anchor::coarsest; ++level)
         medians_[static_cast<std::size_t>(level)].add(sample(frame.pyramid, frame.weights, state_, level));
       last_sample_ = frame.time;
-    }
-    if (frame.time - begun_ >= frame.training_time) {
-      for (int level = 0; level <= Anchor::coarsest; ++level)
-        set_anchor(level, medians_[static_cast<std::size_t>(level)].make());
-      medians_.clear();
     }
     return;
   }
   for (int level = -1; level >= Anchor::finest; --level)
     if (sure_ && !anchor_.has(level) && anchor_.has(level + 1) &&
-        state_.scale() * std::ldexp(1.0, level) >= finer_scale && fine_.zncc >= finer_zncc &&
+        state_.scale() / frame.patch * std::ldexp(1.0, level) >= finer_scale && fine_.zncc >= finer_zncc &&
         fine_.inliers > finer_inliers)
       set_anchor(level, make_anchor_level(sample(frame.pyramid, frame.weights, state_, level)));
+}
+
+void TrackedPoint::freeze() {
+  for (int level = 0; level <= Anchor::coarsest; ++level)
+    set_anchor(level, medians_[static_cast<std::size_t>(level)].make());
+  medians_.clear();
 }
 
 }  // namespace csd
