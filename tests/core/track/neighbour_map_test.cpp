@@ -136,7 +136,7 @@ TEST(NeighbourOffset, IsBelievedAsFarAsThePatchKnowsItsPlace) {
   NeighbourOffset edge;
   for (int i = 0; i < 400; ++i)
     edge.update(map, at, {at + cv::Point2d(0.05 * i, 1), cv::Matx22d::eye()}, knows(1, 0.1), 1, 1);
-  EXPECT_LT(edge.offset().x, 0.1);
+  EXPECT_LT(edge.offset().x, 0.2);  // 17 px in the mean, of variance 1 + (.1 · 99)²
   EXPECT_NEAR(edge.offset().y, 1, 0.03);
   EXPECT_LE(edge.deviation(), 2);
 }
