@@ -206,7 +206,7 @@ bool is_empty_gap(GstBuffer *buffer) {
 csd::Tracks track_blind(GstCsdTrack *self, GstBuffer *buffer) {
   auto &state = *self->state;
   return state.engine->tracker.process_blind(state.stream.width, state.stream.height, core_time(GST_BUFFER_PTS(buffer)),
-                                             core_time(GST_BUFFER_DURATION(buffer)));
+                                             core_time(GST_BUFFER_DURATION(buffer)), GST_BUFFER_IS_DISCONT(buffer));
 }
 
 /// points=truth: the tracker is shown what a simulator says is visible. It takes it where a stream begins.
@@ -233,7 +233,8 @@ csd::Tracks track(GstCsdTrack *self, GstBuffer *buffer) {
   state.stream.width = view.width;
   state.stream.height = view.height;
   if (state.points_from_truth) offer_truth(self, buffer, view);
-  return state.engine->tracker.process(view, core_time(GST_BUFFER_PTS(buffer)), core_time(GST_BUFFER_DURATION(buffer)));
+  return state.engine->tracker.process(view, core_time(GST_BUFFER_PTS(buffer)), core_time(GST_BUFFER_DURATION(buffer)),
+                                       GST_BUFFER_IS_DISCONT(buffer));
 }
 
 /// Hands the tracks on: meta, regions of interest, message. The overlay comes last, so that what it may throw harms

@@ -106,6 +106,11 @@ void install_properties(GObjectClass *klass) {
                             "Learner threads of this element, below normal priority; 0 = one fewer than the machine "
                             "has processors, at least 1",
                             0, 256, d.n_threads, structural));
+  install(prop_frame_budget,
+          g_param_spec_uint64("frame-budget", "Frame budget",
+                              "Past so many nanoseconds of a frame the features that are least urgent wait for the "
+                              "next one (fresh=false); 0 = none waits (only csd does)",
+                              0, longest, d.frame_budget, structural));
   install(prop_seed, g_param_spec_uint64("seed", "Seed", "Of every random choice", 0, G_MAXUINT64, d.seed, structural));
 
   install(prop_overlay,
@@ -185,6 +190,9 @@ bool set_property(ElementSettings &s, guint id, const GValue &value) {
     case prop_n_threads:
       s.n_threads = g_value_get_uint(&value);
       return true;
+    case prop_frame_budget:
+      s.frame_budget = g_value_get_uint64(&value);
+      return true;
     case prop_seed:
       s.seed = g_value_get_uint64(&value);
       return true;
@@ -249,6 +257,9 @@ bool get_property(const ElementSettings &s, guint id, GValue &value) {
     case prop_n_threads:
       g_value_set_uint(&value, s.n_threads);
       return true;
+    case prop_frame_budget:
+      g_value_set_uint64(&value, s.frame_budget);
+      return true;
     case prop_seed:
       g_value_set_uint64(&value, s.seed);
       return true;
@@ -292,6 +303,7 @@ Settings core_settings(const ElementSettings &s, std::string &error) {
   core.search_radius = s.search_radius;
   core.training_time = static_cast<std::int64_t>(s.training_time);
   core.learn_synchronously = s.learning == GST_CSD_TRACK_LEARNING_SYNC;
+  core.frame_budget = static_cast<std::int64_t>(s.frame_budget);
   core.seed = s.seed;
   return core;
 }

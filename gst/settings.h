@@ -26,6 +26,7 @@ enum Property : guint {
   prop_training_time,
   prop_learning,
   prop_n_threads,
+  prop_frame_budget,
   prop_seed,
   prop_overlay,
   prop_attach_meta,
@@ -61,6 +62,7 @@ struct ElementSettings {
   GstClockTime training_time = GST_SECOND / 2;
   GstCsdTrackLearning learning = GST_CSD_TRACK_LEARNING_ASYNC;
   guint n_threads = 0;
+  GstClockTime frame_budget = 0;
   guint64 seed = 1;
   LiveSettings live;
 };

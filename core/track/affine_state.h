@@ -5,11 +5,11 @@
 
 namespace csd {
 
-/// Where a feature is and what its surroundings' shape has become: an offset u from the feature in the frame where it
-/// began (working pixels) is seen at position + shape·u.
+/// Where a feature is and what its surroundings' shape has become: sample u of its patch (Anchor's level 0) is seen at
+/// position + shape·u. Where a feature begins its shape is CsdFrame::patch times the identity.
 struct AffineState {
   cv::Point2d position;                    ///< working pixels
-  cv::Matx22d shape = cv::Matx22d::eye();  ///< determinant > 0
+  cv::Matx22d shape = cv::Matx22d::eye();  ///< working pixels to a sample; determinant > 0
   double scale() const;                    ///< √det shape
 };
 

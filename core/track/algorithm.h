@@ -6,6 +6,7 @@
 
 #include "image/work_frame.h"
 #include "track/executor.h"
+#include "track/frame_budget.h"
 #include "track/types.h"
 
 namespace csd {
@@ -15,6 +16,8 @@ struct FrameContext {
   const WorkFrame &frame;
   const cv::Mat &forbidden;  ///< CV_8UC1, working size, 255 where nothing may be learnt; empty: nowhere
   std::int64_t time;         ///< ns since the tracker was made; never goes back
+  bool jumped = false;       ///< the stream did not go on to here from the last frame: what it shows may be elsewhere
+  FrameBudget budget = {};   ///< what tracking this frame may take
   cv::Rect2d bounds() const {
     return {-0.5, -0.5, static_cast<double>(frame.picture_size().width),
             static_cast<double>(frame.picture_size().height)};
@@ -33,7 +36,8 @@ struct Claim {
   FeatureId id = 0;
   Kind kind = Kind::hidden;
   cv::Point2d position;   ///< picture pixels; in: the last one, out: where it is (hidden: a prediction)
-  double confidence = 1;  ///< of a claim (`learning`, `tracked`)
+  double confidence = 1;  ///< of `learning` and `tracked`, at least .5; of `hidden`: below that, if anything is known
+  bool fresh = true;      ///< false: the frame's budget was spent before the feature could be looked for
 };
 
 /// How positions are found: csd-2012 or one of the baselines. The Tracker owns one, tells it which features there are,

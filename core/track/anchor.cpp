@@ -32,10 +32,10 @@ void Anchor::set(int level, AnchorLevel &&anchor) {
   levels_[slot(level)] = std::make_unique<AnchorLevel>(anchor);
 }
 
-int Anchor::fine_level(double scale) const {
+int Anchor::fine_level(double zoom) const {
   int best = coarsest;
   while (best > finest && !has(best)) --best;
-  for (int l = best; l >= finest && std::ldexp(scale, l) >= .75; --l)
+  for (int l = best; l >= finest && std::ldexp(zoom, l) >= .75; --l)
     if (has(l)) best = l;
   return best;
 }

@@ -32,9 +32,9 @@ class Anchor {
   bool has(int level) const;                  ///< false also beyond finest…coarsest
   const AnchorLevel &level(int level) const;  ///< has(level)
   void set(int level, AnchorLevel &&anchor);  ///< finest ≤ level ≤ coarsest
-  /// The finest existing level that the picture shows at `scale` (√det shape): scale·2^level ≥ .75; the coarsest one
-  /// where none is shown. At least one level exists.
-  int fine_level(double scale) const;
+  /// The finest existing level that the picture shows at `zoom` (√det shape, of that where the feature began):
+  /// zoom·2^level ≥ .75; the coarsest one where none is shown. At least one level exists.
+  int fine_level(double zoom) const;
 
  private:
   std::array<std::unique_ptr<AnchorLevel>, coarsest - finest + 1> levels_;

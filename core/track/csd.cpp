@@ -3,19 +3,24 @@
 
 #include <algorithm>
 
+#include "track/patch_side.h"
+
 namespace csd {
 namespace {
 constexpr std::int64_t step = second / 25;  // what rates are given for
 constexpr double most_steps = 10;           // after a gap: farther ahead nothing is known
+// Of a frame's budget, from its begin: supporting points, then looks at the user's, then these points' anchors.
+constexpr double support_share = 0.5, looks_share = 0.85;
 }  // namespace
 
 CsdFrame Csd::load(const FrameContext &context) {
-  return {pyramid_, weights_,     context.frame.size(),   context.frame.size().height / 480.0,
-          steps_,   context.time, settings_.training_time};
+  const auto &work = context.frame;
+  const double patch = patch_side(settings_, work) / static_cast<double>(PatchPlane::side);
+  return {
+      pyramid_, weights_,      work.size(), work.size().height / 480.0, steps_, context.time, settings_.training_time,
+      patch,    context.budget};
 }
 
-// After a DISCONT or a jump of the PTS nothing may be claimed until it has been confirmed; FrameContext does not tell
-// of them yet. That will be a flag there, and here a reset of every point's visible().
 void Csd::track(const FrameContext &context, std::vector<Claim> &claims) {
   pyramid_.build(context.frame.luma());
   weights_.build(context.frame, context.forbidden);
@@ -26,22 +31,48 @@ void Csd::track(const FrameContext &context, std::vector<Claim> &claims) {
   last_time_ = context.time;
 
   const auto frame = load(context);
-  support_.follow(frame);
-  support_.replenish(frame);
+  if (context.jumped) doubt(frame);
+  auto part = frame;
+  part.budget = frame.budget.share(support_share);
+  support_.follow(part);
+  support_.replenish(part);
+  follow_queries(frame);
   auto query = queries_.begin();
   for (auto &claim : claims) {
     while (query != queries_.end() && query->id < claim.id) ++query;
     if (query == queries_.end() || query->id != claim.id) continue;  // began outside the picture: its claim stays
-    follow(query->point, frame);
-    report(query->point, frame, context.frame, claim);
+    report(*query, frame, context.frame, claim);
   }
 }
 
+void Csd::doubt(const CsdFrame &frame) {
+  support_.doubt(frame);
+  for (auto &query : queries_) query.point.doubt();
+}
+
+/// The most urgent first; one in each frame, however late it is, so that none waits for ever.
+void Csd::follow_queries(const CsdFrame &frame) {
+  turns_.clear();
+  for (auto &query : queries_) turns_.push_back(&query);
+  if (frame.budget.limited())
+    std::stable_sort(turns_.begin(), turns_.end(),
+                     [&](const Query *a, const Query *b) { return a->point.urgency(frame) > b->point.urgency(frame); });
+  const auto budget = frame.budget.share(looks_share);
+  for (auto *query : turns_) {
+    query->waits = query != turns_.front() && budget.spent();
+    follow(*query, frame);
+  }
+  for (auto &query : queries_)
+    if (query.point.ripe(frame) && !frame.budget.spent()) query.point.freeze();
+}
+
 /// One user's point, by the field of the supporting points: no other user's point has a say.
-void Csd::follow(TrackedPoint &point, const CsdFrame &frame) const {
+void Csd::follow(Query &query, const CsdFrame &frame) const {
   const auto &field = support_.field();
-  point.look(frame);
+  auto &point = query.point;
+  query.waits ? point.pass() : point.look(frame);
   point.meet(frame, field.map_at(point.own_reference(), point.chart(), frame.unit));
+  if (query.waits) return point.wait(frame);
   point.look_again(frame);
   point.decide(frame, support_.surroundings());
   point.learn(frame);
@@ -49,9 +80,11 @@ void Csd::follow(TrackedPoint &point, const CsdFrame &frame) const {
   if (point.sure() && !point.map()) point.join(field, support_.chart(), frame.unit);
 }
 
-void Csd::report(const TrackedPoint &point, const CsdFrame &frame, const WorkFrame &work, Claim &claim) {
+void Csd::report(const Query &query, const CsdFrame &frame, const WorkFrame &work, Claim &claim) {
+  const auto &point = query.point;
   claim.position = work.to_picture(point.state().position);
   claim.confidence = point.confidence();
+  claim.fresh = !query.waits;
   if (point.visible())
     claim.kind = point.learning() ? Claim::Kind::learning : Claim::Kind::tracked;
   else

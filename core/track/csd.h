@@ -30,16 +30,20 @@ class Csd final : public Algorithm {
   struct Query {
     FeatureId id;
     TrackedPoint point;
+    bool waits = false;  ///< for a later frame
   };
   CsdFrame load(const FrameContext &context);
-  void follow(TrackedPoint &point, const CsdFrame &frame) const;
-  static void report(const TrackedPoint &point, const CsdFrame &frame, const WorkFrame &work, Claim &claim);
+  void doubt(const CsdFrame &frame);
+  void follow_queries(const CsdFrame &frame);
+  void follow(Query &query, const CsdFrame &frame) const;
+  static void report(const Query &query, const CsdFrame &frame, const WorkFrame &work, Claim &claim);
 
   Settings settings_;
   Pyramid pyramid_;
   GlareWeights weights_;
   SupportPoints support_;
   std::vector<Query> queries_;  // by ascending id
+  std::vector<Query *> turns_;  // scratch: by falling urgency
   std::int64_t last_time_ = no_time;
   double steps_ = 1;  // of this frame
 };

@@ -18,7 +18,10 @@ constexpr int rounds = 4;
 constexpr std::size_t least_points = 3, least_affine = 6;
 
 constexpr double slowest = 0.02;  // of what a frame of 40 ms adds to the running means
-constexpr double least_deviation = 0.3;
+constexpr double least_deviation = 0.3, most_deviation = 2;
+constexpr double usual_offset = 1;  // sd of what tissue has beside its neighbours' motion
+constexpr double most_offset = 6;
+constexpr double misfit = 0.1;  // px
 
 double square(double x) {
   return x * x;
@@ -168,8 +171,15 @@ NeighbourMap NeighbourField::inverse_map_at(cv::Point2d position, int chart, dou
       });
 }
 
+cv::Matx22d position_covariance(const cv::Matx22d &information) {
+  const auto i = information + 1e-3 * cv::Matx22d::eye();  // never singular: 30 px
+  const double mean = (i(0, 0) + i(1, 1)) / 2, half = std::hypot((i(0, 0) - i(1, 1)) / 2, i(0, 1));
+  const double largest = mean + half, edge = square(misfit) * (largest / (mean - half) - 1);
+  return (1 + edge * largest) * i.inv() - edge * cv::Matx22d::eye();
+}
+
 double NeighbourOffset::deviation() const {
-  return std::max(least_deviation, std::sqrt(variance_));
+  return std::clamp(std::sqrt(variance_), least_deviation, most_deviation);
 }
 
 AffineState NeighbourOffset::predict(const NeighbourMap &map, cv::Point2d reference) const {
@@ -181,14 +191,19 @@ void NeighbourOffset::begin(const cv::Matx22d &shape) {
   shape_ = shape;
 }
 
-void NeighbourOffset::update(const NeighbourMap &map, cv::Point2d reference, const AffineState &seen, double steps,
-                             double unit) {
+void NeighbourOffset::update(const NeighbourMap &map, cv::Point2d reference, const AffineState &seen,
+                             const cv::Matx22d &information, double steps, double unit) {
   const double rate = std::min(1.0, std::max(slowest * steps, 1 / (frames_ + 1)));
-  const auto difference = map.inverse(seen.position) - reference - offset_;
+  const auto difference = map.inverse(seen.position) - reference - mean_;
   const double clipped = std::min(squared(difference) / (unit * unit), 9 * square(deviation()) + 4);
   variance_ += rate * (clipped - variance_);
-  offset_ += rate * difference;
-  shape_ += rate * (map.linear.inv() * seen.shape - shape_);
+  mean_ += rate * difference;
+  const auto back = map.linear.inv();
+  covariance_ += rate * (back * position_covariance(information) * back.t() - covariance_);
+  const double prior = square(usual_offset * unit);
+  offset_ = (covariance_ + prior * cv::Matx22d::eye()).inv() * mean_ * prior;
+  if (const double size = std::sqrt(squared(offset_)); size > most_offset * unit) offset_ *= most_offset * unit / size;
+  shape_ += rate * (back * seen.shape - shape_);
   ++frames_;
 }
 

@@ -64,23 +64,31 @@ class NeighbourField {
   std::vector<Point> points_;
 };
 
-/// What a feature has of its own beside its neighbours' motion: a running offset from where they put it, and shape. In
+/// How unsure an alignment's position is: the inverse of its information, and along an edge √(λ₁/λ₂ − 1) more than that
+/// for each .1 px that the patch's warp is off across it. px²
+cv::Matx22d position_covariance(const cv::Matx22d &information);
+
+/// What a feature has of its own beside its neighbours' motion: an offset from where they put it, and shape. In
 /// reference coordinates, so that it stays the same while the view turns and zooms. Learns from frames in which the
-/// feature is seen well: a fast one would take in a false lock.
+/// feature is seen well: a fast one would take in a false lock. Neighbouring tissue moves alike, so an offset that the
+/// patch is not sure of is believed only in part: without that, features on edges and in faint tissue slide.
 class NeighbourOffset {
  public:
   cv::Point2d offset() const { return offset_; }
-  double deviation() const;  ///< sd of the offset, reference pixels at 480 lines; at least .3
+  double deviation() const;  ///< sd of the offset, reference pixels at 480 lines: .3 to 2
   /// State that the neighbours predict for a feature with reference coordinates `reference`.
   AffineState predict(const NeighbourMap &map, cv::Point2d reference) const;
   /// The feature begins with this shape in the map's reference coordinates.
   void begin(const cv::Matx22d &shape);
+  /// @param seen where, and how surely (information, in working pixels)
   /// @param steps frames of 40 ms since the last one. @param unit as above
-  void update(const NeighbourMap &map, cv::Point2d reference, const AffineState &seen, double steps, double unit);
+  void update(const NeighbourMap &map, cv::Point2d reference, const AffineState &seen, const cv::Matx22d &information,
+              double steps, double unit);
 
  private:
-  cv::Point2d offset_;
-  double variance_ = 4;  ///< of the offset, in units²
+  cv::Point2d mean_, offset_;                      ///< as seen; as believed
+  cv::Matx22d covariance_ = cv::Matx22d::zeros();  ///< mean of position_covariance(), reference coordinates
+  double variance_ = 4;                            ///< of the offset, in units²
   double frames_ = 1;
   cv::Matx22d shape_ = cv::Matx22d::eye();  ///< mean of map.linear⁻¹·shape
 };

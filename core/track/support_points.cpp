@@ -30,6 +30,9 @@ constexpr std::int64_t trial = second / 2;  // a new point's, before its neighbo
 constexpr double trial_deviation = 1.5;     // of its offset, at most
 constexpr std::int64_t young_lost_for = second / 2, lost_for = 10 * second;
 
+constexpr std::size_t least_looks = 24;            // in a frame, whatever the budget: a map stands on 14
+constexpr double first_looks = 0.6, looks = 0.85;  // of the budget, from its begin; the rest is for anchors
+
 /// Cells of the picture, and how many points each has.
 class Cells {
  public:
@@ -71,6 +74,34 @@ void SupportPoints::clear() {
   *this = {};
 }
 
+void SupportPoints::doubt(const CsdFrame &frame) {
+  for (auto &s : points_) {
+    s.point.doubt();
+    s.covered = frame.time;  // nobody could have seen it in a gap
+  }
+  last_sure_ = last_begin_ = frame.time;
+}
+
+/// The first looks, for as long as there is time. Points that are as urgent as each other take turns all over the
+/// picture: their ids go along its rows, multiples of the golden ratio don't.
+void SupportPoints::look(const CsdFrame &frame) {
+  turns_.clear();
+  for (auto &s : points_) turns_.push_back(&s);
+  if (frame.budget.limited()) {
+    const auto place = [](const Support *s) { return std::fmod(static_cast<double>(s->id) * 0.6180339887498949, 1); };
+    std::sort(turns_.begin(), turns_.end(), [&](const Support *a, const Support *b) {
+      const double u = a->point.urgency(frame), v = b->point.urgency(frame);
+      return u != v ? u > v : place(a) < place(b);
+    });
+  }
+  const auto budget = frame.budget.share(first_looks);
+  for (std::size_t i = 0; i < turns_.size(); ++i) {
+    auto &s = *turns_[i];
+    s.waits = i >= least_looks && budget.spent();
+    s.waits ? s.point.pass() : s.point.look(frame);
+  }
+}
+
 void SupportPoints::collect() {
   field_.clear();
   for (const auto &support : points_)
@@ -101,21 +132,27 @@ void SupportPoints::sum_up(const CsdFrame &frame) {
 }
 
 void SupportPoints::follow(const CsdFrame &frame) {
-  for (auto &s : points_) s.point.look(frame);
+  look(frame);
   collect();
   for (auto &s : points_)
     s.point.meet(frame, field_.map_at(s.point.own_reference(), s.point.chart(), frame.unit, s.id));
-  for (auto &s : points_) s.point.look_again(frame);
+  const auto budget = frame.budget.share(looks);
+  for (std::size_t i = 0; i < turns_.size(); ++i) {
+    auto &s = *turns_[i];
+    s.waits = s.waits || (i >= least_looks && !s.point.sure() && budget.spent());
+    s.waits ? s.point.pass() : s.point.look_again(frame);
+  }
   // What has no map has looked for itself alone: chance likenesses don't agree on a motion.
   collect();
   for (auto &s : points_)
     if (!s.point.map()) s.point.meet(frame, field_.map_at(s.point.own_reference(), s.point.chart(), frame.unit, s.id));
 
   sum_up(frame);
-  for (auto &s : points_) s.point.decide(frame, surroundings_);
+  for (auto &s : points_) s.waits ? s.point.wait(frame) : s.point.decide(frame, surroundings_);
   collect();
   for (auto &s : points_) {
-    s.point.learn(frame);
+    if (!s.waits) s.point.learn(frame);
+    if (s.point.ripe(frame) && !frame.budget.spent()) s.point.freeze();
     const bool out = s.point.map() && !frame.shows(s.point.state().position);
     if (s.point.visible() || out) s.covered = frame.time;
     if (!s.established && s.point.chart() >= 0 && frame.time - s.begun >= trial && s.point.sure() &&

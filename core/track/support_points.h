@@ -19,11 +19,14 @@ namespace csd {
 /// been seen for a second (another scene), the next points found a chart of their own.
 class SupportPoints {
  public:
-  /// Follows the points into the frame; then field() and the others speak of it.
+  /// Follows the points into the frame; then field() and the others speak of it. Past the frame's budget those wait
+  /// that are least urgent, but for the few without which there would be no map.
   void follow(const CsdFrame &frame);
   /// Drops points that are gone for good, begins new ones where none are. `forbidden` as FrameContext's.
   void replenish(const CsdFrame &frame);
   void clear();
+  /// The stream has jumped: no point is visible until it has been found again.
+  void doubt(const CsdFrame &frame);
 
   const NeighbourField &field() const { return field_; }
   const Surroundings &surroundings() const { return surroundings_; }
@@ -36,8 +39,10 @@ class SupportPoints {
     std::int64_t begun, covered;  ///< covered: when it was last visible, or out of the picture
     bool established;             ///< its neighbours believe it
     std::size_t id;
+    bool waits = false;  ///< for a later frame
   };
 
+  void look(const CsdFrame &frame);
   void collect();
   void sum_up(const CsdFrame &frame);
   void drop(const CsdFrame &frame);
@@ -49,8 +54,9 @@ class SupportPoints {
   int chart_ = -1;
   std::size_t next_id_ = 0;
   std::int64_t last_sure_ = 0, last_begin_ = 0;
-  std::vector<double> changes_;  // scratch
-  cv::Mat level_, corners_;      // scratch
+  std::vector<Support *> turns_;  // scratch: by falling urgency
+  std::vector<double> changes_;   // scratch
+  cv::Mat level_, corners_;       // scratch
 };
 
 }  // namespace csd

@@ -13,7 +13,7 @@ namespace {
 
 // prototype.md I.2, the tight variant. Pixels are those of a 480-line picture.
 constexpr double shape_deviation = 0.03;     // of each element of A0⁻¹A − 1, in a frame of 40 ms
-constexpr double shape_pull = 0.3;           // towards the neighbours' shape, before looking
+constexpr double shape_pull = 0.3;           // towards the neighbours' shape, before looking, in 40 ms
 constexpr double coarse_information = 0.25;  // of the coarse level's, as the fine level's prior
 constexpr double sure_zncc = 0.6, sure_inliers = 0.5, sure_unmasked = 0.3;
 constexpr double alone_zncc = 0.8;                         // to be found again without neighbours
@@ -21,11 +21,16 @@ constexpr double least_zncc = 0.2, least_unmasked = 0.25;  // of what is reporte
 constexpr double gate_floor = 1, gate_deviations = 2;
 constexpr std::size_t least_judges = 5;  // neighbours that may overrule a point
 constexpr double most_distortion = 0.3;
+// Of a point beside its neighbours, from one frame to another: sd, of which its usual deviation makes a part, and the
+// neighbours' disagreement.
+constexpr double least_own_motion = 0.2, own_motion = 0.3, own_motion_of_spread = 0.1;
 constexpr double good_zncc = 0.75;  // of a frame that offsets and gains learn from
 constexpr double usual_rate = 0.1;
 constexpr double finer_scale = 0.8, finer_zncc = 0.85, finer_inliers = 0.7;
 constexpr double least_anchor = 0.4;  // unmasked share of the level that is aligned last
-constexpr int training_samples = 12;
+constexpr std::size_t training_samples = 12;
+constexpr double half_life = 100;  // of belief in what nobody looks at, frames of 40 ms
+constexpr double fast = 1;         // pixels in 40 ms
 
 cv::Matx22d information(double deviation) {
   const double i = 1 / (deviation * deviation);
@@ -52,7 +57,11 @@ double log_noise(const Alignment &seen) {
 }  // namespace
 
 TrackedPoint::TrackedPoint(const CsdFrame &frame, cv::Point2d position)
-    : state_{position}, begun_(frame.time), last_sample_(frame.time), last_seen_(frame.time) {
+    : state_{position, frame.patch * cv::Matx22d::eye()},
+      begun_(frame.time),
+      last_sample_(frame.time),
+      last_seen_(frame.time),
+      last_look_(frame.time) {
   fine_.state = state_;
   medians_.resize(Anchor::coarsest + 1);
   for (int level = 0; level <= Anchor::coarsest; ++level) {
@@ -94,10 +103,10 @@ void TrackedPoint::set_anchor(int level, AnchorLevel &&anchor) {
 }
 
 /// The finest level that the picture shows and that isn't mostly masked: what is pale by nature passes for a highlight,
-/// and a coarser patch reaches beyond it.
-int TrackedPoint::finest_level(double scale) const {
+/// and a coarser patch reaches beyond it. `zoom`: scale of the shape, of that where the point began.
+int TrackedPoint::finest_level(double zoom) const {
   const auto share = [this](int level) { return unmasked_[static_cast<std::size_t>(level - Anchor::finest)]; };
-  int best = anchor_.fine_level(scale);
+  int best = anchor_.fine_level(zoom);
   for (int level = best; level <= Anchor::coarsest && share(best) < least_anchor; ++level)
     if (anchor_.has(level) && share(level) > share(best)) best = level;
   return best;
@@ -107,7 +116,7 @@ int TrackedPoint::finest_level(double scale) const {
 void TrackedPoint::locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top, bool core) {
   fine_ = {};
   zncc_coarse_ = 0;
-  const int finest = finest_level(start.scale());
+  const int finest = finest_level(start.scale() / frame.patch);
   AlignPrior prior;
   AnchorLevel inner;
   core_ = core;
@@ -157,7 +166,8 @@ void TrackedPoint::look(const CsdFrame &frame) {
   sure_ = again_ = false;
   if (!visible_) return;
   AffineState start{state_.position + velocity_ * frame.steps, state_.shape};
-  if (map_) start.shape += shape_pull * (prediction().shape - start.shape);  // the last frame's map
+  if (map_)  // the last frame's
+    start.shape += std::min(1.0, shape_pull * frame.steps) * (prediction().shape - start.shape);
   locate(frame, start, 0, 1, false);
   map_ = {};
   judge(frame);
@@ -199,7 +209,21 @@ void TrackedPoint::look_again(const CsdFrame &frame) {
   again_ = true;
 }
 
+/// The patch's own place, weighed against where the neighbours put it, each by what it knows (a MAP estimate). Along an
+/// edge a patch knows next to nothing, however little noise there is: what bends or lies at another depth shifts it
+/// there.
+cv::Point2d TrackedPoint::fused(const CsdFrame &frame) const {
+  const auto expected = prediction().position;
+  const auto off = fine_.state.position - expected;
+  const double sd = (least_own_motion + own_motion * offset_.deviation()) * map_.scale() * frame.unit +
+                    own_motion_of_spread * map_.spread;
+  const auto patch = position_covariance(fine_.information).inv();
+  const cv::Vec2d pull = (patch + information(sd)).inv() * (patch * cv::Vec2d(off.x, off.y));
+  return expected + cv::Point2d(pull[0], pull[1]);
+}
+
 void TrackedPoint::decide(const CsdFrame &frame, const Surroundings &around) {
+  if (fine_.usable && map_.support >= least_judges) fine_.state.position = fused(frame);
   Evidence evidence;
   evidence.zncc_fine = fine_.zncc;
   evidence.zncc_coarse = zncc_coarse_;
@@ -226,12 +250,39 @@ void TrackedPoint::decide(const CsdFrame &frame, const Surroundings &around) {
     velocity_ = {};
     if (map_) state_ = prediction();
   }
+  last_look_ = frame.time;
+  pressing_ = visible_ && (!sure_ || cv::norm(velocity_) > fast * frame.unit);
+}
+
+void TrackedPoint::pass() {
+  fine_ = {};
+  sure_ = again_ = false;
+}
+
+void TrackedPoint::wait(const CsdFrame &frame) {
+  if (map_) state_ = prediction();
+  const bool followed = visible_ && map_ && frame.shows(state_.position);
+  confidence_ = followed ? confidence_ * std::exp2(-frame.steps / half_life) : 0;
+  visible_ = confidence_ >= 0.5;
+  if (!visible_) velocity_ = {};
+}
+
+double TrackedPoint::urgency(const CsdFrame &frame) const {
+  return static_cast<double>(frame.time - last_look_) * (pressing_ ? 2 : 1);
+}
+
+void TrackedPoint::doubt() {
+  pass();
+  map_ = {};
+  velocity_ = {};
+  visible_ = false;
+  confidence_ = 0;
 }
 
 void TrackedPoint::learn(const CsdFrame &frame) {
   const bool good = visible_ && sure_ && fine_.zncc >= good_zncc;
   if (good) {
-    if (map_) offset_.update(map_, reference_, fine_.state, frame.steps, frame.unit);
+    if (map_) offset_.update(map_, reference_, fine_.state, fine_.information, frame.steps, frame.unit);
     const double rate = usual_known_ ? std::min(1.0, usual_rate * frame.steps) : 1;
     usual_gain_ += rate * (std::log(fine_.gain) - usual_gain_);
     usual_noise_ += rate * (log_noise(fine_) - usual_noise_);
@@ -239,23 +290,26 @@ void TrackedPoint::learn(const CsdFrame &frame) {
     usual_known_ = true;
   }
   if (learning()) {
-    if ((visible_ || map_) && frame.time - last_sample_ >= frame.training_time / (training_samples + 1)) {
+    if ((visible_ || map_) &&
+        frame.time - last_sample_ >= frame.training_time / static_cast<std::int64_t>(training_samples + 1) &&
+        medians_.front().size() <= training_samples + 1) {
       for (int level = 0; level <= Anchor::coarsest; ++level)
         medians_[static_cast<std::size_t>(level)].add(sample(frame.pyramid, frame.weights, state_, level));
       last_sample_ = frame.time;
-    }
-    if (frame.time - begun_ >= frame.training_time) {
-      for (int level = 0; level <= Anchor::coarsest; ++level)
-        set_anchor(level, medians_[static_cast<std::size_t>(level)].make());
-      medians_.clear();
     }
     return;
   }
   for (int level = -1; level >= Anchor::finest; --level)
     if (sure_ && !anchor_.has(level) && anchor_.has(level + 1) &&
-        state_.scale() * std::ldexp(1.0, level) >= finer_scale && fine_.zncc >= finer_zncc &&
+        state_.scale() / frame.patch * std::ldexp(1.0, level) >= finer_scale && fine_.zncc >= finer_zncc &&
         fine_.inliers > finer_inliers)
       set_anchor(level, make_anchor_level(sample(frame.pyramid, frame.weights, state_, level)));
+}
+
+void TrackedPoint::freeze() {
+  for (int level = 0; level <= Anchor::coarsest; ++level)
+    set_anchor(level, medians_[static_cast<std::size_t>(level)].make());
+  medians_.clear();
 }
 
 }  // namespace csd

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "track/align.h"
+#include "track/frame_budget.h"
 #include "track/neighbour_map.h"
 #include "track/visibility.h"
 
@@ -20,6 +21,8 @@ struct CsdFrame {
   double steps;                ///< frames of 40 ms since the last frame: what rates are given in
   std::int64_t time;           ///< ns
   std::int64_t training_time;  ///< ns: how long an anchor is gathered
+  double patch = 1;            ///< working pixels to a sample of a patch (of 21 × 21) where a point begins
+  FrameBudget budget = {};     ///< when it is spent, points wait
   bool shows(cv::Point2d p) const {
     return p.x >= -0.5 && p.y >= -0.5 && p.x < size.width - 0.5 && p.y < size.height - 0.5;
   }
@@ -34,7 +37,8 @@ struct Surroundings {
 /// One point of tissue as `csd` follows it, a user's or a supporting one: its affine state, its frozen anchor, and its
 /// place among its neighbours. All coordinates are the working image's.
 ///
-/// In each frame: look(), meet(), look_again(), decide(), learn().
+/// In each frame: look(), meet(), look_again(), decide(), learn(), and freeze() when ripe(). A point that has to wait
+/// for a later frame: pass(), meet(), wait().
 class TrackedPoint {
  public:
   TrackedPoint(const CsdFrame &frame, cv::Point2d position);
@@ -54,6 +58,20 @@ class TrackedPoint {
   void decide(const CsdFrame &frame, const Surroundings &around);
   /// Learns from this frame what decide() found visible: the anchor, the offset from the neighbours, the usual gain.
   void learn(const CsdFrame &frame);
+  /// The training time is over: freeze() makes the anchor of its samples. That takes as long as a hundred looks.
+  bool ripe(const CsdFrame &frame) const { return learning() && frame.time - begun_ >= frame.training_time; }
+  void freeze();
+
+  /// Instead of look(): nobody looks at the point in this frame.
+  void pass();
+  /// Ends such a frame: the point goes where the neighbours put it, and belief in it fades; without a map it claims
+  /// nothing.
+  void wait(const CsdFrame &frame);
+  /// How much a point should be looked at: frames of 40 ms since it was, twice that while it is unsure or fast.
+  double urgency(const CsdFrame &frame) const;
+
+  /// The next frame may show anything: the point isn't visible until it has been found again.
+  void doubt();
 
   bool sure() const { return sure_; }        ///< seen well, and the neighbours agree
   bool visible() const { return visible_; }  ///< after decide()
@@ -74,17 +92,18 @@ class TrackedPoint {
 
  private:
   AffineState prediction() const { return offset_.predict(map_, reference_); }
-  int finest_level(double scale) const;
+  int finest_level(double zoom) const;
   void set_anchor(int level, AnchorLevel &&anchor);
   void locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top, bool core);
   void judge(const CsdFrame &frame);
+  cv::Point2d fused(const CsdFrame &frame) const;
 
   AffineState state_;
   cv::Point2d velocity_;  ///< of the last frame, working pixels in 40 ms
   Anchor anchor_;
   std::array<double, Anchor::coarsest - Anchor::finest + 1> unmasked_{};  ///< share of the anchor's levels
   std::vector<AnchorMedian> medians_;                                     ///< while it is learning: levels 0…2
-  std::int64_t begun_, last_sample_, last_seen_;
+  std::int64_t begun_, last_sample_, last_seen_, last_look_;
 
   int chart_ = -1;
   cv::Point2d reference_;
@@ -101,6 +120,7 @@ class TrackedPoint {
   bool agrees_ = true;
   bool core_ = false;  ///< aligned by its inner disc
   bool sure_ = true, visible_ = true, again_ = false;
+  bool pressing_ = true;  ///< visible, and unsure or fast when it was last looked at
   double confidence_ = 1;
 };
 

@@ -11,14 +11,14 @@
 #include "image/specular.h"
 #include "image/work_frame.h"
 #include "track/algorithm.h"
+#include "track/life.h"
 #include "track/patch_side.h"
+#include "track/stream_clock.h"
 
 namespace csd {
 
 namespace {
 
-constexpr std::int64_t nominal_duration = second / 25;  // of a frame, where the stream does not say
-constexpr std::int64_t occluded_for = second;           // DESIGN: hidden for longer is lost
 // A recording fades in: what is found first is not all that there is.
 constexpr std::int64_t settle_for = 2 * second;
 constexpr std::int64_t replenish_every = second / 2;  // detection costs as much as ten frames of tracking
@@ -28,18 +28,6 @@ constexpr double least_contrast = 1;  // grey levels, of a picture worth looking
 bool claims_position(FeatureState state) {
   return state == FeatureState::learning || state == FeatureState::tracked;
 }
-
-/// A feature from its first frame to its last.
-struct Life {
-  Feature feature;
-  bool given = false;           // by the user: never ends by itself
-  bool begun = false;           // the algorithm knows of it
-  std::int64_t gone_since = 0;  // when it became lost or out
-  cv::Point2d start, claimed;   // where it began, and where it was seen last; picture pixels
-  std::int64_t last_claim = 0;  // when a position was last claimed
-  bool reported = false;        // in an earlier frame
-  FeatureState reported_as = FeatureState::learning;
-};
 
 struct Request {
   FeatureId id;
@@ -56,12 +44,10 @@ struct Tracker::Impl {
     if (settings.points_from_start) next_id = static_cast<FeatureId>(max_points);
   }
 
-  const Tracks &process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration);
-  void advance_time(std::int64_t pts, std::int64_t duration);
+  const Tracks &process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration, bool discont);
   void take_requests();
   void end_all();
   void follow(const FrameContext &context);
-  void apply(const Claim &claim, Life &life);
   void forget_old();
   void leave_graphics(const FrameContext &context);
   void begin(FeatureId id, cv::Point2d position, bool given, const FrameContext *context);
@@ -90,9 +76,9 @@ struct Tracker::Impl {
   bool points_begun_before = false;  // … in an earlier stream: now they need new ids
   std::size_t detected = 0;          // features that detection has found in this stream
   std::int64_t first_detection = 0, last_detection = 0;
-  bool any_frame = false;
   bool failed = false;  // process() threw: what process_blind() says next is of the same frame
-  std::int64_t time = 0, last_pts = no_time, last_duration = no_time;
+  StreamClock clock;
+  std::int64_t time = 0;  // of this frame
 
   // Shared with the threads that ask; guarded by mutex.
   mutable std::mutex mutex;
@@ -106,15 +92,6 @@ struct Tracker::Impl {
 FeatureId Tracker::Impl::take_id() {
   const std::lock_guard lock(mutex);
   return next_id++;
-}
-
-// Time goes on by the stamps where they make sense, else by the duration: a gap in the stamps never stops the clock.
-void Tracker::Impl::advance_time(std::int64_t pts, std::int64_t duration) {
-  const auto step = last_duration > 0 ? last_duration : nominal_duration;
-  if (any_frame) time += (pts != no_time && last_pts != no_time && pts > last_pts) ? pts - last_pts : step;
-  any_frame = true;
-  last_pts = pts;
-  last_duration = duration;
 }
 
 void Tracker::Impl::take_requests() {
@@ -154,39 +131,6 @@ void Tracker::Impl::end_all() {
   detected = 0;
 }
 
-void Tracker::Impl::apply(const Claim &claim, Life &life) {
-  auto &feature = life.feature;
-  const auto state = feature.state;
-  const bool finite = std::isfinite(claim.position.x) && std::isfinite(claim.position.y);
-  feature.confidence = 0;
-  switch (claim.kind) {
-    case Claim::Kind::learning:
-    case Claim::Kind::tracked:
-      feature.state = claim.kind == Claim::Kind::learning ? FeatureState::learning : FeatureState::tracked;
-      feature.confidence = claim.confidence;
-      life.last_claim = time;
-      if (finite) life.claimed = claim.position;
-      break;
-    case Claim::Kind::out:
-      feature.state = FeatureState::out;
-      break;
-    case Claim::Kind::hidden:
-    case Claim::Kind::lost:
-      // What has left the picture is out until it is seen again.
-      if (state == FeatureState::out) break;
-      feature.state = claim.kind == Claim::Kind::hidden && time - life.last_claim < occluded_for
-                          ? FeatureState::occluded
-                          : FeatureState::lost;
-      break;
-  }
-  const auto gone = [](FeatureState s) { return s == FeatureState::lost || s == FeatureState::out; };
-  if (gone(feature.state) && !gone(state)) life.gone_since = time;
-  // A prediction is told only of what is occluded; what is lost or out keeps the position last claimed.
-  const bool predicted = feature.state == FeatureState::occluded && finite;
-  feature.x = predicted ? claim.position.x : life.claimed.x;
-  feature.y = predicted ? claim.position.y : life.claimed.y;
-}
-
 void Tracker::Impl::follow(const FrameContext &context) {
   claims.clear();
   for (const auto &life : lives)
@@ -197,9 +141,10 @@ void Tracker::Impl::follow(const FrameContext &context) {
       claims.push_back(claim);
     }
   algorithm->track(context, claims);
+  clock.seen();
   std::size_t i = 0;
   for (auto &life : lives)
-    if (life.feature.state != FeatureState::ended) apply(claims[i++], life);
+    if (life.feature.state != FeatureState::ended) life.apply(claims[i++], time);
 }
 
 // A point that was outside the picture from the start is known to the algorithm by no begin(): its claim stays out.
@@ -220,7 +165,7 @@ void Tracker::Impl::begin(FeatureId id, cv::Point2d position, bool given, const 
 void Tracker::Impl::show(Life &life, const FrameContext &context) {
   if (life.begun || life.feature.state == FeatureState::ended || !context.bounds().contains(life.start)) return;
   life.begun = true;
-  apply({life.feature.id, algorithm->begin(life.feature.id, life.start, context), life.start, 1}, life);
+  life.apply({life.feature.id, algorithm->begin(life.feature.id, life.start, context), life.start, 1}, time);
 }
 
 void Tracker::Impl::begin_given(const FrameContext *context) {
@@ -333,6 +278,7 @@ void Tracker::Impl::report(cv::Size size) {
     tracks.changed |= !life.reported || life.reported_as != life.feature.state;
     life.reported_as = life.feature.state;
     ++counted.features[static_cast<std::size_t>(life.feature.state)];
+    counted.waited += !life.feature.fresh;
     if (!life.reported) ++counted.detected;
     life.reported = true;
     if (life.feature.state != FeatureState::ended) alive.push_back(life.feature.id);
@@ -341,13 +287,17 @@ void Tracker::Impl::report(cv::Size size) {
   tracks.frame = stats.frames++;
   stats.features = counted.features;
   stats.detected += counted.detected;
+  stats.waited += counted.waited;
   known.swap(alive);
 }
 
-const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration) {
+const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration,
+                                     bool discont) {
+  const FrameBudget budget(settings.frame_budget, settings.clock);
   // What has been reported as ended leaves the list.
   std::erase_if(lives, [](const Life &l) { return l.reported && l.reported_as == FeatureState::ended; });
-  if (view || !failed) advance_time(pts, duration);
+  if (view || !failed) clock.advance(pts, duration, discont);
+  time = clock.time();
   failed = view != nullptr;
   take_requests();
   if (view) frame.load(*view);
@@ -362,12 +312,13 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
   if (!view || tracks.too_small) {
     for (auto &life : lives)
       if (life.feature.state != FeatureState::ended)
-        apply({life.feature.id, Claim::Kind::lost, {life.feature.x, life.feature.y}, 0}, life);
+        life.apply({life.feature.id, Claim::Kind::lost, {life.feature.x, life.feature.y}, 0}, time);
     begin_given(nullptr);
   } else {
     if (settings.content_area == ContentArea::automatic) content_area.update(frame.luma(), time, patch);
-    const FrameContext context{
-        frame, settings.content_area == ContentArea::automatic ? content_area.forbidden() : nowhere, time};
+    const FrameContext context{frame,
+                               settings.content_area == ContentArea::automatic ? content_area.forbidden() : nowhere,
+                               time, clock.jumped(), budget};
     follow(context);
     leave_graphics(context);
     forget_old();
@@ -385,12 +336,12 @@ Tracker::Tracker(const Settings &settings, Executor &executor) : impl_(std::make
 
 Tracker::~Tracker() = default;
 
-const Tracks &Tracker::process(const FrameView &view, std::int64_t pts, std::int64_t duration) {
-  return impl_->process(&view, {view.width, view.height}, pts, duration);
+const Tracks &Tracker::process(const FrameView &view, std::int64_t pts, std::int64_t duration, bool discont) {
+  return impl_->process(&view, {view.width, view.height}, pts, duration, discont);
 }
 
-const Tracks &Tracker::process_blind(int width, int height, std::int64_t pts, std::int64_t duration) {
-  return impl_->process(nullptr, {width, height}, pts, duration);
+const Tracks &Tracker::process_blind(int width, int height, std::int64_t pts, std::int64_t duration, bool discont) {
+  return impl_->process(nullptr, {width, height}, pts, duration, discont);
 }
 
 void Tracker::offer_start(std::vector<StartPoint> points) {

@@ -21,12 +21,14 @@ class Tracker {
 
   /// Tracks all features into the next frame. `pts` and `duration` in ns, no_time where unknown (then 25 frames a
   /// second are assumed). A change of the picture's size forgets the stream. The result is valid until the next call.
+  /// `discont`: the frame does not follow on the last one. So is taken, too, a `pts` more than half a second off.
   /// Throws cv::Exception, std::bad_alloc, also those of a learner; the tracker may be used on after that.
-  const Tracks &process(const FrameView &view, std::int64_t pts, std::int64_t duration = no_time);
+  const Tracks &process(const FrameView &view, std::int64_t pts, std::int64_t duration = no_time, bool discont = false);
 
   /// What process() would have said if nothing could be seen: every feature that is not out or ended is lost. Right
   /// after a process() that threw it is about the same frame, and time does not go on.
-  const Tracks &process_blind(int width, int height, std::int64_t pts, std::int64_t duration = no_time);
+  const Tracks &process_blind(int width, int height, std::int64_t pts, std::int64_t duration = no_time,
+                              bool discont = false);
 
   /// With Settings::points_from_start: where points are in the next frame, and their ids, which are below max_points.
   /// The first offer that isn't empty begins them; later ones count only after the stream has been forgotten, and the

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <string_view>
 #include <vector>
 
@@ -69,9 +70,11 @@ struct Settings {
   unsigned search_radius = 0;  ///< 0: from the picture's height
   std::int64_t training_time = second / 2;
   bool learn_synchronously = false;
+  std::int64_t frame_budget = 0;  ///< ns; past it, the least urgent features of a frame wait (csd); 0: none
   std::uint64_t seed = 1;
 
-  // For experiments: no property sets these.
+  // For experiments and tests: no property sets these.
+  std::function<std::int64_t()> clock;            ///< ns, what frame_budget is measured by; empty: the steady clock
   SpecularOptions specular;                       ///< near what detection puts no feature (A6)
   SmokeEquation smoke = SmokeEquation::as_meant;  ///< csd-2012: how Eq. 1 is read (A13)
   PairSearch pair_search = PairSearch::ranked;    ///< csd-2012: how a node's test is looked for (A21)
@@ -86,7 +89,7 @@ struct Stats {
   std::uint64_t retrainings = 0;                         ///< leaves retrained (§2.2.2)
   std::uint64_t false_correspondences = 0;               ///< patches wrongly called the feature (§2.2.2)
   std::uint64_t queue = 0;                               ///< learning jobs that wait
-  std::uint64_t waited = 0;                              ///< features that the frame budget made wait
+  std::uint64_t waited = 0;                              ///< reports with Feature::fresh false
 };
 
 }  // namespace csd

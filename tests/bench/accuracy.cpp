@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // How well an algorithm tracks simulated tissue: the loop for whoever changes one. Simulator, Tracker and scores in one
 // process, no pipeline; what is published comes from pipelines/experiments.
-//   csd-accuracy [--algorithm csd] [--frames 500] [--features 100] [--seeds 1-2] [--keep DIR] [--worst N] [SEQUENCE...]
-// prints a row for each sequence and seed. With --keep, rendered sequences are kept in DIR as raw I420 beside their
-// truth, for the next run: rendering costs ten times what tracking does. --worst lists the features that erred most.
+//   csd-accuracy [--algorithm csd] [--frames 500] [--features 100] [--seeds 1-2] [--keep DIR] [--worst N] [--clips DIR]
+//                [SEQUENCE...]
+// prints a row for each sequence and seed. With --clips (or $CSDTRACK_CLIPS) also sequences whose texture is a picture
+// of real tissue, compressed as recorders do (by ffmpeg). With --keep, rendered sequences are kept in DIR as raw I420
+// beside their truth, for the next run: rendering costs ten times what tracking does. --worst lists the features that
+// erred most.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -11,6 +14,7 @@
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -32,6 +36,7 @@ struct Sequence {
   sim::Scenario scenario;
   const char *effects;
   sim::Style style;
+  const char *clip = nullptr;  // its first frame is the texture
 };
 
 using S = sim::Scenario;
@@ -53,6 +58,10 @@ constexpr Sequence sequences[] = {
     {"mixed-bowel", S::mixed, "", T::bowel},
     {"cut", S::cut, "", T::bowel},
     {"black", S::rotation, "black=1,zoom=0.5", T::heart},
+    {"picture-light", S::deformation, "heart-mild=0,heart-strong=1,light=1", T::heart, "heart.mkv"},
+    {"picture-tools", S::occlusion, "specular=1,light=1,sway=1", T::heart, "abdomen.mkv"},
+    {"picture-zoom", S::zoom, "specular=1", T::heart, "cutting.mp4"},
+    {"picture-rotation", S::rotation, "smoke=1", T::heart, "cholecystectomy.mp4"},
 };
 const cv::Size size{640, 480};
 constexpr std::size_t frame_bytes = std::size_t{640} * 480 * 3 / 2;
@@ -61,7 +70,7 @@ struct Options {
   AlgorithmKind algorithm = AlgorithmKind::csd_2012;
   std::uint64_t frames = 500, first_seed = 1, last_seed = 1;
   std::size_t features = 100, worst = 0;
-  std::string keep;
+  std::string keep, clips;
   std::vector<Sequence> wanted;
 };
 
@@ -70,6 +79,24 @@ struct Rendered {
   std::vector<std::vector<sim::TruthPoint>> truth;  // by frame
   std::string file;
 };
+
+cv::Mat first_frame(const std::string &video) {
+  cv::Mat frame;
+  cv::VideoCapture(video).read(frame);
+  if (frame.empty()) throw std::runtime_error("no picture in " + video);
+  return frame;
+}
+
+/// The file's pictures, as they look after H.264.
+void compress(const std::string &file) {
+  const std::string raw = "-f rawvideo -pix_fmt yuv420p -s 640x480 -r 25 ", plain = file + ".plain";
+  fs::rename(file, plain);
+  const auto command = "ffmpeg -v error " + raw + "-i '" + plain +
+                       "' -c:v libx264 -crf 23 -f h264 - | ffmpeg -v error -f h264 " + "-i - " + raw + "'" + file + "'";
+  if (std::system(command.c_str()) != 0 || fs::file_size(file) != fs::file_size(plain))
+    throw std::runtime_error("failed: " + command);
+  fs::remove(plain);
+}
 
 Rendered render(const Sequence &sequence, std::uint64_t seed, const Options &options) {
   Rendered out;
@@ -95,6 +122,7 @@ Rendered render(const Sequence &sequence, std::uint64_t seed, const Options &opt
   settings.seed = seed;
   settings.style = sequence.style;
   settings.size = size;
+  if (sequence.clip) settings.texture = first_frame((fs::path(options.clips) / sequence.clip).string());
   sim::Simulator simulator(settings);
   const auto surface = simulator.on_surface(0, simulator.detect(options.features));
   std::ofstream pictures(out.file, std::ios::binary), truth(stem + ".truth.part", std::ios::binary);
@@ -112,6 +140,7 @@ Rendered render(const Sequence &sequence, std::uint64_t seed, const Options &opt
   truth.close();
   pictures.close();
   if (!pictures || !truth) throw std::runtime_error("cannot write " + stem + ".*");
+  if (sequence.clip) compress(out.file);
   fs::rename(stem + ".truth.part", stem + ".truth");
   return out;
 }
@@ -235,6 +264,7 @@ AlgorithmKind parse_algorithm(std::string_view name) {
 Options parse(int argc, char **argv) {
   Options options;
   options.keep = fs::temp_directory_path().string();
+  if (const char *clips = std::getenv("CSDTRACK_CLIPS")) options.clips = clips;
   for (int i = 1; i < argc; ++i) {
     const std::string_view name = argv[i];
     const auto value = [&]() -> std::string {
@@ -251,6 +281,8 @@ Options parse(int argc, char **argv) {
       options.worst = std::stoull(value());
     } else if (name == "--keep") {
       options.keep = value();
+    } else if (name == "--clips") {
+      options.clips = value();
     } else if (name == "--seeds") {
       const auto text = value();
       options.first_seed = options.last_seed = std::stoull(text);
@@ -263,6 +295,7 @@ Options parse(int argc, char **argv) {
     }
   }
   if (options.wanted.empty()) options.wanted.assign(std::begin(sequences), std::end(sequences));
+  if (options.clips.empty()) std::erase_if(options.wanted, [](const Sequence &s) { return s.clip; });
   return options;
 }
 

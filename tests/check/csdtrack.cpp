@@ -37,6 +37,7 @@ GST_START_TEST(properties_have_their_documented_defaults) {
                                                        {"training-time", "500000000"},
                                                        {"learning", "async"},
                                                        {"n-threads", "0"},
+                                                       {"frame-budget", "0"},
                                                        {"overlay", "none"},
                                                        {"attach-meta", "TRUE"},
                                                        {"attach-roi", "FALSE"},
@@ -227,6 +228,33 @@ GST_START_TEST(no_frame_is_dropped_for_being_late) {
 }
 GST_END_TEST
 
+GST_START_TEST(features_wait_past_the_budget_and_say_so) {
+  GstHarness *h = harness("csdtrack algorithm=csd frame-budget=1 points=\"80,80;160,120;240,160\"");
+  guint waited = 0;
+  for (int i = 0; i < 4; ++i) {
+    GstBuffer *out = gst_harness_push_and_pull(h, picture(320, 240, i));
+    const GstStructure *s = gst_buffer_get_csd_tracks(out, GST_CSD_TRACK_META_NAME, nullptr);
+    guint fresh = 0;
+    for (guint k = 0; k < 3; ++k) {
+      GstCsdFeature f;
+      fail_unless(gst_csd_structure_get_feature(s, k, &f));
+      ++(f.fresh ? fresh : waited);
+    }
+    fail_unless_equals_int(fresh, i == 0 ? 3 : 1);  // a nanosecond is for one
+    gst_buffer_unref(out);
+  }
+  GstElement *track = element(h);
+  GstStructure *stats = nullptr;
+  g_object_get(track, "stats", &stats, nullptr);
+  guint64 counted = 0;
+  fail_unless(gst_structure_get_uint64(stats, "waited", &counted));
+  fail_unless_equals_uint64(counted, waited);
+  gst_structure_free(stats);
+  gst_object_unref(track);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
 GST_START_TEST(a_segment_in_bytes_is_no_mistake) {
   GstHarness *h = harness("csdtrack algorithm=lk points=\"160,120\"");
   GstSegment segment;
@@ -249,6 +277,7 @@ static Suite *csdtrack_suite() {
   tcase_add_test(tc, flush_size_and_stream_forget_and_format_does_not);
   tcase_add_test(tc, points_are_added_and_removed_while_it_runs);
   tcase_add_test(tc, no_frame_is_dropped_for_being_late);
+  tcase_add_test(tc, features_wait_past_the_budget_and_say_so);
   tcase_add_test(tc, a_segment_in_bytes_is_no_mistake);
   return suite;
 }

@@ -37,12 +37,12 @@ void fail_as_asked() {
   }
 }
 
-/// Sees every feature where it was.
+/// Sees every feature where it was, and none where the stream has jumped.
 class Fragile : public csd::Algorithm {
  public:
-  void track(const csd::FrameContext &, std::vector<csd::Claim> &claims) override {
+  void track(const csd::FrameContext &context, std::vector<csd::Claim> &claims) override {
     fail_as_asked();
-    for (auto &claim : claims) claim.kind = csd::Claim::Kind::tracked;
+    for (auto &claim : claims) claim.kind = context.jumped ? csd::Claim::Kind::hidden : csd::Claim::Kind::tracked;
   }
   csd::Claim::Kind begin(csd::FeatureId, cv::Point2d, const csd::FrameContext &) override {
     return csd::Claim::Kind::learning;
@@ -203,6 +203,33 @@ GST_START_TEST(on_error_pass_warns_once_and_frames_go_through_untouched) {
 }
 GST_END_TEST
 
+GST_START_TEST(a_discontinuity_reaches_the_algorithm) {
+  Bench b = bench_with("points", "100,100");
+  const auto claimed = [&b](int index, bool discont, GstClockTime gap) {
+    GstBuffer *in = noise(320, 240, index);
+    GST_BUFFER_DURATION(in) = 40 * GST_MSECOND;
+    GST_BUFFER_PTS(in) += gap;
+    if (discont) GST_BUFFER_FLAG_SET(in, GST_BUFFER_FLAG_DISCONT);
+    return pushed(b, in, index == 0 ? "learning" : "tracked") == 1;
+  };
+  fail_unless(claimed(0, true, 0));
+  fail_unless(claimed(1, false, 0));
+  fail_unless(!claimed(2, true, 0));
+  fail_unless(claimed(3, false, 500 * GST_MSECOND));
+  fail_unless(!claimed(4, false, 1001 * GST_MSECOND));
+  fail_unless(!claimed(5, false, 500 * GST_MSECOND));  // back
+  gst_harness_push_event(b.h, gst_event_new_flush_start());
+  gst_harness_push_event(b.h, gst_event_new_flush_stop(TRUE));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_harness_push_event(b.h, gst_event_new_segment(&segment));
+  GstBuffer *anew = noise(320, 240, 0);
+  GST_BUFFER_FLAG_SET(anew, GST_BUFFER_FLAG_DISCONT);
+  fail_unless_equals_int(pushed(b, anew, "learning"), 1);  // of another stream
+  close(b);
+}
+GST_END_TEST
+
 GST_START_TEST(an_exception_at_start_fails_the_state_change) {
   trouble = Trouble::construction;
   auto *track = GST_ELEMENT(g_object_new(GST_TYPE_CSD_TRACK, nullptr));
@@ -294,6 +321,7 @@ static Suite *csdtrack_errors_suite() {
   suite_add_tcase(suite, tc);
   tcase_add_test(tc, an_exception_is_an_element_error);
   tcase_add_test(tc, on_error_pass_warns_once_and_frames_go_through_untouched);
+  tcase_add_test(tc, a_discontinuity_reaches_the_algorithm);
   tcase_add_test(tc, an_exception_at_start_fails_the_state_change);
   tcase_add_test(tc, a_frame_without_its_pixels);
   tcase_add_test(tc, frames_without_timestamps);

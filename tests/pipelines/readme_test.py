@@ -24,7 +24,7 @@ class Readme(Case):
         self.assertEqual({int(row[0]) for row in rows}, set(range(30)))
         for _frame, _id, x, y, state, confidence in rows:
             self.assertTrue(-0.5 <= float(x) < 319.5 and -0.5 <= float(y) < 239.5)
-            self.assertEqual(float(confidence) > 0, state in CLAIMS)
+            self.assertEqual(float(confidence) >= 0.5, state in CLAIMS)
 
     def test_python_example_tells_of_an_error(self):
         example = re.search(r"```python\n(.*?)```", README.read_text(), re.DOTALL).group(1)

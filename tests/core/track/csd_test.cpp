@@ -116,21 +116,134 @@ TEST(Csd, IsSilentInBlackAndInAnotherScene) {
   }
 }
 
-TEST(Csd, KeepsItsPixelConstantsAtOtherSizes) {
-  // The same scene at twice the size: the same tracks, twice as far apart.
-  const auto large = [](int frame) {
-    cv::Mat out;
-    cv::resize(swaying(frame), out, {}, 2, 2, cv::INTER_CUBIC);
-    return out;
-  };
-  std::vector<cv::Point2d> doubled;
-  for (const auto &p : some) doubled.push_back(2 * p + cv::Point2d(0.5, 0.5));
-  const auto all = run(at(doubled), 30, large);
-  for (const auto &f : all[29].features) {
-    const auto there = doubled[f.id] + 2 * (sway(29) - sway(0));
-    EXPECT_TRUE(claims(f));
-    EXPECT_LT(std::hypot(f.x - there.x, f.y - there.y), 0.6) << f.id;
+TEST(Csd, TracksAlikeFrom240To960Lines) {
+  const auto small = run(at(some), 40, swaying);
+  for (const int times : {2, 4}) {
+    std::vector<cv::Point2d> larger;
+    for (const auto &p : some) larger.push_back(times * p + cv::Point2d(times - 1, times - 1) / 2);
+    const auto large = run(at(larger), 40, [times](int frame) {
+      cv::Mat out;
+      cv::resize(swaying(frame), out, {}, times, times, cv::INTER_CUBIC);
+      return out;
+    });
+    for (std::size_t i = 0; i < 40; ++i)
+      for (std::size_t k = 0; k < some.size(); ++k) {
+        const auto &a = small[i].features[k], &b = large[i].features[k];
+        EXPECT_EQ(a.state, b.state) << k << " in frame " << i << " at " << times;
+        const double off = (times - 1) / 2.0;
+        EXPECT_LT(std::hypot((b.x - off) / times - a.x, (b.y - off) / times - a.y), 0.15)
+            << k << " in frame " << i << " at " << times;
+      }
   }
+}
+
+TEST(Csd, TracksAlikeFrom15To100FramesASecond) {
+  // Half a second of training ends between the second and the third look.
+  constexpr std::int64_t look = second / 5;
+  for (const int rate : {15, 25, 100}) {
+    ThreadPool pool(1);
+    Tracker tracker(at(some), pool);
+    const auto where = [](std::int64_t time) {
+      const double t = static_cast<double>(time) / static_cast<double>(second);
+      return cv::Point2d(9 * std::sin(4 * t), 6 * std::sin(2.5 * t));
+    };
+    const MovingScene scene;
+    for (int i = 0; i <= 2 * rate; ++i) {
+      const auto time = i * second / rate;
+      const auto picture = scene.render(where(time));
+      const auto &tracks = tracker.process(MovingScene::view(picture), time, second / rate);
+      if (i % (rate / 5) != 0) continue;
+      for (const auto &f : tracks.features) {
+        const auto there = some[f.id] + where(time);
+        EXPECT_LT(std::hypot(f.x - there.x, f.y - there.y), 0.15) << f.id << " at " << i << " of " << rate;
+        EXPECT_EQ(f.state, time < 3 * look ? FeatureState::learning : FeatureState::tracked) << i << " of " << rate;
+        EXPECT_GT(f.confidence, 0.9) << f.id << " at " << i << " of " << rate;
+      }
+    }
+  }
+}
+
+/// The view jumps after 30 frames: claims in that frame, which must be right.
+std::size_t claims_after_a_jump(bool discont, std::int64_t gap) {
+  ThreadPool pool(1);
+  Tracker tracker(at(some), pool);
+  std::size_t claimed = 0;
+  for (int i = 0; i <= 30; ++i) {
+    const cv::Point2d jump = i < 30 ? cv::Point2d() : cv::Point2d(12, -12);
+    const auto picture = MovingScene().render(sway(i) + jump);
+    const auto &tracks = tracker.process(MovingScene::view(picture), i * frame_time + (i < 30 ? 0 : gap), frame_time,
+                                         discont && i == 30);
+    if (i == 30)
+      for (const auto &f : tracks.features)
+        if (claims(f)) {
+          ++claimed;
+          EXPECT_LT(error(f, some[f.id] + jump, i), 0.3) << f.id;
+        }
+  }
+  return claimed;
+}
+
+TEST(Csd, AfterAJumpEachPointIsLookedForAnew) {
+  // Farther than a point is expected to move in a frame.
+  EXPECT_EQ(claims_after_a_jump(false, 0), 0u);
+  EXPECT_EQ(claims_after_a_jump(true, 0), some.size());
+  EXPECT_EQ(claims_after_a_jump(false, second), some.size()) << "the stamps jump";
+  EXPECT_EQ(claims_after_a_jump(false, 20 * second), some.size()) << "longer than what is lost is kept";
+}
+
+TEST(Csd, PastTheBudgetTheLeastUrgentWaitAndNoneForEver) {
+  std::vector<cv::Point2d> many;
+  for (int i = 0; i < 60; ++i) many.emplace_back(30 + 28 * (i % 10), 30 + 36 * (i / 10));
+  Settings settings = at(many);
+  std::int64_t now = 0;
+  settings.clock = [&now] { return now += 1000; };  // a microsecond a point
+  settings.frame_budget = 100 * 1000;
+  ThreadPool pool(1);
+  Tracker tracker(settings, pool);
+  std::vector<int> waits(many.size());
+  std::vector<double> seen_with(many.size(), 1);
+  std::uint64_t waited = 0;
+  for (int i = 0; i < 60; ++i) {
+    const auto picture = swaying(i);
+    std::size_t looked = 0;
+    for (const auto &f : tracker.process(MovingScene::view(picture), i * frame_time, frame_time).features) {
+      looked += f.fresh;
+      waited += !f.fresh;
+      waits[f.id] = f.fresh ? 0 : waits[f.id] + 1;
+      EXPECT_LE(waits[f.id], 5) << f.id << " in frame " << i;
+      EXPECT_TRUE(claims(f)) << f.id << " in frame " << i;
+      EXPECT_LT(error(f, many[f.id], i), 1) << f.id << " in frame " << i;
+      EXPECT_TRUE(f.fresh || f.confidence < seen_with[f.id]) << "belief fades";
+      seen_with[f.id] = f.confidence;
+    }
+    if (i > 0) {
+      EXPECT_GE(looked, 20u) << i;
+      EXPECT_LT(looked, many.size()) << i;
+    }
+  }
+  EXPECT_EQ(tracker.stats().waited, waited);
+}
+
+TEST(Csd, ABudgetThatIsSpentBeforeItBeginsLooksAtOneFeatureAFrame) {
+  std::vector<cv::Point2d> many;
+  for (int i = 0; i < 20; ++i) many.emplace_back(40 + 50 * (i % 5), 40 + 50 * (i / 5));
+  Settings settings = at(many);
+  settings.frame_budget = 1;
+  settings.training_time = 10 * second;  // with no time for it, none would be over
+  ThreadPool pool(1);
+  Tracker tracker(settings, pool);
+  std::vector<int> looks(many.size());
+  for (int i = 0; i <= 40; ++i) {
+    const auto picture = swaying(i);
+    std::size_t looked = 0;
+    for (const auto &f : tracker.process(MovingScene::view(picture), i * frame_time, frame_time).features) {
+      looked += f.fresh;
+      looks[f.id] += i > 0 && f.fresh;
+    }
+    EXPECT_EQ(looked, i == 0 ? many.size() : 1) << i;
+  }
+  // Twice as urgent while unsure or fast: each within two rounds.
+  for (std::size_t k = 0; k < many.size(); ++k) EXPECT_GE(looks[k], 1) << k;
 }
 
 TEST(Csd, ReplenishesAndForgets) {

@@ -86,23 +86,68 @@ TEST(NeighbourField, TakesTheNearestOfTheChartButTheOwnersOwn) {
   EXPECT_EQ(field.size(), 28u);
 }
 
+/// Information of a patch that knows its place by `along` and `across` (sd, px), the first in direction (cos, sin).
+cv::Matx22d knows(double along, double across, double angle = 0) {
+  const double c = std::cos(angle), s = std::sin(angle), i = 1 / (along * along), j = 1 / (across * across);
+  return {i * c * c + j * s * s, (i - j) * s * c, (i - j) * s * c, i * s * s + j * c * c};
+}
+
+TEST(PositionCovariance, IsTheInverseAndMoreAlongAnEdge) {
+  const auto corner = position_covariance(knows(0.2, 0.2));
+  EXPECT_NEAR(corner(0, 0), 0.04, 1e-4);
+  EXPECT_NEAR(corner(1, 1), 0.04, 1e-4);
+  EXPECT_NEAR(corner(0, 1), 0, 1e-9);
+  // λ₁/λ₂ = 25: (.1 · 24)² = 5.76 px² beside the .25 of the noise; across the edge the noise alone.
+  const double angle = 0.6;
+  const auto edge = position_covariance(knows(0.5, 0.1, angle));
+  const cv::Vec2d along(std::cos(angle), std::sin(angle)), across(-along[1], along[0]);
+  EXPECT_NEAR(along.dot(edge * along), 0.25 + 5.76, 0.05);
+  EXPECT_NEAR(across.dot(edge * across), 0.01, 1e-4);
+  // A patch that knows nothing at all is finite.
+  EXPECT_NEAR(position_covariance(cv::Matx22d::zeros())(0, 0), 1000, 1e-6);
+}
+
 TEST(NeighbourOffset, LearnsWhereAPointIsBesideItsNeighbours) {
   const auto map = fit_neighbours(around(turned), at, 1);
   const cv::Point2d beside{2, -1};
-  const cv::Matx22d shape(1, 0.1, 0, 1);
+  const cv::Matx22d shape(1, 0.1, 0, 1), sure = knows(0.05, 0.05);
   NeighbourOffset offset;
   EXPECT_EQ(offset.deviation(), 2);
   expect_near(offset.predict(map, at).position, turned(at), 1e-9);
   const AffineState seen{turned(at + beside), map.linear * shape};
-  for (int i = 0; i < 400; ++i) offset.update(map, at, seen, 1, 1);
+  for (int i = 0; i < 400; ++i) offset.update(map, at, seen, sure, 1, 1);
   expect_near(offset.offset(), beside, 0.02);
   EXPECT_EQ(offset.deviation(), 0.3) << "its floor";
   expect_near(offset.predict(map, at).position, seen.position, 0.03);
   EXPECT_NEAR(offset.predict(map, at).shape(0, 1), seen.shape(0, 1), 0.01);
   // One wild frame can't carry it away: the deviation is clipped, the mean takes a fiftieth.
-  offset.update(map, at, {turned(at + beside + cv::Point2d(50, 0)), seen.shape}, 1, 1);
+  offset.update(map, at, {turned(at + beside + cv::Point2d(50, 0)), seen.shape}, sure, 1, 1);
   EXPECT_LT(offset.offset().x, beside.x + 1.1);
   EXPECT_LT(offset.deviation(), 0.5);
+}
+
+TEST(NeighbourOffset, IsBelievedAsFarAsThePatchKnowsItsPlace) {
+  const NeighbourMap map{cv::Matx22d::eye(), {}, 0.5, 14};
+  // sd 1 px against the 1 px of what tissue has beside its neighbours: half of it is believed.
+  NeighbourOffset faint;
+  for (int i = 0; i < 400; ++i) faint.update(map, at, {at + cv::Point2d(2, -1), cv::Matx22d::eye()}, knows(1, 1), 1, 1);
+  expect_near(faint.offset(), {1, -0.5}, 0.02);
+  // A patch on a level edge slides along it, farther and farther. It is not believed there, and as ever across.
+  NeighbourOffset edge;
+  for (int i = 0; i < 400; ++i)
+    edge.update(map, at, {at + cv::Point2d(0.05 * i, 1), cv::Matx22d::eye()}, knows(1, 0.1), 1, 1);
+  EXPECT_LT(edge.offset().x, 0.2);  // 17 px in the mean, of variance 1 + (.1 · 99)²
+  EXPECT_NEAR(edge.offset().y, 1, 0.03);
+  EXPECT_LE(edge.deviation(), 2);
+}
+
+TEST(NeighbourOffset, IsNeverFarFromTheNeighbours) {
+  const NeighbourMap map{cv::Matx22d::eye(), {}, 0.5, 14};
+  NeighbourOffset offset;
+  for (int i = 0; i < 2000; ++i)
+    offset.update(map, at, {at + cv::Point2d(0.02 * i, 0), cv::Matx22d::eye()}, knows(0.05, 0.05), 1, 1);
+  EXPECT_LE(offset.offset().x, 6);
+  EXPECT_GT(offset.offset().x, 5.5);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -18,10 +19,13 @@ namespace csd {
 /// What Scripted is to say, and what it was told.
 struct Script {
   std::map<FeatureId, Claim::Kind> kinds;  // the rest is tracked
+  std::map<FeatureId, double> confidences;
+  std::vector<FeatureId> waiting;
   cv::Point2d motion{0, 0};
   bool replenishes = false;
   bool throws = false;
   std::int64_t time = -1;  // of the last frame to track
+  bool jumped = false;     // … it
   std::vector<FeatureId> begun, ended;
   int forgotten = 0;
 };
@@ -33,9 +37,13 @@ class Scripted final : public Algorithm {
   void track(const FrameContext &context, std::vector<Claim> &claims) override {
     if (script->throws) throw std::runtime_error("planted");
     script->time = context.time;
+    script->jumped = context.jumped;
     for (auto &claim : claims) {
       const auto kind = script->kinds.find(claim.id);
       claim.kind = kind == script->kinds.end() ? Claim::Kind::tracked : kind->second;
+      if (const auto c = script->confidences.find(claim.id); c != script->confidences.end())
+        claim.confidence = c->second;
+      claim.fresh = std::find(script->waiting.begin(), script->waiting.end(), claim.id) == script->waiting.end();
       claim.position += script->motion;
       if (!context.bounds().contains(claim.position)) claim.kind = Claim::Kind::out;
     }

@@ -14,13 +14,14 @@ namespace {
 
 class Support : public testing::Test {
  protected:
-  void show(const cv::Mat &bgr) {
+  void show(const cv::Mat &bgr, const FrameBudget &budget = {}) {
     cv::Mat luma;
     cv::cvtColor(bgr, luma, cv::COLOR_BGR2GRAY);
     frame_.load(MovingScene::view(bgr));
     pyramid_.build(luma);
     glare_.build(frame_, {});
-    const CsdFrame frame{pyramid_, glare_, luma.size(), luma.rows / 480.0, 1, time_ += second / 25, second / 2};
+    const CsdFrame frame{pyramid_,   glare_, luma.size(), luma.rows / 480.0, 1, time_ += second / 25,
+                         second / 2, 1,      budget};
     support_.follow(frame);
     support_.replenish(frame);
   }
@@ -72,6 +73,27 @@ TEST_F(Support, AnotherSceneFoundsAChartOfItsOwnAndTheFirstComesBack) {
   const auto back = support_.field().map_at({160, 120}, 0, 0.5);
   ASSERT_TRUE(back);
   EXPECT_NEAR(back({160, 120}).x, 160, 0.3);
+}
+
+TEST_F(Support, PastTheBudgetAFewTakeTurnsAllOverThePicture) {
+  show_scene({});
+  const auto all = support_.size();
+  ASSERT_GT(all, 60u);
+  std::int64_t now = 0;
+  const FrameBudget::Clock clock = [&now] { return ++now; };
+  for (int i = 1; i <= 12; ++i) {
+    show(scene_.render({1.0 * i, 0.5 * i}), FrameBudget(1, clock));
+    EXPECT_EQ(support_.size(), all);
+    EXPECT_LE(support_.field().size(), 24u) << i;
+    EXPECT_GE(support_.field().size(), 20u) << i;
+    for (const cv::Point2d p : {cv::Point2d(50, 50), {160, 120}, {280, 200}}) {
+      EXPECT_NEAR(moved(p).x, p.x + i, 0.3) << i;
+      EXPECT_NEAR(moved(p).y, p.y + 0.5 * i, 0.3) << i;
+    }
+  }
+  // By now each has been looked at.
+  show_scene({13, 6.5});
+  EXPECT_GE(support_.field().size(), all * 9 / 10);
 }
 
 TEST_F(Support, FindsNothingInAFlatPicture) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "track/moving_scene.h"
@@ -37,6 +38,7 @@ class Scene {
     point.look_again(frame);
     point.decide(frame, {});
     point.learn(frame);
+    if (point.ripe(frame)) point.freeze();
   }
 
  private:
@@ -58,6 +60,27 @@ TEST(TrackedPoint, IsFollowedAndLearnsItsAnchorForTheTrainingTime) {
     EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 0.2) << i;
   }
   EXPECT_LT(point.offset().deviation(), 1);
+}
+
+TEST(TrackedPoint, DoesNotSlideAlongAnEdge) {
+  // An upright edge, with next to nothing along it; what little there is moves down, and the tissue to the right.
+  const auto picture = [](cv::Point2d shift, double slide) {
+    cv::Mat luma(240, 320, CV_8UC1);
+    for (int y = 0; y < luma.rows; ++y)
+      for (int x = 0; x < luma.cols; ++x)
+        luma.at<std::uint8_t>(y, x) = cv::saturate_cast<std::uint8_t>(120 + 60 * std::tanh((x - 160 - shift.x) / 3) +
+                                                                      3 * std::sin((y - 120 - slide) / 4));
+    return luma;
+  };
+  Scene scene;
+  TrackedPoint point(scene.show(picture({}, 0)), {160, 120});
+  point.found(0);
+  for (int i = 1; i <= 60; ++i) {
+    const cv::Point2d shift(0.4 * i, 0);
+    Scene::follow(point, scene.show(picture(shift, 0.1 * i)), Scene::neighbours(shift));
+    ASSERT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 2) << i;
+    ASSERT_LT(std::abs(point.state().position.x - 160 - shift.x), 0.3) << i << ": the edge itself is seen";
+  }
 }
 
 TEST(TrackedPoint, BelievesTheNeighboursBeforeALookAlike) {
@@ -103,6 +126,81 @@ TEST(TrackedPoint, WithoutAMapIsSilentUnlessItIsAloneInThePicture) {
   point.look_again(again);
   point.decide(again, none);
   EXPECT_TRUE(point.visible());
+}
+
+TEST(TrackedPoint, InDoubtIsSilentUntilItKnowsItselfAgain) {
+  const auto visible_in = [](double share, bool doubt) {
+    Scene scene;
+    TrackedPoint point(scene.frame({}), {160, 120});
+    point.found(0);
+    for (int i = 1; i <= 15; ++i) Scene::follow(point, scene.frame({}), Scene::neighbours({}));
+    if (doubt) {
+      point.doubt();
+      EXPECT_FALSE(point.visible() || point.sure());
+    }
+    // Something else shines through, and there are no neighbours.
+    cv::Mat here, other;
+    cv::cvtColor(MovingScene().render({}), here, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(MovingScene({320, 240}, 9).render({}), other, cv::COLOR_BGR2GRAY);
+    cv::addWeighted(here, share, other, 1 - share, 0, here);
+    const auto frame = scene.show(here);
+    Surroundings none;
+    none.alone = true;
+    point.look(frame);
+    point.meet(frame, {});
+    point.look_again(frame);
+    point.decide(frame, none);
+    return point.visible();
+  };
+  EXPECT_TRUE(visible_in(1, true));
+  EXPECT_TRUE(visible_in(0.45, false));
+  EXPECT_FALSE(visible_in(0.45, true));
+}
+
+TEST(TrackedPoint, ThatWaitsGoesWithTheNeighboursAndBeliefFades) {
+  Scene scene;
+  TrackedPoint point(scene.frame({}), {160, 120});
+  point.found(0);
+  for (int i = 1; i <= 15; ++i) Scene::follow(point, scene.frame({}), Scene::neighbours({}));
+  const double seen_with = point.confidence();
+  const auto first = point.urgency(scene.frame({}));
+  for (int i = 1; i <= 3; ++i) {
+    const auto frame = scene.frame({});
+    point.pass();
+    point.meet(frame, Scene::neighbours({3.0 * i, 0}));
+    point.wait(frame);
+    EXPECT_TRUE(point.visible());
+    EXPECT_FALSE(point.sure());
+    EXPECT_NEAR(point.state().position.x, 160 + 3 * i, 0.05);
+    EXPECT_NEAR(point.confidence(), seen_with * std::pow(0.5, i / 100.0), 1e-9) << "half of it in 100 frames";
+    EXPECT_GT(point.urgency(frame), first * i);
+  }
+  const auto frame = scene.frame({});
+  point.pass();
+  point.meet(frame, {});
+  point.wait(frame);
+  EXPECT_FALSE(point.visible()) << "nobody says where it went";
+  EXPECT_EQ(point.confidence(), 0);
+}
+
+TEST(TrackedPoint, AnotherPatchSizeIsAnotherScaleOfItsShape) {
+  for (const double patch : {0.6, 2.0}) {
+    Scene scene;
+    const auto framed = [&](cv::Point2d shift) {
+      auto frame = scene.frame(shift);
+      return CsdFrame{frame.pyramid, frame.weights, frame.size,          frame.unit,
+                      frame.steps,   frame.time,    frame.training_time, patch};
+    };
+    TrackedPoint point(framed({}), {160, 120});
+    point.found(0);
+    for (int i = 1; i <= 20; ++i) {
+      const cv::Point2d shift(0.7 * i, -0.4 * i);
+      Scene::follow(point, framed(shift), Scene::neighbours(shift));
+      EXPECT_TRUE(point.visible() && point.sure());
+      EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 0.2) << i;
+      EXPECT_NEAR(point.state().scale(), patch, 0.05 * patch);
+    }
+  }
 }
 
 }  // namespace

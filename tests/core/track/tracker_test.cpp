@@ -36,20 +36,38 @@ TEST_F(TrackerLife, GivenPointsHaveIdsInTheirOrderAndAPointOutsideIsOut) {
   EXPECT_EQ(tracks.frame, 1u);
 }
 
-TEST_F(TrackerLife, HiddenIsOccludedForASecondAndLostAfterThat) {
-  Tracker tracker(with_points({{100, 100}}), executor_);
+TEST_F(TrackerLife, WhatWaitsIsNotFreshAndCounted) {
+  Tracker tracker(with_points({{10, 20}, {30, 40}, {50, 60}}), executor_);
   next(tracker);
-  script_.kinds[0] = Claim::Kind::hidden;
-  for (int i = 1; i < 25; ++i) EXPECT_EQ(next(tracker).features[0].state, FeatureState::occluded) << i;
-  const auto &tracks = next(tracker);
-  EXPECT_EQ(tracks.features[0].state, FeatureState::lost);
-  EXPECT_TRUE(tracks.changed);
-  EXPECT_EQ(tracks.features[0].confidence, 0);
-  next(tracker);
-  EXPECT_FALSE(tracks.changed);
-  script_.kinds.clear();
-  next(tracker);
-  EXPECT_EQ(tracks.features[0].state, FeatureState::tracked);
+  script_.waiting = {0, 2};
+  for (const auto &f : next(tracker).features) EXPECT_EQ(f.fresh, f.id == 1);
+  script_.waiting = {1};
+  EXPECT_FALSE(next(tracker).changed);
+  EXPECT_EQ(tracker.stats().waited, 3u);
+  script_.waiting = {};
+  for (const auto &f : next(tracker).features) EXPECT_TRUE(f.fresh);
+  EXPECT_EQ(tracker.stats().waited, 3u);
+}
+
+TEST_F(TrackerLife, AJumpIsToldOfUntilAFrameWasTracked) {
+  Tracker tracker(with_points({{10, 20}}), executor_);
+  const auto view = MovingScene::gray_view(texture_);
+  constexpr auto frame = second / 25;
+  tracker.process(view, 0, frame, true);
+  EXPECT_FALSE(script_.jumped) << "from nothing";
+  tracker.process(view, frame, frame);
+  EXPECT_FALSE(script_.jumped);
+  tracker.process(view, 2 * frame, frame, true);
+  EXPECT_TRUE(script_.jumped);
+  tracker.process(view, 3 * frame, frame);
+  EXPECT_FALSE(script_.jumped);
+  tracker.process_blind(320, 240, 4 * frame, frame, true);
+  script_.throws = true;
+  EXPECT_THROW(tracker.process(view, 5 * frame, frame), std::runtime_error);
+  tracker.process_blind(320, 240, 5 * frame, frame);
+  script_.throws = false;
+  tracker.process(view, 6 * frame, frame);
+  EXPECT_TRUE(script_.jumped);
 }
 
 TEST_F(TrackerLife, AGivenPointNeverEndsADetectedOneIsForgotten) {
@@ -220,21 +238,6 @@ TEST_F(TrackerLife, APointRemovedBeforeItsFirstFrameNeverAppears) {
   const auto id = tracker.add_point(12, 13);
   EXPECT_TRUE(tracker.remove_point(id));
   EXPECT_TRUE(next(tracker).features.empty());
-}
-
-TEST_F(TrackerLife, WhatLeavesThePictureIsOutUntilItIsSeenAgain) {
-  Tracker tracker(with_points({{318, 100}}), executor_);
-  next(tracker);
-  script_.motion = {1, 0};
-  const auto &tracks = next(tracker);
-  EXPECT_EQ(tracks.features[0].state, FeatureState::tracked);
-  next(tracker);
-  EXPECT_EQ(tracks.features[0].state, FeatureState::out);
-  EXPECT_EQ(tracks.features[0].x, 319) << "the last position claimed";
-  script_.motion = {0, 0};
-  script_.kinds[0] = Claim::Kind::hidden;
-  next(tracker);
-  EXPECT_EQ(tracks.features[0].state, FeatureState::out);
 }
 
 TEST_F(TrackerLife, BlackFramesHaveNoFeaturesAndDetectionIsTriedAgain) {

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+
+namespace csd {
+
+/// How long the tracking of a frame may take, from when this is made.
+class FrameBudget {
+ public:
+  using Clock = std::function<std::int64_t()>;  ///< ns; never goes back
+
+  FrameBudget() = default;  ///< none: never spent
+  /// `budget` in ns, 0: none. `clock` must outlive this; empty: the steady clock.
+  FrameBudget(std::int64_t budget, const Clock &clock) : budget_(budget), clock_(&clock) {
+    if (budget_ > 0) begun_ = now();
+  }
+
+  bool limited() const { return budget_ > 0; }
+  /// Once it is spent it stays so, and no clock is asked.
+  bool spent() const { return spent_ = spent_ || (limited() && now() - begun_ >= budget_); }
+  /// A part of the time, 0…1, which begins with the whole.
+  FrameBudget share(double part) const {
+    FrameBudget out = *this;
+    if (limited())
+      out.budget_ = std::max<std::int64_t>(1, static_cast<std::int64_t>(static_cast<double>(budget_) * part));
+    return out;
+  }
+
+ private:
+  std::int64_t now() const {
+    if (*clock_) return (*clock_)();
+    return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
+  }
+
+  std::int64_t budget_ = 0, begun_ = 0;
+  mutable bool spent_ = false;
+  const Clock *clock_ = nullptr;
+};
+
+}  // namespace csd

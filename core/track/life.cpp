@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/life.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace csd {
+namespace {
+
+constexpr std::int64_t occluded_for = second;  // DESIGN: hidden for longer is lost
+constexpr double most_hidden = 0.499;          // confidence of what is not claimed; stays below .5 in three decimals
+
+}  // namespace
+
+void Life::apply(const Claim &claim, std::int64_t time) {
+  const auto state = feature.state;
+  const bool finite = std::isfinite(claim.position.x) && std::isfinite(claim.position.y);
+  feature.confidence = 0;
+  feature.fresh = claim.fresh;
+  switch (claim.kind) {
+    case Claim::Kind::learning:
+    case Claim::Kind::tracked:
+      feature.state = claim.kind == Claim::Kind::learning ? FeatureState::learning : FeatureState::tracked;
+      feature.confidence = claim.confidence;
+      last_claim = time;
+      if (finite) claimed = claim.position;
+      break;
+    case Claim::Kind::out:
+      feature.state = FeatureState::out;
+      break;
+    case Claim::Kind::hidden:
+    case Claim::Kind::lost:
+      // What has left the picture is out until it is seen again.
+      if (state == FeatureState::out) break;
+      feature.state = claim.kind == Claim::Kind::hidden && time - last_claim < occluded_for ? FeatureState::occluded
+                                                                                            : FeatureState::lost;
+      // An algorithm that has no probabilities says 1, of what it claims alone.
+      if (feature.state == FeatureState::occluded && claim.confidence < 0.5)
+        feature.confidence = std::min(claim.confidence, most_hidden);
+      break;
+  }
+  const auto gone = [](FeatureState s) { return s == FeatureState::lost || s == FeatureState::out; };
+  if (gone(feature.state) && !gone(state)) gone_since = time;
+  // A prediction is told only of what is occluded; what is lost or out keeps the position last claimed.
+  const bool predicted = feature.state == FeatureState::occluded && finite;
+  feature.x = predicted ? claim.position.x : claimed.x;
+  feature.y = predicted ? claim.position.y : claimed.y;
+}
+
+}  // namespace csd

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <cstdint>
+
+#include "track/types.h"
+
+namespace csd {
+
+/// The time of a stream's frames, by their stamps where these make sense, else by durations: a gap in the stamps never
+/// stops it, and it never goes back.
+class StreamClock {
+ public:
+  static constexpr std::int64_t nominal_duration = second / 25;  ///< of a frame, where the stream does not say
+  static constexpr std::int64_t least_jump = second / 2;         ///< of the stamps, against where they were to go on
+
+  /// The next frame. `pts`, `duration` in ns, no_time where unknown; `discont`: it does not follow on the last one.
+  void advance(std::int64_t pts, std::int64_t duration, bool discont);
+  /// Somebody has looked at this frame: what comes next follows on it.
+  void seen() { jumped_ = false; }
+
+  std::int64_t time() const { return time_; }  ///< ns since the first frame
+  /// A frame since the last that was seen() did not follow on its predecessor: `discont`, or stamps that jumped by more
+  /// than least_jump, forward or back.
+  bool jumped() const { return jumped_; }
+
+ private:
+  std::int64_t time_ = 0, last_pts_ = no_time, last_duration_ = no_time;
+  bool any_ = false, jumped_ = false;
+};
+
+}  // namespace csd

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/stream_clock.h"
+
+#include <gtest/gtest.h>
+
+namespace csd {
+namespace {
+
+constexpr std::int64_t ms = second / 1000;
+
+TEST(StreamClock, GoesByTheStampsElseByTheDurations) {
+  StreamClock clock;
+  clock.advance(7000 * ms, 33 * ms, false);
+  EXPECT_EQ(clock.time(), 0);
+  clock.advance(7050 * ms, 20 * ms, false);
+  EXPECT_EQ(clock.time(), 50 * ms);
+  clock.advance(no_time, no_time, false);
+  EXPECT_EQ(clock.time(), 70 * ms);
+  clock.advance(100 * ms, 33 * ms, false);  // nothing to compare it with, and no duration: 40 ms
+  EXPECT_EQ(clock.time(), 110 * ms);
+  clock.advance(90 * ms, 33 * ms, false);  // back
+  EXPECT_EQ(clock.time(), 143 * ms);
+  EXPECT_FALSE(clock.jumped());
+}
+
+TEST(StreamClock, TheFirstFrameIsNoJump) {
+  StreamClock clock;
+  clock.advance(7000 * ms, 40 * ms, true);
+  EXPECT_FALSE(clock.jumped());
+}
+
+TEST(StreamClock, JumpsByMoreThanHalfASecondAgainstWhereTheStampsWereToGoOn) {
+  const auto jumps = [](std::int64_t duration, std::int64_t pts) {
+    StreamClock clock;
+    clock.advance(10 * second, duration, false);
+    clock.advance(pts, duration, false);
+    return clock.jumped();
+  };
+  EXPECT_FALSE(jumps(40 * ms, 10540 * ms));
+  EXPECT_TRUE(jumps(40 * ms, 10541 * ms));
+  EXPECT_FALSE(jumps(second, 11 * second)) << "a frame that lasts a second";
+  EXPECT_FALSE(jumps(no_time, 10540 * ms)) << "40 ms";
+  EXPECT_TRUE(jumps(no_time, 10541 * ms));
+  EXPECT_FALSE(jumps(40 * ms, 9540 * ms));
+  EXPECT_TRUE(jumps(40 * ms, 9539 * ms));
+}
+
+TEST(StreamClock, AJumpStandsUntilAFrameIsSeen) {
+  StreamClock clock;
+  clock.advance(0, 40 * ms, false);
+  clock.advance(40 * ms, 40 * ms, true);
+  clock.advance(80 * ms, 40 * ms, false);
+  EXPECT_TRUE(clock.jumped());
+  clock.seen();
+  clock.advance(120 * ms, 40 * ms, false);
+  EXPECT_FALSE(clock.jumped());
+}
+
+}  // namespace
+}  // namespace csd
