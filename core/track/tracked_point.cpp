@@ -223,6 +223,7 @@ cv::Point2d TrackedPoint::fused(const CsdFrame &frame) const {
 }
 
 void TrackedPoint::decide(const CsdFrame &frame, const Surroundings &around) {
+  aligned_ = fine_.state;
   if (fine_.usable && map_.support >= least_judges) fine_.state.position = fused(frame);
   Evidence evidence;
   evidence.zncc_fine = fine_.zncc;
@@ -294,7 +295,8 @@ void TrackedPoint::learn(const CsdFrame &frame) {
         frame.time - last_sample_ >= frame.training_time / static_cast<std::int64_t>(training_samples + 1) &&
         medians_.front().size() <= training_samples + 1) {
       for (int level = 0; level <= Anchor::coarsest; ++level)
-        medians_[static_cast<std::size_t>(level)].add(sample(frame.pyramid, frame.weights, state_, level));
+        medians_[static_cast<std::size_t>(level)].add(
+            sample(frame.pyramid, frame.weights, sure_ ? aligned_ : state_, level));
       last_sample_ = frame.time;
     }
     return;
@@ -303,7 +305,7 @@ void TrackedPoint::learn(const CsdFrame &frame) {
     if (sure_ && !anchor_.has(level) && anchor_.has(level + 1) &&
         state_.scale() / frame.patch * std::ldexp(1.0, level) >= finer_scale && fine_.zncc >= finer_zncc &&
         fine_.inliers > finer_inliers)
-      set_anchor(level, make_anchor_level(sample(frame.pyramid, frame.weights, state_, level)));
+      set_anchor(level, make_anchor_level(sample(frame.pyramid, frame.weights, aligned_, level)));
 }
 
 void TrackedPoint::freeze() {

@@ -115,6 +115,7 @@ class TrackedPoint {
 
   // Of this frame.
   Alignment fine_;
+  AffineState aligned_;  ///< by the patch alone: a new anchor that were taken where the neighbours pull would stay off
   double zncc_coarse_ = 0, centre_ = 0;
   double distance_ = 0;  ///< from where the neighbours put it, reference pixels at 480 lines
   bool agrees_ = true;
