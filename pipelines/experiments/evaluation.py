@@ -103,7 +103,7 @@ def apart(a, b):
     """In words, of two measures with an interval each but none of their difference."""
     if a["high"] < b["low"] or b["high"] < a["low"]:
         return "the intervals do not overlap"
-    return "the intervals overlap, so that nothing is shown"
+    return "the intervals overlap, so no effect is shown"
 
 
 def what_it_gives(found):
@@ -113,7 +113,7 @@ def what_it_gives(found):
     for name, what in (("why-sharp", "Chroma as sharp as luma"), ("why-clean", "Chroma as sharp as luma and no noise")):
         after = found[name].trackers["csd-2012"]["sensitivity"]
         lines.append(f"* {what}: {signed(after['value'] - before['value'])}, from {interval(before)} to {interval(after)}; {apart(before, after)}.")
-    shown = {claims.HOLDS: "all of it above 0", claims.FAILS: "all of it below 0", claims.UNDECIDED: "with 0 in it, so that nothing is shown"}
+    shown = {claims.HOLDS: "all of it above 0", claims.FAILS: "all of it below 0", claims.UNDECIDED: "with 0 in it, so no effect is shown"}
     lines.append(f"* Smoothing before the pixel tests: {signed(gain['difference'])} ({signed(gain['low'])} to {signed(gain['high'])}; paired, "
                  f"{shown[claims.sign(gain)]}), to {number(every.value('csd-2012-smoothed', 'sensitivity'))}. The paper's Table 1 has "
                  f"{number(PAPER['table1']['sensitivity']['csd-2012'])}, in vivo.")
@@ -227,7 +227,7 @@ def effort(plan, spent, clock, intervals):
     at_once = f", and {running.minutes(clock[0])} by the clock, {clock[1]} at a time" if clock else " (several run at a time)"
     return (f"The runs took {running.minutes(processor)} of processor time, {running.minutes(wall)} one after the other{at_once}. "
             f"{intervals} stand on {seeds} seed{'s' if seeds > 1 else ''} of each sequence"
-            f"{f'; one seed alone is there of {once}' if once else ''}.{few}")
+            f".{f' There is one seed only of {once}.' if once else ''}{few}")
 
 
 def boxes_too(plan, found, name, kinds):

@@ -45,10 +45,10 @@ def spent(plan, out):
 
 def versions(plan, out):
     """{what: which} that the runs were made with; where they differ, all of them. Of older runs, which don't say it, what is here now."""
-    now, found = builds.versions(), {}
+    now = {**builds.versions(), "these": "when this page was written, not when all was run"}
+    found = {}
     for run in plan.runs():
-        made = json.loads((folder_of(out, *run) / "run.json").read_text())
-        for what, which in made.get("versions", {k: f"{v} (when this page was written)" for k, v in now.items()}).items():
+        for what, which in json.loads((folder_of(out, *run) / "run.json").read_text()).get("versions", now).items():
             found.setdefault(what, []).append(which)
     return {what: "; ".join(dict.fromkeys(which)) for what, which in found.items()}
 

@@ -174,7 +174,7 @@ class Scores(Case):
         exec(compile(COMMAND.read_text(), COMMAND, "exec"), command.__dict__)  # not to be imported: its name has no .py
         for videos, names in ((("a/clip.mkv", "b/clip.mkv", "clip-2.mkv", "c/clip.mp4"), ["clip", "clip-3", "clip-2", "clip-4"]),
                               (("clip-2.mkv", "a/clip-2.mkv", "clip.mkv", "a/clip.mkv"), ["clip-2", "clip-2-2", "clip", "clip-3"])):
-            self.assertEqual([name for name, _ in command.named(map(pathlib.Path, videos))], names)
+            self.assertEqual([name for name, _ in command.named(list(map(pathlib.Path, videos)))], names)
 
     def test_progress_and_what_is_left(self):
         self.assertIn("100 % (47 frames", self.said)

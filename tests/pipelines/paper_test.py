@@ -20,6 +20,7 @@ import claims  # noqa: E402
 import evaluation  # noqa: E402
 import figures  # noqa: E402
 import page  # noqa: E402
+import running  # noqa: E402
 import scores  # noqa: E402
 import sequences  # noqa: E402
 import truth  # noqa: E402
@@ -161,6 +162,7 @@ class Quick(unittest.TestCase):
                           not line.startswith(("| csdtrack |", "| OpenCV |"))] for text in (written, self.page))
         self.assertEqual(again, before)
         opencv, = re.findall(r"^\| OpenCV \| (.*) \|$", written, re.M)
+        self.assertNotIn("| these |", written)
         self.assertEqual(set(opencv.split("; ")) - {"0.1"}, set(re.findall(r"^\| OpenCV \| (.*) \|$", self.page, re.M)))
         self.assertIn("0.1", opencv.split("; "), "of all runs, not of what is installed")
         self.assertNotIn("by the clock", written, "they were not made in one go")
@@ -472,10 +474,24 @@ class Numbers(unittest.TestCase):
         """What stands on one seed is named, titles with commas as one."""
         kinds = [types.SimpleNamespace(title=t, seeds=(1,) * n) for t, n in (("heart", 3), ("rotation, smoke", 1), ("fat", 1))]
         said = evaluation.effort(types.SimpleNamespace(sequences=kinds), (600, 300), None, "They")
-        self.assertIn("They stand on 3 seeds of each sequence; one seed alone is there of “rotation, smoke”; “fat”.", said)
+        self.assertIn("They stand on 3 seeds of each sequence. There is one seed only of “rotation, smoke”; “fat”.", said)
         self.assertIn("5 min of processor time, 10 min one after the other (several run at a time).", said)
         self.assertIn("and 7 min by the clock, 2 at a time.", evaluation.effort(types.SimpleNamespace(sequences=kinds), (1, 1), (420, 2), ""))
-        self.assertNotIn("alone", evaluation.effort(types.SimpleNamespace(sequences=kinds[:1]), (1, 1), None, "They"))
+        self.assertNotIn("only", evaluation.effort(types.SimpleNamespace(sequences=kinds[:1]), (1, 1), None, "They"))
+
+    def test_versions_of_runs(self):
+        """Where they differ, each; of a run that doesn't say it, those of now, and that."""
+        plan = types.SimpleNamespace(runs=lambda: [(PLAN.sequence("zoom"), 1), (PLAN.sequence("zoom"), 2)])
+        with tempfile.TemporaryDirectory() as out:
+            def made(seed, **run):
+                folder = running.folder_of(pathlib.Path(out), PLAN.sequence("zoom"), seed)
+                folder.mkdir(exist_ok=True)
+                (folder / "run.json").write_text(json.dumps(run))
+                return running.versions(plan, pathlib.Path(out)) if seed == 2 else None
+
+            made(1, versions={"OpenCV": "1.0", "processor": "slow"})
+            self.assertEqual(made(2, versions={"OpenCV": "1.1", "processor": "slow"}), {"OpenCV": "1.0; 1.1", "processor": "slow"})
+            self.assertIn("when this page was written", made(2)["these"])
 
     def test_seeds(self):
         plan = sequences.paper(3)
