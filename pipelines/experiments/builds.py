@@ -75,10 +75,11 @@ def processor():
 
 
 def versions():
-    """(what, which), for the report."""
-    return [("csdtrack", output("git", "describe", "--always", "--dirty", "--abbrev=10")),
+    """{what: which} of the repository and the system as they are now."""
+    found = [("csdtrack", output("git", "describe", "--always", "--dirty", "--abbrev=10")),
             ("GStreamer", output("pkg-config", "--modversion", "gstreamer-1.0")),
             ("OpenCV", output("pkg-config", "--modversion", "opencv4")),
             ("compiler", output("g++", "--version").splitlines()[0] if shutil.which("g++") else ""),
             ("system", platform.freedesktop_os_release().get("PRETTY_NAME", "")),
             ("processor", processor())]
+    return {what: which for what, which in found if which}

@@ -34,14 +34,15 @@ def arguments(name, description, epilog):
     return parser.parse_args()
 
 
-def run(name, options, section):
-    """The runs, then the page. section(plan, out, page, command, jobs) gives the section's text and the folder of its figures."""
+def run(name, options, section, check):
+    """The runs, then the page. section(plan, out, page, command, jobs) gives the section's text and the folder of its figures.
+    check(page) raises builds.Failure of a page that it can't be written to."""
     mode = f"{name}-quick" if options.quick else name
     seeds = options.seeds or (1 if options.quick else 3)
     out = (options.out or builds.BUILD / "experiments" / mode).resolve()
     path = out / "evaluation.md" if options.quick else builds.ROOT / "docs" / "evaluation.md"
     try:
-        page.sections(path)  # a page that can't be written to is found out now, not in an hour
+        check(path)  # now, not after all runs
         builds.make(not options.no_install)
         out.mkdir(parents=True, exist_ok=True)
         plan = sequences.PLANS[mode](seeds)
@@ -60,10 +61,10 @@ def run(name, options, section):
     return 0
 
 
-def main(name, description, epilog, section):
+def main(name, description, epilog, section, check=page.sections):
     try:
         signal.signal(signal.SIGTERM, lambda *_: sys.exit(130))
-        sys.exit(run(name, arguments(name, description, epilog), section))
+        sys.exit(run(name, arguments(name, description, epilog), section, check))
     except KeyboardInterrupt:
         print(f"\n{name}: stopped; the same command goes on from here", file=sys.stderr)
         sys.exit(130)

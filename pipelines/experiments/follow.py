@@ -11,7 +11,7 @@ import gi
 import sequences
 
 gi.require_version("Gst", "1.0")
-from gi.repository import Gst  # noqa: E402
+from gi.repository import GLib, Gst  # noqa: E402
 
 AHEAD = 4  # frames that wait for the slowest tracker
 QUEUE = f"queue max-size-buffers={AHEAD} max-size-bytes=0 max-size-time=0"
@@ -22,7 +22,10 @@ class Pipeline:
     """An appsrc and what hangs on it. locations: of its files, by element."""
 
     def __init__(self, description, caps, locations):
-        self._pipeline = Gst.parse_launch(f"appsrc name=in format=time max-buffers=0 max-bytes=0 ! {description}")
+        try:
+            self._pipeline = Gst.parse_launch(f"appsrc name=in format=time max-buffers=0 max-bytes=0 ! {description}")
+        except GLib.Error as error:
+            raise builds.Failure(f"{error.message}: is a plugin of GStreamer missing?") from None
         self._source, self._bus = self.element("in"), self._pipeline.get_bus()
         self._source.set_property("caps", Gst.Caps.from_string(caps))
         for name, path in locations.items():

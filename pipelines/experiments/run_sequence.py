@@ -20,7 +20,7 @@ import gi
 import sequences
 
 gi.require_version("Gst", "1.0")
-from gi.repository import Gst  # noqa: E402
+from gi.repository import GLib, Gst  # noqa: E402
 
 RENDERED = 0.8  # of a run's time: the plugin's trackers, which run while it is rendered; the rest are csd-peers
 # Frames wait for the slowest tracker, and few of them: a second of raw video each would fill the memory.
@@ -55,7 +55,10 @@ def only_first(tracker, frames):
 
 def render(sequence, seed, folder, wanted, progress):
     """Plays the pipeline to its end. wanted: {tracker: frames}. Returns csdtrack's stats by tracker."""
-    pipeline = Gst.parse_launch(description(sequence, seed, folder, wanted))
+    try:
+        pipeline = Gst.parse_launch(description(sequence, seed, folder, wanted))
+    except GLib.Error as error:  # such as: no element "x264enc"
+        raise builds.Failure(f"{error.message}: is a plugin of GStreamer missing?") from None
     trackers = {name: pipeline.get_by_name(name) for name in wanted}
     for name, frames in wanted.items():
         if frames < sequence.frames:
@@ -136,7 +139,7 @@ def run(plan, sequence, seed, folder):
         select_truth(unfinished / "truth.jsonl", unfinished / f"truth-{share.name}.jsonl",
                      begun(unfinished / f"{share.trackers[0]}.jsonl"), share.of(sequence)[1])
     (unfinished / "truth.jsonl").unlink()
-    made = {"identity": builds.identity(sequence, seed, plan), "seconds": round(time.monotonic() - began, 1),
+    made = {"identity": builds.identity(sequence, seed, plan), "versions": builds.versions(), "seconds": round(time.monotonic() - began, 1),
             "processor_seconds": round(sum(os.times()[:4]), 1),  # its children's too: csd-peers
             "stats": stats}
     (unfinished / "run.json").write_text(json.dumps(made, indent=1))
@@ -145,6 +148,10 @@ def run(plan, sequence, seed, folder):
 
 
 def main():
+    if len(sys.argv) != 6:
+        asked = bool({"-h", "--help"} & set(sys.argv[1:]))
+        print(__doc__, file=sys.stdout if asked else sys.stderr)
+        return 0 if asked else 2
     name_of_plan, seeds, folder, name, seed = sys.argv[1:]
     plan = sequences.PLANS[name_of_plan](int(seeds))
     sequence, seed = plan.sequence(name), int(seed)

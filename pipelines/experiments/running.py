@@ -14,6 +14,7 @@ import builds
 import sequences
 
 HERE = pathlib.Path(__file__).resolve().parent
+WHOLE = "whole.json"  # of a plan that was run in one go
 
 
 def folder_of(out, sequence, seed):
@@ -40,6 +41,25 @@ def spent(plan, out):
     """Seconds that all runs of the plan took, by the clock and of the processors."""
     runs = [json.loads((folder_of(out, *run) / "run.json").read_text()) for run in plan.runs()]
     return tuple(sum(run.get(kind, 0) for run in runs) for kind in ("seconds", "processor_seconds"))
+
+
+def versions(plan, out):
+    """{what: which} that the runs were made with; where they differ, all of them. Of older runs, which don't say it, what is here now."""
+    now = {**builds.versions(), "these": "when this page was written, not when all was run"}
+    found = {}
+    for run in plan.runs():
+        for what, which in json.loads((folder_of(out, *run) / "run.json").read_text()).get("versions", now).items():
+            found.setdefault(what, []).append(which)
+    return {what: "; ".join(dict.fromkeys(which)) for what, which in found.items()}
+
+
+def by_the_clock(plan, out):
+    """(seconds, jobs) that all runs of the plan took, if they were made in one go; else None."""
+    try:
+        whole = json.loads((out / WHOLE).read_text())
+    except OSError:
+        return None
+    return (whole["seconds"], whole["jobs"]) if whole["runs"] == [f"{s.name}-{seed}" for s, seed in plan.runs()] else None
 
 
 class Progress:
@@ -72,6 +92,8 @@ def run_all(plan, mode, seeds, out, jobs):
         print(f"{kept} of {len(plan.runs())} runs were there already", file=sys.stderr)
     if not todo:
         return
+    (out / WHOLE).unlink(missing_ok=True)
+    began = time.monotonic()
     # --will-cite: no notice among the progress. --line-buffer: whole lines of several runs.
     command = ["parallel", "--will-cite", "--plain", "--jobs", str(jobs), "--line-buffer", "--colsep", " ", "/usr/bin/python3",
                "-B", str(HERE / "run_sequence.py"), mode, str(seeds), str(out), "{1}", "{2}"]
@@ -96,6 +118,9 @@ def run_all(plan, mode, seeds, out, jobs):
     if code or failed:
         raise builds.Failure(f"{len(failed)} of {len(todo)} runs failed ({'; '.join(failed)}):\n{said}\n"
                              "the same command runs these again")
+    if not kept:
+        (out / WHOLE).write_text(json.dumps({"runs": [f"{s.name}-{seed}" for s, seed in todo], "jobs": jobs,
+                                             "seconds": round(time.monotonic() - began, 1)}))
 
 
 def take_pictures(plan):

@@ -79,18 +79,19 @@ class Findings:
 
     def __init__(self, plan, out):
         fast = [*sequences.PAPER, *sequences.RIVALS]
-        slow = [*sequences.PAPER[:2], *sequences.RIVALS, *sequences.SLOW_RIVALS]
 
         def score(kinds, trackers, share="tracked"):
             return Scores(plan, out, kinds, trackers, share)
 
         self.simulation = score([plan.sequence("simulation")], fast)
         self.tables = {t: score(plan.of_table(t), fast) for t in ("table1", "table2", "table3")}
+        # With the trackers of boxes, on what these get; the simulation's under its sequence's name.
+        self.slow = {name: score(kinds, [*fast, *sequences.SLOW_RIVALS], "slow") for name, kinds in (
+            ("simulation", [plan.sequence("simulation")]), *((t, plan.of_table(t)) for t in self.tables))}
         self.why = {s: score([s], ["csd-2012", "csd-2012-smoothed", "lk"]) for s in plan.of_table("why")}
         self.pictures = score(plan.of_table("pictures"), fast) if plan.of_table("pictures") else None
         self.blood = changes_after(out, plan.sequence("irrigation"), plan.sequence("dry"), "csd-2012")
         # Of the paper's classes alone: others are the same scenes again, or there only where clips are.
         classes = [s for s in plan.sequences if s.table.startswith("table")]
         self.mean_shifts = score(classes, ["ms1", "ms2"])
-        self.slow = score(classes, slow, "slow")
         self.cost = running.read_learning_cost(out)

@@ -10,6 +10,7 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+import types
 import unittest
 import unittest.mock
 
@@ -165,6 +166,15 @@ class Scores(Case):
             self.assertEqual([line["frame"] for line in other], [line["frame"] for line in lk])
             for feature in other[0]["features"]:
                 self.assertEqual((feature["x"], feature["y"]), begun[feature["id"]])
+
+    def test_names(self):
+        """Each its own, also where a clip is called as a numbered one would be."""
+        command = types.ModuleType("palindrome")
+        command.__file__ = str(COMMAND)
+        exec(compile(COMMAND.read_text(), COMMAND, "exec"), command.__dict__)  # not to be imported: its name has no .py
+        for videos, names in ((("a/clip.mkv", "b/clip.mkv", "clip-2.mkv", "c/clip.mp4"), ["clip", "clip-3", "clip-2", "clip-4"]),
+                              (("clip-2.mkv", "a/clip-2.mkv", "clip.mkv", "a/clip.mkv"), ["clip-2", "clip-2-2", "clip", "clip-3"])):
+            self.assertEqual([name for name, _ in command.named(list(map(pathlib.Path, videos)))], names)
 
     def test_progress_and_what_is_left(self):
         self.assertIn("100 % (47 frames", self.said)

@@ -20,6 +20,7 @@ import claims  # noqa: E402
 import evaluation  # noqa: E402
 import figures  # noqa: E402
 import page  # noqa: E402
+import running  # noqa: E402
 import scores  # noqa: E402
 import sequences  # noqa: E402
 import truth  # noqa: E402
@@ -66,14 +67,21 @@ class Quick(unittest.TestCase):
     def test_every_tracker_has_its_row(self):
         for heading in ("The simulation (Fig. 7)", "Table 1: deformation", "Table 2: occlusion",
                         "Table 3: scale, rotation and smoke"):
-            self.assertLessEqual(set(TRACKERS), {row[0] for row in self.rows(heading)}, heading)
-        self.assertLessEqual({"csd-2012", "lk", *TRACKERS[5:], *BOXES}, {row[0] for row in self.rows("Trackers of boxes")})
+            measured = [row[0] for row in self.rows(heading) if len(row) == 12]  # not those by sequence
+            first, second = (i for i, name in enumerate(measured) if name == "tracker")
+            self.assertEqual(set(measured[first + 2:second]), set(TRACKERS), heading)
+            self.assertEqual(set(measured[second + 2:]), {*TRACKERS, *BOXES}, heading)
+        self.assertEqual(self.page.count("on 2 of the features and the first 10 frames"), 4)
 
     def test_what_is_taken_away(self):
         rows = {row[0]: row[1:] for row in self.rows("What keeps csd-2012 from the paper's figures")}
         self.assertEqual(rows[""], [f"{t}, {m}" for t in ("csd-2012", "csd-2012-smoothed", "lk") for m in ("sensitivity", "K")])
         for row in sequences.WHY:
-            self.assertRegex(rows[row[1]][0], r"^[\d.]+ \([\d.]+–[\d.]+\)$")
+            for cell in rows[row[1]][:2] + rows[row[1]][4:5]:
+                self.assertRegex(cell, r"^[\d.]+ \([\d.]+–[\d.]+\)$")
+            # It is told no time.
+            self.assertEqual(rows[row[1]][2:4] == ["–", "–"], row[0] == "why-half")
+        self.assertNotIn("every second frame", self.page)
         self.assertIn("! video/x-raw,framerate=12/1", self.page)
         self.assertEqual(len(rows), 2 + len(sequences.WHY))  # and the header's rule
         self.assertIn("effects=\"heart-mild=0,heart-strong=1,chroma=0,noise=0\"", self.page)
@@ -97,7 +105,7 @@ class Quick(unittest.TestCase):
 
     def test_scores_that_are_known(self):
         """In one second of a mildly beating heart LK loses nothing; what never moves is wrong."""
-        rows = {row[0]: row[1] for row in self.rows("The simulation (Fig. 7)")}
+        rows = {row[0]: row[1] for row in reversed(self.rows("The simulation (Fig. 7)"))}  # the first table, of all features
         self.assertGreater(float(rows["lk"].split()[0]), 0.95)
         self.assertLess(float(rows["still"].split()[0]), 0.8)
         drawn = self.rows("Table 1: deformation")
@@ -116,7 +124,8 @@ class Quick(unittest.TestCase):
             self.assertGreater(len(drawn.findall(".//{*}path")), 10, name)
 
     def test_what_it_took(self):
-        self.assertRegex(self.page, r"The runs took [1-9]\d* (s|min) of processor time, [1-9]\d* (s|min) one after the other")
+        self.assertRegex(self.page, r"The runs took [1-9]\d* (s|min) of processor time, [1-9]\d* (s|min) one after the other, "
+                         rf"and [1-9]\d* (s|min) by the clock, {os.cpu_count()} at a time\.")
         self.assertIn("stand on 1 seed of each sequence", self.page)
         by_name = {row[0]: row[-1] for row in self.rows("The sequences")}
         self.assertEqual(by_name["simulation"], "0 %, 0 %")
@@ -128,7 +137,9 @@ class Quick(unittest.TestCase):
         for run in runs:
             self.assertEqual({p.name for p in run.iterdir()}, {"run.json", "truth-tracked.jsonl", "truth-slow.jsonl",
                              *(f"{t}.jsonl" for t in (*TRACKERS, *BOXES))}, "no video is left")
-            self.assertIn("seed=101", json.loads((run / "run.json").read_text())["identity"]["source"])
+            made = json.loads((run / "run.json").read_text())
+            self.assertIn("seed=101", made["identity"]["source"])
+            self.assertIn(f"| processor | {made['versions']['processor']} |", self.page)
 
     def test_goes_on_where_it_was(self):
         """What is there is not run again; what is missing, or of something else, is, and gives the same."""
@@ -137,15 +148,24 @@ class Quick(unittest.TestCase):
         (self.out / ".unfinished-liver-101").mkdir()
         other = self.out / "zoom-101" / "run.json"
         other.write_text(other.read_text().replace("scenario=zoom", "scenario=cut"))
+        older = self.out / "smoke-101" / "run.json"  # of another system, but for all that a run depends on
+        older.write_text(re.sub('"OpenCV": ".*"', '"OpenCV": "0.1"', older.read_text()))
+        made["smoke-101"] = older.stat().st_mtime_ns
         done = paper("--quick", "--out", self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn(f"{len(made) - 2} of {len(made)} runs were there already", done.stderr)
         again = {path.name for path in self.out.glob("*-101") if (path / "run.json").stat().st_mtime_ns != made[path.name]}
         self.assertEqual(again, {"liver-101", "zoom-101"})
         # But for what the runs took, and the state of the repository, in which somebody may work meanwhile.
-        again, before = ([line for line in text.splitlines() if "of processor time" not in line and not line.startswith("| csdtrack |")]
-                         for text in ((self.out / "evaluation.md").read_text(), self.page))
+        written = (self.out / "evaluation.md").read_text()
+        again, before = ([line for line in text.splitlines() if "of processor time" not in line and
+                          not line.startswith(("| csdtrack |", "| OpenCV |"))] for text in (written, self.page))
         self.assertEqual(again, before)
+        opencv, = re.findall(r"^\| OpenCV \| (.*) \|$", written, re.M)
+        self.assertNotIn("| these |", written)
+        self.assertEqual(set(opencv.split("; ")) - {"0.1"}, set(re.findall(r"^\| OpenCV \| (.*) \|$", self.page, re.M)))
+        self.assertIn("0.1", opencv.split("; "), "of all runs, not of what is installed")
+        self.assertNotIn("by the clock", written, "they were not made in one go")
         self.assertEqual(list(self.out.glob(".unfinished*")), [])
 
 
@@ -189,6 +209,20 @@ class Errors(unittest.TestCase):
             self.assertEqual(done.returncode, 1, done.stderr)
             self.assertIn(f"{clip}: no frame could be read", done.stderr)
             self.assertNotIn("Traceback", done.stderr)
+
+    def test_a_run_on_its_own(self):
+        for arguments, code in ((["--help"], 0), ([], 2), (["paper-quick"], 2)):
+            done = subprocess.run([ROOT / "pipelines" / "experiments" / "run_sequence.py", *arguments], capture_output=True, text=True)
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertIn("PLAN SEEDS FOLDER SEQUENCE SEED", done.stderr if code else done.stdout)
+
+    def test_an_element_that_is_not_there(self):
+        with tempfile.TemporaryDirectory() as out:
+            empty = {"GST_PLUGIN_PATH_1_0": out, "GST_PLUGIN_SYSTEM_PATH_1_0": out, "GST_REGISTRY": f"{out}/registry.bin"}
+            done = subprocess.run([ROOT / "pipelines" / "experiments" / "run_sequence.py", "paper-quick", "1", out, "zoom", "101"],
+                                  capture_output=True, text=True, env={**os.environ, "CSDTRACK_BUILD": str(BUILD), **empty})
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertRegex(done.stderr, r'^zoom, seed 101: no element "\w+": is a plugin of GStreamer missing\?\n$')
 
     def test_help(self):
         done = paper("--help")
@@ -398,13 +432,66 @@ class Numbers(unittest.TestCase):
             return Figures({"sensitivity": {"csd-2012": csd, "csd-2012-smoothed": csd, "lk": lk}}, width)
 
         every = {s: of(0.9, 0.5) for s in PLAN.of_table("why")}
+        for found in every.values():
+            found.trackers = {"csd-2012": {"sensitivity": {"value": 0.5, "low": 0.45, "high": 0.55}}}
         half = PLAN.sequence("why-half")
         said = evaluation.why_in_words({**every, half: of(0.5, 0.49, 0.1)})
         self.assertIn("changes by −0.400 and csd-2012's by −0.010: lk owes small steps some of its lead", said)
         self.assertIn("by 0.000 and csd-2012's by 0.000: lk's lead is not owed to structure above the noise", said)
         self.assertIn(f"{half.title}: lk and csd-2012 are not told apart (difference 0.010, −0.090 to 0.110)", said)
         self.assertIn("as a camera sees it: lk is above csd-2012", said)
+        self.assertNotIn(f"{half.title}: lk and csd-2012 are not told apart (difference 0.010, −0.090 to 0.110); csd-2012-smoothed", said)
         self.assertIn("lead is not owed to small steps", evaluation.why_in_words({**every, half: of(0.88, 0.48)}))
+
+    def test_lead_only_where_there_is_one(self):
+        for lk, width, leads in ((0.9, 0.1, True), (0.52, 0.1, False), (0.3, 0.1, False)):
+            found = {name: Figures({"sensitivity": {"csd-2012": 0.5, "lk": lk}}, width) for name in ("why-all", "why-half", "why-faint")}
+            said = evaluation.what_lk_owes(found)
+            self.assertEqual("lk's lead" in said, leads)
+            self.assertEqual("there is no lead of lk" in said, not leads)
+
+    def test_what_it_gives(self):
+        """Sharp chroma within the interval, no noise beyond it; smoothing by its paired difference."""
+        def of(value, width):
+            figures_of = Figures({"sensitivity": {"csd-2012": 0.5, "csd-2012-smoothed": 0.7}}, width)
+            figures_of.trackers = {"csd-2012": {"sensitivity": {"value": value, "low": value - 0.05, "high": value + 0.05}}}
+            return figures_of
+
+        chroma, noise, smoothing = evaluation.what_it_gives(
+            {"why-all": of(0.5, 0.1), "why-sharp": of(0.46, 0.1), "why-clean": of(0.62, 0.1)}).splitlines()[2:]
+        self.assertIn("−0.040, from 0.500 (0.450–0.550) to 0.460 (0.410–0.510); the intervals overlap", chroma)
+        self.assertIn("+0.120, from 0.500 (0.450–0.550) to 0.620 (0.570–0.670); the intervals do not overlap", noise)
+        self.assertIn("+0.200 (+0.100 to +0.300; paired, all of it above 0), to 0.700. The paper's Table 1 has 0.752", smoothing)
+        self.assertIn("with 0 in it", evaluation.what_it_gives({n: of(0.5, 0.3) for n in ("why-all", "why-sharp", "why-clean")}))
+
+    def test_verdicts_of_readings_are_marked(self):
+        """Each of them: the legend says of the others that they stand on an interval."""
+        for verdict in (claims.HOLDS, claims.FAILS, claims.UNDECIDED, claims.NO_OCCASION):
+            self.assertTrue(evaluation.verdict(claims.Claim("", "", verdict, "")).endswith(" †"), verdict)
+            self.assertNotIn("†", evaluation.verdict(claims.Claim("", "", verdict, "", False)))
+
+    def test_seeds_in_words(self):
+        """What stands on one seed is named, titles with commas as one."""
+        kinds = [types.SimpleNamespace(title=t, seeds=(1,) * n) for t, n in (("heart", 3), ("rotation, smoke", 1), ("fat", 1))]
+        said = evaluation.effort(types.SimpleNamespace(sequences=kinds), (600, 300), None, "They")
+        self.assertIn("They stand on 3 seeds of each sequence. There is one seed only of “rotation, smoke”; “fat”.", said)
+        self.assertIn("5 min of processor time, 10 min one after the other (several run at a time).", said)
+        self.assertIn("and 7 min by the clock, 2 at a time.", evaluation.effort(types.SimpleNamespace(sequences=kinds), (1, 1), (420, 2), ""))
+        self.assertNotIn("only", evaluation.effort(types.SimpleNamespace(sequences=kinds[:1]), (1, 1), None, "They"))
+
+    def test_versions_of_runs(self):
+        """Where they differ, each; of a run that doesn't say it, those of now, and that."""
+        plan = types.SimpleNamespace(runs=lambda: [(PLAN.sequence("zoom"), 1), (PLAN.sequence("zoom"), 2)])
+        with tempfile.TemporaryDirectory() as out:
+            def made(seed, **run):
+                folder = running.folder_of(pathlib.Path(out), PLAN.sequence("zoom"), seed)
+                folder.mkdir(exist_ok=True)
+                (folder / "run.json").write_text(json.dumps(run))
+                return running.versions(plan, pathlib.Path(out)) if seed == 2 else None
+
+            made(1, versions={"OpenCV": "1.0", "processor": "slow"})
+            self.assertEqual(made(2, versions={"OpenCV": "1.1", "processor": "slow"}), {"OpenCV": "1.0; 1.1", "processor": "slow"})
+            self.assertIn("when this page was written", made(2)["these"])
 
     def test_seeds(self):
         plan = sequences.paper(3)
