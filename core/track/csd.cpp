@@ -73,7 +73,7 @@ void Csd::follow(Query &query, const CsdFrame &frame) const {
   query.waits ? point.pass() : point.look(frame);
   point.meet(frame, field.map_at(point.own_reference(), point.chart(), frame.unit));
   if (query.waits) return point.wait(frame);
-  point.look_again(frame);
+  point.look_again(frame, support_.surroundings().alone);
   point.decide(frame, support_.surroundings());
   point.learn(frame);
   // What began where nothing was known of the tissue around it, or before a cut.

@@ -152,6 +152,15 @@ void NeighbourField::drop_small_charts(std::size_t least) {
     if (size < least) std::erase_if(points_, [c = chart](const Point &p) { return p.chart == c; });
 }
 
+void NeighbourField::keep(int chart) {
+  std::erase_if(points_, [chart](const Point &p) { return p.chart != chart; });
+}
+
+std::size_t NeighbourField::size(int chart) const {
+  return static_cast<std::size_t>(
+      std::count_if(points_.begin(), points_.end(), [chart](const Point &p) { return p.chart == chart; }));
+}
+
 NeighbourMap NeighbourField::map_at(cv::Point2d reference, int chart, double unit, std::size_t owner) const {
   return fit_nearest(
       points_.size(), reference, unit,

@@ -48,7 +48,14 @@ class NeighbourField {
   void add(std::size_t owner, int chart, const Correspondence &point) { points_.push_back({point, owner, chart}); }
   /// Forgets the points of charts that have fewer than `least` of them.
   void drop_small_charts(std::size_t least);
+  void keep(int chart);  ///< Forgets the points of all other charts.
   std::size_t size() const { return points_.size(); }
+  std::size_t size(int chart) const;
+  /// The points are seen elsewhere: where `motion` puts the place where they were.
+  template <class Motion>
+  void move(const Motion &motion) {
+    for (auto &p : points_) p.at.to = motion(p.at.to);
+  }
 
   /// The map about `reference`, from the nearest points by their reference coordinates.
   NeighbourMap map_at(cv::Point2d reference, int chart, double unit, std::size_t owner = nobody) const;

@@ -22,6 +22,8 @@ constexpr float least_eigenvalue = 0.05F;  // a mean slope of .1 grey levels a p
 constexpr int corner_window = 7;           // pixels of level 1
 constexpr double clear_weight = 230;       // of 255: no highlight near
 
+constexpr double recalled_spread = 8;  // of what a similarity of the whole picture puts somewhere
+
 constexpr std::size_t least_agreeing = 5;  // points that make a motion believed after none was known
 
 constexpr std::int64_t replenish_every = second / 2;
@@ -131,30 +133,63 @@ void SupportPoints::sum_up(const CsdFrame &frame) {
   surroundings_.alone = expected < least_agreeing;
 }
 
+/// A chart that nothing is seen of: where the whole picture says that its points are, do they agree?
+void SupportPoints::recall(const CsdFrame &frame) {
+  NeighbourField found;
+  const int chart = recall_.find(frame, field_, found);
+  if (chart < 0) return;
+  for (auto &s : points_) {
+    if (s.point.chart() != chart) continue;
+    auto map = found.map_at(s.point.own_reference(), chart, frame.unit, s.id);
+    map.spread = std::max(map.spread, recalled_spread * frame.unit);
+    s.waits = false;
+    s.point.meet(frame, map);
+    s.point.look_again(frame, false);
+  }
+  collect();
+  for (auto &s : points_)
+    if (s.point.chart() == chart) s.point.meet(frame, field_.map_at(s.point.own_reference(), chart, frame.unit, s.id));
+  collect();
+  if (field_.size(chart) == 0) return;
+  // The same tissue may have founded a chart meanwhile: its points go over to the elder one.
+  for (auto &s : points_)
+    if (s.point.chart() > chart && s.point.sure()) {
+      recall_.forget(s.point.chart());
+      s.point.join(field_, chart, frame.unit);
+    }
+  collect();
+  chart_ = chart;
+}
+
 void SupportPoints::follow(const CsdFrame &frame) {
   look(frame);
   collect();
   for (auto &s : points_)
     s.point.meet(frame, field_.map_at(s.point.own_reference(), s.point.chart(), frame.unit, s.id));
+  const bool due = recall_.due(frame, field_);
   const auto budget = frame.budget.share(looks);
   for (std::size_t i = 0; i < turns_.size(); ++i) {
     auto &s = *turns_[i];
     s.waits = s.waits || (i >= least_looks && !s.point.sure() && budget.spent());
-    s.waits ? s.point.pass() : s.point.look_again(frame);
+    s.waits ? s.point.pass() : s.point.look_again(frame, due);
   }
   // What has no map has looked for itself alone: chance likenesses don't agree on a motion.
   collect();
   for (auto &s : points_)
     if (!s.point.map()) s.point.meet(frame, field_.map_at(s.point.own_reference(), s.point.chart(), frame.unit, s.id));
 
+  if (due) recall(frame);
+
   sum_up(frame);
   for (auto &s : points_) s.waits ? s.point.wait(frame) : s.point.decide(frame, surroundings_);
   collect();
+  recall_.remember(frame, field_, chart_);
   for (auto &s : points_) {
     if (!s.waits) s.point.learn(frame);
     if (s.point.ripe(frame) && !frame.budget.spent()) s.point.freeze();
     const bool out = s.point.map() && !frame.shows(s.point.state().position);
-    if (s.point.visible() || out) s.covered = frame.time;
+    const bool elsewhere = recall_.knows(s.point.chart()) && field_.size(s.point.chart()) == 0;
+    if (s.point.visible() || out || elsewhere) s.covered = frame.time;
     if (!s.established && s.point.chart() >= 0 && frame.time - s.begun >= trial && s.point.sure() &&
         s.point.offset().deviation() <= trial_deviation)
       s.established = true;
@@ -185,6 +220,7 @@ void SupportPoints::drop(const CsdFrame &frame) {
 
 void SupportPoints::begin(const CsdFrame &frame) {
   const bool founding = points_.empty() || frame.time - last_sure_ > new_chart_after;
+  if (founding && blank(frame)) return;
   Cells cells(frame);
   for (const auto &s : points_) {
     const auto position = s.point.state().position;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "track/recall.h"
 #include "track/tracked_point.h"
 
 namespace csd {
@@ -36,7 +37,7 @@ class SupportPoints {
  private:
   struct Support {
     TrackedPoint point;
-    std::int64_t begun, covered;  ///< covered: when it was last visible, or out of the picture
+    std::int64_t begun, covered;  ///< covered: when it was last visible, out of the picture, or its scene out of view
     bool established;             ///< its neighbours believe it
     std::size_t id;
     bool waits = false;  ///< for a later frame
@@ -44,12 +45,14 @@ class SupportPoints {
 
   void look(const CsdFrame &frame);
   void collect();
+  void recall(const CsdFrame &frame);
   void sum_up(const CsdFrame &frame);
   void drop(const CsdFrame &frame);
   void begin(const CsdFrame &frame);
 
   std::vector<Support> points_;
   NeighbourField field_;
+  Recall recall_;
   Surroundings surroundings_;
   int chart_ = -1;
   std::size_t next_id_ = 0;

@@ -178,7 +178,7 @@ void TrackedPoint::meet(const CsdFrame &frame, const NeighbourMap &map) {
   if (fine_.usable) judge(frame);
 }
 
-void TrackedPoint::look_again(const CsdFrame &frame) {
+void TrackedPoint::look_again(const CsdFrame &frame, bool alone) {
   if (sure_) return;
   if (map_) {
     const auto start = prediction();
@@ -201,7 +201,7 @@ void TrackedPoint::look_again(const CsdFrame &frame) {
         judge(frame);
       }
     }
-  } else if (!visible_) {
+  } else if (alone && !visible_) {
     locate(frame, state_, 0, 2, false);
     judge(frame);
     sure_ = agrees_ = agrees_ && fine_.zncc >= alone_zncc && sure_;

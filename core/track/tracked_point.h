@@ -52,8 +52,9 @@ class TrackedPoint {
   void look(const CsdFrame &frame);
   /// Compares what was seen with the neighbours' map; what they contradict is not sure.
   void meet(const CsdFrame &frame, const NeighbourMap &map);
-  /// The second look, for what is not sure: from where the neighbours put it, or where it was seen last.
-  void look_again(const CsdFrame &frame);
+  /// The second look, for what is not sure: from where the neighbours put it; without a map, if `alone`, from where it
+  /// was seen last.
+  void look_again(const CsdFrame &frame, bool alone);
   /// Is the point visible, and with which probability?
   void decide(const CsdFrame &frame, const Surroundings &around);
   /// Learns from this frame what decide() found visible: the anchor, the offset from the neighbours, the usual gain.

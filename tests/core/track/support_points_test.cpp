@@ -75,6 +75,36 @@ TEST_F(Support, AnotherSceneFoundsAChartOfItsOwnAndTheFirstComesBack) {
   EXPECT_NEAR(back({160, 120}).x, 160, 0.3);
 }
 
+TEST_F(Support, IsFoundAgainAfterALongTimeHoweverTheViewHasTurned) {
+  for (int i = 0; i <= 15; ++i) show_scene({});
+  for (int i = 0; i < 12 * 25; ++i) show(cv::Mat(240, 320, CV_8UC3, cv::Scalar(3, 2, 4)));
+  EXPECT_EQ(support_.chart(), 0) << "nothing is founded in the dark";
+  EXPECT_EQ(support_.field().size(), 0u);
+  cv::Mat turned;  // by 80° about the middle, and 0.8 times
+  const cv::Mat turn = cv::getRotationMatrix2D({160, 120}, 80, 0.8);
+  cv::warpAffine(scene_.render({}), turned, turn, {320, 240}, cv::INTER_LINEAR, cv::BORDER_REFLECT_101);
+  show(turned);
+  EXPECT_EQ(support_.chart(), 0);
+  const auto map = support_.field().map_at({130, 110}, 0, 0.5);
+  ASSERT_TRUE(map);
+  const cv::Mat_<double> to = turn * (cv::Mat_<double>(3, 1) << 130, 110, 1);
+  EXPECT_LT(cv::norm(map({130, 110}) - cv::Point2d(to(0), to(1))), 0.5);
+}
+
+TEST_F(Support, AChartFoundedMeanwhileOnTheSameTissueGoesOverToTheFirst) {
+  for (int i = 0; i <= 15; ++i) show_scene({});
+  cv::Mat turned;
+  const cv::Mat turn = cv::getRotationMatrix2D({160, 120}, 60, 1);
+  cv::warpAffine(scene_.render({}), turned, turn, {320, 240}, cv::INTER_LINEAR, cv::BORDER_REFLECT_101);
+  const MovingScene other({320, 240}, 9);
+  for (int i = 0; i < 45; ++i) show(other.render({}));
+  ASSERT_EQ(support_.chart(), 1);
+  for (int i = 0; i < 5; ++i) show(turned);
+  EXPECT_EQ(support_.chart(), 0);
+  EXPECT_FALSE(support_.field().map_at({160, 120}, 1, 0.5));
+  EXPECT_TRUE(support_.field().map_at({160, 120}, 0, 0.5));
+}
+
 TEST_F(Support, PastTheBudgetAFewTakeTurnsAllOverThePicture) {
   show_scene({});
   const auto all = support_.size();

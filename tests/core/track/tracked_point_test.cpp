@@ -35,7 +35,7 @@ class Scene {
   static void follow(TrackedPoint &point, const CsdFrame &frame, const NeighbourMap &map) {
     point.look(frame);
     point.meet(frame, map);
-    point.look_again(frame);
+    point.look_again(frame, true);
     point.decide(frame, {});
     point.learn(frame);
     if (point.ripe(frame)) point.freeze();
@@ -115,7 +115,7 @@ TEST(TrackedPoint, WithoutAMapIsSilentUnlessItIsAloneInThePicture) {
   const auto frame = scene.frame({1, 1});
   point.look(frame);
   point.meet(frame, {});
-  point.look_again(frame);
+  point.look_again(frame, true);
   point.decide(frame, {});
   EXPECT_FALSE(point.visible());
   Surroundings none;
@@ -123,7 +123,9 @@ TEST(TrackedPoint, WithoutAMapIsSilentUnlessItIsAloneInThePicture) {
   const auto again = scene.frame({1, 1});
   point.look(again);
   point.meet(again, {});
-  point.look_again(again);
+  point.look_again(again, false);
+  EXPECT_FALSE(point.sure());
+  point.look_again(again, true);
   point.decide(again, none);
   EXPECT_TRUE(point.visible());
 }
@@ -148,7 +150,7 @@ TEST(TrackedPoint, InDoubtIsSilentUntilItKnowsItselfAgain) {
     none.alone = true;
     point.look(frame);
     point.meet(frame, {});
-    point.look_again(frame);
+    point.look_again(frame, true);
     point.decide(frame, none);
     return point.visible();
   };
