@@ -4,9 +4,7 @@
 #include <opencv2/core.hpp>
 
 #include <array>
-#include <cstdint>
 #include <memory>
-#include <vector>
 
 #include "image/glare_weights.h"
 #include "image/pyramid.h"
@@ -52,22 +50,5 @@ struct PatchSample {
 PatchSample sample(const Pyramid &pyramid, const GlareWeights &weights, const AffineState &state, int level);
 
 AnchorLevel make_anchor_level(const PatchSample &sample);
-
-/// The samples of a level over the first half second, each brought to the first one's gain and bias (robustly), and
-/// their median per pixel: what a passing highlight or noise did to the first frame goes out. A pixel that is masked in
-/// more than two thirds of the samples gets weight 0.
-class AnchorMedian {
- public:
-  void add(const PatchSample &sample);
-  std::size_t size() const { return samples_.size(); }
-  AnchorLevel make() const;  ///< size() ≥ 1
-
- private:
-  struct Compact {  // a third of a PatchSample: a dozen of them for each level are kept for each new feature
-    std::array<std::uint16_t, PatchPlane::pixels> value;  // 1/256 of a grey level
-    std::array<std::uint8_t, PatchPlane::pixels> weight;  // 1/255
-  };
-  std::vector<Compact> samples_;
-};
 
 }  // namespace csd

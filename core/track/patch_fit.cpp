@@ -11,6 +11,8 @@
 // After foreach_target.
 #include <hwy/highway.h>
 
+#include "track/median-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace csd {
 namespace HWY_NAMESPACE {
@@ -67,28 +69,6 @@ HWY_INLINE void Sums(Floats d, V a, V b, V c, V e, float *out) {
   hn::StoreU(AddBlocks(d, hn::Add(lower, upper)), hn::CappedTag<float, 4>(), out);
 }
 #endif
-
-constexpr std::size_t kQuantised = 544;  // PatchPlane::size in whole vectors of 32
-
-// The median of n values among kQuantised, of which those that don't count are 32767: by bisection, which needs no more
-// than compare and count. Not above `high` (inclusive); interpolated within one unit.
-double Median(const std::int16_t *HWY_RESTRICT values, int n, int high) {
-  const hn::CappedTag<std::int16_t, 32> d;
-  const int rank = n / 2;
-  int low = -1, below = 0, upto = n;  // below: how many are ≤ low; upto: ≤ high
-  while (high - low > 1) {
-    const int middle = low + (high - low) / 2;
-    const auto bound = hn::Set(d, static_cast<std::int16_t>(middle + 1));
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < kQuantised; i += hn::Lanes(d))
-      count += hn::CountTrue(d, hn::Lt(hn::Load(d, values + i), bound));
-    if (static_cast<int>(count) > rank)
-      high = middle, upto = static_cast<int>(count);
-    else
-      low = middle, below = static_cast<int>(count);
-  }
-  return low + 1 + (high - low) * (rank + .5 - below) / (upto - below);
-}
 
 // Σ w J Jᵀ: sums of products of the gradients and T with 1, y, y² as they come, with x, which is the same for a whole
 // column of vectors, at its end.

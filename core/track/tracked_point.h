@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "track/align.h"
+#include "track/anchor_median.h"
 #include "track/frame_budget.h"
 #include "track/neighbour_map.h"
 #include "track/visibility.h"
@@ -59,7 +60,7 @@ class TrackedPoint {
   void decide(const CsdFrame &frame, const Surroundings &around);
   /// Learns from this frame what decide() found visible: the anchor, the offset from the neighbours, the usual gain.
   void learn(const CsdFrame &frame);
-  /// The training time is over: freeze() makes the anchor of its samples. That takes as long as a hundred looks.
+  /// The training time is over: freeze() makes the anchor of its samples.
   bool ripe(const CsdFrame &frame) const { return learning() && frame.time - begun_ >= frame.training_time; }
   void freeze();
 

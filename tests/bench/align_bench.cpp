@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What one feature's alignment costs in a frame, on each SIMD target; OpenCV's PyrLK there and back beside it.
+// What one feature's alignment costs in a frame, and its anchor while it is learnt, on each SIMD target; OpenCV's PyrLK
+// there and back beside it.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -11,6 +12,7 @@
 #include "core/track/warped_picture.h"
 #include "image/work_frame.h"
 #include "track/align.h"
+#include "track/anchor_median.h"
 
 namespace csd {
 namespace {
@@ -98,6 +100,56 @@ void coarse_and_fine(benchmark::State &state, Align run, Kind kind) {
   per_feature(state);
 }
 
+/// A level's samples of the training time, with the gain, bias and noise of each.
+std::vector<PatchSample> training(std::size_t samples) {
+  const test::Waves texture(1, 6, 60, 22);
+  cv::RNG random(1);
+  std::vector<PatchSample> out(samples);
+  for (auto &sample : out) {
+    const double gain = random.uniform(.8, 1.2), bias = random.uniform(100., 130.);
+    for (int y = -PatchPlane::radius; y <= PatchPlane::radius; ++y)
+      for (int x = -PatchPlane::radius; x <= PatchPlane::radius; ++x) {
+        sample.value.at(x, y) = static_cast<float>(gain * texture.at(x, y) + bias + random.gaussian(2));
+        sample.weight.at(x, y) = 1;
+      }
+  }
+  return out;
+}
+
+void anchor_add(benchmark::State &state) {
+  const auto samples = training(AnchorMedian::most);
+  AnchorMedian median;
+  median.add(samples[0]);
+  for (auto _ : state) {
+    if (median.size() == AnchorMedian::most) {
+      state.PauseTiming();
+      median = {};
+      median.add(samples[0]);
+      state.ResumeTiming();
+    }
+    median.add(samples[median.size()]);
+  }
+}
+
+void anchor_make(benchmark::State &state) {
+  AnchorMedian median;
+  for (const auto &sample : training(13)) median.add(sample);
+  for (auto _ : state) benchmark::DoNotOptimize(median.make().patch.data.data());
+}
+
+void anchor_add_and_make_scalar(benchmark::State &state) {
+  const auto samples = training(13);
+  for (auto _ : state) {
+    std::vector<CompactPatch> compacts;
+    for (const auto &sample : samples) {
+      compacts.push_back(compact_scalar(sample));
+      if (compacts.size() > 1) bring_to_scalar(compacts.front(), compacts.back());
+    }
+    benchmark::DoNotOptimize(make_anchor_level(median_of_scalar(compacts)).patch.data.data());
+  }
+}
+BENCHMARK(anchor_add_and_make_scalar)->Unit(benchmark::kMicrosecond);
+
 void opencv_pyrlk_forward_backward(benchmark::State &state) {
   const Scene &s = scene(Kind::upright);
   for (auto _ : state) {
@@ -126,7 +178,17 @@ const int registered = [] {
     add("fine_pass_masked/" + name, fine_pass, run, Kind::masked, target);
     add("coarse_and_fine/" + name, coarse_and_fine, run, Kind::upright, target);
   };
-  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) add_all(hwy::TargetName(target), align, target);
+  const auto add_anchor = [](const std::string &name, void (*what)(benchmark::State &), std::int64_t target) {
+    benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State &state) {
+      const test::OnTarget scope(target);
+      what(state);
+    })->Unit(benchmark::kMicrosecond);
+  };
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    add_all(hwy::TargetName(target), align, target);
+    add_anchor(std::string("anchor_add/") + hwy::TargetName(target), anchor_add, target);
+    add_anchor(std::string("anchor_make/") + hwy::TargetName(target), anchor_make, target);
+  }
   add_all("scalar", align_scalar, 0);
   return 0;
 }();
