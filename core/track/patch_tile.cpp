@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "track/patch_tile.cpp"
@@ -18,8 +19,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 #if HWY_TARGET == HWY_SCALAR  // a machine with less than SSSE3
 
-void PairRows(const std::uint16_t *a, const std::uint16_t *b, std::size_t n, std::uint32_t *out) {
-  for (std::size_t i = 0; i < n; ++i) out[i] = a[i] | static_cast<std::uint32_t>(b[i]) << 16;
+void PairRows(const std::uint16_t *rows, std::size_t stride, std::size_t n, int height, std::uint32_t *out) {
+  for (int y = 0; y < height; ++y, rows += stride, out += PatchTile::side)
+    for (std::size_t i = 0; i < n; ++i) out[i] = rows[i] | static_cast<std::uint32_t>(rows[i + stride]) << 16;
 }
 
 void SampleTile(const std::uint32_t *tile, const float *map, float scale, float *out) {
@@ -44,14 +46,19 @@ using patch_lanes::period;
 using Floats = hn::CappedTag<float, 16>;
 using V = hn::Vec<Floats>;
 
-// n a multiple of 16.
-void PairRows(const std::uint16_t *HWY_RESTRICT a, const std::uint16_t *HWY_RESTRICT b, std::size_t n,
+// n a multiple of 16; of height + 1 rows.
+void PairRows(const std::uint16_t *HWY_RESTRICT rows, std::size_t stride, std::size_t n, int height,
               std::uint32_t *HWY_RESTRICT out) {
   const hn::CappedTag<std::uint32_t, 16> d;
   const hn::Rebind<std::uint16_t, decltype(d)> d16;
   for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
-    const auto above = hn::PromoteTo(d, hn::LoadU(d16, a + i)), below = hn::PromoteTo(d, hn::LoadU(d16, b + i));
-    hn::Store(hn::Or(above, hn::ShiftLeft<16>(below)), d, out + i);
+    const std::uint16_t *in = rows + i;
+    auto above = hn::PromoteTo(d, hn::LoadU(d16, in));
+    for (int y = 0; y < height; ++y) {
+      const auto below = hn::PromoteTo(d, hn::LoadU(d16, in += stride));
+      hn::Store(hn::Or(above, hn::ShiftLeft<16>(below)), d, out + i + y * PatchTile::side);
+      above = below;
+    }
   }
 }
 
@@ -116,18 +123,28 @@ HWY_EXPORT(SampleTile);
 
 namespace {
 
-// Rows y and y+1 of the tile as one row of words, in `read`'s pixels.
-template <class Read>
-void fill_tile(const PatchTile &tile, Read read, std::uint32_t *out) {
-  const auto pair_rows = HWY_DYNAMIC_DISPATCH(PairRows);
-  alignas(64) std::uint16_t buffer[2][PatchTile::side];
-  const auto n = static_cast<std::size_t>((tile.width + 15) / 16 * 16);
-  const std::uint16_t *above = read(0, n, buffer[0]);
-  for (int y = 0; y < tile.height; ++y) {
-    const std::uint16_t *below = read(y + 1, n, buffer[(y + 1) & 1]);
-    pair_rows(above, below, n, out + y * PatchTile::side);
-    above = below;
+constexpr int most_rows = PatchTile::side + 1;  // that a tile is made of
+
+/// Pixels from (left, top) on, n in each of `height` rows of PatchTile::side, with the border repeated.
+template <class T>
+void copy_rows(const cv::Mat &m, int left, int top, std::size_t n, int height, std::uint16_t *out) {
+  for (int y = 0; y < height; ++y, out += PatchTile::side) {
+    const T *row = m.ptr<T>(std::clamp(top + y, 0, m.rows - 1));
+    if (left >= 0 && left + static_cast<int>(n) <= m.cols)
+      std::copy_n(row + left, n, out);
+    else
+      for (int x = 0; x < static_cast<int>(n); ++x) out[x] = row[std::clamp(left + x, 0, m.cols - 1)];
   }
+}
+
+bool all_255(const std::uint8_t *bytes, int size) {
+  if (size < 8) return std::all_of(bytes, bytes + size, [](std::uint8_t b) { return b == 255; });
+  std::uint64_t all = ~std::uint64_t{0}, word = 0;
+  for (int i = 0; i < size; i += 8) {
+    std::memcpy(&word, bytes + std::min(i, size - 8), sizeof word);
+    all &= word;
+  }
+  return all == ~std::uint64_t{0};
 }
 
 template <class Visit>
@@ -163,41 +180,28 @@ bool prepare_tile(const cv::Mat &level, const cv::Mat &weights, const PatchMap &
   tile.x0 = left, tile.y0 = top, tile.width = right - left, tile.height = low - top;
   tile.right = level.cols - 1 - left, tile.bottom = level.rows - 1 - top;
 
-  const auto row_of = [&](int y) { return std::clamp(top + y, 0, level.rows - 1); };
-  fill_tile(
-      tile,
-      [&](int y, std::size_t n, std::uint16_t *buffer) -> const std::uint16_t * {
-        const auto *row = level.ptr<std::uint16_t>(row_of(y));
-        if (left >= 0 && left + static_cast<int>(n) <= level.cols) return row + left;
-        for (int x = 0; x < static_cast<int>(n); ++x) buffer[x] = row[std::clamp(left + x, 0, level.cols - 1)];
-        return buffer;
-      },
-      tile.pixels);
+  const auto pair_rows = HWY_DYNAMIC_DISPATCH(PairRows);
+  const auto n = static_cast<std::size_t>((tile.width + 15) / 16 * 16);
+  const int rows = tile.height + 1;
+  alignas(64) std::uint16_t buffer[most_rows * PatchTile::side];
+  if (left >= 0 && top >= 0 && left + static_cast<int>(n) <= level.cols && top + rows <= level.rows) {
+    pair_rows(level.ptr<std::uint16_t>(top) + left, level.step1(), n, tile.height, tile.pixels);
+  } else {
+    copy_rows<std::uint16_t>(level, left, top, n, rows, buffer);
+    pair_rows(buffer, PatchTile::side, n, tile.height, tile.pixels);
+  }
 
   tile.within = left >= 0 && top >= 0 && right <= level.cols && low <= level.rows;
   tile.plain = tile.within;
-  if (tile.plain && !weights.empty())
-    for (int y = top; tile.plain && y < low; ++y) {
-      const std::uint8_t *row = weights.ptr(y) + left;
-      std::uint8_t all = 255;
-      for (int x = 0; x < tile.width; ++x) all &= row[x];
-      tile.plain = all == 255;
-    }
-  if (!tile.plain)
-    fill_tile(
-        tile,
-        [&](int y, std::size_t n, std::uint16_t *buffer) -> const std::uint16_t * {
-          const int count = static_cast<int>(n);
-          if (weights.empty()) {
-            std::fill_n(buffer, n, std::uint16_t{255});
-          } else if (const std::uint8_t *row = weights.ptr(row_of(y)); left >= 0 && left + count <= level.cols) {
-            std::copy_n(row + left, n, buffer);
-          } else {
-            for (int x = 0; x < count; ++x) buffer[x] = row[std::clamp(left + x, 0, level.cols - 1)];
-          }
-          return buffer;
-        },
-        tile.weights);
+  if (weights.empty()) {
+    if (tile.plain) return true;
+    std::fill_n(buffer, rows * PatchTile::side, std::uint16_t{255});
+  } else {
+    for (int y = top; tile.plain && y < low; ++y) tile.plain = all_255(weights.ptr(y) + left, tile.width);
+    if (tile.plain) return true;
+    copy_rows<std::uint8_t>(weights, left, top, n, rows, buffer);
+  }
+  pair_rows(buffer, PatchTile::side, n, tile.height, tile.weights);
   return true;
 }
 
