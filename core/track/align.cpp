@@ -14,9 +14,8 @@ namespace csd {
 namespace {
 
 constexpr int most_iterations = 8;
-constexpr double close_enough = .008;  // samples, of what is left to go
-constexpr double longest_step = 3;     // samples
-constexpr double largest_shear = .3;   // of one step
+constexpr double longest_step = 3;    // samples
+constexpr double largest_shear = .3;  // of one step
 constexpr double least_inside = .3;
 constexpr int least_counted = PatchPlane::pixels / 10;
 constexpr double least_variance = .01;  // grey levels²; below, there is nothing to see
@@ -167,7 +166,7 @@ struct Scalar {
 
 template <class Twin>
 Alignment align_with(const Pyramid &pyramid, const GlareWeights &weights, const AnchorLevel &anchor, int level,
-                     const AffineState &start, const AlignPrior &prior, AlignModel model) {
+                     const AffineState &start, const AlignPrior &prior, AlignModel model, double precision) {
   Alignment out;
   out.state = start;
   if (!sane(start)) return out;
@@ -193,7 +192,7 @@ Alignment align_with(const Pyramid &pyramid, const GlareWeights &weights, const 
     apply(step, level, state);
     ++out.iterations;
     if (!sane(state)) return out;
-    if (remaining(step.size(), previous) < close_enough || out.iterations == most_iterations) break;
+    if (remaining(step.size(), previous) < precision || out.iterations == most_iterations) break;
     previous = step.size();
   }
   // Of the last residuals, which the last step made a little smaller: sampling once more would tell nothing new.
@@ -210,13 +209,13 @@ Alignment align_with(const Pyramid &pyramid, const GlareWeights &weights, const 
 }  // namespace
 
 Alignment align(const Pyramid &pyramid, const GlareWeights &weights, const AnchorLevel &anchor, int level,
-                const AffineState &start, const AlignPrior &prior, AlignModel model) {
-  return align_with<Simd>(pyramid, weights, anchor, level, start, prior, model);
+                const AffineState &start, const AlignPrior &prior, AlignModel model, double precision) {
+  return align_with<Simd>(pyramid, weights, anchor, level, start, prior, model, precision);
 }
 
 Alignment align_scalar(const Pyramid &pyramid, const GlareWeights &weights, const AnchorLevel &anchor, int level,
-                       const AffineState &start, const AlignPrior &prior, AlignModel model) {
-  return align_with<Scalar>(pyramid, weights, anchor, level, start, prior, model);
+                       const AffineState &start, const AlignPrior &prior, AlignModel model, double precision) {
+  return align_with<Scalar>(pyramid, weights, anchor, level, start, prior, model, precision);
 }
 
 }  // namespace csd

@@ -13,6 +13,9 @@ struct AlignPrior {
   double shape = .03;
 };
 
+/// How much of the way may be left when a pass ends, samples: it is what the steps to come would add.
+inline constexpr double fine_precision = .008, coarse_precision = .1;
+
 enum class AlignModel { similarity, affine };  ///< 4 or 6 degrees of freedom
 
 /// How well a patch fits where it was put.
@@ -31,12 +34,13 @@ struct Alignment {
 /// Aligns one anchor level with a frame: inverse compositional Gauss–Newton with gain and bias, robust weights, and a
 /// Gaussian prior on shape and position about `start` (prototype.md I.2).
 Alignment align(const Pyramid &pyramid, const GlareWeights &weights, const AnchorLevel &anchor, int level,
-                const AffineState &start, const AlignPrior &prior, AlignModel model);
+                const AffineState &start, const AlignPrior &prior, AlignModel model, double precision = fine_precision);
 
 /// The plain twin that tests compare with: the same position within .01 of a sample, which is .01 px of the picture or
 /// of the pyramid level that the patch is sampled from, whichever is larger. They differ most where one of them takes a
 /// step more.
 Alignment align_scalar(const Pyramid &pyramid, const GlareWeights &weights, const AnchorLevel &anchor, int level,
-                       const AffineState &start, const AlignPrior &prior, AlignModel model);
+                       const AffineState &start, const AlignPrior &prior, AlignModel model,
+                       double precision = fine_precision);
 
 }  // namespace csd

@@ -130,7 +130,8 @@ void TrackedPoint::locate(const CsdFrame &frame, const AffineState &start, doubl
     if (core) inner = core_of(anchor_.level(level));
     const auto &anchor = core ? inner : anchor_.level(level);
     auto seen = align(frame.pyramid, frame.weights, anchor, level, at, prior,
-                      core || level > finest ? AlignModel::similarity : AlignModel::affine);
+                      core || level > finest ? AlignModel::similarity : AlignModel::affine,
+                      level > finest ? coarse_precision : fine_precision);
     if (core) seen.unmasked *= PatchPlane::pixels / core_weight;
     if (level == finest) {
       fine_ = seen;

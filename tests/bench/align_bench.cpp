@@ -79,7 +79,8 @@ void fine_pass(benchmark::State &state, Align run, Kind kind) {
   double iterations = 0;
   for (auto _ : state)
     for (std::size_t i = 0; i < features; ++i) {
-      const Alignment a = run(s.pyramid, s.glare, s.anchors[i].level(0), 0, s.start[i], {}, AlignModel::affine);
+      const Alignment a =
+          run(s.pyramid, s.glare, s.anchors[i].level(0), 0, s.start[i], {}, AlignModel::affine, fine_precision);
       iterations += a.iterations;
     }
   per_feature(state);
@@ -91,10 +92,11 @@ void coarse_and_fine(benchmark::State &state, Align run, Kind kind) {
   for (auto _ : state)
     for (std::size_t i = 0; i < features; ++i) {
       const Alignment coarse =
-          run(s.pyramid, s.glare, s.anchors[i].level(1), 1, s.start[i], {}, AlignModel::similarity);
+          run(s.pyramid, s.glare, s.anchors[i].level(1), 1, s.start[i], {}, AlignModel::similarity, coarse_precision);
       AlignPrior prior;
       prior.position = coarse.information * .25;
-      const Alignment fine = run(s.pyramid, s.glare, s.anchors[i].level(0), 0, coarse.state, prior, AlignModel::affine);
+      const Alignment fine =
+          run(s.pyramid, s.glare, s.anchors[i].level(0), 0, coarse.state, prior, AlignModel::affine, fine_precision);
       benchmark::DoNotOptimize(fine.zncc);
     }
   per_feature(state);

@@ -67,7 +67,7 @@ double error_of(std::uint64_t seed, const cv::Matx22d &shape, double noise, cons
   const AffineState start{view.state.position + cv::Point2d(rng.uniform(-.7, .7), rng.uniform(-.7, .7))};
   double worst = 0;
   for (const auto run : {align, align_scalar}) {
-    const Alignment a = run(frame, no_glare, level0, 0, start, prior, AlignModel::affine);
+    const Alignment a = run(frame, no_glare, level0, 0, start, prior, AlignModel::affine, fine_precision);
     EXPECT_TRUE(a.usable);
     EXPECT_LT(cv::norm(a.state.shape - shape), noise > 0 ? .03 : .01) << seed;
     worst = std::max(worst, distance(a.state, view.state));
@@ -98,6 +98,16 @@ TEST(Align, FindsPositionAndShape) {
   RecordProperty("mean_with_noise", std::to_string(mean_with_noise));
   EXPECT_LT(mean, .02);
   EXPECT_LT(mean_with_noise, .05);
+}
+
+TEST(Align, ACoarsePassEndsSoonerAndAsNearAsItSays) {
+  const Waves texture(3, 9, 30, 20);
+  const AnchorLevel known = anchor(texture, 0);
+  const Pyramid frame = pyramid(render(texture, {.state = {{65.4, 63.3}}}));
+  const Alignment fine = align(frame, no_glare, known, 0, {{64, 64}}, {}, AlignModel::affine);
+  const Alignment coarse = align(frame, no_glare, known, 0, {{64, 64}}, {}, AlignModel::affine, coarse_precision);
+  EXPECT_LT(coarse.iterations, fine.iterations);
+  EXPECT_LT(distance(coarse.state, fine.state), coarse_precision);
 }
 
 TEST(Align, FollowsGainBiasRotationAndScale) {
@@ -180,14 +190,14 @@ TEST(Align, MaskedHighlightsCountForNothing) {
   ASSERT_GT(share, .3);
   ASSERT_LT(share, .8);
   for (const auto run : {align, align_scalar}) {
-    const Alignment a = run(p, glare, level0, 0, start, {}, AlignModel::affine);
+    const Alignment a = run(p, glare, level0, 0, start, {}, AlignModel::affine, fine_precision);
     ASSERT_TRUE(a.usable);
     EXPECT_LT(distance(a.state, view.state), .05);
     EXPECT_NEAR(a.unmasked, share, .01);
     EXPECT_GT(a.inliers, .9);
     EXPECT_GT(a.zncc, .95);
     // Not looked at, it spoils the correlation.
-    EXPECT_LT(run(p, no_glare, level0, 0, start, {}, AlignModel::affine).zncc, .5);
+    EXPECT_LT(run(p, no_glare, level0, 0, start, {}, AlignModel::affine, fine_precision).zncc, .5);
   }
 }
 
@@ -323,16 +333,18 @@ TEST(Align, ThePicturesEdge) {
     View view;
     view.state.position = {4.3, 70.6};  // 15 of 21 columns are in
     const Pyramid p = pyramid(render(texture, view));
-    const Alignment most = run(p, no_glare, a, 0, {view.state.position + cv::Point2d(.4, -.3)}, {}, AlignModel::affine);
+    const Alignment most =
+        run(p, no_glare, a, 0, {view.state.position + cv::Point2d(.4, -.3)}, {}, AlignModel::affine, fine_precision);
     ASSERT_TRUE(most.usable);
     // The pyramid mirrors the picture's edge, which smooths its last two columns.
     EXPECT_LT(distance(most.state, view.state), .05);
     EXPECT_NEAR(most.unmasked, 15. / 21, 1e-6);
-    const Alignment little = run(p, no_glare, a, 0, {{-5, 70}}, {}, AlignModel::affine);  // 6 of 21 columns: 29 %
+    // 6 of 21 columns: 29 %.
+    const Alignment little = run(p, no_glare, a, 0, {{-5, 70}}, {}, AlignModel::affine, fine_precision);
     EXPECT_FALSE(little.usable);
     EXPECT_EQ(little.state.position, cv::Point2d(-5, 70));
     for (const cv::Point2d far : {cv::Point2d(-4000, 64), {1e9, 1e9}, {64, -1e300}}) {
-      const Alignment none = run(p, no_glare, a, 0, {far}, {}, AlignModel::affine);
+      const Alignment none = run(p, no_glare, a, 0, {far}, {}, AlignModel::affine, fine_precision);
       EXPECT_FALSE(none.usable);
       EXPECT_TRUE(finite(none));
     }
@@ -352,14 +364,15 @@ TEST(Align, NothingToSeeIsNotUsable) {
   undefined.position.x = std::nan("");
   for (const auto run : {align, align_scalar})
     for (const AlignModel model : {AlignModel::affine, AlignModel::similarity}) {
-      for (const Alignment &r :
-           {run(flat, no_glare, a, 0, start, {}, model), run(textured, no_glare, blank, 0, start, {}, model),
-            run(flat, no_glare, blank, 0, start, {}, model), run(textured, no_glare, masked, 0, start, {}, model),
-            run(textured, no_glare, a, 0, folded, {}, model)}) {
+      for (const Alignment &r : {run(flat, no_glare, a, 0, start, {}, model, fine_precision),
+                                 run(textured, no_glare, blank, 0, start, {}, model, fine_precision),
+                                 run(flat, no_glare, blank, 0, start, {}, model, fine_precision),
+                                 run(textured, no_glare, masked, 0, start, {}, model, fine_precision),
+                                 run(textured, no_glare, a, 0, folded, {}, model, fine_precision)}) {
         EXPECT_FALSE(r.usable);
         EXPECT_TRUE(finite(r));
       }
-      EXPECT_FALSE(run(textured, no_glare, a, 0, undefined, {}, model).usable);
+      EXPECT_FALSE(run(textured, no_glare, a, 0, undefined, {}, model, fine_precision).usable);
     }
 }
 
