@@ -14,14 +14,23 @@ constexpr double usual_share = 0.7, usual_rate = 0.02;
 constexpr std::int64_t try_every = second * 3 / 25, try_at_least_every = 5 * second;
 constexpr double tries_while_gone = 0.01;      // the next try comes after this share of the time since it was seen
 constexpr std::int64_t settles = 10 * second;  // what is seen then is another scene for good, and is left alone
+constexpr double handful = 0.1;                // of the points of a scene: that few may be chance likenesses
 constexpr double least_contrast = 3;  // grey levels, sd of the coarsest level: black and a covered lens have less
 
 // Half the working image's pixels. Contrast as in the baseline SIFT: at Lowe's, tissue has few keypoints.
 constexpr int most_keypoints = 500;
+constexpr double stretched = 40;  // grey levels, sd of the picture that keypoints are looked for in
 constexpr double contrast_threshold = 0.01, ratio = 0.8;
 constexpr std::size_t hypotheses = 60, least_matches = 8;
 constexpr double tolerance = 6;  // at 240 lines: a heart moves as far
 constexpr double most_zoom = 4;
+
+/// Of a pyramid's level: standard deviation, grey levels.
+double contrast(const cv::Mat &level) {
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(level, mean, deviation);
+  return deviation[0] / 256;
+}
 
 double squared(cv::Point2d p) {
   return p.dot(p);
@@ -106,9 +115,10 @@ void Recall::remember(const CsdFrame &frame, const NeighbourField &field, int ch
   }
   auto scene = std::find_if(scenes_.begin(), scenes_.end(), [&](const Scene &s) { return s.chart == chart; });
   if (scene == scenes_.end()) return;
-  const auto size = static_cast<double>(n);
-  const bool usual = size >= usual_share * scene->usual;
-  scene->usual += std::max(usual_rate * frame.steps, scene->usual == 0 ? 1.0 : 0.0) * (size - scene->usual);
+  // Points are seen long into a fade to black, when there is little left to be recognised by.
+  const double worth = static_cast<double>(n) * contrast(frame.pyramid.level(Pyramid::levels - 1));
+  const bool usual = worth >= usual_share * scene->usual;
+  scene->usual += (scene->usual == 0 ? 1.0 : usual_rate * frame.steps) * (worth - scene->usual);
   if (!usual) return;
   scene->field = field;
   scene->field.keep(chart);
@@ -122,7 +132,9 @@ void Recall::describe(const cv::Mat &level, const cv::Mat &mask, std::vector<cv:
                       cv::Mat &descriptors) {
   if (!sift_) sift_ = cv::SIFT::create(most_keypoints, 3, contrast_threshold);
   cv::Mat picture;
-  level.convertTo(picture, CV_8U, 1.0 / 256);
+  // What comes out of the dark is dim at first.
+  const double gain = stretched / std::max(contrast(level), least_contrast) / 256;
+  level.convertTo(picture, CV_8U, gain, 128 - gain * cv::mean(level)[0]);
   sift_->detectAndCompute(picture, mask, keypoints, descriptors);
 }
 
@@ -131,20 +143,25 @@ bool Recall::knows(int chart) const {
 }
 
 bool blank(const CsdFrame &frame) {
-  cv::Scalar mean, deviation;
-  cv::meanStdDev(frame.pyramid.level(Pyramid::levels - 1), mean, deviation);
-  return deviation[0] < 256 * least_contrast;
+  return contrast(frame.pyramid.level(Pyramid::levels - 1)) < least_contrast;
+}
+
+bool Recall::seen(const Scene &scene, const NeighbourField &present) {
+  return static_cast<double>(present.size(scene.chart)) > handful * static_cast<double>(scene.field.size());
+}
+
+bool Recall::nothing(const NeighbourField &present) const {
+  return std::none_of(scenes_.begin(), scenes_.end(), [&](const Scene &s) { return seen(s, present); });
 }
 
 bool Recall::wanted(const Scene &scene, const NeighbourField &present) const {
-  if (present.size(scene.chart) > 0) return false;
-  return present.size() == 0 || std::any_of(scenes_.begin(), scenes_.end(), [&](const Scene &s) {
-           return s.chart > scene.chart && present.size(s.chart) > 0;
-         });
+  if (seen(scene, present)) return false;
+  return nothing(present) || std::any_of(scenes_.begin(), scenes_.end(),
+                                         [&](const Scene &s) { return s.chart > scene.chart && seen(s, present); });
 }
 
 bool Recall::due(const CsdFrame &frame, const NeighbourField &present) {
-  if (present.size() == 0) last_nothing_ = frame.time;
+  if (nothing(present)) last_nothing_ = frame.time;
   if (frame.time - last_nothing_ > settles) return false;
   std::int64_t gone = -1;
   for (const auto &s : scenes_)

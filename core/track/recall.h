@@ -34,16 +34,17 @@ bool blank(const CsdFrame &frame);
 /// deforms; the caller looks whether they are there.
 class Recall {
  public:
-  /// The points of `field` (of `chart` alone) as this frame shows them. Kept if they are about as many as usual.
+  /// The points of `field` (of `chart` alone) as this frame shows them. Kept if they are about as many as usual,
+  /// and the picture is as rich in contrast.
   void remember(const CsdFrame &frame, const NeighbourField &field, int chart);
   bool knows(int chart) const;
   void forget(int chart);
-  /// Is it time to look for a chart that `present` has no point of? Eight times a second at first, more rarely the
-  /// longer it has been gone, and not while the picture is blank. Where something is seen, only for what was seen
+  /// Is it time to look for a chart that `present` has hardly a point of? Eight times a second at first, more rarely
+  /// the longer it has been gone, and not while the picture is blank. Where something is seen, only for what was seen
   /// before that, and only for ten seconds: then it is another scene for good.
   bool due(const CsdFrame &frame, const NeighbourField &present);
-  /// A chart that was remembered, that `present` has no point of, and that this frame shows: its points go to `found`.
-  /// Takes some 20 ms. Returns the chart, or −1.
+  /// A chart that was remembered, that `present` has hardly a point of, and that this frame shows: its points go to
+  /// `found`. Takes some 20 ms. Returns the chart, or −1.
   int find(const CsdFrame &frame, const NeighbourField &present, NeighbourField &found);
   void clear() { *this = {}; }
 
@@ -53,11 +54,13 @@ class Recall {
     NeighbourField field;
     cv::Mat picture, mask;  ///< level 1, CV_16UC1 and CV_8UC1
     std::int64_t time = 0;
-    double usual = 0;  ///< number of points
+    double usual = 0;  ///< number of points times the picture's contrast
     std::vector<cv::KeyPoint> keypoints;
     cv::Mat descriptors;  ///< of keypoints, once they were needed
     bool described = false;
   };
+  static bool seen(const Scene &scene, const NeighbourField &present);
+  bool nothing(const NeighbourField &present) const;
   bool wanted(const Scene &scene, const NeighbourField &present) const;
   void describe(const cv::Mat &level, const cv::Mat &mask, std::vector<cv::KeyPoint> &keypoints, cv::Mat &descriptors);
 
