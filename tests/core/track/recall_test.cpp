@@ -109,6 +109,9 @@ TEST_F(RecallTest, KeepsTheLastFrameInWhichMostWasSeen) {
   const Similarity aside = turn(0, 1, {15, 0});
   recall_.remember(show(turned(aside), 2), grid(0), 0);                              // seen as fully
   recall_.remember(show(MovingScene({320, 240}, 9).render({}), 3), grid(0, 12), 0);  // a quarter of it
+  cv::Mat dim;
+  turned(turn(0, 1, {-15, 0})).convertTo(dim, CV_8UC3, 0.2);
+  recall_.remember(show(dim, 3.5), grid(0), 0);  // fading out
   const auto frame = show(turned(aside), 4);
   NeighbourField found;
   ASSERT_EQ(recall_.find(frame, {}, found), 0);
@@ -128,6 +131,7 @@ TEST_F(RecallTest, IsDueEverMoreRarelyAndNeverInTheDark) {
   EXPECT_EQ(tries(1.04, 2, picture, grid(0)), 0) << "it is there";
   EXPECT_EQ(tries(2, 3, cv::Mat(240, 320, CV_8UC3, cv::Scalar(3, 2, 4)), {}), 0);
   EXPECT_NEAR(tries(3, 4, picture, {}), 8, 1);
+  EXPECT_NEAR(tries(4, 5, picture, grid(0, 4)), 8, 1) << "so few may be chance likenesses";
   EXPECT_NEAR(tries(101, 103, picture, {}), 2, 1) << "one a second after 100 s";
   // Another scene: for ten seconds the first may still come back.
   recall_.remember(show(picture, 103), grid(1), 1);
