@@ -171,6 +171,8 @@ def table(job, out):
     total = sum(rows.values())
     print(f"frames      {job.frames} of {job.picture}, in {job.seconds:.1f} s: {job.frames / job.seconds:.1f} fps with "
           f"{'simulating' if job.simulated else 'decoding'} and encoding")
+    tracker = job.track.get_property("algorithm").value_nick
+    print(f"tracker     {tracker}" + (", the paper's, as printed; the project's own: --algorithm csd" if tracker == "csd-2012" else ""))
     print(f"features    {ids} in all, {total / job.frames:.1f} a frame" if ids else
           f"features    none: {why_none(job.track)}; --points tracks what you choose")
     for state, marker in STATES.items():

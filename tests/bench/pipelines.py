@@ -122,8 +122,8 @@ def main():
     count, rounds, seconds = (30, 1, 1) if quick else (600, 5, 20)
 
     print(f"record: {WIDTH}x{HEIGHT} I420 ! x264enc speed-preset=veryfast, {count} frames, in alternation, medians of {rounds}")
-    elements = {"without csdtrack": "", "csdtrack algorithm=csd-2012": "csdtrack algorithm=csd-2012 !",
-                "csdtrack algorithm=lk": "csdtrack algorithm=lk !"}
+    elements = {"without csdtrack": ""} | {
+        f"csdtrack algorithm={name}": f"csdtrack algorithm={name} !" for name in ("csd", "csd-2012", "lk")}
     rates = {name: [] for name in elements}
     for _ in range(rounds):
         for name, element in elements.items():
