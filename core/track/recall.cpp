@@ -36,6 +36,11 @@ double squared(cv::Point2d p) {
   return p.dot(p);
 }
 
+/// Turns and zooms as a and b say, and takes `from` to `to`.
+Similarity about(cv::Point2d from, cv::Point2d to, double a, double b) {
+  return {a, b, to - cv::Point2d(a * from.x - b * from.y, b * from.x + a * from.y)};
+}
+
 /// Least squares over the matches that `like` puts within the tolerance.
 Similarity refit(const std::vector<Correspondence> &matches, const Similarity &like, double limit) {
   cv::Point2d from, to;
@@ -58,11 +63,7 @@ Similarity refit(const std::vector<Correspondence> &matches, const Similarity &l
       size += squared(p);
     }
   if (!(size > 0)) return like;
-  Similarity s;
-  s.a = a / size;
-  s.b = b / size;
-  s.shift = to - cv::Point2d(s.a * from.x - s.b * from.y, s.b * from.x + s.a * from.y);
-  return s;
+  return about(from, to, a / size, b / size);
 }
 
 }  // namespace
@@ -87,11 +88,7 @@ std::optional<Similarity> agree_on_similarity(const std::vector<Correspondence> 
       const auto p = matches[j].from - matches[i].from, q = matches[j].to - matches[i].to;
       const double size = squared(p);
       if (size < 16 * limit) continue;  // nearer pairs don't tell the turn
-      Similarity s;
-      s.a = p.dot(q) / size;
-      s.b = (p.x * q.y - p.y * q.x) / size;
-      s.shift = matches[i].to - cv::Point2d(s.a * matches[i].from.x - s.b * matches[i].from.y,
-                                            s.b * matches[i].from.x + s.a * matches[i].from.y);
+      const auto s = about(matches[i].from, matches[i].to, p.dot(q) / size, (p.x * q.y - p.y * q.x) / size);
       if (!plausible(s)) continue;
       if (const auto count = agreeing(s); count > most) {
         most = count;

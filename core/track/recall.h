@@ -46,7 +46,6 @@ class Recall {
   /// A chart that was remembered, that `present` has hardly a point of, and that this frame shows: its points go to
   /// `found`. Takes some 20 ms. Returns the chart, or −1.
   int find(const CsdFrame &frame, const NeighbourField &present, NeighbourField &found);
-  void clear() { *this = {}; }
 
  private:
   struct Scene {

@@ -188,8 +188,8 @@ void SupportPoints::follow(const CsdFrame &frame) {
     if (!s.waits) s.point.learn(frame);
     if (s.point.ripe(frame) && !frame.budget.spent()) s.point.freeze();
     const bool out = s.point.map() && !frame.shows(s.point.state().position);
-    const bool elsewhere = recall_.knows(s.point.chart()) && field_.size(s.point.chart()) == 0;
-    if (s.point.visible() || out || elsewhere) s.covered = frame.time;
+    const auto elsewhere = [&] { return recall_.knows(s.point.chart()) && field_.size(s.point.chart()) == 0; };
+    if (s.point.visible() || out || elsewhere()) s.covered = frame.time;
     if (!s.established && s.point.chart() >= 0 && frame.time - s.begun >= trial && s.point.sure() &&
         s.point.offset().deviation() <= trial_deviation)
       s.established = true;

@@ -5,21 +5,15 @@
 
 #include <cmath>
 
+#include "core/track/patch_offsets.h"
 #include "core/track/simd_targets.h"
 #include "core/track/warped_picture.h"
 
 namespace csd {
 namespace {
 
+using test::for_each_offset;
 using test::on_all_targets;
-
-constexpr int radius = PatchPlane::radius;
-
-template <class Visit>
-void for_each_offset(Visit visit) {
-  for (int y = -radius; y <= radius; ++y)
-    for (int x = -radius; x <= radius; ++x) visit(x, y);
-}
 
 PatchSample texture(double gain, double bias) {
   const test::Waves waves(5, 6, 30, 20);

@@ -7,22 +7,18 @@
 #include <cmath>
 
 #include "core/track/moving_scene.h"
+#include "core/track/patch_offsets.h"
 #include "core/track/warped_picture.h"
 #include "image/work_frame.h"
 
 namespace csd {
 namespace {
 
+using test::for_each_offset;
 using test::similarity;
 
 constexpr int radius = PatchPlane::radius;
 const GlareWeights no_glare;
-
-template <class Visit>
-void for_each_offset(Visit visit) {
-  for (int y = -radius; y <= radius; ++y)
-    for (int x = -radius; x <= radius; ++x) visit(x, y);
-}
 
 /// A picture whose grey level is a plane, which neither the pyramid's smoothing nor bilinear sampling changes.
 cv::Mat plane(cv::Size size, double x, double y, double constant) {

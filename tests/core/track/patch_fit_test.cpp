@@ -7,21 +7,17 @@
 #include <cmath>
 #include <vector>
 
+#include "core/track/patch_offsets.h"
 #include "core/track/simd_targets.h"
 #include "core/track/warped_picture.h"
 
 namespace csd {
 namespace {
 
+using test::for_each_offset;
 using test::on_all_targets;
 
 constexpr int radius = PatchPlane::radius;
-
-template <class Visit>
-void for_each_offset(Visit visit) {
-  for (int y = -radius; y <= radius; ++y)
-    for (int x = -radius; x <= radius; ++x) visit(x, y);
-}
 
 /// T = 2x + 3y + 5 sin(x y / 7) with weights 1, but ½ in the upper half; its analytic gradients stand in for central
 /// differences.

@@ -5,22 +5,16 @@
 
 #include <memory>
 
+#include "core/track/patch_offsets.h"
 #include "core/track/simd_targets.h"
 #include "core/track/warped_picture.h"
 
 namespace csd {
 namespace {
 
+using test::for_each_offset;
 using test::on_all_targets;
 using test::similarity;
-
-constexpr int radius = PatchPlane::radius;
-
-template <class Visit>
-void for_each_offset(Visit visit) {
-  for (int y = -radius; y <= radius; ++y)
-    for (int x = -radius; x <= radius; ++x) visit(x, y);
-}
 
 cv::Mat noise16(cv::Size size) {
   cv::Mat m(size, CV_16UC1);
