@@ -83,6 +83,10 @@ Options parse(int argc, char **argv) {
   return options;
 }
 
+std::string size_text(cv::Size size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
 void run(const Options &options) {
   const auto points = thinned(read_start_points(options.points), options.features);
   const auto source = open_video(options.video);
@@ -104,13 +108,16 @@ void run(const Options &options) {
     if (frame > 0 && picture.bgr.size() != size)
       throw std::runtime_error(options.video + ": the picture's size changes");
     size = picture.bgr.size();
+    if (points.width > 0 && size != cv::Size(points.width, points.height))
+      throw std::runtime_error(options.points + " is of pictures of " + size_text({points.width, points.height}) +
+                               ", " + options.video + " has " + size_text(size));
     const auto before = Clock::now();
     std::vector<Report> reports;
     if (frame == 0) {
-      peer->start(picture.bgr, points.positions);
+      peer->start(picture, points.positions);
       for (const auto &p : points.positions) reports.push_back({p, true});
     } else {
-      reports = peer->follow(picture.bgr);
+      reports = peer->follow(picture);
     }
     const auto now = Clock::now();
     tracking += now - before;

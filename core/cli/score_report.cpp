@@ -56,12 +56,14 @@ ScoreReport make_report(const std::vector<std::string> &names, const std::vector
   }
   for (std::size_t i = 0; i < names.size(); ++i)
     report.trackers.push_back(score::score(names[i], clips[i], resamples, bootstrap_seed));
+  std::size_t features = 0;
+  for (const auto &clip : report.clips) features += clip.features;
   for (std::size_t i = 1; i < names.size(); ++i) {
     const score::TrackerScore &first = report.trackers.front(), &other = report.trackers[i];
     report.pairs.push_back({i, {}});
     for (std::size_t h = 0; h < score::headline_count; ++h)
       report.pairs.back().comparisons[h] =
-          score::compare(other.headline[h], other.draws, first.headline[h], first.draws, h);
+          score::compare(other.headline[h], other.draws, first.headline[h], first.draws, h, features);
   }
   return report;
 }

@@ -117,27 +117,31 @@ std::vector<Table> tables(const ScoreReport &report) {
   return all;
 }
 
-std::string head(const ScoreReport &report) {
-  std::string text;
+std::vector<std::string> head(const ScoreReport &report) {
+  std::vector<std::string> lines;
   for (const auto &clip : report.clips)
-    text += clip.truth + ": " + std::to_string(clip.features) + " features, " + std::to_string(clip.moments.size()) +
-            " labelled frames, " + std::to_string(clip.width) + "×" + std::to_string(clip.height) + "\n";
+    lines.push_back(clip.truth + ": " + std::to_string(clip.features) + " features, " +
+                    std::to_string(clip.moments.size()) + " labelled frames, " + std::to_string(clip.width) + "×" +
+                    std::to_string(clip.height));
   if (report.resamples && !std::isnan(report.trackers.front().intervals.front().low))
-    text += "In brackets: 95 % intervals from " + std::to_string(report.resamples) + " draws of " +
-            (report.clips.size() > 1 ? "clips and their features" : "the features") + "\n";
-  return text;
+    lines.push_back("In brackets: 95 % intervals from " + std::to_string(report.resamples) + " draws of " +
+                    (report.clips.size() > 1 ? "clips and their features" : "the features"));
+  return lines;
 }
 
 }  // namespace
 
 std::string as_text(const ScoreReport &report) {
-  std::string text = head(report);
+  std::string text;
+  for (const std::string &line : head(report)) text += line + "\n";
   for (const Table &table : tables(report)) text += "\n" + as_text(table);
   return text;
 }
 
 std::string as_markdown(const ScoreReport &report) {
   std::string text;
+  for (const std::string &line : head(report)) text += "* " + line + "\n";
+  text += "\n";
   for (const Table &table : tables(report)) text += as_markdown(table) + "\n";
   return text;
 }

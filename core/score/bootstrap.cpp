@@ -87,7 +87,7 @@ Interval interval(std::span<const Headlines> draws, std::size_t headline) {
 }
 
 Comparison compare(double a, std::span<const Headlines> draws_a, double b, std::span<const Headlines> draws_b,
-                   std::size_t headline) {
+                   std::size_t headline, std::size_t features) {
   std::vector<double> differences;
   std::size_t at_most_0 = 0, at_least_0 = 0;
   for (std::size_t r = 0; r < std::min(draws_a.size(), draws_b.size()); ++r) {
@@ -101,7 +101,9 @@ Comparison compare(double a, std::span<const Headlines> draws_a, double b, std::
   if (differences.empty()) return comparison;
   // One is added to both, so that no p is 0: the data themselves are one of the draws (Davison and Hinkley 1997, §4.2).
   const double count = static_cast<double>(differences.size());
-  comparison.p = std::min(1.0, 2 * (1 + static_cast<double>(std::min(at_most_0, at_least_0))) / (1 + count));
+  const double least = std::exp2(1 - static_cast<double>(features));
+  comparison.p = std::clamp(2 * (1 + static_cast<double>(std::min(at_most_0, at_least_0))) / (1 + count),
+                            std::min(1.0, least), 1.0);
   comparison.confidence = percentiles(std::move(differences));
   return comparison;
 }

@@ -42,13 +42,14 @@ struct Interval {
 };
 Interval interval(std::span<const Headlines> draws, std::size_t headline);
 
-/// a − b on the same truth. `p` is two-sided: twice the smaller share of draws on which the difference is ≤ 0 or ≥ 0.
+/// a − b on the same truth. `p` is two-sided: twice the smaller share of draws on which the difference is ≤ 0 or ≥ 0,
+/// and at least 2^(1 − features): no exact paired test of so many features could give less.
 struct Comparison {
   double difference = unknown;
   Interval confidence;
   double p = unknown;
 };
 Comparison compare(double a, std::span<const Headlines> draws_a, double b, std::span<const Headlines> draws_b,
-                   std::size_t headline);
+                   std::size_t headline, std::size_t features);
 
 }  // namespace csd::score

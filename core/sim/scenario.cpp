@@ -105,6 +105,7 @@ std::string_view effect_name(Effect effect) {
 
 void Effects::set(std::string_view text) {
   auto result = strength_;
+  std::array<bool, effect_count> named{};
   if (trim(text).empty()) return;
   for (bool more = true; more;) {
     const auto comma = text.find(',');
@@ -115,6 +116,7 @@ void Effects::set(std::string_view text) {
     const std::string_view name = trim(item.substr(0, equals));
     const auto effect = find(effect_names, name);
     if (!effect) fail("no effect \"" + std::string(name) + "\"; there are " + list(effect_names));
+    if (std::exchange(named[*effect], true)) fail("the effect " + std::string(name) + " is named twice");
     result[*effect] = equals == item.npos ? 1 : parse_strength(name, trim(item.substr(equals + 1)));
   }
   strength_ = result;

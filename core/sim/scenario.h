@@ -57,8 +57,8 @@ class Effects {
   double &operator[](Effect e) { return strength_[static_cast<std::size_t>(e)]; }
 
   /// Sets the effects that `text` names: "tools=1,specular=.5"; a name alone means 1, an empty text nothing. Spaces are
-  /// ignored. Throws std::invalid_argument that says what is wrong and, for a name, which names there are; then nothing
-  /// has been set.
+  /// ignored. Throws std::invalid_argument that says what is wrong (a name twice is, too) and, for a name, which names
+  /// there are; then nothing has been set.
   void set(std::string_view text);
 
  private:

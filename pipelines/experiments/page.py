@@ -3,6 +3,7 @@
 
 import os
 import pathlib
+import re
 import shutil
 
 import builds
@@ -34,7 +35,7 @@ written by the command that the mark names, and nothing by hand. Real tissue wit
 [metrics.md](metrics.md) has each of them exactly, and how they are tested; STIR's measures, which it has too, are not shown here. In brackets
 stand 95 % intervals: percentiles of 10000 draws, with replacement, of as many clips (a sequence with a seed is one) as there are, and of as many
 features in each as it has; a feature's frames stay together. Of one clip features alone are drawn. p is two-sided, of the difference of two trackers on
-the same draws. With few clips both are too sure of themselves (an exact paired test of n clips can't give less than 2^(1−n)), and nothing is
+the same draws. With few clips both are too sure of themselves (an exact paired test of n clips, each taken whole, can't give less than 2^(1−n)), and nothing is
 corrected for the number of comparisons. All trackers see the same bytes (I420, 640×480, 25 frames a second unless said otherwise) and begin
 at the same features of the first frame. The seeds are 101 and up: no tracker was tuned on them. The strengths of the tools, the blood and the turn
 in black were set with a look at these seeds' pictures and hidden shares, not at scores.
@@ -82,11 +83,17 @@ def write(path, command, section, figures=None):
     kept = {**sections(path), command: f"\n{section.strip()}\n\n"}
     text = HEAD + "".join("\n{}\n{}{}\n".format(marks(c)[0], kept[c] or empty(c), marks(c)[1]) for c in COMMANDS)
     unfinished = path.with_name(f".unfinished-{path.name}")
-    unfinished.write_text(text)
+    unfinished.write_text(linked(text, path.parent))
     if figures:
         shutil.rmtree(figures_of(path), ignore_errors=True)
         os.replace(figures, figures_of(path))
     os.replace(unfinished, path)
+
+
+def linked(text, folder):
+    """The text with its links to pages of docs/ as they are from this folder."""
+    docs = builds.ROOT / "docs"
+    return text if folder == docs else re.sub(r"\]\(([\w-]+\.md)", rf"]({os.path.relpath(docs, folder)}/\1", text)
 
 
 def figures_of(path):

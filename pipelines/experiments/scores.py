@@ -88,7 +88,7 @@ class Findings:
         # With the trackers of boxes, on what these get; the simulation's under its sequence's name.
         self.slow = {name: score(kinds, [*fast, *sequences.SLOW_RIVALS], "slow") for name, kinds in (
             ("simulation", [plan.sequence("simulation")]), *((t, plan.of_table(t)) for t in self.tables))}
-        self.why = {s: score([s], ["csd-2012", "csd-2012-smoothed", "lk"]) for s in plan.of_table("why")}
+        self.why = {s: score([s], list(sequences.CONTROLLED)) for s in plan.of_table("why")}
         self.pictures = score(plan.of_table("pictures"), fast) if plan.of_table("pictures") else None
         self.blood = changes_after(out, plan.sequence("irrigation"), plan.sequence("dry"), "csd-2012")
         # Of the paper's classes alone: others are the same scenes again, or there only where clips are.

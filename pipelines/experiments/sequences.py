@@ -39,6 +39,7 @@ class Sequence:
     seeds: tuple
     rate: int = RATE
     clip: str = ""  # its first frame is the texture, and the video is compressed; not in the repository
+    trackers: tuple = ()  # (): all that the plan has for it
 
     def picture(self):
         return PICTURES / f"{pathlib.Path(self.clip).stem}.png"
@@ -91,7 +92,13 @@ class Plan:
                    for features, frames in [share.of(sequence)])
 
     def shares_of(self, sequence, seed):
-        return [share for share in self.shares if share.has(sequence, seed)]
+        """With the trackers that run on this sequence."""
+        shares = []
+        for share in self.shares:
+            trackers = tuple(t for t in share.trackers if t in (sequence.trackers or share.trackers))
+            if trackers and share.has(sequence, seed):
+                shares.append(dataclasses.replace(share, trackers=trackers, cost=share.cost * len(trackers) / len(share.trackers)))
+        return shares
 
     def share(self, name):
         return next(share for share in self.shares if share.name == name)
@@ -139,12 +146,14 @@ PICTURE_KINDS = (
     ("picture-zoom", "scale, highlights", "zoom", "specular=1", "cutting.mp4"),
     ("picture-rotation", "rotation, smoke", "rotation", "smoke=1", "cholecystectomy.mp4"),
 )
+CONTROLLED = ("csd-2012", "csd-2012-smoothed", "lk")  # whom dry and why are about
 SIMULATION_FEATURES, FEATURES = 100, 50  # as in the paper: §3.1, §3.2
 
 
-def of_why(features, frames, seeds):
-    return tuple(Sequence(name, title, "", "why", "deformation", effects, "heart", features, frames, seeds, rate)
-                 for name, title, effects, rate in WHY)
+def of_controls(features, frames, why_frames, seeds):
+    return (Sequence(*DRY, features, frames, seeds, trackers=CONTROLLED),
+            *(Sequence(name, title, "", "why", "deformation", effects, "heart", features, why_frames, seeds, rate, trackers=CONTROLLED)
+              for name, title, effects, rate in WHY))
 
 
 def of_pictures(features, frames):
@@ -166,8 +175,8 @@ def paper(seeds):
     """The paper's experiments: one seed of the simulation's 4000 frames, `seeds` of each other sequence."""
     return Plan(tuple(
         Sequence(*kind, SIMULATION_FEATURES, 4000, (FIRST_SEED,)) if kind[0] == "simulation"
-        else Sequence(*kind, FEATURES, 500, scenes(seeds)) for kind in (*KINDS, DRY))
-        + of_why(FEATURES, 250, scenes(seeds)) + of_pictures(FEATURES, 500),
+        else Sequence(*kind, FEATURES, 500, scenes(seeds)) for kind in KINDS)
+        + of_controls(FEATURES, 500, 250, scenes(seeds)) + of_pictures(FEATURES, 500),
         (Share("tracked", (*PAPER, *RIVALS)), boxes(10, 250)), True, 10, 100)
 
 
@@ -175,7 +184,8 @@ def paper_quick(seeds):
     """Shows that everything works, and says little of how well."""
     return Plan(tuple(
         Sequence(*kind, 12, 40, (FIRST_SEED,)) if kind[0] == "simulation"
-        else Sequence(*kind, 8, 14, scenes(seeds)) for kind in (*KINDS, DRY)) + of_why(8, 14, scenes(seeds)) + of_pictures(8, 14),
+        else Sequence(*kind, 8, 14, scenes(seeds)) for kind in KINDS)
+        + of_controls(8, 14, 14, scenes(seeds)) + of_pictures(8, 14),
         (Share("tracked", (*PAPER, *RIVALS)), boxes(2, 10)), False, 1, 30)
 
 

@@ -22,7 +22,8 @@ class Boxes final : public Peer {
   using Make = cv::Ptr<cv::legacy::Tracker> (*)();
   explicit Boxes(Make make) : make_(make) {}
 
-  void start(const cv::Mat &bgr, const std::vector<cv::Point2d> &points) override {
+  void start(const cli::Picture &picture, const std::vector<cv::Point2d> &points) override {
+    const auto &bgr = picture.bgr;
     const int side = odd_length(box_side, bgr);
     for (const auto &p : points) {
       Box b;
@@ -35,7 +36,8 @@ class Boxes final : public Peer {
     }
   }
 
-  std::vector<Report> follow(const cv::Mat &bgr) override {
+  std::vector<Report> follow(const cli::Picture &picture) override {
+    const auto &bgr = picture.bgr;
     std::vector<Report> reports;
     for (auto &b : boxes_) {
       const bool seen = b.tracker && attempt([&] { return b.tracker->update(bgr, b.box); });

@@ -58,14 +58,16 @@ Points floats(const std::vector<cv::Point2d> &points) {
 
 /// From frame to frame; a point that does not come home is dropped, for ever.
 class CheckedFlow final : public Peer {
-  void start(const cv::Mat &bgr, const std::vector<cv::Point2d> &points) override {
+  void start(const cli::Picture &picture, const std::vector<cv::Point2d> &points) override {
+    const auto &bgr = picture.bgr;
     flow_ = Flow(odd_length(window_side, bgr));
     last_ = flow_.pyramid(luma(bgr));
     points_ = floats(points);
     alive_.assign(points.size(), true);
   }
 
-  std::vector<Report> follow(const cv::Mat &bgr) override {
+  std::vector<Report> follow(const cli::Picture &picture) override {
+    const auto &bgr = picture.bgr;
     auto now = flow_.pyramid(luma(bgr));
     Found there, back;
     const auto moved = flow_.track(last_, now, points_, there);
@@ -90,7 +92,8 @@ class CheckedFlow final : public Peer {
 
 /// From frame to frame for a guess, which the first frame's patch is aligned to; seen where that looks alike.
 class AnchoredFlow final : public Peer {
-  void start(const cv::Mat &bgr, const std::vector<cv::Point2d> &points) override {
+  void start(const cli::Picture &picture, const std::vector<cv::Point2d> &points) override {
+    const auto &bgr = picture.bgr;
     side_ = odd_length(window_side, bgr);
     flow_ = Flow(side_);
     const auto gray = luma(bgr);
@@ -99,7 +102,8 @@ class AnchoredFlow final : public Peer {
     for (const auto &p : anchors_) patches_.push_back(patch(gray, p));
   }
 
-  std::vector<Report> follow(const cv::Mat &bgr) override {
+  std::vector<Report> follow(const cli::Picture &picture) override {
+    const auto &bgr = picture.bgr;
     const auto gray = luma(bgr);
     auto now = flow_.pyramid(gray);
     Found chained, aligned;

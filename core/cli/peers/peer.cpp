@@ -11,10 +11,10 @@ namespace {
 
 /// What every other tracker has to beat.
 class Still final : public Peer {
-  void start(const cv::Mat &, const std::vector<cv::Point2d> &points) override {
+  void start(const cli::Picture &, const std::vector<cv::Point2d> &points) override {
     for (const auto &p : points) reports_.push_back({p, true});
   }
-  std::vector<Report> follow(const cv::Mat &) override { return reports_; }
+  std::vector<Report> follow(const cli::Picture &) override { return reports_; }
 
   std::vector<Report> reports_;
 };
@@ -33,8 +33,7 @@ std::span<const PeerKind> peer_kinds() {
       {"lk-fb", "pyramidal Lucas-Kanade; dropped for ever where forward and backward disagree", make_flow_checked},
       {"lk-anchored", "pyramidal Lucas-Kanade, aligned again with the first frame's patch in each frame",
        make_flow_anchored},
-      {"csd-2012-smoothed",
-       "csd-2012, which compares single pixels, behind a Gaussian of sigma 1 pixel; 25 frames a second",
+      {"csd-2012-smoothed", "csd-2012, which compares single pixels, behind a Gaussian of sigma 1 pixel",
        make_smoothed_csd2012},
       {"still", "never moves", make_still},
   }};

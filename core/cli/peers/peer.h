@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "cli/video_frames.h"
+
 /// Trackers of today, to compare with: not part of the plugin (docs/baselines.md says how each is set).
 namespace csd::peers {
 
@@ -22,10 +24,10 @@ class Peer {
  public:
   virtual ~Peer() = default;
 
-  /// The points are in this picture (CV_8UC3, B G R). Called once, first.
-  virtual void start(const cv::Mat &bgr, const std::vector<cv::Point2d> &points) = 0;
+  /// The points are in this picture. Called once, first.
+  virtual void start(const cli::Picture &picture, const std::vector<cv::Point2d> &points) = 0;
   /// Where they are in the next picture, which has the same size: one report for each, in the same order.
-  virtual std::vector<Report> follow(const cv::Mat &bgr) = 0;
+  virtual std::vector<Report> follow(const cli::Picture &picture) = 0;
 };
 
 struct PeerKind {
@@ -50,7 +52,7 @@ std::unique_ptr<Peer> make_median_flow();
 // flow.cpp: pyramidal Lucas–Kanade, OpenCV's.
 std::unique_ptr<Peer> make_flow_checked();
 std::unique_ptr<Peer> make_flow_anchored();
-// smoothed.cpp: the paper's tracker on smoothed pictures, 25 a second.
+// smoothed.cpp: the paper's tracker on smoothed pictures.
 std::unique_ptr<Peer> make_smoothed_csd2012();
 // peer.cpp
 std::unique_ptr<Peer> make_still();

@@ -16,7 +16,7 @@ constexpr double sigma = 1;  // pixels at up to 576 lines, as the working image 
 /// csd-2012 as it is, behind a smoothing filter: the paper compares single pixels, and says nothing of noise.
 class SmoothedCsd2012 final : public Peer {
  public:
-  void start(const cv::Mat &bgr, const std::vector<cv::Point2d> &points) override {
+  void start(const cli::Picture &picture, const std::vector<cv::Point2d> &points) override {
     if (points.size() > max_points) throw std::invalid_argument("csd-2012-smoothed: too many points");
     Settings settings;
     settings.algorithm = AlgorithmKind::csd_2012;
@@ -24,14 +24,14 @@ class SmoothedCsd2012 final : public Peer {
     settings.content_area = ContentArea::full;
     settings.learn_synchronously = true;
     tracker_ = std::make_unique<Tracker>(settings, pool_);
-    process(bgr);
+    process(picture);
   }
 
-  std::vector<Report> follow(const cv::Mat &bgr) override { return process(bgr); }
+  std::vector<Report> follow(const cli::Picture &picture) override { return process(picture); }
 
  private:
-  std::vector<Report> process(const cv::Mat &bgr) {
-    cv::GaussianBlur(bgr, smooth_, {}, sigma * picture_scale(bgr));
+  std::vector<Report> process(const cli::Picture &picture) {
+    cv::GaussianBlur(picture.bgr, smooth_, {}, sigma * picture_scale(picture.bgr));
     FrameView view;
     view.width = smooth_.cols;
     view.height = view.rows = smooth_.rows;
@@ -43,7 +43,7 @@ class SmoothedCsd2012 final : public Peer {
       view.component[i].pixel_stride = 3;
     }
     std::vector<Report> reports;
-    for (const auto &f : tracker_->process(view, no_time).features)
+    for (const auto &f : tracker_->process(view, picture.running_time, picture.duration).features)
       reports.push_back({{f.x, f.y}, f.state == FeatureState::learning || f.state == FeatureState::tracked});
     return reports;
   }

@@ -16,7 +16,7 @@ namespace {
 /// Of the first frame, what is visible by the truth, or claimed by a tracker.
 StartPoints first_of(const score::Truth &truth) {
   if (truth.frames.empty() || truth.frames.front().frame != 0) throw score::InputError(truth.file, 0, "has no frame 0");
-  StartPoints points;
+  StartPoints points{{}, {}, truth.width, truth.height};
   for (std::size_t i = 0; i < truth.ids.size(); ++i) {
     const score::TruthPoint &point = truth.frames.front().points[i];
     if (point.presence != score::Presence::visible) continue;
@@ -29,7 +29,7 @@ StartPoints first_of(const score::Truth &truth) {
 StartPoints first_of(const score::Recording &tracks) {
   if (tracks.frames.empty() || !tracks.frames.front().numbered || tracks.frames.front().frame != 0)
     throw score::InputError(tracks.file, 0, "has no frame 0");
-  StartPoints points;
+  StartPoints points{{}, {}, tracks.width, tracks.height};
   for (const Feature &feature : tracks.frames.front().features) {
     if (!score::claims(feature.state)) continue;
     points.ids.push_back(feature.id);
@@ -59,7 +59,7 @@ StartPoints read_start_points(const std::string &text_or_file) {
 StartPoints thinned(const StartPoints &points, std::size_t most) {
   const auto n = points.ids.size();
   if (most == 0 || most >= n) return points;
-  StartPoints out;
+  StartPoints out{{}, {}, points.width, points.height};
   for (std::size_t i = 0; i < most; ++i) {
     out.ids.push_back(points.ids[i * n / most]);
     out.positions.push_back(points.positions[i * n / most]);

@@ -14,6 +14,7 @@ namespace csd::peers {
 struct StartPoints {
   std::vector<FeatureId> ids;
   std::vector<cv::Point2d> positions;  ///< in the first frame, pixels
+  int width = 0, height = 0;           ///< of the picture that they are in; 0: unknown
 };
 
 /// "x,y;x,y;…" (ids 0, 1, 2…), or the name of a file with ground truth or tracks: of its first frame, which must be

@@ -205,6 +205,7 @@ class Output(Case):
         done = run("--markdown", "--resamples", 0, self.truth, self.a, self.b)
         tables = [table.splitlines() for table in done.stdout.strip().split("\n\n") if table.startswith("|")]
         self.assertEqual(len(tables), 6)
+        self.assertIn(f"* {self.truth}: ", done.stdout)
         for table in tables:
             self.assertEqual(len({line.count("|") for line in table}), 1, table)
         sensitivity = report["trackers"][1]["sensitivity"]["value"]
@@ -219,7 +220,7 @@ class Output(Case):
         difference = report["comparisons"][0]["delta_avg"]
         self.assertAlmostEqual(difference["difference"],
                                report["trackers"][1]["delta_avg"]["value"] - report["trackers"][0]["delta_avg"]["value"])
-        self.assertAlmostEqual(difference["p"], 2 / 1000)
+        self.assertAlmostEqual(difference["p"], 2 ** (1 - 7), msg="of seven features it can't be 2/1000")
         self.assertEqual(report["comparisons"][0]["oa"]["p"], 1, "they claim the same")
 
     def test_plots(self):

@@ -48,7 +48,7 @@ TEST(Bootstrap, OneFeatureOfOneClipVariesNothing) {
   const auto clips = statistics({clip_of(640, 480, {{seen(0)}})});
   const auto drawn = bootstrap(clips, 100, 7);
   EXPECT_TRUE(std::isnan(interval(drawn, sensitivity).low));
-  EXPECT_TRUE(std::isnan(compare(1, drawn, 1, drawn, sensitivity).p));
+  EXPECT_TRUE(std::isnan(compare(1, drawn, 1, drawn, sensitivity, 1).p));
 }
 
 TEST(Bootstrap, IntervalHolds95PercentOfTheDraws) {
@@ -65,7 +65,7 @@ TEST(Comparison, PairsTheDraws) {
   const auto a = statistics({clip_of(640, 480, {{seen(0)}, {seen(0)}, {seen(9)}, {seen(9)}})});
   const auto b = statistics({clip_of(640, 480, {{seen(0)}, {seen(0)}, {seen(0)}, {seen(9)}})});
   const auto draws_a = bootstrap(a, draws, 7), draws_b = bootstrap(b, draws, 7);
-  const Comparison found = compare(.75, draws_b, .5, draws_a, sensitivity);
+  const Comparison found = compare(.75, draws_b, .5, draws_a, sensitivity, 4);
   EXPECT_EQ(found.difference, .25);
   EXPECT_NEAR(found.p, 2 * .3164, .025);
   EXPECT_EQ(found.confidence.low, 0);
@@ -74,13 +74,20 @@ TEST(Comparison, PairsTheDraws) {
 TEST(Comparison, TwoAlikeDoNotDiffer) {
   const auto a = statistics({clip_of(640, 480, {{seen(0)}, {seen(9)}, {seen(9)}})});
   const auto drawn = bootstrap(a, 1000, 7);
-  EXPECT_EQ(compare(1. / 3, drawn, 1. / 3, drawn, sensitivity).p, 1);
+  EXPECT_EQ(compare(1. / 3, drawn, 1. / 3, drawn, sensitivity, 3).p, 1);
 }
 
 TEST(Comparison, ADifferenceInEveryDrawHasTheSmallestP) {
   const std::vector<Headlines> a(999, Headlines{}), b(999, {1, 1, 1, 1, 1, 1});
-  EXPECT_EQ(compare(1, b, 0, a, sensitivity).p, 2. / 1000);
-  EXPECT_EQ(compare(0, a, 1, b, sensitivity).p, 2. / 1000) << "two-sided";
+  EXPECT_EQ(compare(1, b, 0, a, sensitivity, 50).p, 2. / 1000);
+  EXPECT_EQ(compare(0, a, 1, b, sensitivity, 50).p, 2. / 1000) << "two-sided";
+}
+
+TEST(Comparison, FewFeaturesCantHaveASmallP) {
+  const std::vector<Headlines> a(999, Headlines{}), b(999, {1, 1, 1, 1, 1, 1});
+  EXPECT_EQ(compare(1, b, 0, a, sensitivity, 2).p, .5);
+  EXPECT_EQ(compare(1, b, 0, a, sensitivity, 5).p, .0625)
+      << "of 32 ways to give signs to 5 differences 2 are as far out";
 }
 
 }  // namespace

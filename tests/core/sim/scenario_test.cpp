@@ -60,6 +60,7 @@ TEST(Effects, ErrorsSayWhatIsWrong) {
     EXPECT_NE(what.find("from 0 to 4"), what.npos) << bad << ": " << what;
   }
   for (const char *bad : {",", "tools,,zoom", "tools,", "=1", "Tools=1"}) EXPECT_NE(error_of(bad), "") << bad;
+  EXPECT_EQ(error_of("tools=1,zoom, tools=2"), "the effect tools is named twice");
 }
 
 TEST(Effects, AnErrorChangesNothing) {

@@ -50,6 +50,9 @@ class Peers(unittest.TestCase):
             self.assertEqual((result.returncode, result.stdout), (0, b""))
             with open(second, encoding="utf-8") as file:
                 lines = [json.loads(line) for line in file]
+            result = run("-t", "still", "-p", first, "-", data=y4m(2, 64, 48))
+            self.assertEqual(result.returncode, 1)
+            self.assertIn(f"{first} is of pictures of 96x64, - has 64x48", result.stderr.decode())
         self.assertEqual(len(lines), 3)
         self.assertEqual([f["id"] for f in lines[2]["features"]], [0, 3])
 

@@ -31,10 +31,10 @@ TEST_P(APeer, FollowsARigidScene) {
   // Boxes are in whole pixels and change their size.
   const bool flow = GetParam().name.substr(0, 2) == "lk" || GetParam().name == "medianflow";
   const auto peer = GetParam().make();
-  peer->start(scene.render({0, 0}), points);
+  peer->start({scene.render({0, 0})}, points);
   int right = 0, wrong = 0;
   for (int i = 1; i <= frames; ++i) {
-    const auto reports = peer->follow(scene.render(shift_of(i)));
+    const auto reports = peer->follow({scene.render(shift_of(i))});
     ASSERT_EQ(reports.size(), points.size());
     for (std::size_t k = 0; k < points.size(); ++k) {
       if (!reports[k].seen) continue;
@@ -55,9 +55,9 @@ TEST_P(APeer, CanBeGivenPointsAtTheEdge) {
   const MovingScene scene;
   const auto peer = GetParam().make();
   const std::vector<cv::Point2d> edge{{0, 0}, {319, 239}, {-0.4, 120}, {160, 2}};
-  peer->start(scene.render({0, 0}), edge);
+  peer->start({scene.render({0, 0})}, edge);
   for (int i = 1; i <= 5; ++i) {
-    const auto reports = peer->follow(scene.render(shift_of(-i)));
+    const auto reports = peer->follow({scene.render(shift_of(-i))});
     ASSERT_EQ(reports.size(), edge.size());
     for (const auto &r : reports) {
       EXPECT_TRUE(std::isfinite(r.position.x));
@@ -79,11 +79,11 @@ const cv::Mat flat(240, 320, CV_8UC3, cv::Scalar(80, 80, 80));
 int seen_again(std::string_view name) {
   const MovingScene scene;
   const auto peer = made(name);
-  peer->start(scene.render({0, 0}), points);
-  for (const auto &r : peer->follow(flat)) EXPECT_FALSE(r.seen);
-  peer->follow(scene.render({0, 0}));
+  peer->start({scene.render({0, 0})}, points);
+  for (const auto &r : peer->follow({flat})) EXPECT_FALSE(r.seen);
+  peer->follow({scene.render({0, 0})});
   int seen = 0;
-  for (const auto &r : peer->follow(scene.render({0, 0}))) seen += r.seen;
+  for (const auto &r : peer->follow({scene.render({0, 0})})) seen += r.seen;
   return seen;
 }
 
@@ -106,12 +106,12 @@ double late_error(std::string_view name) {
     cv::add(scene.render(shift), noise, sum, cv::noArray(), CV_8U);
     return sum;
   };
-  peer->start(noisy({0, 0}), points);
+  peer->start({noisy({0, 0})}, points);
   double error = 0;
   int n = 0;
   for (int i = 1; i <= 80; ++i) {
     const cv::Point2d shift(3 * std::sin(0.7 * i), 3 * std::cos(0.5 * i) - 3);
-    const auto reports = peer->follow(noisy(shift));
+    const auto reports = peer->follow({noisy(shift)});
     for (std::size_t k = 0; i > 70 && k < points.size(); ++k) {
       if (!reports[k].seen) continue;
       error += cv::norm(reports[k].position - points[k] - shift);
@@ -120,6 +120,29 @@ double late_error(std::string_view name) {
   }
   EXPECT_EQ(n, 10 * static_cast<int>(points.size())) << name;
   return error / n;
+}
+
+TEST(SmoothedCsd2012, HearsTheTime) {
+  // How many frames it learns from depends on how many there are in half a second.
+  const MovingScene scene;
+  const auto positions = [&](std::int64_t duration) {
+    const auto peer = made("csd-2012-smoothed");
+    cv::RNG rng(11);
+    std::vector<cv::Point2d> found;
+    for (int i = 0; i < 60; ++i) {
+      cv::Mat noise(240, 320, CV_16SC3), sum;
+      rng.fill(noise, cv::RNG::NORMAL, 0, 20);
+      cv::add(scene.render({std::sin(0.7 * i), 0}), noise, sum, cv::noArray(), CV_8U);
+      const cli::Picture picture{sum, i * duration, duration, i * duration, i * duration};
+      if (i == 0)
+        peer->start(picture, points);
+      else
+        for (const auto &r : peer->follow(picture)) found.push_back(r.position);
+    }
+    return found;
+  };
+  EXPECT_EQ(positions(40'000'000), positions(40'000'000));
+  EXPECT_NE(positions(40'000'000), positions(100'000'000));
 }
 
 TEST(AnchoredFlow, DoesNotDrift) {
