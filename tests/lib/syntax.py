@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Lets the compiler of a build folder check every source without producing code: syntax.py BUILD JOBS"""
+"""Lets the compiler of a build folder check every source without producing code: syntax.py BUILD JOBS [FOLDER...]"""
 
 import concurrent.futures
 import json
@@ -21,7 +21,9 @@ def check(entry):
 
 
 build = pathlib.Path(sys.argv[1])
-entries = json.loads((build / "compile_commands.json").read_text())
+folders = [pathlib.Path(folder).resolve() for folder in sys.argv[3:]]
+entries = [entry for entry in json.loads((build / "compile_commands.json").read_text())
+           if not folders or any(folder in pathlib.Path(entry["directory"], entry["file"]).resolve().parents for folder in folders)]
 with concurrent.futures.ThreadPoolExecutor(int(sys.argv[2])) as pool:
     results = list(pool.map(check, entries))
 for file, code, errors in results:
