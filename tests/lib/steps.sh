@@ -109,7 +109,7 @@ step_tsan() {
 sanitized_build() {  # DIR SANITIZERS [TARGET] [PROGRAMS: enabled or disabled]
   # Of a file's processor time g++ spends more than half on -O2 and on variables' places for a debugger (22 s, 9 s so).
   CC=$gcc_cc CXX=$gcc_cxx configure "$1" -Dtests=enabled -Dbenchmarks=disabled -Db_sanitize="$2" -Db_lundef=false \
-    -Doptimization=1 -Ddebug=true -Dcpp_args=-g1 -Dc_args=-g1 -Dprograms="${4:-disabled}" -Dpeers=disabled && build_in "$1" ${3:+"$3"}
+    -Dbuildtype=custom -Doptimization=1 -Ddebug=true -Dcpp_args=-g1 -Dc_args=-g1 -Dprograms="${4:-disabled}" -Dpeers=disabled && build_in "$1" ${3:+"$3"}
 }
 
 step_clang() {

@@ -57,6 +57,8 @@ class ClipsPage(harness.Case):
         (head, old), (new_head, new) = self.before.split(BEGIN), self.page.read_text().split(BEGIN)
         self.assertEqual(new_head, head)
         self.assertEqual(new.split(END)[1], old.split(END)[1])
+        self.assertIn(f"\n* beads.truth.csv: {len(POINTS)} features, {FRAMES} labelled frames, ", new)
+        self.assertNotIn(str(self.clips), new)
         rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in new.split(END)[0].splitlines() if line.startswith("|")]
         versions = dict(row for row in rows if len(row) == 2)
         self.assertLessEqual({"csdtrack", "GStreamer", "processor"}, set(versions))

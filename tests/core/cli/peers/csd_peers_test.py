@@ -53,6 +53,7 @@ class Peers(unittest.TestCase):
             result = run("-t", "still", "-p", first, "-", data=y4m(2, 64, 48))
             self.assertEqual(result.returncode, 1)
             self.assertIn(f"{first} is of pictures of 96x64, - has 64x48", result.stderr.decode())
+            self.assertEqual(run("-t", "still", "-p", first, "-f", "1", "-", data=y4m(2, 64, 48)).returncode, 1, "of thinned ones too")
         self.assertEqual(len(lines), 3)
         self.assertEqual([f["id"] for f in lines[2]["features"]], [0, 3])
 
