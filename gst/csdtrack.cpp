@@ -131,7 +131,7 @@ struct GstCsdTrackState {
   csd::OverlayComposition composition;
   // The same, set anew by start().
   Stream stream;
-  csd::AlgorithmKind algorithm = csd::AlgorithmKind::csd_2012;
+  csd::AlgorithmKind algorithm = csd::AlgorithmKind::csd;
   unsigned patch_size = 0;
   bool points_from_truth = false;
 };

@@ -50,7 +50,7 @@ struct LiveSettings {
 
 /// What the properties hold. A plain value: the element guards its own with the object lock.
 struct ElementSettings {
-  GstCsdTrackAlgorithm algorithm = GST_CSD_TRACK_ALGORITHM_CSD_2012;
+  GstCsdTrackAlgorithm algorithm = GST_CSD_TRACK_ALGORITHM_CSD;
   guint max_features = 50;
   std::string points;
   bool replenish = true;

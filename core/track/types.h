@@ -58,7 +58,7 @@ inline constexpr std::int64_t no_time = -1;
 
 /// All that a tracker is told when it is made. Pixels are the picture's.
 struct Settings {
-  AlgorithmKind algorithm = AlgorithmKind::csd_2012;
+  AlgorithmKind algorithm = AlgorithmKind::csd;
   unsigned max_features = 50;
   std::vector<cv::Point2d> points;  ///< not empty: track exactly these, no detection
   bool points_from_start = false;   ///< track exactly what Tracker::offer_start() brings, no detection

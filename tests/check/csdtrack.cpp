@@ -25,7 +25,7 @@ GstMessage *message_of(const char *points, GstStateChangeReturn *result) {
 
 GST_START_TEST(properties_have_their_documented_defaults) {
   GstElement *track = gst_element_factory_make("csdtrack", nullptr);
-  const std::map<std::string, std::string> expected = {{"algorithm", "csd-2012"},
+  const std::map<std::string, std::string> expected = {{"algorithm", "csd"},
                                                        {"max-features", "50"},
                                                        {"points", ""},
                                                        {"replenish", "TRUE"},

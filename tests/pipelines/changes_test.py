@@ -151,7 +151,7 @@ class Changes(harness.Case):
             for size in ("320,height=240", "1,height=1", "16,height=16", "33,height=2000"):
                 with self.subTest(pattern=pattern, size=size):
                     harness.play(f"videotestsrc num-buffers=12 pattern={pattern} ! video/x-raw,width={size} ! "
-                                 f"csdtrack learning=sync max-features=5 training-time=200000000 overlay=draw ! {SINK}{self.path}")
+                                 f"csdtrack algorithm=csd-2012 learning=sync max-features=5 training-time=200000000 overlay=draw ! {SINK}{self.path}")
                     harness.check_tracks(self, harness.read_lines(self.path), 12)
 
 

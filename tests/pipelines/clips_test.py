@@ -16,7 +16,7 @@ class Clips(harness.Case):
             with self.subTest(clip=clip.name):
                 stem = self.tmp / clip.stem
                 run = harness.Run(
-                    "filesrc name=file ! decodebin ! csdtrack learning=sync max-features=10 ! tee name=t "
+                    "filesrc name=file ! decodebin ! csdtrack algorithm=csd-2012 learning=sync max-features=10 ! tee name=t "
                     f"t. ! queue ! csdtrackenc ! filesink location={stem}.jsonl buffer-mode=unbuffered "
                     f"t. ! queue ! csdtrackenc ! text/csv ! filesink location={stem}.csv")
                 run.element("file").set_property("location", str(clip))

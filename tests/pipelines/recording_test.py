@@ -58,7 +58,7 @@ class Recording(harness.Case):
                 "in the encoder's branch": dict(after="! csdtrack"),
                 "in the other branch": dict(branch="! csdtrack post-messages=frame ! csdtrackenc"),
                 "drawn in the other branch": dict(branch="! csdtrack overlay=draw"),
-                "the paper's, waiting for its learners": dict(before_tee="! csdtrack learning=sync max-features=10"),
+                "the paper's, waiting for its learners": dict(before_tee="! csdtrack algorithm=csd-2012 learning=sync max-features=10"),
         }.items():
             with self.subTest(name):
                 tracked, run = self.encoded(**where)

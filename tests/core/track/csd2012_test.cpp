@@ -24,6 +24,7 @@ cv::Point2d sway(int frame) {
 
 Settings few_features() {
   Settings settings;
+  settings.algorithm = AlgorithmKind::csd_2012;
   settings.max_features = 12;
   settings.learn_synchronously = true;
   settings.training_time = second / 5;  // the least of 8 frames holds

@@ -18,7 +18,7 @@ class NoExecutor final : public Executor {
 TEST(MakeAlgorithm, MakesTheOneThatTheSettingsName) {
   NoExecutor none;
   Settings settings;
-  EXPECT_NE(dynamic_cast<Csd2012 *>(make_algorithm(settings, none).get()), nullptr) << "the default";
+  EXPECT_NE(dynamic_cast<Csd *>(make_algorithm(settings, none).get()), nullptr) << "the default";
   settings.algorithm = AlgorithmKind::csd;
   EXPECT_NE(dynamic_cast<Csd *>(make_algorithm(settings, none).get()), nullptr);
   settings.algorithm = AlgorithmKind::lk;
