@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "track/centre.h"
 #include "track/patch_fit.h"
 #include "track/patch_map.h"
 #include "track/patch_tile.h"
@@ -199,6 +200,7 @@ Alignment align_with(const Pyramid &pyramid, const GlareWeights &weights, const 
   const PatchMoments moments = Twin::moments(anchor, value, *m);
   out.gain = fit.gain, out.bias = fit.bias, out.noise = fit.noise;
   out.inliers = fit.inliers / fit.weight;
+  out.centre = centre_inliers(anchor, value, *m, fit.gain, fit.bias, prior.noise / fit.gain).value_or(out.inliers);
   if (moments.anchor_variance < least_variance || moments.frame_variance < least_variance) return out;
   out.zncc = moments.covariance / std::sqrt(moments.frame_variance * moments.anchor_variance);
   out.state = state;

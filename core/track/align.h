@@ -11,10 +11,11 @@ struct AlignPrior {
   cv::Matx22d position = cv::Matx22d::zeros();
   /// Standard deviation of each element of shape₀⁻¹·shape − 1.
   double shape = .03;
+  double noise = 0;  ///< usual standard deviation of the residual, grey levels of the picture; 0: unknown
 };
 
 /// How much of the way may be left when a pass ends, samples: it is what the steps to come would add.
-inline constexpr double fine_precision = .008, coarse_precision = .1;
+inline constexpr double fine_precision = .008, support_precision = .03, coarse_precision = .1;
 
 enum class AlignModel { similarity, affine };  ///< 4 or 6 degrees of freedom
 
@@ -24,6 +25,7 @@ struct Alignment {
   bool usable = false;        ///< false: less than 30 % of the patch lies in the picture, or nothing to see in it
   double zncc = 0;            ///< weighted (not robustly) zero-mean normalised cross-correlation, −1…1
   double inliers = 0;         ///< Σ robust weights / Σ weights, 0…1 ("f" in prototype.md)
+  double centre = 0;          ///< the same of the patch's very middle: centre_inliers(); inliers where that is unknown
   double unmasked = 0;        ///< share of the patch that has weight, 0…1
   double gain = 1, bias = 0;  ///< frame = gain·anchor + bias, grey levels
   double noise = 0;           ///< robust standard deviation of the residual, grey levels of the anchor, ≤ 379 ("sig")

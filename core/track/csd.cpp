@@ -68,16 +68,15 @@ void Csd::follow_queries(const CsdFrame &frame) {
 
 /// One user's point, by the field of the supporting points: no other user's point has a say.
 void Csd::follow(Query &query, const CsdFrame &frame) const {
-  const auto &field = support_.field();
   auto &point = query.point;
   query.waits ? point.pass() : point.look(frame);
-  point.meet(frame, field.map_at(point.own_reference(), point.chart(), frame.unit));
+  point.meet(frame, support_.field());
   if (query.waits) return point.wait(frame);
   point.look_again(frame, support_.surroundings().alone);
   point.decide(frame, support_.surroundings());
   point.learn(frame);
   // What began where nothing was known of the tissue around it, or before a cut.
-  if (point.sure() && !point.map()) point.join(field, support_.chart(), frame.unit);
+  if (point.sure() && !point.map()) point.join(support_.field(), support_.chart(), frame.unit);
 }
 
 void Csd::report(const Query &query, const CsdFrame &frame, const WorkFrame &work, Claim &claim) {

@@ -9,13 +9,15 @@ namespace csd {
 namespace {
 
 // In pixels of a 480-line picture (prototype.md I.2).
-constexpr double least_reach = 60, reach_per_fifth = 0.7, floor_weight = 0.01;
+constexpr double least_reach = 45, reach_per_fifth = 0.7, floor_weight = 0.01;
 constexpr double ridge = 60;  // px², towards the similarity
 constexpr double least_spread = 0.5, spread_per_median = 1.5;
 constexpr double most_spread = 8;  // points that don't agree on anything make no map
 constexpr double outlier = 2.5;    // spreads
-constexpr int rounds = 4;
+constexpr int rounds = 5;
+constexpr double settled = 0.005;  // change of a weight, of at most 1: the next round would change nothing
 constexpr std::size_t least_points = 3, least_affine = 6;
+constexpr double nearby_margin = 1.3;  // of a squared distance: some of the points will not be sure in the next frame
 
 constexpr double slowest = 0.02;  // of what a frame of 40 ms adds to the running means
 constexpr double least_deviation = 0.3, most_deviation = 2;
@@ -113,7 +115,13 @@ NeighbourMap fit_neighbours(std::span<const Correspondence> nearest, cv::Point2d
     std::nth_element(ordered.begin(), middle, ordered.begin() + static_cast<std::ptrdiff_t>(n));
     map.spread = std::max(least_spread * unit, spread_per_median * std::sqrt(*middle));
     const double scale = 1 / square(outlier * map.spread);
-    for (std::size_t i = 0; i < n; ++i) weights[i] = near[i] / square(1 + residual[i] * scale);
+    double change = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double weight = near[i] / square(1 + residual[i] * scale);
+      change = std::max(change, std::abs(weight - weights[i]));
+      weights[i] = weight;
+    }
+    if (change < settled) break;
   }
   if (map.spread <= most_spread * unit) map.support = n;
   return map;
@@ -121,22 +129,35 @@ NeighbourMap fit_neighbours(std::span<const Correspondence> nearest, cv::Point2d
 
 namespace {
 
-/// The points nearest to `at`, where `distance` says how far (squared) one is or that it does not count (negative).
-template <class Distance, class Turn>
-NeighbourMap fit_nearest(std::size_t n, cv::Point2d at, double unit, Distance distance, Turn turn) {
-  // The nearest so far, by ascending distance: inserting is faster than sorting all, as most are farther.
-  std::array<std::pair<double, std::size_t>, NeighbourField::most> best;
+using Nearest = std::array<std::pair<double, std::size_t>, NeighbourField::most>;  // squared distance, which
+
+/// The nearest of those within `nearby`, by ascending distance; gives their number. `distance` says how far (squared)
+/// one is or that it does not count (negative).
+template <class Distance>
+std::size_t find_nearest(std::size_t n, double nearby, Distance distance, Nearest &best) {
   std::size_t found = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const double d = distance(i);
-    if (d < 0 || (found == best.size() && d >= best.back().first)) continue;
+    if (d < 0 || d > nearby || (found == best.size() && d >= best.back().first)) continue;
+    // Inserting is faster than sorting all, as most are farther.
     std::size_t k = found < best.size() ? found++ : found - 1;
     for (; k > 0 && best[k - 1].first > d; --k) best[k] = best[k - 1];
     best[k] = {d, i};
   }
+  return found;
+}
+
+template <class Distance, class Turn>
+NeighbourMap fit_nearest(std::size_t n, cv::Point2d at, double unit, double nearby, Distance distance, Turn turn) {
+  Nearest best;
+  auto found = find_nearest(n, nearby, distance, best);
+  if (found < best.size() && !std::isinf(nearby))
+    found = find_nearest(n, std::numeric_limits<double>::infinity(), distance, best);
   std::array<Correspondence, NeighbourField::most> nearest;
   for (std::size_t k = 0; k < found; ++k) nearest[k] = turn(best[k].second);
-  return fit_neighbours({nearest.data(), found}, at, unit);
+  auto map = fit_neighbours({nearest.data(), found}, at, unit);
+  if (found == best.size()) map.nearby = nearby_margin * best.back().first;
+  return map;
 }
 
 }  // namespace
@@ -161,9 +182,10 @@ std::size_t NeighbourField::size(int chart) const {
       std::count_if(points_.begin(), points_.end(), [chart](const Point &p) { return p.chart == chart; }));
 }
 
-NeighbourMap NeighbourField::map_at(cv::Point2d reference, int chart, double unit, std::size_t owner) const {
+NeighbourMap NeighbourField::map_at(cv::Point2d reference, int chart, double unit, std::size_t owner,
+                                    double nearby) const {
   return fit_nearest(
-      points_.size(), reference, unit,
+      points_.size(), reference, unit, nearby,
       [&](std::size_t i) {
         const auto &p = points_[i];
         return p.owner == owner || p.chart != chart ? -1 : squared(p.at.from - reference);
@@ -173,7 +195,7 @@ NeighbourMap NeighbourField::map_at(cv::Point2d reference, int chart, double uni
 
 NeighbourMap NeighbourField::inverse_map_at(cv::Point2d position, int chart, double unit) const {
   return fit_nearest(
-      points_.size(), position, unit,
+      points_.size(), position, unit, std::numeric_limits<double>::infinity(),
       [&](std::size_t i) { return points_[i].chart != chart ? -1 : squared(points_[i].at.to - position); },
       [&](std::size_t i) {
         return Correspondence{points_[i].at.to, points_[i].at.from};

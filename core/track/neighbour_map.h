@@ -4,6 +4,7 @@
 #include <opencv2/core.hpp>
 
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct NeighbourMap {
   cv::Point2d shift;
   double spread = 0;        ///< robust scale of the points' residuals, target pixels ("sg" in prototype.md)
   std::size_t support = 0;  ///< how many points it stands on; 0: there is no map
+  /// Squared distance within which as many points will be in the next frame too, most likely.
+  double nearby = std::numeric_limits<double>::infinity();
 
   explicit operator bool() const { return support > 0; }
   cv::Point2d operator()(cv::Point2d from) const;
@@ -57,8 +60,10 @@ class NeighbourField {
     for (auto &p : points_) p.at.to = motion(p.at.to);
   }
 
-  /// The map about `reference`, from the nearest points by their reference coordinates.
-  NeighbourMap map_at(cv::Point2d reference, int chart, double unit, std::size_t owner = nobody) const;
+  /// The map about `reference`, from the nearest points by their reference coordinates. `nearby`: of the last frame's
+  /// map there; it saves time, and changes nothing.
+  NeighbourMap map_at(cv::Point2d reference, int chart, double unit, std::size_t owner = nobody,
+                      double nearby = std::numeric_limits<double>::infinity()) const;
   /// The other way: from the nearest points by where they are now, a map from the picture to reference coordinates.
   NeighbourMap inverse_map_at(cv::Point2d position, int chart, double unit) const;
 

@@ -12,11 +12,12 @@ namespace csd {
 namespace {
 
 // Pixels are those of a 480-line picture.
-constexpr double cell_side = 45;       // 14 × 11 cells at 640×480
-constexpr double least_distance = 20;  // of a new point from the others
-constexpr double edge = 8;             // a new point's distance from the picture's
+constexpr double cell_side = 32;         // 20 × 15 cells at 640×480
+constexpr double least_distance = 14.4;  // of a new point from the others
+constexpr double gap = 30;               // the same, when others have been there for a while
+constexpr double edge = 8;               // a new point's distance from the picture's
 constexpr std::size_t most_in_cell = 2;
-constexpr std::size_t most_points = 600;
+constexpr std::size_t most_points = 1200;
 constexpr double quality = 0.003;          // of the picture's best corner
 constexpr float least_eigenvalue = 0.05F;  // a mean slope of .1 grey levels a pixel; less is noise
 constexpr int corner_window = 7;           // pixels of level 1
@@ -95,6 +96,10 @@ void SupportPoints::look(const CsdFrame &frame) {
       const double u = a->point.urgency(frame), v = b->point.urgency(frame);
       return u != v ? u > v : place(a) < place(b);
     });
+    // Those that maps may stand on come first, however many new ones there are.
+    auto first = turns_.begin();
+    for (auto s = first; s != turns_.end() && first - turns_.begin() < static_cast<std::ptrdiff_t>(least_looks); ++s)
+      if ((*s)->established) std::rotate(first++, s, s + 1);
   }
   const auto budget = frame.budget.share(first_looks);
   for (std::size_t i = 0; i < turns_.size(); ++i) {
@@ -148,7 +153,7 @@ void SupportPoints::recall(const CsdFrame &frame) {
   }
   collect();
   for (auto &s : points_)
-    if (s.point.chart() == chart) s.point.meet(frame, field_.map_at(s.point.own_reference(), chart, frame.unit, s.id));
+    if (s.point.chart() == chart) s.point.meet(frame, field_, s.id);
   collect();
   if (field_.size(chart) == 0) return;
   // The same tissue may have founded a chart meanwhile: its points go over to the elder one.
@@ -164,8 +169,7 @@ void SupportPoints::recall(const CsdFrame &frame) {
 void SupportPoints::follow(const CsdFrame &frame) {
   look(frame);
   collect();
-  for (auto &s : points_)
-    s.point.meet(frame, field_.map_at(s.point.own_reference(), s.point.chart(), frame.unit, s.id));
+  for (auto &s : points_) s.point.meet(frame, field_, s.id);
   const bool due = recall_.due(frame, field_);
   const auto budget = frame.budget.share(looks);
   for (std::size_t i = 0; i < turns_.size(); ++i) {
@@ -176,7 +180,7 @@ void SupportPoints::follow(const CsdFrame &frame) {
   // What has no map has looked for itself alone: chance likenesses don't agree on a motion.
   collect();
   for (auto &s : points_)
-    if (!s.point.map()) s.point.meet(frame, field_.map_at(s.point.own_reference(), s.point.chart(), frame.unit, s.id));
+    if (!s.point.map()) s.point.meet(frame, field_, s.id);
 
   if (due) recall(frame);
 
@@ -241,7 +245,8 @@ void SupportPoints::begin(const CsdFrame &frame) {
   const auto &weights = frame.weights.level(1);
   const int margin = static_cast<int>(std::lround(edge * frame.unit / 2));
   const cv::Rect inner(margin, margin, half.cols - 2 * margin, half.rows - 2 * margin);
-  const double apart = least_distance * frame.unit;
+  // What sways across the border of two cells leaves one of them empty for a while: no gap that wants a point.
+  const double apart = (founding ? least_distance : gap) * frame.unit;
   const auto begun = points_.size();
   if (founding && begun == 0) chart_ = -1;
   for (int y = 0; y < cells.rows(); ++y)
@@ -261,7 +266,8 @@ void SupportPoints::begin(const CsdFrame &frame) {
             at = {2 * u, 2 * v};
           }
       if (at.x < 0) continue;
-      points_.push_back({TrackedPoint(frame, at), frame.time, frame.time, false, next_id_++});
+      points_.push_back(
+          {TrackedPoint(frame, at, TrackedPoint::Purpose::support), frame.time, frame.time, false, next_id_++});
     }
   if (points_.size() == begun) return;
   if (founding) {

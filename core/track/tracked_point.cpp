@@ -3,10 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
-
-#include "track/centre.h"
 
 namespace csd {
 namespace {
@@ -23,7 +22,7 @@ constexpr std::size_t least_judges = 5;  // neighbours that may overrule a point
 constexpr double most_distortion = 0.3;
 // Of a point beside its neighbours, from one frame to another: sd, of which its usual deviation makes a part, and the
 // neighbours' disagreement.
-constexpr double least_own_motion = 0.2, own_motion = 0.3, own_motion_of_spread = 0.1;
+constexpr double least_own_motion = 0.2, own_motion = 0.3, own_motion_of_spread = 0.2;
 constexpr double good_zncc = 0.75;  // of a frame that offsets and gains learn from
 constexpr double usual_rate = 0.1;
 constexpr double finer_scale = 0.8, finer_zncc = 0.85, finer_inliers = 0.7;
@@ -32,6 +31,8 @@ constexpr std::size_t training_samples = 12;
 static_assert(training_samples + 2 <= AnchorMedian::most);
 constexpr double half_life = 100;  // of belief in what nobody looks at, frames of 40 ms
 constexpr double fast = 1;         // pixels in 40 ms
+constexpr double calm_miss = 1.5;  // pixels that the finest level finds its way over by itself
+constexpr double unknown_miss = std::numeric_limits<double>::infinity();
 
 cv::Matx22d information(double deviation) {
   const double i = 1 / (deviation * deviation);
@@ -57,8 +58,9 @@ double log_noise(const Alignment &seen) {
 
 }  // namespace
 
-TrackedPoint::TrackedPoint(const CsdFrame &frame, cv::Point2d position)
-    : state_{position, frame.patch * cv::Matx22d::eye()},
+TrackedPoint::TrackedPoint(const CsdFrame &frame, cv::Point2d position, Purpose purpose)
+    : purpose_(purpose),
+      state_{position, frame.patch * cv::Matx22d::eye()},
       begun_(frame.time),
       last_sample_(frame.time),
       last_seen_(frame.time),
@@ -122,6 +124,7 @@ void TrackedPoint::locate(const CsdFrame &frame, const AffineState &start, doubl
   AnchorLevel inner;
   core_ = core;
   prior.shape = shape_deviation * std::sqrt(frame.steps);
+  if (usual_known_) prior.noise = std::exp(usual_noise_);
   if (position_sd > 0) prior.position = information(position_sd);
   auto at = start;
   bool coarse_seen = false;
@@ -131,14 +134,13 @@ void TrackedPoint::locate(const CsdFrame &frame, const AffineState &start, doubl
     const auto &anchor = core ? inner : anchor_.level(level);
     auto seen = align(frame.pyramid, frame.weights, anchor, level, at, prior,
                       core || level > finest ? AlignModel::similarity : AlignModel::affine,
-                      level > finest ? coarse_precision : fine_precision);
+                      level > finest                 ? coarse_precision
+                      : purpose_ == Purpose::support ? support_precision
+                                                     : fine_precision);
     if (core) seen.unmasked *= PatchPlane::pixels / core_weight;
     if (level == finest) {
       fine_ = seen;
       if (!coarse_seen) zncc_coarse_ = seen.zncc;
-      centre_ = seen.usable ? centre_inliers(frame.pyramid, frame.weights, anchor_.level(level), level, seen,
-                                             usual_known_ ? std::exp(usual_noise_ - std::log(seen.gain)) : 0)
-                            : 0;
     } else if (seen.usable) {
       at = seen.state;
       prior.position += coarse_information * seen.information;
@@ -166,18 +168,34 @@ void TrackedPoint::judge(const CsdFrame &frame) {
 void TrackedPoint::look(const CsdFrame &frame) {
   fine_ = {};
   sure_ = again_ = false;
+  const double missed = std::exchange(missed_, unknown_miss);
   if (!visible_) return;
   AffineState start{state_.position + velocity_ * frame.steps, state_.shape};
   if (map_)  // the last frame's
     start.shape += std::min(1.0, shape_pull * frame.steps) * (prediction().shape - start.shape);
-  locate(frame, start, 0, 1, false);
   map_ = {};
-  judge(frame);
+  // What moves as it did is found without a coarse level.
+  const bool calm = purpose_ == Purpose::support && missed * frame.steps <= calm_miss * frame.unit;
+  if (calm) {
+    locate(frame, start, 0, 0, false);
+    judge(frame);
+  }
+  if (!sure_) {
+    locate(frame, start, 0, 1, false);
+    judge(frame);
+  }
+  if (sure_) missed_ = cv::norm(fine_.state.position - start.position) / frame.steps;
 }
 
 void TrackedPoint::meet(const CsdFrame &frame, const NeighbourMap &map) {
   map_ = map;
   if (fine_.usable) judge(frame);
+}
+
+void TrackedPoint::meet(const CsdFrame &frame, const NeighbourField &field, std::size_t owner) {
+  const auto map = field.map_at(own_reference(), chart_, frame.unit, owner, nearby_);
+  nearby_ = map.nearby;
+  meet(frame, map);
 }
 
 void TrackedPoint::look_again(const CsdFrame &frame, bool alone) {
@@ -193,13 +211,12 @@ void TrackedPoint::look_again(const CsdFrame &frame, bool alone) {
     judge(frame);
     if (!sure_) {
       const auto whole = fine_;
-      const auto coarse = zncc_coarse_, centre = centre_;
+      const auto coarse = zncc_coarse_;
       locate(frame, start, sd, 1, true);
       judge(frame);
       if (!sure_) {
         fine_ = whole;
         zncc_coarse_ = coarse;
-        centre_ = centre;
         judge(frame);
       }
     }
@@ -232,7 +249,7 @@ void TrackedPoint::decide(const CsdFrame &frame, const Surroundings &around) {
   evidence.zncc_coarse = zncc_coarse_;
   evidence.inliers = fine_.inliers;
   evidence.unmasked = fine_.unmasked;
-  evidence.centre = centre_;
+  evidence.centre = fine_.centre;
   evidence.gain = fine_.gain;
   evidence.noise = fine_.noise;
   evidence.disagreement = distance_ / (1 + offset_.deviation());
@@ -260,6 +277,7 @@ void TrackedPoint::decide(const CsdFrame &frame, const Surroundings &around) {
 void TrackedPoint::pass() {
   fine_ = {};
   sure_ = again_ = false;
+  missed_ = unknown_miss;
 }
 
 void TrackedPoint::wait(const CsdFrame &frame) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "track/align.h"
@@ -42,7 +43,10 @@ struct Surroundings {
 /// for a later frame: pass(), meet(), wait().
 class TrackedPoint {
  public:
-  TrackedPoint(const CsdFrame &frame, cv::Point2d position);
+  /// A supporting point may be less exact: it is one of many in a map, and their spread is half a pixel at least.
+  enum class Purpose : std::uint8_t { query, support };
+
+  TrackedPoint(const CsdFrame &frame, cv::Point2d position, Purpose purpose = Purpose::query);
 
   /// The point's coordinates in `chart` become where it is now.
   void found(int chart);
@@ -53,6 +57,8 @@ class TrackedPoint {
   void look(const CsdFrame &frame);
   /// Compares what was seen with the neighbours' map; what they contradict is not sure.
   void meet(const CsdFrame &frame, const NeighbourMap &map);
+  /// With the field's map, whose points are those of others than `owner`.
+  void meet(const CsdFrame &frame, const NeighbourField &field, std::size_t owner = NeighbourField::nobody);
   /// The second look, for what is not sure: from where the neighbours put it; without a map, if `alone`, from where it
   /// was seen last.
   void look_again(const CsdFrame &frame, bool alone);
@@ -100,7 +106,10 @@ class TrackedPoint {
   void judge(const CsdFrame &frame);
   cv::Point2d fused(const CsdFrame &frame) const;
 
+  Purpose purpose_;
   AffineState state_;
+  /// How far from where its motion put it the last first look found it, working pixels in 40 ms.
+  double missed_ = std::numeric_limits<double>::infinity();
   cv::Point2d velocity_;  ///< of the last frame, working pixels in 40 ms
   Anchor anchor_;
   std::array<double, Anchor::coarsest - Anchor::finest + 1> unmasked_{};  ///< share of the anchor's levels
@@ -111,6 +120,7 @@ class TrackedPoint {
   cv::Point2d reference_;
   NeighbourOffset offset_;
   NeighbourMap map_;  ///< of this frame, after meet()
+  double nearby_ = NeighbourMap().nearby;
   // Running means of ln gain, of ln noise in the picture's grey levels, and of the patch's mean.
   double usual_gain_ = 0, usual_noise_ = 0, usual_brightness_ = 0;
   bool usual_known_ = false;
@@ -118,7 +128,7 @@ class TrackedPoint {
   // Of this frame.
   Alignment fine_;
   AffineState aligned_;  ///< by the patch alone: a new anchor that were taken where the neighbours pull would stay off
-  double zncc_coarse_ = 0, centre_ = 0;
+  double zncc_coarse_ = 0;
   double distance_ = 0;  ///< from where the neighbours put it, reference pixels at 480 lines
   bool agrees_ = true;
   bool core_ = false;  ///< aligned by its inner disc

@@ -35,7 +35,7 @@ class Changes(harness.Case):
 
     def test_seek_and_loop(self):
         video = harness.scene_video(self.tmp / "seek.mkv", 50, *harness.H264, "-g", "10")
-        for algorithm in ("lk", "csd-2012", "ms1", "sift"):
+        for algorithm in ("csd", "lk", "csd-2012", "ms1", "sift"):
             with self.subTest(algorithm):
                 run = harness.Run(f"filesrc location={video} ! decodebin ! csdtrack algorithm={algorithm} ! tee name=t "
                                   f"t. ! queue ! {SINK}{self.path} t. ! queue ! fakesink name=out")

@@ -36,7 +36,7 @@ class Determinism(harness.Case):
 
     def test_baselines(self):
         results = []
-        for algorithm in ("lk", "ms1", "ms2", "sift"):
+        for algorithm in ("csd", "lk", "ms1", "ms2", "sift"):
             with self.subTest(algorithm):
                 first = self.tracks(f"algorithm={algorithm} max-features=20")
                 self.assertEqual(self.tracks(f"algorithm={algorithm} max-features=20"), first)
@@ -74,7 +74,7 @@ class Determinism(harness.Case):
         results = []
         for threads in (1, 2, 4):
             path = self.tmp / f"{threads}.jsonl"
-            run = harness.Run("filesrc name=file ! decodebin ! csdtrack name=csdtrack0 learning=sync max-features=10 "
+            run = harness.Run("filesrc name=file ! decodebin ! csdtrack name=csdtrack0 algorithm=csd-2012 learning=sync max-features=10 "
                               f"n-threads={threads} ! csdtrackenc ! filesink location={path}")
             run.element("file").set_property("location", str(clip))
             run.to_end()

@@ -19,10 +19,10 @@ TEST(MakeAlgorithm, MakesTheOneThatTheSettingsName) {
   NoExecutor none;
   Settings settings;
   EXPECT_NE(dynamic_cast<Csd *>(make_algorithm(settings, none).get()), nullptr) << "the default";
-  settings.algorithm = AlgorithmKind::csd;
-  EXPECT_NE(dynamic_cast<Csd *>(make_algorithm(settings, none).get()), nullptr);
   settings.algorithm = AlgorithmKind::lk;
   EXPECT_NE(dynamic_cast<LucasKanade *>(make_algorithm(settings, none).get()), nullptr);
+  settings.algorithm = AlgorithmKind::csd;
+  EXPECT_NE(dynamic_cast<Csd *>(make_algorithm(settings, none).get()), nullptr);
   settings.algorithm = AlgorithmKind::csd_2012;
   EXPECT_NE(dynamic_cast<Csd2012 *>(make_algorithm(settings, none).get()), nullptr);
 }

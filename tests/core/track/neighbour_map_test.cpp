@@ -81,6 +81,12 @@ TEST(NeighbourField, TakesTheNearestOfTheChartButTheOwnersOwn) {
   EXPECT_EQ(field.map_at(at, 1, 1).support, 4u);
   EXPECT_EQ(field.map_at(at, 1, 1, 102).support, 3u);
   EXPECT_FALSE(field.map_at(at, 2, 1));
+  const auto map = field.map_at(at, 0, 1);
+  EXPECT_GT(map.nearby, std::pow(cv::norm(points.back().from - at), 2));
+  // A hint that is right, too small, or nothing at all.
+  for (const double nearby : {map.nearby, 1.0, 0.0})
+    EXPECT_EQ(field.map_at(at, 0, 1, NeighbourField::nobody, nearby).linear, map.linear) << nearby;
+  EXPECT_TRUE(std::isinf(field.map_at(at, 1, 1).nearby)) << "all there are";
   field.drop_small_charts(5);
   EXPECT_FALSE(field.map_at(at, 1, 1));
   EXPECT_EQ(field.size(), 28u);

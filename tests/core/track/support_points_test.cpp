@@ -38,9 +38,9 @@ class Support : public testing::Test {
 
 TEST_F(Support, CoversThePictureAndSaysHowItMoves) {
   show_scene({});
-  EXPECT_GT(support_.size(), 60u);  // 320 × 240 has 14 × 11 cells
+  EXPECT_GT(support_.size(), 160u);  // 320 × 240 has 20 × 15 cells
   for (int i = 1; i <= 10; ++i) show_scene({1.0 * i, 0.5 * i});
-  EXPECT_GT(support_.field().size(), 40u);
+  EXPECT_GT(support_.field().size(), 120u);
   for (const cv::Point2d p : {cv::Point2d(50, 50), {160, 120}, {280, 200}}) {
     EXPECT_NEAR(moved(p).x, p.x + 10, 0.2);
     EXPECT_NEAR(moved(p).y, p.y + 5, 0.2);
@@ -112,17 +112,17 @@ TEST_F(Support, PastTheBudgetAFewTakeTurnsAllOverThePicture) {
   std::int64_t now = 0;
   const FrameBudget::Clock clock = [&now] { return ++now; };
   for (int i = 1; i <= 12; ++i) {
-    show(scene_.render({1.0 * i, 0.5 * i}), FrameBudget(1, clock));
+    show(scene_.render({0.5 * i, 0.25 * i}), FrameBudget(1, clock));
     EXPECT_EQ(support_.size(), all);
     EXPECT_LE(support_.field().size(), 24u) << i;
     EXPECT_GE(support_.field().size(), 20u) << i;
     for (const cv::Point2d p : {cv::Point2d(50, 50), {160, 120}, {280, 200}}) {
-      EXPECT_NEAR(moved(p).x, p.x + i, 0.3) << i;
-      EXPECT_NEAR(moved(p).y, p.y + 0.5 * i, 0.3) << i;
+      EXPECT_NEAR(moved(p).x, p.x + 0.5 * i, 0.3) << i;
+      EXPECT_NEAR(moved(p).y, p.y + 0.25 * i, 0.3) << i;
     }
   }
-  // By now each has been looked at.
-  show_scene({13, 6.5});
+  // By now 288 of 300 have been looked at; 3 % have left the picture.
+  show_scene({6.5, 3.25});
   EXPECT_GE(support_.field().size(), all * 9 / 10);
 }
 

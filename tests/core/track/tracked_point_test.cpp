@@ -114,7 +114,7 @@ TEST(TrackedPoint, WithoutAMapIsSilentUnlessItIsAloneInThePicture) {
   TrackedPoint point(scene.frame({}), {160, 120});
   const auto frame = scene.frame({1, 1});
   point.look(frame);
-  point.meet(frame, {});
+  point.meet(frame, NeighbourMap{});
   point.look_again(frame, true);
   point.decide(frame, {});
   EXPECT_FALSE(point.visible());
@@ -122,7 +122,7 @@ TEST(TrackedPoint, WithoutAMapIsSilentUnlessItIsAloneInThePicture) {
   none.alone = true;
   const auto again = scene.frame({1, 1});
   point.look(again);
-  point.meet(again, {});
+  point.meet(again, NeighbourMap{});
   point.look_again(again, false);
   EXPECT_FALSE(point.sure());
   point.look_again(again, true);
@@ -149,7 +149,7 @@ TEST(TrackedPoint, InDoubtIsSilentUntilItKnowsItselfAgain) {
     Surroundings none;
     none.alone = true;
     point.look(frame);
-    point.meet(frame, {});
+    point.meet(frame, NeighbourMap{});
     point.look_again(frame, true);
     point.decide(frame, none);
     return point.visible();
@@ -179,10 +179,37 @@ TEST(TrackedPoint, ThatWaitsGoesWithTheNeighboursAndBeliefFades) {
   }
   const auto frame = scene.frame({});
   point.pass();
-  point.meet(frame, {});
+  point.meet(frame, NeighbourMap{});
   point.wait(frame);
   EXPECT_FALSE(point.visible()) << "nobody says where it went";
   EXPECT_EQ(point.confidence(), 0);
+}
+
+TEST(TrackedPoint, ASupportingOneIsFollowedAsWell) {
+  // It begins in motion, moves steadily, jumps by more than its finest level finds its way over, stops, and is looked
+  // at again only after five frames' time.
+  std::vector<std::pair<cv::Point2d, double>> frames;
+  for (int i = 1; i <= 20; ++i) frames.push_back({{2.5 * i, -1.0 * i}, 1});
+  frames.push_back({{56, -14}, 1});
+  for (int i = 0; i < 5; ++i) frames.push_back({{56, -14}, 1});
+  frames.push_back({{48, -10}, 5});
+  Scene scene;
+  TrackedPoint point(scene.frame({}), {160, 120}, TrackedPoint::Purpose::support);
+  point.found(0);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const auto [shift, steps] = frames[i];
+    auto frame = scene.frame(shift);
+    frame.steps = steps;
+    point.look(frame);
+    EXPECT_TRUE(point.sure()) << i << ": by its own motion alone";
+    point.meet(frame, Scene::neighbours(shift));
+    point.look_again(frame, true);
+    point.decide(frame, {});
+    point.learn(frame);
+    if (point.ripe(frame)) point.freeze();
+    EXPECT_TRUE(point.visible()) << i;
+    EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 0.3) << i;
+  }
 }
 
 TEST(TrackedPoint, AnotherPatchSizeIsAnotherScaleOfItsShape) {
