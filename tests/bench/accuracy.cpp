@@ -2,11 +2,11 @@
 // How well an algorithm tracks simulated tissue: the loop for whoever changes one. Simulator, Tracker and scores in one
 // process, no pipeline; what is published comes from pipelines/experiments.
 //   csd-accuracy [--algorithm csd] [--frames 500] [--features 100] [--seeds 1-2] [--keep DIR] [--worst N] [--clips DIR]
-//                [SEQUENCE...]
+//                [--list] [SEQUENCE...]
 // prints a row for each sequence and seed. With --clips (or $CSDTRACK_CLIPS) also sequences whose texture is a picture
 // of real tissue, compressed as recorders do (by ffmpeg). With --keep, rendered sequences are kept in DIR as raw I420
 // beside their truth, for the next run: rendering costs ten times what tracking does. --worst lists the features that
-// erred most.
+// erred most. --list names the sequences and ends.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -67,9 +67,10 @@ const cv::Size size{640, 480};
 constexpr std::size_t frame_bytes = std::size_t{640} * 480 * 3 / 2;
 
 struct Options {
-  AlgorithmKind algorithm = AlgorithmKind::csd_2012;
+  AlgorithmKind algorithm = AlgorithmKind::csd;
   std::uint64_t frames = 500, first_seed = 1, last_seed = 1;
   std::size_t features = 100, worst = 0;
+  bool list = false;
   std::string keep, clips;
   std::vector<Sequence> wanted;
 };
@@ -271,7 +272,9 @@ Options parse(int argc, char **argv) {
       if (++i == argc) throw std::runtime_error(std::string(name) + " needs a value");
       return argv[i];
     };
-    if (name == "--algorithm") {
+    if (name == "--list") {
+      options.list = true;
+    } else if (name == "--algorithm") {
       options.algorithm = parse_algorithm(value());
     } else if (name == "--frames") {
       options.frames = std::stoull(value());
@@ -304,6 +307,10 @@ Options parse(int argc, char **argv) {
 int main(int argc, char **argv) {
   try {
     const auto options = parse(argc, argv);
+    if (options.list) {
+      for (const auto &sequence : options.wanted) std::printf("%s\n", sequence.name);
+      return 0;
+    }
     std::printf("%-18s %4s  %6s %6s %6s %6s %7s %6s %6s  %6s %6s %6s  %5s\n", "sequence", "seed", "sens2", "sens5",
                 "K5", "hidden", "median", "95 %", "ECE", "sens5", "K5", "(last)", "ms");
     for (const auto &sequence : options.wanted)

@@ -138,6 +138,7 @@ step_rules() {
   check 'rule: scripts parse' rule_scripts
   check 'rule: every core file has its test at the mirrored path' rule_mirrored
   check 'rule: docs/method.md names what is there' "$root/tests/lib/method_names.py"
+  check 'rule: tests/bench/ablation finds what it takes out' "$root/tests/bench/ablation" --check
 }
 
 rule_lines() {
