@@ -253,14 +253,22 @@ void SupportPoints::begin(const CsdFrame &frame) {
     for (int x = 0; x < cells.columns(); ++x) {
       if (cells.count(x, y) > 0) continue;
       const auto rect = cells.half_rect(x, y, half.size()) & inner;
+      // Asking all points at each pixel took longer than all that is tracked: 9 ms at 720 lines.
+      near_.clear();
+      for (const auto &s : points_) {
+        const auto p = s.point.state().position;
+        if (p.x > 2 * rect.x - apart && p.x < 2 * (rect.x + rect.width) + apart && p.y > 2 * rect.y - apart &&
+            p.y < 2 * (rect.y + rect.height) + apart)
+          near_.push_back(p);
+      }
       float strongest = least;
       cv::Point at(-1, -1);
       for (int v = rect.y; v < rect.y + rect.height; ++v)
         for (int u = rect.x; u < rect.x + rect.width; ++u)
           if (corners_.at<float>(v, u) > strongest && weights.at<std::uint8_t>(v, u) >= clear_weight) {
             const cv::Point2d p(2 * u, 2 * v);
-            if (std::any_of(points_.begin(), points_.end(),
-                            [&](const Support &s) { return cv::norm(s.point.state().position - p) < apart; }))
+            if (std::any_of(near_.begin(), near_.end(),
+                            [&](cv::Point2d other) { return (other - p).dot(other - p) < apart * apart; }))
               continue;
             strongest = corners_.at<float>(v, u);
             at = {2 * u, 2 * v};
