@@ -85,7 +85,7 @@ void SupportPoints::doubt(const CsdFrame &frame) {
   last_sure_ = last_begin_ = frame.time;
 }
 
-/// The first looks, for as long as there is time. Points that are as urgent as each other take turns all over the
+/// The first looks, for as long as there is time; where all is calm, half of the points rest. Points that are as urgent as each other take turns all over the
 /// picture: their ids go along its rows, multiples of the golden ratio don't.
 void SupportPoints::look(const CsdFrame &frame) {
   turns_.clear();
@@ -102,10 +102,17 @@ void SupportPoints::look(const CsdFrame &frame) {
       if ((*s)->established) std::rotate(first++, s, s + 1);
   }
   const auto budget = frame.budget.share(first_looks);
+  ++frames_;
   for (std::size_t i = 0; i < turns_.size(); ++i) {
     auto &s = *turns_[i];
-    s.waits = i >= least_looks && budget.spent();
-    s.waits ? s.point.pass() : s.point.look(frame);
+    const bool late = i >= least_looks && budget.spent();
+    // Every other frame, and of those beside each other not both in one.
+    const bool rests = !late && s.established && (s.id + frames_) % 2 == 0 && s.point.may_rest(frame);
+    s.waits = late || rests;
+    if (late)
+      s.point.pass();
+    else
+      rests ? s.point.rest() : s.point.look(frame);
   }
 }
 
@@ -174,7 +181,8 @@ void SupportPoints::follow(const CsdFrame &frame) {
   const auto budget = frame.budget.share(looks);
   for (std::size_t i = 0; i < turns_.size(); ++i) {
     auto &s = *turns_[i];
-    s.waits = s.waits || (i >= least_looks && !s.point.sure() && budget.spent());
+    if (s.waits) continue;
+    s.waits = i >= least_looks && !s.point.sure() && budget.spent();
     s.waits ? s.point.pass() : s.point.look_again(frame, due);
   }
   // What has no map has looked for itself alone: chance likenesses don't agree on a motion.

@@ -55,7 +55,7 @@ class SupportPoints {
   Recall recall_;
   Surroundings surroundings_;
   int chart_ = -1;
-  std::size_t next_id_ = 0;
+  std::size_t next_id_ = 0, frames_ = 0;
   std::int64_t last_sure_ = 0, last_begin_ = 0;
   std::vector<Support *> turns_;   // scratch: by falling urgency
   std::vector<double> changes_;    // scratch

@@ -32,6 +32,7 @@ static_assert(training_samples + 2 <= AnchorMedian::most);
 constexpr double half_life = 100;  // of belief in what nobody looks at, frames of 40 ms
 constexpr double fast = 1;         // pixels in 40 ms
 constexpr double calm_miss = 1.5;  // pixels that the finest level finds its way over by itself
+constexpr double rest_miss = 1, rest_spread = 1;  // pixels: half of a map's points are as good as all of them then
 constexpr double unknown_miss = std::numeric_limits<double>::infinity();
 
 cv::Matx22d information(double deviation) {
@@ -275,9 +276,18 @@ void TrackedPoint::decide(const CsdFrame &frame, const Surroundings &around) {
 }
 
 void TrackedPoint::pass() {
+  rest();
+  missed_ = unknown_miss;
+}
+
+bool TrackedPoint::may_rest(const CsdFrame &frame) const {
+  return sure_ && !learning() && map_.support >= least_judges && map_.spread <= rest_spread * frame.unit &&
+         distance_ <= rest_miss && missed_ * frame.steps <= rest_miss * frame.unit;
+}
+
+void TrackedPoint::rest() {
   fine_ = {};
   sure_ = again_ = false;
-  missed_ = unknown_miss;
 }
 
 void TrackedPoint::wait(const CsdFrame &frame) {

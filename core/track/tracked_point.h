@@ -40,7 +40,7 @@ struct Surroundings {
 /// place among its neighbours. All coordinates are the working image's.
 ///
 /// In each frame: look(), meet(), look_again(), decide(), learn(), and freeze() when ripe(). A point that has to wait
-/// for a later frame: pass(), meet(), wait().
+/// for a later frame: pass() or rest(), meet(), wait().
 class TrackedPoint {
  public:
   /// A supporting point may be less exact: it is one of many in a map, and their spread is half a pixel at least.
@@ -72,6 +72,10 @@ class TrackedPoint {
 
   /// Instead of look(): nobody looks at the point in this frame.
   void pass();
+  /// Whether its neighbours know well enough where a point goes that was looked at in the last frame, so that it can
+  /// rest() instead of look().
+  bool may_rest(const CsdFrame &frame) const;
+  void rest();
   /// Ends such a frame: the point goes where the neighbours put it, and belief in it fades; without a map it claims
   /// nothing.
   void wait(const CsdFrame &frame);
