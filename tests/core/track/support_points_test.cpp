@@ -47,6 +47,21 @@ TEST_F(Support, CoversThePictureAndSaysHowItMoves) {
   }
 }
 
+TEST_F(Support, WhereAllIsCalmHalfOfThePointsRestAndTheMapsStayTheSame) {
+  show_scene({});
+  const auto all = support_.size();
+  for (int i = 1; i <= 40; ++i) show_scene({0.1 * i, 0.2 * i});
+  for (int i = 41; i <= 50; ++i) {
+    show_scene({0.1 * i, 0.2 * i});
+    EXPECT_GT(support_.field().size(), 2 * all / 5);
+    EXPECT_LT(support_.field().size(), 3 * all / 5);
+    for (const cv::Point2d p : {cv::Point2d(50, 50), {160, 120}, {280, 200}})
+      EXPECT_LT(cv::norm(moved(p) - p - cv::Point2d(0.1 * i, 0.2 * i)), 0.1) << i;
+  }
+  for (int i = 0; i < 4; ++i) show_scene({5.0 + 3 * (i % 2), 10});
+  EXPECT_GT(support_.field().size(), 3 * all / 4) << "what moves is looked at in each frame";
+}
+
 TEST_F(Support, NewPointsHaveCoordinatesOfTheFirstFrame) {
   show_scene({});
   // Slowly to the right: what comes in at the left edge gets points, whose coordinates lie left of the first picture.

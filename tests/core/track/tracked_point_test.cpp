@@ -62,6 +62,42 @@ TEST(TrackedPoint, IsFollowedAndLearnsItsAnchorForTheTrainingTime) {
   EXPECT_LT(point.offset().deviation(), 1);
 }
 
+TEST(TrackedPoint, MayRestOnceItsAnchorIsMadeWhereItsNeighboursKnowTheWay) {
+  Scene scene;
+  TrackedPoint point(scene.frame({}), {160, 120}, TrackedPoint::Purpose::support);
+  point.found(0);
+  cv::Point2d shift;
+  const auto follow = [&](NeighbourMap map) {
+    const auto frame = scene.frame(shift);
+    Scene::follow(point, frame, map);
+    return point.may_rest(frame);
+  };
+  for (int i = 1; i <= 12; ++i) EXPECT_FALSE(follow(Scene::neighbours(shift))) << "it learns";
+  for (int i = 0; i < 3; ++i) {
+    shift += {0.4, -0.2};
+    EXPECT_TRUE(follow(Scene::neighbours(shift)));
+  }
+  auto loose = Scene::neighbours(shift);
+  loose.spread = 1;  // 2 pixels at 480 lines
+  EXPECT_FALSE(follow(loose)) << "its neighbours don't agree";
+  EXPECT_TRUE(follow(Scene::neighbours(shift)));
+  EXPECT_FALSE(follow(Scene::neighbours(shift + cv::Point2d(0.6, 0)))) << "it is elsewhere than they say";
+  shift += {3, 0};
+  EXPECT_FALSE(follow(Scene::neighbours(shift))) << "it went elsewhere than it was going";
+  shift += {3, 0};
+  ASSERT_TRUE(follow(Scene::neighbours(shift)));
+
+  shift += {3, 0};
+  const auto next = scene.frame(shift);
+  point.rest();
+  point.meet(next, Scene::neighbours(shift));
+  point.wait(next);
+  EXPECT_TRUE(point.visible());
+  EXPECT_FALSE(point.sure()) << "nothing was seen that another point's map could stand on";
+  EXPECT_NEAR(point.state().position.x, 160 + shift.x, 0.3);
+  EXPECT_FALSE(point.may_rest(next)) << "not twice";
+}
+
 TEST(TrackedPoint, DoesNotSlideAlongAnEdge) {
   // An upright edge, with next to nothing along it; what little there is moves down, and the tissue to the right.
   const auto picture = [](cv::Point2d shift, double slide) {
