@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // What a frame costs the streaming thread (Tracker::process), by size, format, number of features and algorithm, with
-// OpenCV's PyrLK on as many points of the same frames beside it. Learning runs in its own thread meanwhile, as in use.
+// OpenCV's PyrLK on as many points of the same frames beside it; then how csd's cost and memory grow, and what its
+// budget holds. Learning runs in its own thread meanwhile, as in use.
+#include <malloc.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -103,6 +106,102 @@ Percentiles time_opencv(const std::vector<cv::Mat> &gray, unsigned features, int
   return percentiles(times);
 }
 
+struct Growth {
+  cv::Size size;
+  unsigned features;
+  std::int64_t budget = 0;  // ns
+  int timed = 0;
+};
+
+struct Grown {
+  double first, p50, p95, most;  // ms; first: the frame with which all begins
+  double heap;                   // MB in use at the end
+  std::vector<double> times;
+};
+
+double heap() {
+  const auto info = mallinfo2();
+  return static_cast<double>(info.uordblks + info.hblkhd) / 1e6;
+}
+
+/// Points on a grid, so that there are as many as wanted.
+std::vector<csd::StartPoint> grid(cv::Size size, unsigned wanted) {
+  std::vector<csd::StartPoint> points;
+  const double side = std::sqrt(0.81 * size.area() / wanted);
+  for (double y = 0.05 * size.height; y < 0.95 * size.height; y += side)
+    for (double x = 0.05 * size.width; x < 0.95 * size.width && points.size() < wanted; x += side)
+      points.push_back({static_cast<csd::FeatureId>(points.size()), {x, y}});
+  return points;
+}
+
+Grown grow(const std::vector<csd::test::Packed> &frames, const Growth &what) {
+  csd::Settings settings;
+  settings.algorithm = csd::AlgorithmKind::csd;
+  settings.points_from_start = true;
+  settings.frame_budget = what.budget;
+  csd::ThreadPool pool(0, 10);
+  const double before = heap();
+  csd::Tracker tracker(settings, pool);
+  tracker.offer_start(grid(what.size, what.features));
+  Grown out{};
+  // Two seconds: all anchors are made in the first.
+  for (int i = 0; i < what.timed + 50; ++i) {
+    const auto start = Clock::now();
+    tracker.process(frames[static_cast<std::size_t>(picture_of(i))].view, i * csd::second / 25, csd::second / 25);
+    const double took = ms(start);
+    if (i == 0) out.first = took;
+    if (i >= 50) out.times.push_back(took);
+    out.most = std::max(out.most, took);
+  }
+  const auto p = percentiles(out.times);
+  out.p50 = p.p50, out.p95 = p.p95, out.heap = heap() - before;
+  return out;
+}
+
+std::vector<csd::test::Packed> pack_i420(const std::vector<cv::Mat> &scene) {
+  std::vector<csd::test::Packed> frames;
+  for (const auto &picture : scene) frames.push_back(csd::test::pack(picture, csd::test::Layout::i420));
+  return frames;
+}
+
+void print_growth(bool quick) {
+  const int timed = quick ? 5 : 200;
+  std::printf("\ncsd by the number of features (points on a grid; I420), ms a frame p50 / p95, MB in use\n");
+  std::printf("%-10s %8s  %16s  %6s\n", "size", "features", "csd", "MB");
+  for (const cv::Size size : {cv::Size(640, 480), cv::Size(1920, 1080)}) {
+    const auto frames = pack_i420(render(size));
+    for (const unsigned features : {1u, 10u, 30u, 100u, 300u, 1000u}) {
+      const auto grown = grow(frames, {size, features, 0, timed});
+      std::printf("%4dx%-5d %8u  %7.2f /%7.2f  %6.1f\n", size.width, size.height, features, grown.p50, grown.p95,
+                  grown.heap);
+      std::fflush(stdout);
+      if (quick) return;
+    }
+  }
+  std::printf("\ncsd by the size of the picture (100 features, I420), ms a frame p50 / p95, MB in use\n");
+  std::printf("%-10s  %16s  %6s\n", "size", "csd", "MB");
+  for (const cv::Size size : {cv::Size(320, 240), cv::Size(640, 480), cv::Size(1024, 576), cv::Size(1280, 720),
+                              cv::Size(1920, 1080), cv::Size(2560, 1440), cv::Size(3840, 2160)}) {
+    const auto grown = grow(pack_i420(render(size)), {size, 100, 0, timed});
+    std::printf("%4dx%-5d  %7.2f /%7.2f  %6.1f\n", size.width, size.height, grown.p50, grown.p95, grown.heap);
+    std::fflush(stdout);
+  }
+  std::printf("\ncsd over time (640x480 I420, 100 features), ms a frame p50 / p95\n%-10s  %16s\n", "minute", "csd");
+  const auto small = grow(pack_i420(render({640, 480})), {{640, 480}, 100, 0, 10 * 1500});
+  for (std::size_t i = 0; i < 10; ++i) {
+    const auto begin = small.times.begin() + static_cast<std::ptrdiff_t>(1500 * i);
+    const auto p = percentiles({begin, begin + 1500});
+    std::printf("%-10zu  %7.2f /%7.2f\n", i + 1, p.p50, p.p95);
+  }
+  std::printf("\ncsd with a frame-budget (3840x2160 I420, 1000 features), ms a frame p50 / p95, the most, the first frame\n");
+  std::printf("%-10s  %16s  %8s  %8s\n", "budget", "csd", "most", "first");
+  const auto large = pack_i420(render({3840, 2160}));
+  for (const int budget : {0, 33, 20}) {
+    const auto grown = grow(large, {{3840, 2160}, 1000, budget * csd::second / 1000, timed});
+    std::printf("%2d ms       %7.2f /%7.2f  %8.2f  %8.2f\n", budget, grown.p50, grown.p95, grown.most, grown.first);
+  }
+}
+
 }  // namespace
 
 int main(int argc, char **argv) {
@@ -141,4 +240,5 @@ int main(int argc, char **argv) {
       }
     }
   }
+  print_growth(quick);
 }
