@@ -49,6 +49,8 @@ class Algorithm {
 
   /// May new features take the place of those that ended? (The paper's tracker and its baselines do not.)
   virtual bool replenishes() const { return false; }
+  /// Does detection leave alone what colour says is a tool? (The paper's doesn't.)
+  virtual bool avoids_tools() const { return false; }
 
   /// Fills in the claims of the features that have begun; `claims` is by ascending id.
   virtual void track(const FrameContext &context, std::vector<Claim> &claims) = 0;

@@ -17,8 +17,8 @@ CsdFrame Csd::load(const FrameContext &context) {
   const auto &work = context.frame;
   const double patch = patch_side(settings_, work) / static_cast<double>(PatchPlane::side);
   return {
-      pyramid_, weights_,      work.size(), work.size().height / 480.0, steps_, context.time, settings_.training_time,
-      patch,    context.budget};
+      pyramid_, weights_,       work.size(), work.size().height / 480.0, steps_, context.time, settings_.training_time,
+      patch,    context.budget, &work};
 }
 
 void Csd::track(const FrameContext &context, std::vector<Claim> &claims) {

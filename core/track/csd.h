@@ -19,6 +19,7 @@ class Csd final : public Algorithm {
   explicit Csd(const Settings &settings) : settings_(settings) {}
 
   bool replenishes() const override { return true; }
+  bool avoids_tools() const override { return true; }
   void track(const FrameContext &context, std::vector<Claim> &claims) override;
   Claim::Kind begin(FeatureId id, cv::Point2d position, const FrameContext &context) override;
   void end(FeatureId id) override;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "image/tools.h"
 #include "track/types.h"
 
 namespace csd {
@@ -85,8 +86,8 @@ void SupportPoints::doubt(const CsdFrame &frame) {
   last_sure_ = last_begin_ = frame.time;
 }
 
-/// The first looks, for as long as there is time; where all is calm, half of the points rest. Points that are as urgent as each other take turns all over the
-/// picture: their ids go along its rows, multiples of the golden ratio don't.
+/// The first looks, for as long as there is time; where all is calm, half of the points rest. Points that are as urgent
+/// as each other take turns all over the picture: their ids go along its rows, multiples of the golden ratio don't.
 void SupportPoints::look(const CsdFrame &frame) {
   turns_.clear();
   for (auto &s : points_) turns_.push_back(&s);
@@ -251,6 +252,11 @@ void SupportPoints::begin(const CsdFrame &frame) {
   cv::minMaxLoc(corners_, nullptr, &best);
   const float least = std::max(least_eigenvalue, static_cast<float>(quality * best));
   const auto &weights = frame.weights.level(1);
+  if (frame.colour) {
+    find_tools(*frame.colour, tools_);
+    cv::resize(tools_, tools_, half.size(), 0, 0, cv::INTER_NEAREST);
+    corners_.setTo(0, tools_);
+  }
   const int margin = static_cast<int>(std::lround(edge * frame.unit / 2));
   const cv::Rect inner(margin, margin, half.cols - 2 * margin, half.rows - 2 * margin);
   // What sways across the border of two cells leaves one of them empty for a while: no gap that wants a point.

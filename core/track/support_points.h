@@ -57,10 +57,10 @@ class SupportPoints {
   int chart_ = -1;
   std::size_t next_id_ = 0, frames_ = 0;
   std::int64_t last_sure_ = 0, last_begin_ = 0;
-  std::vector<Support *> turns_;   // scratch: by falling urgency
-  std::vector<double> changes_;    // scratch
-  std::vector<cv::Point2d> near_;  // scratch
-  cv::Mat level_, corners_;        // scratch
+  std::vector<Support *> turns_;     // scratch: by falling urgency
+  std::vector<double> changes_;      // scratch
+  std::vector<cv::Point2d> near_;    // scratch
+  cv::Mat level_, corners_, tools_;  // scratch
 };
 
 }  // namespace csd

@@ -14,17 +14,20 @@
 
 namespace csd {
 
+class WorkFrame;
+
 /// A frame as `csd` looks at it.
 struct CsdFrame {
   const Pyramid &pyramid;
   const GlareWeights &weights;
-  cv::Size size;               ///< of the working image
-  double unit;                 ///< working pixels for a pixel of a 480-line picture: what constants are given in
-  double steps;                ///< frames of 40 ms since the last frame: what rates are given in
-  std::int64_t time;           ///< ns
-  std::int64_t training_time;  ///< ns: how long an anchor is gathered
-  double patch = 1;            ///< working pixels to a sample of a patch (of 21 × 21) where a point begins
-  FrameBudget budget = {};     ///< when it is spent, points wait
+  cv::Size size;                      ///< of the working image
+  double unit;                        ///< working pixels for a pixel of a 480-line picture: what constants are given in
+  double steps;                       ///< frames of 40 ms since the last frame: what rates are given in
+  std::int64_t time;                  ///< ns
+  std::int64_t training_time;         ///< ns: how long an anchor is gathered
+  double patch = 1;                   ///< working pixels to a sample of a patch (of 21 × 21) where a point begins
+  FrameBudget budget = {};            ///< when it is spent, points wait
+  const WorkFrame *colour = nullptr;  ///< tells tools from tissue, where new points begin; none: nothing does
   bool shows(cv::Point2d p) const {
     return p.x >= -0.5 && p.y >= -0.5 && p.x < size.width - 0.5 && p.y < size.height - 0.5;
   }

@@ -9,6 +9,7 @@
 #include "detect/detect.h"
 #include "image/content_area.h"
 #include "image/specular.h"
+#include "image/tools.h"
 #include "image/work_frame.h"
 #include "track/algorithm.h"
 #include "track/life.h"
@@ -234,7 +235,11 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
   cv::meanStdDev(luma, mean, deviation, forbidden == 0);
   if (deviation[0] < least_contrast) return;
 
-  cv::Mat specular;
+  cv::Mat specular, tools;
+  if (algorithm->avoids_tools()) {
+    find_tools(context.frame, tools);
+    forbidden |= tools;
+  }
   specular_mask(context.frame, {{0, 0}, luma.size()}, specular, settings.specular);
   for (const auto &position : detect(luma, specular, forbidden, options, taken)) {
     begin(take_id(), context.frame.to_picture(position), false, &context);

@@ -193,7 +193,8 @@ void print_growth(bool quick) {
     const auto p = percentiles({begin, begin + 1500});
     std::printf("%-10zu  %7.2f /%7.2f\n", i + 1, p.p50, p.p95);
   }
-  std::printf("\ncsd with a frame-budget (3840x2160 I420, 1000 features), ms a frame p50 / p95, the most, the first frame\n");
+  std::printf(
+      "\ncsd with a frame-budget (3840x2160 I420, 1000 features), ms a frame p50 / p95, the most, the first frame\n");
   std::printf("%-10s  %16s  %8s  %8s\n", "budget", "csd", "most", "first");
   const auto large = pack_i420(render({3840, 2160}));
   for (const int budget : {0, 33, 20}) {

@@ -42,6 +42,7 @@ TEST(MakeAlgorithm, NoneReplenishes) {
        {AlgorithmKind::csd_2012, AlgorithmKind::lk, AlgorithmKind::ms1, AlgorithmKind::ms2, AlgorithmKind::sift}) {
     settings.algorithm = kind;
     EXPECT_FALSE(make_algorithm(settings, none)->replenishes()) << algorithm_name(kind);
+    EXPECT_FALSE(make_algorithm(settings, none)->avoids_tools()) << algorithm_name(kind);
   }
 }
 

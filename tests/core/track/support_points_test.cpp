@@ -20,8 +20,8 @@ class Support : public testing::Test {
     frame_.load(MovingScene::view(bgr));
     pyramid_.build(luma);
     glare_.build(frame_, {});
-    const CsdFrame frame{pyramid_,   glare_, luma.size(), luma.rows / 480.0, 1, time_ += second / 25,
-                         second / 2, 1,      budget};
+    const CsdFrame frame{pyramid_, glare_, luma.size(), luma.rows / 480.0, 1, time_ += second / 25, second / 2,
+                         1,        budget, &frame_};
     support_.follow(frame);
     support_.replenish(frame);
   }
@@ -60,6 +60,19 @@ TEST_F(Support, WhereAllIsCalmHalfOfThePointsRestAndTheMapsStayTheSame) {
   }
   for (int i = 0; i < 4; ++i) show_scene({5.0 + 3 * (i % 2), 10});
   EXPECT_GT(support_.field().size(), 3 * all / 4) << "what moves is looked at in each frame";
+}
+
+TEST_F(Support, NoneBeginsOnATool) {
+  show_scene({});
+  const auto all = support_.size();
+  support_.clear();
+  cv::Mat bgr = scene_.render({}), gray;
+  auto tool = bgr(cv::Rect(0, 0, 160, 240));
+  cv::cvtColor(tool, gray, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(gray, tool, cv::COLOR_GRAY2BGR);
+  show(bgr);
+  EXPECT_LE(support_.size(), all / 2);
+  EXPECT_GT(support_.size(), 2 * all / 5);
 }
 
 TEST_F(Support, NewPointsHaveCoordinatesOfTheFirstFrame) {
