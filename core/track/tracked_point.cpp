@@ -29,9 +29,9 @@ constexpr double finer_scale = 0.8, finer_zncc = 0.85, finer_inliers = 0.7;
 constexpr double least_anchor = 0.4;  // unmasked share of the level that is aligned last
 constexpr std::size_t training_samples = 12;
 static_assert(training_samples + 2 <= AnchorMedian::most);
-constexpr double half_life = 100;  // of belief in what nobody looks at, frames of 40 ms
-constexpr double fast = 1;         // pixels in 40 ms
-constexpr double calm_miss = 1.5;  // pixels that the finest level finds its way over by itself
+constexpr double half_life = 100;                 // of belief in what nobody looks at, frames of 40 ms
+constexpr double fast = 1;                        // pixels in 40 ms
+constexpr double calm_miss = 1.5;                 // pixels that the finest level finds its way over by itself
 constexpr double rest_miss = 1, rest_spread = 1;  // pixels: half of a map's points are as good as all of them then
 constexpr double unknown_miss = std::numeric_limits<double>::infinity();
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -266,6 +267,22 @@ TEST(Csd, ReplenishesAndForgets) {
       for (const auto &f : tracks.features) EXPECT_TRUE(f.id >= first && claims(f)) << f.id;
     }
   }
+}
+
+TEST(Csd, NoFeatureBeginsOnATool) {
+  cv::Mat bgr = swaying(0), gray;
+  auto tool = bgr(cv::Rect(0, 0, 160, 240));
+  cv::cvtColor(tool, gray, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(gray, tool, cv::COLOR_GRAY2BGR);
+  const auto on_tool = [&](AlgorithmKind kind) {
+    Settings settings = at({});
+    settings.algorithm = kind;
+    const auto features = run(settings, 1, [&](int) { return bgr; })[0].features;
+    EXPECT_GT(features.size(), 20u);
+    return std::count_if(features.begin(), features.end(), [](const Feature &f) { return f.x < 160; });
+  };
+  EXPECT_GT(on_tool(AlgorithmKind::lk), 5);
+  EXPECT_EQ(on_tool(AlgorithmKind::csd), 0);
 }
 
 }  // namespace

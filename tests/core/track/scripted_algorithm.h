@@ -22,7 +22,7 @@ struct Script {
   std::map<FeatureId, double> confidences;
   std::vector<FeatureId> waiting;
   cv::Point2d motion{0, 0};
-  bool replenishes = false, avoids_tools = false;
+  bool replenishes = false;
   bool throws = false;
   std::int64_t time = -1;  // of the last frame to track
   bool jumped = false;     // … it
@@ -34,7 +34,6 @@ inline Script *script = nullptr;
 class Scripted final : public Algorithm {
  public:
   bool replenishes() const override { return script->replenishes; }
-  bool avoids_tools() const override { return script->avoids_tools; }
   void track(const FrameContext &context, std::vector<Claim> &claims) override {
     if (script->throws) throw std::runtime_error("planted");
     script->time = context.time;

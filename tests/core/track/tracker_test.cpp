@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
@@ -91,22 +90,6 @@ TEST_F(TrackerLife, AGivenPointNeverEndsADetectedOneIsForgotten) {
   EXPECT_EQ(tracks.features[0].id, first);
   for (int i = 0; i < 100; ++i) next(tracker);
   EXPECT_EQ(tracks.features.size(), 1u) << "an algorithm that does not replenish gets no new features";
-}
-
-TEST_F(TrackerLife, DetectionLeavesToolsAloneIfTheAlgorithmSaysSo) {
-  cv::Mat bgr = MovingScene().render({}), gray;
-  auto tool = bgr(cv::Rect(0, 0, 160, 240));
-  cv::cvtColor(tool, gray, cv::COLOR_BGR2GRAY);
-  cv::cvtColor(gray, tool, cv::COLOR_GRAY2BGR);
-  const auto on_tool = [&] {
-    Tracker tracker({}, executor_);
-    const auto &features = tracker.process(MovingScene::view(bgr), 0, second / 25).features;
-    EXPECT_GT(features.size(), 20u);
-    return std::count_if(features.begin(), features.end(), [](const Feature &f) { return f.x < 160; });
-  };
-  EXPECT_GT(on_tool(), 5);
-  script_.avoids_tools = true;
-  EXPECT_EQ(on_tool(), 0);
 }
 
 TEST_F(TrackerLife, ReplenishingGivesNewIds) {
