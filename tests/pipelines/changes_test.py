@@ -149,10 +149,11 @@ class Changes(harness.Case):
     def test_nothing_to_see(self):
         for pattern in ("black", "white", "snow", "solid-color", "checkers-1"):
             for size in ("320,height=240", "1,height=1", "16,height=16", "33,height=2000"):
-                with self.subTest(pattern=pattern, size=size):
-                    harness.play(f"videotestsrc num-buffers=12 pattern={pattern} ! video/x-raw,width={size} ! "
-                                 f"csdtrack algorithm=csd-2012 learning=sync max-features=5 training-time=200000000 overlay=draw ! {SINK}{self.path}")
-                    harness.check_tracks(self, harness.read_lines(self.path), 12)
+                for algorithm in ("csd", "csd-2012"):
+                    with self.subTest(pattern=pattern, size=size, algorithm=algorithm):
+                        harness.play(f"videotestsrc num-buffers=12 pattern={pattern} ! video/x-raw,width={size} ! csdtrack algorithm={algorithm} "
+                                     f"learning=sync max-features=5 training-time=200000000 overlay=draw ! {SINK}{self.path}")
+                        harness.check_tracks(self, harness.read_lines(self.path), 12)
 
 
 if __name__ == "__main__":
