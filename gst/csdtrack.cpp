@@ -72,15 +72,16 @@
 
 #include "frame_mapping.h"
 #include "guard.h"
-#include "image/simd.h"
 #include "latency.h"
 #include "lock.h"
 #include "message.h"
 #include "meta.h"
+#include "navigation.h"
 #include "overlay_composition.h"
 #include "overlay_painter.h"
 #include "rois.h"
 #include "settings.h"
+#include "stats.h"
 #include "track/thread_pool.h"
 #include "track/tracker.h"
 
@@ -360,9 +361,31 @@ GstCaps *gst_csd_track_transform_caps(GstBaseTransform *trans, GstPadDirection d
   return both;
 }
 
+/// What the user does in the window of a sink that shows this picture.
+void navigate(GstCsdTrack *self, GstEvent *event) {
+  const auto wish = csd::read_wish(event);
+  const auto engine = engine_of(self);
+  if (!wish || !engine || !live_settings(self).navigation) return;
+  GST_DEBUG_OBJECT(self, "%s %f,%f", csd::wish_name(wish->what), wish->x, wish->y);
+  switch (wish->what) {
+    case csd::Wish::What::add:
+      engine->tracker.add_point(wish->x, wish->y);
+      break;
+    case csd::Wish::What::remove:
+      engine->tracker.remove_nearest(wish->x, wish->y);
+      break;
+    case csd::Wish::What::reset:
+      engine->tracker.reset();
+      break;
+  }
+}
+
 gboolean gst_csd_track_src_event(GstBaseTransform *trans, GstEvent *event) {
-  if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE)
-    log_failure(GST_CSD_TRACK(trans), csd::guarded([&] { GST_CSD_TRACK(trans)->state->negotiation.restart(trans); }));
+  auto *self = GST_CSD_TRACK(trans);
+  log_failure(self, csd::guarded([&] {
+                if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE) self->state->negotiation.restart(trans);
+                if (GST_EVENT_TYPE(event) == GST_EVENT_NAVIGATION) navigate(self, event);
+              }));
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->src_event(trans, event);
 }
 
@@ -563,17 +586,7 @@ GstStructure *stats_structure(GstCsdTrack *self) {
     latency = state.latency;
     failed = state.failed_frames;
   }
-  GstStructure *s = gst_structure_new(
-      "application/x-csdtrack-stats", "frames", G_TYPE_UINT64, latency.count(), "failed-frames", G_TYPE_UINT64, failed,
-      "time-p50", G_TYPE_UINT64, latency.quantile(0.5), "time-p95", G_TYPE_UINT64, latency.quantile(0.95), "time-max",
-      G_TYPE_UINT64, latency.max(), "detected", G_TYPE_UINT64, stats.detected, "learning-time", G_TYPE_UINT64,
-      static_cast<guint64>(stats.learning_time), "learned", G_TYPE_UINT64, stats.learned, "retrainings", G_TYPE_UINT64,
-      stats.retrainings, "false-correspondences", G_TYPE_UINT64, stats.false_correspondences, "queue", G_TYPE_UINT64,
-      stats.queue, "waited", G_TYPE_UINT64, stats.waited, "simd", G_TYPE_STRING, csd::simd_target(), nullptr);
-  for (std::size_t i = 0; i < csd::feature_states; ++i)
-    gst_structure_set(s, csd::state_name(static_cast<csd::FeatureState>(i)).data(), G_TYPE_UINT64, stats.features[i],
-                      nullptr);
-  return s;
+  return csd::stats_structure(stats, latency, failed);
 }
 
 void gst_csd_track_set_property(GObject *object, guint id, const GValue *value, GParamSpec *spec) {

@@ -142,6 +142,11 @@ void install_properties(GObjectClass *klass) {
                             "When a frame can't be tracked: error = stop with an error message, pass = warn once, let "
                             "frames through untouched and report features as lost",
                             GST_TYPE_CSD_TRACK_ON_ERROR, d.live.on_error, live));
+  install(prop_navigation,
+          g_param_spec_boolean("navigation", "Navigation",
+                               "In a video sink's window a click adds a point, a click with the third button removes "
+                               "the nearest feature, the key r resets",
+                               d.live.navigation, live));
   install(prop_stats, g_param_spec_boxed(
                           "stats", "Statistics",
                           "Since READY: frames, failed-frames, features now by state, detected (features that ever "
@@ -214,6 +219,9 @@ bool set_property(ElementSettings &s, guint id, const GValue &value) {
     case prop_on_error:
       as_enum(s.live.on_error);
       return true;
+    case prop_navigation:
+      s.live.navigation = g_value_get_boolean(&value);
+      return true;
     default:
       return false;
   }
@@ -280,6 +288,9 @@ bool get_property(const ElementSettings &s, guint id, GValue &value) {
       return true;
     case prop_on_error:
       g_value_set_enum(&value, s.live.on_error);
+      return true;
+    case prop_navigation:
+      g_value_set_boolean(&value, s.live.navigation);
       return true;
     default:
       return false;

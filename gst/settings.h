@@ -34,6 +34,7 @@ enum Property : guint {
   prop_post_messages,
   prop_message_interval,
   prop_on_error,
+  prop_navigation,
   prop_stats,
   last_structural = prop_seed
 };
@@ -46,6 +47,7 @@ struct LiveSettings {
   GstCsdTrackPostMessages post_messages = GST_CSD_TRACK_POST_MESSAGES_CHANGE;
   GstClockTime message_interval = 0;
   GstCsdTrackOnError on_error = GST_CSD_TRACK_ON_ERROR_ERROR;
+  bool navigation = false;
 };
 
 /// What the properties hold. A plain value: the element guards its own with the object lock.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <mutex>
 #include <utility>
 
@@ -35,13 +36,19 @@ struct Request {
   cv::Point2d position;
 };
 
+struct Known {
+  FeatureId id;
+  cv::Point2d position;
+  bool in_picture;
+};
+
 }  // namespace
 
 struct Tracker::Impl {
   Impl(const Settings &s, Executor &e) : settings(s), algorithm(make_algorithm(s, e)) {
     if (settings.points.size() > max_points) settings.points.resize(max_points);
     next_id = static_cast<FeatureId>(settings.points.size());
-    for (FeatureId id = 0; id < next_id; ++id) known.push_back(id);
+    for (FeatureId id = 0; id < next_id; ++id) known.push_back({id, settings.points[id], true});
     if (settings.points_from_start) next_id = static_cast<FeatureId>(max_points);
   }
 
@@ -85,7 +92,8 @@ struct Tracker::Impl {
   mutable std::mutex mutex;
   FeatureId next_id = 0;
   std::vector<Request> requested;
-  std::vector<FeatureId> removed, known;
+  std::vector<FeatureId> removed;
+  std::vector<Known> known;  ///< of the last frame: those that did not end
   bool reset_asked = false;
   Stats stats;
 };
@@ -277,7 +285,7 @@ void Tracker::Impl::report(cv::Size size) {
   tracks.features.clear();
   tracks.changed = false;
   Stats counted;
-  std::vector<FeatureId> alive;
+  std::vector<Known> alive;
   for (auto &life : lives) {
     tracks.features.push_back(life.feature);
     tracks.changed |= !life.reported || life.reported_as != life.feature.state;
@@ -286,7 +294,9 @@ void Tracker::Impl::report(cv::Size size) {
     counted.waited += !life.feature.fresh;
     if (!life.reported) ++counted.detected;
     life.reported = true;
-    if (life.feature.state != FeatureState::ended) alive.push_back(life.feature.id);
+    const auto &feature = life.feature;
+    if (feature.state != FeatureState::ended)
+      alive.push_back({feature.id, {feature.x, feature.y}, feature.state != FeatureState::out});
   }
   const std::lock_guard lock(mutex);
   tracks.frame = stats.frames++;
@@ -367,13 +377,30 @@ FeatureId Tracker::add_point(double x, double y) {
 
 bool Tracker::remove_point(FeatureId id) {
   const std::lock_guard lock(impl_->mutex);
-  const auto is_known = std::find(impl_->known.begin(), impl_->known.end(), id) != impl_->known.end();
+  const auto is_known =
+      std::any_of(impl_->known.begin(), impl_->known.end(), [id](const Known &k) { return k.id == id; });
   const auto is_requested =
       std::any_of(impl_->requested.begin(), impl_->requested.end(), [id](const Request &r) { return r.id == id; });
   if (!is_known && !is_requested) return false;
   if (std::find(impl_->removed.begin(), impl_->removed.end(), id) != impl_->removed.end()) return false;
   impl_->removed.push_back(id);
   return true;
+}
+
+FeatureId Tracker::remove_nearest(double x, double y) {
+  const std::lock_guard lock(impl_->mutex);
+  auto nearest = no_feature;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto &k : impl_->known) {
+    const double distance = std::hypot(k.position.x - x, k.position.y - y);
+    const auto &removed = impl_->removed;
+    if (!k.in_picture || distance >= least || std::find(removed.begin(), removed.end(), k.id) != removed.end())
+      continue;
+    least = distance;
+    nearest = k.id;
+  }
+  if (nearest != no_feature) impl_->removed.push_back(nearest);
+  return nearest;
 }
 
 void Tracker::reset() {

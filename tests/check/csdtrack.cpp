@@ -44,6 +44,7 @@ GST_START_TEST(properties_have_their_documented_defaults) {
                                                        {"post-messages", "change"},
                                                        {"message-interval", "0"},
                                                        {"on-error", "error"},
+                                                       {"navigation", "FALSE"},
                                                        {"seed", "1"},
                                                        {"qos", "FALSE"}};
   for (const auto &[name, text] : expected) {
@@ -209,6 +210,48 @@ GST_START_TEST(points_are_added_and_removed_while_it_runs) {
 }
 GST_END_TEST
 
+GST_START_TEST(clicks_add_and_remove_points_where_that_is_wanted) {
+  GstHarness *h = harness("csdtrack max-features=0 algorithm=lk name=t");
+  GstElement *track = element(h);
+  int index = 0;
+  const auto next = [&] { return push(h, picture(320, 240, index++)); };
+  const auto click = [h](int button, double x, double y) {
+    GstEvent *event = gst_navigation_event_new_mouse_button_press(button, x, y, GST_NAVIGATION_MODIFIER_NONE);
+    gst_harness_push_upstream_event(h, event);
+  };
+  next();
+  click(1, 100, 120);
+  fail_unless(next().empty());  // navigation=false
+  g_object_set(track, "navigation", TRUE, nullptr);
+  click(1, 100, 120);
+  click(1, 200, 60);
+  click(2, 50, 50);
+  const auto two = next();
+  fail_unless_equals_int(two.size(), 2);
+  click(3, 190, 90);
+  const auto one = next();
+  fail_if(one.at(0) == "ended");
+  fail_unless_equals_string(one.at(1).c_str(), "ended");
+  gst_harness_push_upstream_event(h, gst_navigation_event_new_key_press("x", GST_NAVIGATION_MODIFIER_NONE));
+  fail_unless_equals_int(next().size(), 1);
+  gst_harness_push_upstream_event(h, gst_navigation_event_new_key_press("r", GST_NAVIGATION_MODIFIER_NONE));
+  fail_unless_equals_string(next().at(0).c_str(), "ended");
+  click(3, 190, 90);  // there is none
+  fail_unless(next().empty());
+  click(1, NAN, 60);
+  fail_unless(next().empty());
+  // Whoever is upstream hears of them, too.
+  int heard = 0;
+  while (GstEvent *event = gst_harness_try_pull_upstream_event(h)) {
+    heard += GST_EVENT_TYPE(event) == GST_EVENT_NAVIGATION;
+    gst_event_unref(event);
+  }
+  fail_unless_equals_int(heard, 9);
+  gst_object_unref(track);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
 GST_START_TEST(no_frame_is_dropped_for_being_late) {
   GstHarness *h = harness("csdtrack algorithm=lk");
   gst_harness_push_upstream_event(h, gst_event_new_qos(GST_QOS_TYPE_UNDERFLOW, 2., GST_SECOND, GST_SECOND));
@@ -276,6 +319,7 @@ static Suite *csdtrack_suite() {
   tcase_add_test(tc, given_points_have_ids_in_order_and_outside_is_out);
   tcase_add_test(tc, flush_size_and_stream_forget_and_format_does_not);
   tcase_add_test(tc, points_are_added_and_removed_while_it_runs);
+  tcase_add_test(tc, clicks_add_and_remove_points_where_that_is_wanted);
   tcase_add_test(tc, no_frame_is_dropped_for_being_late);
   tcase_add_test(tc, features_wait_past_the_budget_and_say_so);
   tcase_add_test(tc, a_segment_in_bytes_is_no_mistake);

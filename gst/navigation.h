@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <gst/gst.h>
+
+#include <cstdint>
+#include <optional>
+
+namespace csd {
+
+/// What a user wants who clicks into a video sink's window, or presses a key there.
+struct Wish {
+  enum class What : std::uint8_t { add, remove, reset } what;
+  double x = 0, y = 0;  ///< pixels of the picture that the event is about; none for reset
+};
+
+const char *wish_name(Wish::What what);
+
+/// A press of the first button adds a point, of the third removes the nearest; the key `r` resets. All else is none.
+std::optional<Wish> read_wish(GstEvent *event);
+
+}  // namespace csd
