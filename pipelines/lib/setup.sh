@@ -41,3 +41,38 @@ configure() {
     meson setup "$dir" "$root" "$@"
   fi
 }
+
+# build_for COMMAND TARGET...: builds these in $build, quietly unless it fails, and lets GStreamer find the plugin there.
+# $options: for configure, if any.
+build_for() {
+  local command=$1 target log
+  shift
+  for target in "$@"; do
+    [ -f "$build/$target" ] || { echo "building csdtrack, once; this takes some minutes" >&2; break; }
+  done
+  log=$(mktemp)
+  if ! { configure "$build" "${options[@]}" && ninja -C "$build" "$@"; } >"$log" 2>&1 </dev/null; then
+    grep -m5 -A3 -E 'error:|ERROR:' "$log" >&2
+    rm -f "$log"
+    echo "$command: csdtrack could not be built; 'ninja -C $build $*' shows all" >&2
+    return 1
+  fi
+  rm -f "$log"
+  export GST_PLUGIN_PATH_1_0=$build/gst${GST_PLUGIN_PATH_1_0:+:$GST_PLUGIN_PATH_1_0} GST_REGISTRY=$build/gst-registry.bin
+  export GST_PRESET_PATH=$root/gst/presets${GST_PRESET_PATH:+:$GST_PRESET_PATH}
+}
+
+# run_program NAME ARGUMENTS...: what pipelines/NAME does: lib/NAME.py, after installing and building what it needs. That
+# program reads the arguments; --help and what it refuses need no build.
+run_program() {
+  local name=$1 argument install=yes
+  shift
+  /usr/bin/python3 -B "$root/pipelines/lib/$name.py" --check "$@" || exit $?
+  for argument in "$@"; do
+    case $argument in -h | --help) exit 0 ;; --no-install) install=no ;; esac
+  done
+  [ $install = no ] || ensure_packages run || exit 1
+  build=${CSDTRACK_BUILD:-$root/build} options=()
+  build_for "$name" gst/libgstcsdtrack.so || exit 1
+  exec /usr/bin/python3 -B "$root/pipelines/lib/$name.py" "$@"
+}

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What the commands of this folder share before GStreamer is there: arguments, failures, exit codes."""
+
+import argparse
+import signal
+import sys
+
+
+class Failure(Exception):
+    """Nothing could be done; the text is one line that says what to change."""
+
+
+def positive(text):
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0
+    if not 0 < value < 1e9:
+        raise argparse.ArgumentTypeError(f"'{text}' is no number of seconds above 0")
+    return value
+
+
+def setting(text):
+    name, equals, value = text.partition("=")
+    if not name or not equals:
+        raise argparse.ArgumentTypeError(f"'{text}' is not PROPERTY=VALUE")
+    return name, value
+
+
+def add_common(parser):
+    parser.add_argument("--set", action="append", default=[], type=setting, metavar="PROPERTY=VALUE", help="any property of csdtrack, more than once if you like")
+    parser.add_argument("--no-install", action="store_true", help="install nothing; fail if something is missing")
+
+
+def options(parse):
+    """The arguments as `parse` reads them. With --check first, that is all: the program ends."""
+    arguments = sys.argv[1:]
+    checked = arguments[:1] == ["--check"]
+    found = parse(arguments[checked:])
+    if checked:
+        sys.exit(0)
+    return found
+
+
+def quoted(text):
+    """A value in the text of a pipeline."""
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def run(name, main):
+    try:
+        main()
+    except Failure as failure:
+        print(f"{name}: {failure}", file=sys.stderr)
+        sys.exit(1)
+    except KeyboardInterrupt:
+        sys.exit(128 + signal.SIGINT)

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Runs a pipeline of these commands until it ends, is told to, or fails."""
+
+import signal
+
+import gi
+
+import command
+
+gi.require_version("Gst", "1.0")
+from gi.repository import GLib, Gst  # noqa: E402
+
+Gst.init(None)
+
+SILENCE = 10  # seconds without a first picture
+END = 10  # seconds for what is in the pipeline to be written, once it was told to end
+
+
+def one_line(text):
+    return " ".join(text.split())
+
+
+def configure(track, preset, properties, wished):
+    """A preset, then these properties, then what the user wishes: [(name, value)]. Raises command.Failure."""
+    if preset and not track.load_preset(preset):
+        raise command.Failure(f"there is no preset '{preset}': {', '.join(track.get_preset_names())}")
+    for name, value in [*properties.items(), *wished]:
+        spec = track.find_property(name)
+        if not spec:
+            raise command.Failure(f"csdtrack has no property '{name}': gst-inspect-1.0 csdtrack lists them")
+        Gst.util_set_object_arg(track, name, value)
+
+
+def frames(track):
+    return track.get_property("stats").get_value("frames")
+
+
+def say_cost(track):
+    stats = track.get_property("stats")
+    print(f"{stats.get_value('frames')} frames; tracking cost {stats.get_value('time-p50') / 1e6:.1f} ms a frame (p50), "
+          f"{stats.get_value('time-p95') / 1e6:.1f} ms (p95)")
+
+
+class Run:
+    def __init__(self, name, text):
+        self._name = name
+        try:
+            self.pipeline = Gst.parse_launch(text)
+        except GLib.Error as error:
+            raise command.Failure(one_line(error.message)) from error
+        self._loop = GLib.MainLoop()
+        self._failure = None
+        self._harmless = ()
+        self.on_message = lambda message: False  # whether it has been dealt with
+
+    def element(self, name):
+        return self.pipeline.get_by_name(name)
+
+    def play(self, source, seconds=None, harmless=()):
+        """Until it ends. `source`: what the user calls it. `harmless`: parts of texts of errors that are an end like any other. Raises
+        command.Failure, also if no picture comes from the source."""
+        self._harmless = harmless
+        track = self.element("csdtrack")
+        GLib.timeout_add_seconds(SILENCE, lambda: frames(track) or self.fail(f"no picture came in {SILENCE} s: is it connected, and on?") or True)
+        bus = self.pipeline.get_bus()
+        bus.add_signal_watch()
+        bus.connect("message", lambda _, message: self._heed(message))
+        for number in (signal.SIGINT, signal.SIGTERM):
+            GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, self.end)
+        if seconds:
+            GLib.timeout_add(int(seconds * 1000), self.end)
+        self.pipeline.set_state(Gst.State.PLAYING)
+        try:
+            self._loop.run()
+        finally:
+            self.pipeline.set_state(Gst.State.NULL)
+            bus.remove_signal_watch()
+        if self._failure:
+            raise command.Failure(f"{source}: {self._failure}")
+        if not frames(track):
+            raise command.Failure(f"{source}: no picture came: is it connected, and on?")
+
+    def end(self):
+        """What is in the pipeline is still written. Again: at once."""
+        if not self.pipeline.send_event(Gst.Event.new_eos()):
+            self._loop.quit()
+        GLib.timeout_add_seconds(END, self._loop.quit)
+        return GLib.SOURCE_REMOVE
+
+    def fail(self, text):
+        self._failure = self._failure or text
+        self._loop.quit()
+
+    def _heed(self, message):
+        if self.on_message(message):
+            return
+        if message.type == Gst.MessageType.EOS:
+            self._loop.quit()
+        elif message.type == Gst.MessageType.ERROR:
+            error, _ = message.parse_error()
+            text = one_line(error.message)
+            if any(part in text for part in self._harmless):
+                self._loop.quit()
+            else:
+                self.fail(f"{text} ({message.src.get_name()})")
+        elif message.type == Gst.MessageType.WARNING:
+            warning, _ = message.parse_warning()
+            print(f"{self._name}: warning: {one_line(warning.message)}", flush=True)

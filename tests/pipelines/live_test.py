@@ -1,0 +1,119 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""pipelines/live: every source that needs no hardware, a real window with real clicks, and what isn't there."""
+
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+import harness
+
+SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
+LIVE = SOURCE / "pipelines" / "live"
+
+
+def run(*arguments, **options):
+    return subprocess.run([LIVE, "--no-install", *map(str, arguments)], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=120,
+                          env={**os.environ, "CSDTRACK_BUILD": str(BUILD)}, **options)
+
+
+def states(line):
+    return {feature["id"]: feature["state"] for feature in line["features"]}
+
+
+class Live(harness.Case):
+    def setUp(self):
+        self.path = self.tmp / "tracks.jsonl"
+
+    def test_sources(self):
+        for source in ("simulate", "simulate:occlusion", "test:UYVY", "test:v210"):
+            with self.subTest(source):
+                done = run("--sink", "fakesink", "--seconds", 2, "--tracks", self.path, source)
+                self.assertEqual((done.returncode, done.stderr), (0, ""))
+                self.assertIn("ms a frame", done.stdout)
+                lines = harness.read_lines(self.path)
+                self.assertGreater(len(lines), 10)
+                self.assertEqual((lines[0]["width"], lines[0]["height"]), (640, 480) if source.startswith("sim") else (1920, 1080))
+
+    def test_what_is_not_there_or_wrong_is_one_line(self):
+        for arguments, code, words in ((("/dev/video99",), 1, "no device /dev/video99"), (("/dev/null",), 1, "/dev/null"),
+                                       (("/dev/video99/x",), 1, "no device"), (("test:v211",), 1, "test:v210"), (("nothing.mp4",), 1, "no file"),
+                                       (("decklink:x",), 1, "number"), (("--preset", "fast"), 1, "live-low-latency"),
+                                       (("--set", "foo=1"), 1, "'foo'"), (("simulate:fog",), 1, "scenario"),
+                                       (("--sink", "nosuchsink"), 1, "nosuchsink"), (("--seconds", "0"), 2, "--seconds"),
+                                       (("--set", "foo"), 2, "PROPERTY=VALUE")):
+            with self.subTest(arguments=arguments):
+                done = run(*(() if "--sink" in arguments else ("--sink", "fakesink")), *arguments)
+                self.assertEqual(done.returncode, code, done.stderr)
+                self.assertIn(words, done.stderr)
+                self.assertNotIn("Traceback", done.stderr)
+                if code == 1:
+                    self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+
+    def test_a_file_ends_it(self):
+        video = self.tmp / "video.mkv"
+        harness.play(f"csdsimsrc num-buffers=30 ! video/x-raw,width=320,height=240 ! x264enc ! matroskamux ! filesink location={video}")
+        done = run("--sink", "fakesink", "--tracks", self.path, video)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    @unittest.skipUnless(shutil.which("Xvfb") and shutil.which("xdotool"), "needs Xvfb and xdotool")
+    def test_clicks_in_a_real_window(self):
+        number, writer = os.pipe()
+        server = subprocess.Popen(["Xvfb", "-displayfd", str(writer), "-screen", "0", "800x600x24"], pass_fds=[writer], stderr=subprocess.DEVNULL)
+        self.addCleanup(server.wait)
+        self.addCleanup(server.kill)
+        os.close(writer)
+        with os.fdopen(number) as lines:
+            display = f":{lines.readline().strip()}"
+        environment = {**os.environ, "DISPLAY": display, "CSDTRACK_BUILD": str(BUILD)}
+
+        def xdotool(*arguments):
+            return subprocess.run(["xdotool", *map(str, arguments)], env=environment, capture_output=True, text=True, check=True, timeout=30).stdout
+
+        live = subprocess.Popen([LIVE, "--no-install", "--sink", "ximagesink", "--set", "max-features=0", "--tracks", self.path,
+                                 "simulate:deformation"], env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True)
+        self.addCleanup(live.wait)
+        self.addCleanup(live.kill)
+        self.addCleanup(live.stderr.close)
+        self.until(lambda last: last["frame"] > 5)
+        window = next(w for w in xdotool("search", "--onlyvisible", "--class", "").split()  # not the root
+                      if "WIDTH=640\nHEIGHT=480\n" in xdotool("getwindowgeometry", "--shell", w))
+
+        def click(x, y, button):
+            xdotool("mousemove", "--window", window, x, y, "click", button)
+
+        click(320, 240, 1)
+        first = self.until(lambda last: len(last["features"]) == 1)
+        self.assertLess(abs(first["features"][0]["x"] - 320) + abs(first["features"][0]["y"] - 240), 25)  # it moves on meanwhile
+        click(200, 120, 1)
+        self.until(lambda last: len(last["features"]) == 2)
+        time.sleep(1)
+        screenshot = self.tmp / "window.png"
+        harness.play(f"ximagesrc display-name={display} num-buffers=1 use-damage=false ! videoconvert ! pngenc ! filesink location={screenshot}")
+        if os.environ.get("CSDTRACK_SCREENSHOTS"):
+            shutil.copy(screenshot, pathlib.Path(os.environ["CSDTRACK_SCREENSHOTS"]) / "live.png")
+        self.assertGreater(screenshot.stat().st_size, 10000)
+        click(205, 125, 3)
+        self.until(lambda last: list(states(last)) == [0])
+        xdotool("mousemove", "--window", window, 100, 100, "key", "--window", window, "r")
+        self.until(lambda last: not last["features"])
+        os.killpg(live.pid, signal.SIGINT)
+        self.assertEqual(live.wait(30), 0, live.stderr.read())
+
+    def until(self, met):
+        """The last line of the tracks, once it is so."""
+        for _ in range(300):
+            time.sleep(0.1)
+            if self.path.exists() and (lines := harness.read_lines(self.path, torn=True)) and met(lines[-1]):
+                return lines[-1]
+        self.fail(f"never: the last line is {lines[-1]}")
+
+
+if __name__ == "__main__":
+    del sys.argv[1:3]
+    harness.main()
