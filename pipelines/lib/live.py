@@ -9,24 +9,13 @@ drop any: that is pipelines/record.
 """
 
 import argparse
-import os
 import pathlib
 import re
-import stat
-import sys
 
 import command
+import sources
 
-EPILOG = """
-SOURCE is one of
-
-  /dev/videoN                    a camera or capture card of Video4Linux
-  decklink, decklink:N           a DeckLink card (the first, or number N from 0)
-  rtsp://…, srt://…, http://…    a stream, anything that GStreamer's uridecodebin plays
-  FILE                           a video file, as fast as it was recorded
-  simulate, simulate:SCENARIO    simulated tissue (mixed; docs/simulator.md)
-  test:UYVY, test:v210           a test picture as a capture card gives it, 1920×1080
-
+EPILOG = sources.LISTED + """
 In the window a click adds a point, a click with the right button removes the nearest, the key r begins anew. Close the window or press
 Ctrl-C to end. What csdtrack is told: the preset live-low-latency (docs/elements.md), overlay=draw, navigation=true.
 
@@ -51,38 +40,10 @@ def parse(arguments):
     return options
 
 
-def source(text):
-    """The begin of the pipeline, up to raw video. Raises command.Failure."""
-    kind, _, rest = text.partition(":")
-    if text.startswith("/dev/"):
-        if not os.path.exists(text):
-            there = sorted(str(p) for p in pathlib.Path("/dev").glob("video*"))
-            raise command.Failure(f"there is no device {text}: " + (f"there are {', '.join(there)}" if there else "no camera is connected"))
-        if not stat.S_ISCHR(os.stat(text).st_mode):
-            raise command.Failure(f"{text} is no camera")
-        return f"v4l2src device={command.quoted(text)} ! decodebin"
-    if kind == "decklink":
-        if rest and not rest.isdecimal():
-            raise command.Failure(f"decklink:{rest}: give the card's number, from 0")
-        return f"decklinkvideosrc device-number={rest or 0}"
-    if kind == "simulate":
-        return f"csdsimsrc is-live=true scenario={rest or 'mixed'} ! video/x-raw,width=640,height=480,framerate=25/1"
-    if kind == "test":
-        if rest not in ("UYVY", "v210"):
-            raise command.Failure(f"there is no test:{rest}: test:UYVY or test:v210")
-        return f"videotestsrc is-live=true pattern=smpte horizontal-speed=2 ! video/x-raw,format={rest},width=1920,height=1080,framerate=25/1"
-    if "://" in text:
-        return f"uridecodebin uri={command.quoted(text)} caps=video/x-raw"
-    file = pathlib.Path(text)
-    if not file.is_file():
-        raise command.Failure(f"there is no file '{text}', and it is no source: see --help")
-    return f"filesrc location={command.quoted(str(file))} ! decodebin"
-
-
 def main():
     options = command.options(parse)
     import runner
-    begin = source(options.source)
+    begin = sources.begin(options.source)
     # leaky: what is old is of no use. Three frames, not one: a decoder may give two at once.
     text = f"{begin} ! queue max-size-buffers=3 max-size-bytes=0 max-size-time=0 leaky=downstream ! csdtrack name=csdtrack ! tee name=t " \
            f"t. ! queue max-size-buffers=2 max-size-bytes=0 max-size-time=0 ! videoconvert ! {options.sink} name=sink"

@@ -56,9 +56,9 @@ class Run:
     def element(self, name):
         return self.pipeline.get_by_name(name)
 
-    def play(self, source, seconds=None, harmless=()):
+    def play(self, source, seconds=None, harmless=(), on_live=lambda: None):
         """Until it ends. `source`: what the user calls it. `harmless`: parts of texts of errors that are an end like any other. Raises
-        command.Failure, also if no picture comes from the source."""
+        command.Failure, also if no picture comes from the source. `on_live`: called if the source is live."""
         self._harmless = harmless
         track = self.element("csdtrack")
         GLib.timeout_add_seconds(SILENCE, lambda: frames(track) or self.fail(f"no picture came in {SILENCE} s: is it connected, and on?") or True)
@@ -69,6 +69,9 @@ class Run:
             GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, self.end)
         if seconds:
             GLib.timeout_add(int(seconds * 1000), self.end)
+        # A live source has no picture before it plays: that is how it is told from a file.
+        if self.pipeline.set_state(Gst.State.PAUSED) == Gst.StateChangeReturn.NO_PREROLL:
+            on_live()
         self.pipeline.set_state(Gst.State.PLAYING)
         try:
             self._loop.run()

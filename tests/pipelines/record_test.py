@@ -1,0 +1,131 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""pipelines/record: files and their tracks belong together, and nothing that happens to the tracks harms the recording."""
+
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import harness
+
+SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
+RECORD = SOURCE / "pipelines" / "record"
+ENVIRONMENT = {**os.environ, "CSDTRACK_BUILD": str(BUILD)}
+
+
+def run(*arguments):
+    return subprocess.run([RECORD, "--no-install", *map(str, arguments)], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=180,
+                          env=ENVIRONMENT)
+
+
+def frame_times(video):
+    """Milliseconds, as Matroska keeps them."""
+    done = subprocess.run(["ffprobe", "-v", "error", "-select_streams", "v", "-show_entries", "packet=pts_time", "-of", "csv=p=0", video],
+                          capture_output=True, text=True, check=True)
+    return sorted(round(1000 * float(line.strip(","))) for line in done.stdout.split())
+
+
+def stream_of(folder):
+    """The encoded video of all files, as it went into them."""
+    found = b""
+    for video in sorted(folder.glob("*.mkv")):
+        found += subprocess.run(["ffmpeg", "-v", "error", "-i", video, "-c", "copy", "-f", "h264", "-"], capture_output=True, check=True).stdout
+    return found
+
+
+class Record(harness.Case):
+    def setUp(self):
+        self.out = self.tmp / self.id().split(".")[-1]
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.video = cls.tmp / "operation.mkv"
+        harness.play("csdsimsrc num-buffers=130 ! video/x-raw,width=320,height=240,framerate=25/1 ! x264enc speed-preset=ultrafast ! "
+                     f"matroskamux ! filesink location={cls.video}")
+
+    def check_together(self, files, names=None):
+        frames = 0
+        videos = sorted(self.out.glob("*.mkv"))
+        self.assertEqual(len(videos), files)
+        for video in videos:
+            lines = harness.read_lines(video.with_suffix(".jsonl"))
+            self.assertEqual([round(line["stream_time"] / 1e6) for line in lines], frame_times(video), video.name)
+            self.assertEqual(lines[0]["frame"], frames)
+            frames += len(lines)
+        return frames
+
+    def test_each_frame_has_its_line_beside_it(self):
+        done = run("--segment", 2, self.video, self.out)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(self.check_together(3), 130)
+        # Again: numbers go on, nothing is overwritten.
+        before = {path: path.read_bytes() for path in self.out.iterdir()}
+        self.assertEqual(run("--segment", 60, self.video, self.out).returncode, 0)
+        self.assertEqual({path.name for path in self.out.iterdir()} - {path.name for path in before}, {"00003.mkv", "00003.jsonl"})
+        for path, content in before.items():
+            self.assertEqual(path.read_bytes(), content)
+
+    def test_live(self):
+        done = run("--segment", 1, "--seconds", 4, "--display", "fakesink", "simulate:occlusion", self.out)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertGreater(self.check_together(len(list(self.out.glob("*.mkv")))), 5)
+
+    def test_the_tracks_cannot_harm_the_recording(self):
+        self.assertEqual(run("--segment", 2, self.video, self.out).returncode, 0)
+        whole = stream_of(self.out)
+        # What was recorded without csdtrack in the pipeline.
+        plain = self.tmp / "plain"
+        plain.mkdir()
+        # Behind a tee, as there: straight into the encoder avdec_h264's frames give other bits in one run of three.
+        harness.play(f"filesrc location={self.video} ! decodebin ! tee name=in in. ! queue ! fakesink in. ! queue ! videoconvert ! "
+                     f"x264enc speed-preset=veryfast bitrate=8000 key-int-max=50 ! h264parse ! "
+                     f"splitmuxsink muxer=matroskamux max-size-time=2000000000 location={plain}/%05d.mkv")
+        self.assertEqual(stream_of(plain), whole)
+        # A full disk under the tracks; then one that can't be written at all, from the second file on.
+        for harm in (lambda folder: (folder / "00000.jsonl").symlink_to("/dev/full"), lambda folder: (folder / "00001.jsonl").mkdir(parents=True)):
+            tracks = self.tmp / f"tracks-{len(list(self.tmp.iterdir()))}"
+            tracks.mkdir()
+            harm(tracks)
+            out = tracks / "recording"
+            done = run("--segment", 2, "--tracks", tracks, self.video, out)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+            self.assertRegex(done.stderr, "^record: warning: the tracks end here, the recording goes on: .*(No space|directory)")
+            self.assertEqual(stream_of(out), whole)
+
+    def test_what_is_killed_leaves_the_lines_of_what_was_recorded(self):
+        recorder = subprocess.Popen([RECORD, "--no-install", "--segment", "60", "simulate", self.out], env=ENVIRONMENT, start_new_session=True,
+                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        tracks = self.out / "00000.jsonl"
+        for _ in range(600):
+            if tracks.exists() and tracks.stat().st_size:
+                break
+            time.sleep(0.1)
+        os.killpg(recorder.pid, signal.SIGKILL)
+        recorder.wait()
+        lines = harness.read_lines(tracks, torn=True)
+        self.assertGreater(len(lines), 10)
+        self.assertEqual([line["frame"] for line in lines], list(range(len(lines))))
+
+    def test_what_is_wrong_is_said_in_a_line(self):
+        file = self.tmp / "file"
+        file.write_text("")
+        for arguments, code, words in (((self.video, file), 1, "another folder|where you may write"), (("nothing", self.out), 1, "no file"),
+                                       ((self.video,), 2, "OUT"), ((self.video, self.out, "--segment", "-1"), 2, "--segment"),
+                                       ((self.video, self.out, "--bitrate", "0"), 2, "--bitrate"),
+                                       ((self.video, self.out, "--display", "x!y"), 2, "--display"), ((file, self.out), 1, "file")):
+            with self.subTest(arguments=arguments):
+                done = run(*arguments)
+                self.assertEqual(done.returncode, code, done.stderr)
+                self.assertTrue(re.search(words, done.stderr), done.stderr)
+                self.assertNotIn("Traceback", done.stderr)
+
+
+if __name__ == "__main__":
+    del sys.argv[1:3]
+    harness.main()
