@@ -367,17 +367,7 @@ void navigate(GstCsdTrack *self, GstEvent *event) {
   const auto engine = engine_of(self);
   if (!wish || !engine || !live_settings(self).navigation) return;
   GST_DEBUG_OBJECT(self, "%s %f,%f", csd::wish_name(wish->what), wish->x, wish->y);
-  switch (wish->what) {
-    case csd::Wish::What::add:
-      engine->tracker.add_point(wish->x, wish->y);
-      break;
-    case csd::Wish::What::remove:
-      engine->tracker.remove_nearest(wish->x, wish->y);
-      break;
-    case csd::Wish::What::reset:
-      engine->tracker.reset();
-      break;
-  }
+  csd::grant(*wish, engine->tracker);
 }
 
 gboolean gst_csd_track_src_event(GstBaseTransform *trans, GstEvent *event) {

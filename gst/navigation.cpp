@@ -40,4 +40,18 @@ std::optional<Wish> read_wish(GstEvent *event) {
   }
 }
 
+void grant(const Wish &wish, Tracker &tracker) {
+  switch (wish.what) {
+    case Wish::What::add:
+      tracker.add_point(wish.x, wish.y);
+      break;
+    case Wish::What::remove:
+      tracker.remove_nearest(wish.x, wish.y);
+      break;
+    case Wish::What::reset:
+      tracker.reset();
+      break;
+  }
+}
+
 }  // namespace csd

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "track/tracker.h"
+
 namespace csd {
 
 /// What a user wants who clicks into a video sink's window, or presses a key there.
@@ -18,5 +20,8 @@ const char *wish_name(Wish::What what);
 
 /// A press of the first button adds a point, of the third removes the nearest; the key `r` resets. All else is none.
 std::optional<Wish> read_wish(GstEvent *event);
+
+/// From the next frame on.
+void grant(const Wish &wish, Tracker &tracker);
 
 }  // namespace csd

@@ -40,7 +40,8 @@ class Tracker {
   FeatureId add_point(double x, double y);
   /// Ends a feature with the next frame. False if there is none of that id.
   bool remove_point(FeatureId id);
-  /// Ends, with the next frame, that feature in the picture whose last position is nearest; no_feature if there is none.
+  /// Ends, with the next frame, that feature in the picture whose last position is nearest; no_feature if there is
+  /// none.
   FeatureId remove_nearest(double x, double y);
   /// Forgets the stream: with the next frame all features end and new ones begin, under new ids.
   void reset();

@@ -1,0 +1,41 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""The commands of docs/pipelines.md that need no hardware, as they stand there."""
+
+import os
+import pathlib
+import shlex
+import subprocess
+import sys
+
+import harness
+
+SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
+PAGE = SOURCE / "docs" / "pipelines.md"
+
+
+class Page(harness.Case):
+    def test_what_can_be_copied_runs(self):
+        commands = [line.strip() for line in PAGE.read_text().splitlines() if line.startswith("    pipelines/")]
+        self.assertGreaterEqual(len(commands), 2)
+        for text in commands:
+            with self.subTest(text):
+                program, *arguments = shlex.split(text)
+                more = ["--no-install", "--seconds", "4"] + (["--sink", "fakesink"] if program.endswith("/live") else [])
+                done = subprocess.run([SOURCE / program, *more, *arguments], cwd=self.tmp, capture_output=True, text=True, timeout=120,
+                                      stdin=subprocess.DEVNULL, env={**os.environ, "CSDTRACK_BUILD": str(BUILD)})
+                self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_each_command_of_the_first_table_is_there_and_has_help(self):
+        rows = [line.split("|")[2] for line in PAGE.read_text().splitlines() if line.startswith("| ") and "`pipelines/" in line]
+        programs = {row.split("`")[1].split()[0] for row in rows}
+        self.assertGreaterEqual(len(programs), 4)
+        for program in programs:
+            done = subprocess.run([SOURCE / program, "--help"], capture_output=True, text=True, timeout=60)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertIn(f"usage: {program}", done.stdout)
+
+
+if __name__ == "__main__":
+    del sys.argv[1:3]
+    harness.main()
