@@ -77,8 +77,7 @@
 #include "message.h"
 #include "meta.h"
 #include "navigation.h"
-#include "overlay_composition.h"
-#include "overlay_painter.h"
+#include "overlay.h"
 #include "rois.h"
 #include "settings.h"
 #include "stats.h"
@@ -125,12 +124,9 @@ struct GstCsdTrackState {
   csd::Latency latency;
   guint64 failed_frames = 0;
 
-  csd::OverlayNegotiation negotiation;  ///< guards itself
+  csd::Overlay overlay;  ///< says itself which thread may do what
 
-  // The streaming thread's alone.
-  csd::OverlayPainter painter;
-  csd::OverlayComposition composition;
-  // The same, set anew by start().
+  // The streaming thread's alone, set anew by start().
   Stream stream;
   csd::AlgorithmKind algorithm = csd::AlgorithmKind::csd;
   unsigned patch_size = 0;
@@ -176,32 +172,8 @@ void log_failure(GstCsdTrack *self, const std::optional<csd::Failure> &failure) 
 
 // ---- What is done with a frame -------------------------------------------------------------------------------------
 
-class MappedFrame {
- public:
-  /// Throws std::runtime_error if the buffer can't be mapped, or is not what the caps say.
-  MappedFrame(const GstVideoInfo &info, GstBuffer *buffer, GstMapFlags access) {
-    // NO_REF: a reference of ours would make the buffer unwritable.
-    const auto flags = static_cast<GstMapFlags>(access | static_cast<int>(GST_VIDEO_FRAME_MAP_FLAG_NO_REF));
-    if (!gst_video_frame_map(&frame_, &info, buffer, flags))
-      throw std::runtime_error("a frame's pixels can't be mapped: it is damaged, or smaller than its caps say");
-  }
-  ~MappedFrame() { gst_video_frame_unmap(&frame_); }
-  MappedFrame(const MappedFrame &) = delete;
-  MappedFrame &operator=(const MappedFrame &) = delete;
-  GstVideoFrame *operator->() { return &frame_; }
-  GstVideoFrame &operator*() { return frame_; }
-
- private:
-  GstVideoFrame frame_;
-};
-
 std::int64_t core_time(GstClockTime time) {
   return time <= static_cast<GstClockTime>(G_MAXINT64) ? static_cast<std::int64_t>(time) : csd::no_time;
-}
-
-/// Frames without pixels are legal where they are marked as a gap: there is nothing to see, and nothing wrong.
-bool is_empty_gap(GstBuffer *buffer) {
-  return GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_GAP) && gst_buffer_get_size(buffer) == 0;
 }
 
 csd::Tracks track_blind(GstCsdTrack *self, GstBuffer *buffer) {
@@ -226,8 +198,8 @@ void offer_truth(GstCsdTrack *self, GstBuffer *buffer, const csd::FrameView &vie
 /// Maps for reading only: a map for writing copies the pixels of every frame that somebody else holds, too.
 csd::Tracks track(GstCsdTrack *self, GstBuffer *buffer) {
   auto &state = *self->state;
-  if (is_empty_gap(buffer)) return track_blind(self, buffer);
-  MappedFrame frame(GST_VIDEO_FILTER(self)->in_info, buffer, GST_MAP_READ);
+  if (csd::is_empty_gap(buffer)) return track_blind(self, buffer);
+  csd::MappedFrame frame(GST_VIDEO_FILTER(self)->in_info, buffer, GST_MAP_READ);
   const csd::FrameView view =
       csd::frame_view(*frame, GST_VIDEO_FILTER(self)->in_info, gst_buffer_get_video_crop_meta(buffer));
   if (view.width < 1 || view.height < 1) throw std::runtime_error("a frame's crop rectangle lies outside the frame");
@@ -249,26 +221,6 @@ void publish(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, co
                      state.patch_size);
   state.stream.messages.frame(GST_ELEMENT(self), algorithm, live, tracks,
                               csd::frame_times(GST_BASE_TRANSFORM(self)->segment, buffer));
-}
-
-/// Only drawing maps for writing: pixels that somebody else holds too are copied then, and only then.
-void show(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, const csd::LiveSettings &live) {
-  if (live.overlay == GST_CSD_TRACK_OVERLAY_NONE || is_empty_gap(buffer)) return;
-  auto &state = *self->state;
-  const GstVideoCropMeta *crop = gst_buffer_get_video_crop_meta(buffer);
-  if (live.overlay == GST_CSD_TRACK_OVERLAY_DRAW) {
-    const GstVideoInfo &info = GST_VIDEO_FILTER(self)->in_info;
-    MappedFrame frame(info, buffer, GST_MAP_READWRITE);
-    state.painter.draw(*frame, info, crop, tracks);
-  } else if (state.negotiation.may_attach()) {
-    state.composition.attach(buffer, tracks, crop ? static_cast<int>(crop->x) : 0, crop ? static_cast<int>(crop->y) : 0,
-                             tracks.height);
-  } else if (state.negotiation.take_refusal()) {
-    GST_ELEMENT_WARNING(self, STREAM, FAILED,
-                        ("Nothing downstream can show an overlay that is not drawn. Use overlay=draw, or a sink that "
-                         "renders GstVideoOverlayComposition."),
-                        ("the pixels stay as they are"));
-  }
 }
 
 void warn_once(GstCsdTrack *self, const csd::Failure &failure) {
@@ -306,7 +258,7 @@ GstFlowReturn handle(GstCsdTrack *self, GstBuffer *buffer, const csd::LiveSettin
       tracks.frame = state.stream.frame;
       warn_small_once(self, tracks);
       publish(self, buffer, tracks, live);
-      if (!failed) show(self, buffer, tracks, live);
+      if (!failed) state.overlay.show(GST_VIDEO_FILTER(self), buffer, tracks, live.overlay);
     });
   if (failed || failure) {
     const csd::ObjectLock lock(self);
@@ -324,12 +276,6 @@ GstFlowReturn handle(GstCsdTrack *self, GstBuffer *buffer, const csd::LiveSettin
 
 // ---- GstBaseTransform, GstVideoFilter ------------------------------------------------------------------------------
 
-void gst_csd_track_before_transform(GstBaseTransform *trans, GstBuffer *buffer) {
-  if (trans->segment.format != GST_FORMAT_TIME) return;
-  const GstClockTime time = gst_segment_to_stream_time(&trans->segment, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer));
-  if (GST_CLOCK_TIME_IS_VALID(time)) gst_object_sync_values(GST_OBJECT(trans), time);
-}
-
 GstFlowReturn gst_csd_track_transform_ip(GstBaseTransform *trans, GstBuffer *buffer) {
   auto *self = GST_CSD_TRACK(trans);
   auto &state = *self->state;
@@ -339,9 +285,7 @@ GstFlowReturn gst_csd_track_transform_ip(GstBaseTransform *trans, GstBuffer *buf
   }
   const auto begun = std::chrono::steady_clock::now();
   const csd::LiveSettings live = live_settings(self);
-  log_failure(self, csd::guarded([&] {
-                if (live.overlay == GST_CSD_TRACK_OVERLAY_META) state.negotiation.settle(trans);
-              }));
+  log_failure(self, csd::guarded([&] { state.overlay.settle(trans, live.overlay); }));
   const GstFlowReturn flow = handle(self, buffer, live);
   const std::chrono::nanoseconds taken = std::chrono::steady_clock::now() - begun;
   const csd::ObjectLock lock(self);
@@ -352,13 +296,10 @@ GstFlowReturn gst_csd_track_transform_ip(GstBaseTransform *trans, GstBuffer *buf
 GstCaps *gst_csd_track_transform_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps,
                                       GstCaps *filter) {
   GstCaps *other = nullptr;
-  log_failure(GST_CSD_TRACK(trans),
-              csd::guarded([&] { other = GST_CSD_TRACK(trans)->state->negotiation.transform_caps(direction, caps); }));
-  if (!other) return gst_caps_new_empty();
-  if (!filter) return other;
-  GstCaps *both = gst_caps_intersect_full(filter, other, GST_CAPS_INTERSECT_FIRST);
-  gst_caps_unref(other);
-  return both;
+  log_failure(GST_CSD_TRACK(trans), csd::guarded([&] {
+                other = GST_CSD_TRACK(trans)->state->overlay.transform_caps(direction, caps, filter);
+              }));
+  return other ? other : gst_caps_new_empty();
 }
 
 /// What the user does in the window of a sink that shows this picture.
@@ -373,7 +314,7 @@ void navigate(GstCsdTrack *self, GstEvent *event) {
 gboolean gst_csd_track_src_event(GstBaseTransform *trans, GstEvent *event) {
   auto *self = GST_CSD_TRACK(trans);
   log_failure(self, csd::guarded([&] {
-                if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE) self->state->negotiation.restart(trans);
+                self->state->overlay.see_event(trans, event);
                 if (GST_EVENT_TYPE(event) == GST_EVENT_NAVIGATION) navigate(self, event);
               }));
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->src_event(trans, event);
@@ -388,7 +329,7 @@ gboolean gst_csd_track_set_info(GstVideoFilter *filter, GstCaps *in, GstVideoInf
   GST_DEBUG_OBJECT(self, "%s %dx%d: the stream is %s", gst_video_format_to_string(GST_VIDEO_INFO_FORMAT(info)),
                    info->width, info->height, same ? "the same" : "another");
   if (const auto failure = csd::guarded([&] {
-        state.negotiation.set_caps(in, out);
+        state.overlay.set_caps(in, out);
         if (!same && state.stream.width > 0) state.engine->tracker.reset();
       })) {
     post_error(self, *failure);
@@ -436,12 +377,11 @@ gboolean gst_csd_track_sink_event(GstBaseTransform *trans, GstEvent *event) {
 }
 
 gboolean gst_csd_track_accept_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps) {
-  GstCaps *complete = nullptr;
-  log_failure(GST_CSD_TRACK(trans), csd::guarded([&] { complete = csd::complete_caps(caps); }));
-  if (!complete) return FALSE;
-  const gboolean accepted =
-      GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->accept_caps(trans, direction, complete);
-  gst_caps_unref(complete);
+  gboolean accepted = FALSE;
+  log_failure(GST_CSD_TRACK(trans), csd::guarded([&] {
+                accepted = csd::Overlay::accept_caps(trans, direction, caps,
+                                                     GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->accept_caps);
+              }));
   return accepted;
 }
 
@@ -590,8 +530,8 @@ void gst_csd_track_set_property(GObject *object, guint id, const GValue *value, 
   // Not under the object lock: the negotiation has its own. A controller sets it on every frame.
   if (id == csd::prop_overlay)
     log_failure(self, csd::guarded([&] {
-                  self->state->negotiation.set_wanted(GST_BASE_TRANSFORM(self),
-                                                      g_value_get_enum(value) == GST_CSD_TRACK_OVERLAY_META);
+                  self->state->overlay.set_wanted(GST_BASE_TRANSFORM(self),
+                                                  static_cast<GstCsdTrackOverlay>(g_value_get_enum(value)));
                 }));
   if (!known) G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
   if (refused) GST_WARNING_OBJECT(self, "%s can be set in NULL and READY only: it stays as it was", spec->name);
@@ -675,7 +615,7 @@ static void gst_csd_track_class_init(GstCsdTrackClass *klass) {
 
   // GstVideoFilter's own transform_ip maps for reading and writing: behind a tee that copies every frame's pixels.
   trans_class->transform_ip = GST_DEBUG_FUNCPTR(gst_csd_track_transform_ip);
-  trans_class->before_transform = GST_DEBUG_FUNCPTR(gst_csd_track_before_transform);
+  trans_class->before_transform = GST_DEBUG_FUNCPTR(csd::sync_properties);
   trans_class->sink_event = GST_DEBUG_FUNCPTR(gst_csd_track_sink_event);
   trans_class->src_event = GST_DEBUG_FUNCPTR(gst_csd_track_src_event);
   trans_class->transform_caps = GST_DEBUG_FUNCPTR(gst_csd_track_transform_caps);
@@ -688,11 +628,5 @@ static void gst_csd_track_class_init(GstCsdTrackClass *klass) {
 
 static void gst_csd_track_init(GstCsdTrack *self) {
   self->state = new GstCsdTrackState;
-  auto *trans = GST_BASE_TRANSFORM(self);
-  gst_base_transform_set_in_place(trans, TRUE);
-  gst_base_transform_set_gap_aware(trans, TRUE);
-  // Else the base class tries the input's caps first, and never offers the feature that overlay=meta needs.
-  gst_base_transform_set_prefer_passthrough(trans, FALSE);
-  // GstVideoFilter turns it on; then a late frame is dropped before it gets here, and a recording has a hole.
-  gst_base_transform_set_qos_enabled(trans, FALSE);
+  csd::Overlay::set_up(GST_BASE_TRANSFORM(self));
 }

@@ -2,6 +2,7 @@
 #include "frame_mapping.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace csd {
 
@@ -53,8 +54,23 @@ GstCaps *complete_caps(GstCaps *caps) {
   return complete;
 }
 
-PictureArea picture_area(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop) {
-  const int width = GST_VIDEO_FRAME_WIDTH(&frame), height = GST_VIDEO_FRAME_HEIGHT(&frame);
+MappedFrame::MappedFrame(const GstVideoInfo &info, GstBuffer *buffer, GstMapFlags access) {
+  // NO_REF: a reference of ours would make the buffer unwritable.
+  const auto flags = static_cast<GstMapFlags>(access | static_cast<int>(GST_VIDEO_FRAME_MAP_FLAG_NO_REF));
+  if (!gst_video_frame_map(&frame_, &info, buffer, flags))
+    throw std::runtime_error("a frame's pixels can't be mapped: it is damaged, or smaller than its caps say");
+}
+
+MappedBytes::MappedBytes(GstBuffer *buffer) : buffer_(buffer) {
+  if (!gst_buffer_map(buffer, &map_, GST_MAP_READ)) throw std::runtime_error("a buffer can't be mapped");
+}
+
+bool is_empty_gap(GstBuffer *buffer) {
+  return GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_GAP) && gst_buffer_get_size(buffer) == 0;
+}
+
+/// Of a frame of width×height pixels.
+static PictureArea area_of(int width, int height, const GstVideoInfo &caps, const GstVideoCropMeta *crop) {
   if (!crop) {
     // A GstVideoMeta may be larger than the caps say (a decoder's padding); converters and sinks show the caps' size.
     return {0, 0, std::min(width, GST_VIDEO_INFO_WIDTH(&caps)), std::min(height, GST_VIDEO_INFO_HEIGHT(&caps))};
@@ -68,6 +84,17 @@ PictureArea picture_area(const GstVideoFrame &frame, const GstVideoInfo &caps, c
   clamp(crop->y, crop->height, height, area.y, area.height);
   if (area.width == 0 || area.height == 0) area.width = area.height = 0;
   return area;
+}
+
+PictureArea picture_area(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop) {
+  return area_of(GST_VIDEO_FRAME_WIDTH(&frame), GST_VIDEO_FRAME_HEIGHT(&frame), caps, crop);
+}
+
+PictureArea picture_area(GstBuffer *buffer, const GstVideoInfo &caps) {
+  const GstVideoMeta *meta = gst_buffer_get_video_meta(buffer);
+  const int width = meta ? static_cast<int>(meta->width) : GST_VIDEO_INFO_WIDTH(&caps);
+  const int height = meta ? static_cast<int>(meta->height) : GST_VIDEO_INFO_HEIGHT(&caps);
+  return area_of(width, height, caps, gst_buffer_get_video_crop_meta(buffer));
 }
 
 Fields frame_fields(const GstVideoFrame &frame) {

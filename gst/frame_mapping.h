@@ -3,6 +3,8 @@
 
 #include <gst/video/video.h>
 
+#include <string_view>
+
 #include "image/frame_view.h"
 
 namespace csd {
@@ -21,6 +23,39 @@ GstCaps *template_caps();
 /// instead. The caller owns the result.
 GstCaps *complete_caps(GstCaps *caps);
 
+/// A buffer's pixels, mapped for as long as this lives.
+class MappedFrame {
+ public:
+  /// Throws std::runtime_error if the buffer can't be mapped, or is not what the caps say.
+  MappedFrame(const GstVideoInfo &info, GstBuffer *buffer, GstMapFlags access);
+  ~MappedFrame() { gst_video_frame_unmap(&frame_); }
+  MappedFrame(const MappedFrame &) = delete;
+  MappedFrame &operator=(const MappedFrame &) = delete;
+  GstVideoFrame *operator->() { return &frame_; }
+  GstVideoFrame &operator*() { return frame_; }
+
+ private:
+  GstVideoFrame frame_;
+};
+
+/// A buffer's bytes, mapped for reading for as long as this lives.
+class MappedBytes {
+ public:
+  /// Throws std::runtime_error if the buffer can't be mapped.
+  explicit MappedBytes(GstBuffer *buffer);
+  ~MappedBytes() { gst_buffer_unmap(buffer_, &map_); }
+  MappedBytes(const MappedBytes &) = delete;
+  MappedBytes &operator=(const MappedBytes &) = delete;
+  std::string_view bytes() const { return {reinterpret_cast<const char *>(map_.data), map_.size}; }
+
+ private:
+  GstBuffer *buffer_;
+  GstMapInfo map_;
+};
+
+/// Frames without pixels are legal where they are marked as a gap: there is nothing to see, and nothing wrong.
+bool is_empty_gap(GstBuffer *buffer);
+
 /// A rectangle of a frame, in its pixels.
 struct PictureArea {
   int x = 0, y = 0, width = 0, height = 0;
@@ -30,6 +65,9 @@ struct PictureArea {
 /// What of `frame` is the picture: the size that `caps` says (a GstVideoMeta's may be larger: padding), or with `crop`
 /// (may be null) its rectangle, clamped to the frame. Width and height are 0 where nothing is left.
 PictureArea picture_area(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop);
+
+/// The same of a buffer that is not mapped: its GstVideoMeta and GstVideoCropMeta say.
+PictureArea picture_area(GstBuffer *buffer, const GstVideoInfo &caps);
 
 /// Whether a frame holds two fields, and which is first in time; the bottom one is the odd lines of the frame.
 enum class Fields { progressive, top_first, bottom_first };

@@ -154,8 +154,8 @@ GstStructure *new_tracks_structure(const char *name, const Tracks &tracks, const
   return structure;
 }
 
-static GstCustomMeta *add_meta(GstBuffer *buffer, const char *name, const Tracks &tracks, const char *source,
-                               const char *algorithm) {
+GstCustomMeta *add_tracks(GstBuffer *buffer, const char *name, const Tracks &tracks, const char *source,
+                          const char *algorithm) {
   if (!gst_meta_get_info(name)) return nullptr;
   GstCustomMeta *meta = gst_buffer_add_custom_meta(buffer, name);
   if (meta) set_tracks(gst_custom_meta_get_structure(meta), tracks, source, algorithm);
@@ -163,11 +163,11 @@ static GstCustomMeta *add_meta(GstBuffer *buffer, const char *name, const Tracks
 }
 
 GstCustomMeta *add_track_meta(GstBuffer *buffer, const Tracks &tracks, const char *source, const char *algorithm) {
-  return add_meta(buffer, GST_CSD_TRACK_META_NAME, tracks, source, algorithm);
+  return add_tracks(buffer, GST_CSD_TRACK_META_NAME, tracks, source, algorithm);
 }
 
 GstCustomMeta *add_truth_meta(GstBuffer *buffer, const Tracks &truth, const char *source) {
-  return add_meta(buffer, GST_CSD_TRUTH_META_NAME, truth, source, "truth");
+  return add_tracks(buffer, GST_CSD_TRUTH_META_NAME, truth, source, "truth");
 }
 
 std::optional<std::vector<StartPoint>> visible_truth(GstBuffer *buffer, int width, int height) {
@@ -182,6 +182,26 @@ std::optional<std::vector<StartPoint>> visible_truth(GstBuffer *buffer, int widt
       points.push_back({f.id, {f.x, f.y}});
   }
   return points;
+}
+
+bool scale_tracks(Tracks &tracks, int width, int height) {
+  if (tracks.width == width && tracks.height == height) return true;  // to the bit
+  GstVideoInfo in, out;
+  gst_video_info_init(&in);
+  gst_video_info_init(&out);
+  in.width = tracks.width;
+  in.height = tracks.height;
+  out.width = width;
+  out.height = height;
+  if (!fills(in, out)) return false;
+  const Scale scale{double(width) / tracks.width, double(height) / tracks.height};
+  for (Feature &feature : tracks.features) {
+    feature.x = Scale::apply(feature.x, scale.x);
+    feature.y = Scale::apply(feature.y, scale.y);
+  }
+  tracks.width = width;
+  tracks.height = height;
+  return true;
 }
 
 }  // namespace csd

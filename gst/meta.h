@@ -25,6 +25,10 @@ void set_tracks(GstStructure *structure, const Tracks &tracks, const char *sourc
 /// A new structure `name` that holds `tracks`; for a message.
 GstStructure *new_tracks_structure(const char *name, const Tracks &tracks, const char *source, const char *algorithm);
 
+/// Adds a meta `name` to a writable buffer. What is there stays. Null if the metas are not registered.
+GstCustomMeta *add_tracks(GstBuffer *buffer, const char *name, const Tracks &tracks, const char *source,
+                          const char *algorithm);
+
 /// Adds a GstCsdTrackMeta to a writable buffer. What is there stays. Null if the metas are not registered.
 GstCustomMeta *add_track_meta(GstBuffer *buffer, const Tracks &tracks, const char *source, const char *algorithm);
 
@@ -34,5 +38,9 @@ GstCustomMeta *add_truth_meta(GstBuffer *buffer, const Tracks &truth, const char
 /// The points that the buffer's truth calls visible, with their ids; nothing where there is no truth of a picture of
 /// this size.
 std::optional<std::vector<StartPoint>> visible_truth(GstBuffer *buffer, int width, int height);
+
+/// Scales positions and size to a picture of width×height pixels, as the metas' own transform does. False, and nothing
+/// is changed, where the aspects differ: borders can't be told from distortion. Pixels are taken to have one shape.
+bool scale_tracks(Tracks &tracks, int width, int height);
 
 }  // namespace csd

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "csdsimsrc.h"
 #include "csdtrack.h"
+#include "csdtrackdec.h"
 #include "csdtrackenc.h"
 #include "enums.h"
 #include "enumtypes.h"
@@ -18,8 +19,8 @@ void mark_plugin_api() {
 gboolean plugin_init(GstPlugin *plugin) {
   if (!csd::register_track_metas()) return FALSE;
   mark_plugin_api();
-  return GST_ELEMENT_REGISTER(csdtrack, plugin) && GST_ELEMENT_REGISTER(csdtrackenc, plugin) &&
-         GST_ELEMENT_REGISTER(csdsimsrc, plugin);
+  return GST_ELEMENT_REGISTER(csdtrack, plugin) && GST_ELEMENT_REGISTER(csdtrackdec, plugin) &&
+         GST_ELEMENT_REGISTER(csdtrackenc, plugin) && GST_ELEMENT_REGISTER(csdsimsrc, plugin);
 }
 
 }  // namespace

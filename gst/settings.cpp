@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "enumtypes.h"
+#include "overlay.h"
 #include "parse.h"
 
 namespace csd {
@@ -113,12 +114,7 @@ void install_properties(GObjectClass *klass) {
                               0, longest, d.frame_budget, structural));
   install(prop_seed, g_param_spec_uint64("seed", "Seed", "Of every random choice", 0, G_MAXUINT64, d.seed, structural));
 
-  install(prop_overlay,
-          g_param_spec_enum("overlay", "Overlay",
-                            "Show the features: none = no, draw = into the pixels, meta = attach a "
-                            "GstVideoOverlayComposition and leave the pixels alone (one warning if nothing downstream "
-                            "can show it)",
-                            GST_TYPE_CSD_TRACK_OVERLAY, d.live.overlay, live));
+  install(prop_overlay, Overlay::param_spec());
   install(prop_attach_meta,
           g_param_spec_boolean("attach-meta", "Attach meta", "Attach a GstCsdTrackMeta with all features to each frame",
                                d.live.attach_meta, live));

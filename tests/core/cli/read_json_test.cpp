@@ -134,6 +134,7 @@ TEST(Labels, EachDefectIsNamed) {
   EXPECT_THAT(error_of(R"({"frames": []})"), HasSubstr("'frames' is no frame number"));
   EXPECT_EQ(error_of(R"({})"), ": labels nothing");
   EXPECT_THAT(error_of(R"({"0": [[1, 2]])"), HasSubstr(": is no JSON"));
+  EXPECT_EQ(error_of("{\"0\": " + std::string(1000000, '[')), ": is no JSON: brackets are nested more than 16 deep");
 }
 
 }  // namespace

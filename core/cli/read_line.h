@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "cli/json.h"
+#include "track/types.h"
+
+namespace csd::cli {
+
+/// What one line may hold: more than csdtrack writes (10000 points and as many features, each of which may end in the
+/// frame in which another begins), less than would harm who reads it.
+inline constexpr std::size_t most_line_bytes = 8 << 20;
+inline constexpr std::size_t most_line_features = 1 << 16;
+inline constexpr int most_pixels = 1 << 20;  ///< of a picture's side; |x| and |y| are no larger either
+
+/// Why a line is refused: words that follow a file's name and the line's number.
+struct LineError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// A line of csdtrackenc: docs/metadata.md.
+struct TrackLine {
+  bool truth = false;  ///< its role: truth, else track
+  std::string source, algorithm;
+  bool numbered = false;  ///< has a `frame`: some element has tracked this frame
+  /// Nanoseconds; no_time where the line says null or nothing.
+  std::int64_t pts = no_time, duration = no_time, stream_time = no_time;
+  Tracks tracks;  ///< width and height are 0 where the line doesn't say
+};
+
+/// Reads a line (without its newline) of at most most_line_bytes. Fields that aren't known are skipped. Throws
+/// LineError for all that is no such line, however it was made: `json` is spared what would overflow its stack or fill
+/// the memory, and what it would read as another number than is written.
+TrackLine read_track_line(JsonText &json, std::string_view text);
+
+}  // namespace csd::cli

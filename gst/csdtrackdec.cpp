@@ -1,0 +1,691 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/**
+ * SECTION:element-csdtrackdec
+ * @title: csdtrackdec
+ * @short_description: puts recorded tracks back on the frames
+ *
+ * Reads the lines that csdtrackenc wrote, and puts the tracks of each frame back on it as a #GstCustomMeta, as csdtrack
+ * or a simulator had attached them: `GstCsdTrackMeta`, or `GstCsdTruthMeta` where the line's role is `truth`. Nothing
+ * is tracked. With #GstCsdTrackDec:overlay they are shown, too. A recording is reviewed so with tracks that were made
+ * once.
+ *
+ * The lines come from a file, #GstCsdTrackDec:location, or from the request pad `text`: lines of JSON as a stream of
+ * bytes, or a text track of a recording. A frame gets the line that is nearest in stream time, if it is no further than
+ * half a frame away. Positions are scaled from the picture that the line tells of to the frame's.
+ *
+ * Pixels are not looked at, not changed, not copied, unless #GstCsdTrackDec:overlay=draw.
+ *
+ * ## Example launch lines
+ *
+ * |[
+ * gst-launch-1.0 filesrc location=operation.mp4 ! decodebin ! csdtrackdec location=operation.jsonl overlay=draw \
+ *   ! videoconvert ! autovideosink
+ * ]| Shows a recording with its tracks.
+ * |[
+ * gst-launch-1.0 filesrc location=operation.mkv ! matroskademux name=d csdtrackdec name=r overlay=draw \
+ *   ! videoconvert ! autovideosink \
+ *   d.video_0 ! queue ! decodebin ! r.sink \
+ *   d.subtitle_0 ! queue max-size-time=0 max-size-buffers=1000 ! r.text
+ * ]| The same of a recording that holds its tracks as a text track. Both queues are needed: a frame waits for its text.
+ *
+ * Since: 0.1
+ */
+#include "csdtrackdec.h"
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "enumtypes.h"
+#include "frame_mapping.h"
+#include "frame_time.h"
+#include "guard.h"
+#include "lock.h"
+#include "meta.h"
+#include "overlay.h"
+#include "track_file.h"
+#include "track_queue.h"
+
+GST_DEBUG_CATEGORY_STATIC(gst_csd_track_dec_debug);
+#define GST_CAT_DEFAULT gst_csd_track_dec_debug
+
+namespace {
+
+constexpr GstClockTime default_max_wait = 5 * GST_SECOND;
+
+constexpr gint64 most_offset = 1000000000 * gint64{GST_SECOND};  // 31 years: sums don't overflow
+
+enum Property : guint { prop_0, prop_location, prop_overlay, prop_max_wait, prop_ts_offset };
+
+/// Copied once a frame.
+struct LiveSettings {
+  GstCsdTrackOverlay overlay = GST_CSD_TRACK_OVERLAY_NONE;
+  GstClockTime max_wait = default_max_wait;
+  std::int64_t ts_offset = 0;
+};
+
+/// What only the streaming thread of the video knows, from READY to READY.
+struct Video {
+  bool warned_aspect = false, warned_late = false, warned_nothing = false;
+};
+
+/// What only the streaming thread of the text knows, from READY to READY.
+struct Text {
+  GstSegment segment;
+  bool lines = true;    ///< bytes, lines of JSON; else a line a buffer
+  bool markup = false;  ///< of Pango
+  csd::LineSplitter splitter;
+  csd::cli::JsonText json;
+  guint64 number = 0;                ///< of lines that have come
+  std::optional<std::int64_t> last;  ///< time of the last
+  bool refused = false, warned_unread = false;
+
+  Text() { gst_segment_init(&segment, GST_FORMAT_UNDEFINED); }
+};
+
+}  // namespace
+
+/// The C++ members, with destructors.
+struct GstCsdTrackDecState {
+  // Guarded by the object lock, which is held for as long as a copy takes.
+  std::string location;
+  LiveSettings live;
+  bool running = false;  ///< from READY→PAUSED on: location can't be set
+
+  csd::Overlay overlay;   ///< says itself which thread may do what
+  csd::TrackQueue queue;  ///< guards itself
+
+  std::unique_ptr<csd::TrackFile> file;  ///< the video's thread's; whether there is one changes in state changes only
+  Video video;
+  Text text;
+};
+
+struct _GstCsdTrackDec {
+  GstVideoFilter parent;
+  GstCsdTrackDecState *state;
+};
+
+G_DEFINE_TYPE_WITH_CODE(GstCsdTrackDec, gst_csd_track_dec, GST_TYPE_VIDEO_FILTER,
+                        GST_DEBUG_CATEGORY_INIT(gst_csd_track_dec_debug, "csdtrackdec", 0, "recorded tracks"))
+GST_ELEMENT_REGISTER_DEFINE_WITH_CODE(csdtrackdec, "csdtrackdec", GST_RANK_NONE, GST_TYPE_CSD_TRACK_DEC,
+                                      csd::register_track_metas())
+
+static GstStaticPadTemplate text_template =
+    GST_STATIC_PAD_TEMPLATE("text", GST_PAD_SINK, GST_PAD_REQUEST,
+                            GST_STATIC_CAPS("application/x-ndjson; text/x-raw, format=(string){ utf8, pango-markup }"));
+
+namespace {
+
+LiveSettings live_settings(GstCsdTrackDec *self) {
+  const csd::ObjectLock lock(self);
+  return self->state->live;
+}
+
+void post_error(GstCsdTrackDec *self, const csd::TrackSourceError &error) {
+  switch (error.kind) {
+    case csd::TrackSourceError::Kind::not_found:
+      GST_ELEMENT_ERROR(self, RESOURCE, NOT_FOUND, ("%s", error.what()), (nullptr));
+      break;
+    case csd::TrackSourceError::Kind::unreadable:
+      GST_ELEMENT_ERROR(self, RESOURCE, OPEN_READ, ("%s", error.what()), (nullptr));
+      break;
+    case csd::TrackSourceError::Kind::content:
+      GST_ELEMENT_ERROR(self, STREAM, DECODE, ("%s", error.what()), (nullptr));
+      break;
+  }
+}
+
+/// Runs `body`. False after an exception, which has become an error message then.
+template <typename Body>
+bool told(GstCsdTrackDec *self, Body &&body) {
+  std::optional<csd::TrackSourceError> refused;
+  const auto failure = csd::guarded([&] {
+    try {
+      body();
+    } catch (const csd::TrackSourceError &error) {
+      refused = error;
+    }
+  });
+  if (refused) post_error(self, *refused);
+  if (failure)
+    GST_ELEMENT_ERROR(self, LIBRARY, FAILED,
+                      ("Recorded tracks could not be put on a frame: %s. Use overlay=none, or smaller pictures.",
+                       failure->detail.empty() ? "out of memory" : failure->detail.c_str()),
+                      (nullptr));
+  return !refused && !failure;
+}
+
+/// For where nothing can be done about a failure, and nobody has to know.
+template <typename Body>
+void logged(GstCsdTrackDec *self, Body &&body) {
+  if (const auto failure = csd::guarded(std::forward<Body>(body)))
+    GST_ERROR_OBJECT(self, "%s", failure->detail.c_str());
+}
+
+// ---- A frame -------------------------------------------------------------------------------------------------------
+
+void warn_late_once(GstCsdTrackDec *self, GstClockTime max_wait) {
+  if (max_wait == 0 || std::exchange(self->state->video.warned_late, true)) return;
+  GST_ELEMENT_WARNING(self, STREAM, FAILED,
+                      ("Frames pass without tracks: no text has come within %" G_GUINT64_FORMAT
+                       " ms. Put a queue before each pad of csdtrackdec, or set max-wait higher.",
+                       max_wait / GST_MSECOND),
+                      ("until text comes in time again, no frame waits"));
+}
+
+void warn_nothing_once(GstCsdTrackDec *self) {
+  if (std::exchange(self->state->video.warned_nothing, true)) return;
+  GST_ELEMENT_WARNING(
+      self, RESOURCE, SETTINGS,
+      ("There are no tracks to put on the frames. Set location to a .jsonl file of csdtrackenc, or link "
+       "a stream of its lines to the pad text."),
+      (nullptr));
+}
+
+/// The frame's line, if it has one. `flushing`: it need not go on.
+std::optional<csd::TimedLine> find_line(GstCsdTrackDec *self, GstBuffer *buffer, const LiveSettings &live,
+                                        bool &flushing) {
+  auto &state = *self->state;
+  const GstSegment &segment = GST_BASE_TRANSFORM(self)->segment;
+  const auto [stream_time, reach] = csd::frame_time(segment, GST_VIDEO_FILTER(self)->in_info, buffer);
+  if (!state.file && !state.queue.linked()) warn_nothing_once(self);
+  if (!stream_time) return std::nullopt;
+  const std::int64_t time = *stream_time - live.ts_offset;  // as the lines count it
+  if (state.file) return state.file->at(time, reach);
+  if (segment.rate < 0) return std::nullopt;
+  csd::TrackQueue::Match match = state.queue.match(time, reach, static_cast<std::int64_t>(live.max_wait));
+  flushing = match.outcome == csd::TrackQueue::Outcome::flushing;
+  if (match.outcome == csd::TrackQueue::Outcome::late) warn_late_once(self, live.max_wait);
+  return std::move(match.line);
+}
+
+/// Scales the line's tracks to the frame's picture. False where they are none of it.
+bool fit(GstCsdTrackDec *self, GstBuffer *buffer, csd::Tracks &tracks) {
+  const csd::PictureArea area = csd::picture_area(buffer, GST_VIDEO_FILTER(self)->in_info);
+  if (area.width < 1 || area.height < 1) return false;
+  const int width = tracks.width, height = tracks.height;
+  if (csd::scale_tracks(tracks, area.width, area.height)) return true;
+  if (!std::exchange(self->state->video.warned_aspect, true))
+    GST_ELEMENT_WARNING(self, STREAM, FORMAT,
+                        ("Frames pass without tracks: these are of a picture of %d×%d pixels, and the video, of %d×%d, "
+                         "has another aspect. Give csdtrackdec the video that was tracked, or scale it in proportion.",
+                         width, height, area.width, area.height),
+                        ("borders can't be told from distortion"));
+  return false;
+}
+
+/// Puts the line's tracks on the frame, and shows them.
+void put(GstCsdTrackDec *self, GstBuffer *buffer, csd::cli::TrackLine &line, GstCsdTrackOverlay overlay) {
+  GST_LOG_OBJECT(self, "frame at %" GST_TIME_FORMAT ": line of frame %" G_GUINT64_FORMAT ", %u features",
+                 GST_TIME_ARGS(GST_BUFFER_PTS(buffer)), line.tracks.frame,
+                 static_cast<unsigned>(line.tracks.features.size()));
+  if (!line.numbered) return;  // this frame had no tracks when it was recorded
+  const int width = line.tracks.width, height = line.tracks.height;
+  if (!fit(self, buffer, line.tracks)) return;
+  GstCustomMeta *meta = csd::add_tracks(buffer, line.truth ? GST_CSD_TRUTH_META_NAME : GST_CSD_TRACK_META_NAME,
+                                        line.tracks, line.source.c_str(), line.algorithm.c_str());
+  if (meta)
+    gst_structure_set(gst_custom_meta_get_structure(meta), "tracked-width", G_TYPE_INT, width, "tracked-height",
+                      G_TYPE_INT, height, nullptr);
+  self->state->overlay.show(GST_VIDEO_FILTER(self), buffer, line.tracks, overlay);
+}
+
+// ---- GstBaseTransform, GstVideoFilter ------------------------------------------------------------------------------
+
+GstFlowReturn gst_csd_track_dec_transform_ip(GstBaseTransform *trans, GstBuffer *buffer) {
+  auto *self = GST_CSD_TRACK_DEC(trans);
+  if (!GST_VIDEO_FILTER(trans)->negotiated) {
+    GST_ELEMENT_ERROR(self, CORE, NEGOTIATION, (nullptr), ("a buffer came before its caps"));
+    return GST_FLOW_NOT_NEGOTIATED;
+  }
+  const LiveSettings live = live_settings(self);
+  bool flushing = false;
+  const bool done = told(self, [&] {
+    self->state->overlay.settle(trans, live.overlay);
+    auto found = find_line(self, buffer, live, flushing);
+    if (found)
+      put(self, buffer, found->line, live.overlay);
+    else
+      GST_LOG_OBJECT(self, "frame at %" GST_TIME_FORMAT ": no line", GST_TIME_ARGS(GST_BUFFER_PTS(buffer)));
+  });
+  return flushing ? GST_FLOW_FLUSHING : done ? GST_FLOW_OK : GST_FLOW_ERROR;
+}
+
+GstCaps *gst_csd_track_dec_transform_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps,
+                                          GstCaps *filter) {
+  auto *self = GST_CSD_TRACK_DEC(trans);
+  GstCaps *other = nullptr;
+  logged(self, [&] { other = self->state->overlay.transform_caps(direction, caps, filter); });
+  return other ? other : gst_caps_new_empty();
+}
+
+gboolean gst_csd_track_dec_accept_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps) {
+  gboolean accepted = FALSE;
+  logged(GST_CSD_TRACK_DEC(trans), [&] {
+    accepted = csd::Overlay::accept_caps(trans, direction, caps,
+                                         GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->accept_caps);
+  });
+  return accepted;
+}
+
+gboolean gst_csd_track_dec_src_event(GstBaseTransform *trans, GstEvent *event) {
+  auto *self = GST_CSD_TRACK_DEC(trans);
+  logged(self, [&] { self->state->overlay.see_event(trans, event); });
+  return GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->src_event(trans, event);
+}
+
+gboolean gst_csd_track_dec_set_info(GstVideoFilter *filter, GstCaps *in, GstVideoInfo *, GstCaps *out, GstVideoInfo *) {
+  auto *self = GST_CSD_TRACK_DEC(filter);
+  return told(self, [&] { self->state->overlay.set_caps(in, out); });
+}
+
+/// Metas pass through an in-place element as they are: what downstream understands, upstream may attach.
+gboolean gst_csd_track_dec_filter_meta(GstBaseTransform *, GstQuery *, GType, const GstStructure *) {
+  return TRUE;
+}
+
+/// Tells the text's side what the video does.
+void heed(GstCsdTrackDec *self, GstEvent *event) {
+  csd::TrackQueue &queue = self->state->queue;
+  switch (GST_EVENT_TYPE(event)) {
+    case GST_EVENT_FLUSH_START:
+      queue.flush_frames(true);
+      break;
+    case GST_EVENT_FLUSH_STOP:
+      queue.flush_frames(false);
+      break;
+    case GST_EVENT_SEGMENT: {
+      const GstSegment *segment = nullptr;
+      gst_event_parse_segment(event, &segment);
+      if (segment->rate < 0)
+        queue.frames_end();  // text goes forward only
+      else
+        queue.frames_segment();
+      break;
+    }
+    case GST_EVENT_GAP: {
+      GstClockTime begin = 0, duration = GST_CLOCK_TIME_NONE;
+      gst_event_parse_gap(event, &begin, &duration);
+      if (const auto time = csd::stream_time(GST_BASE_TRANSFORM(self)->segment, begin))
+        queue.skip(*time - live_settings(self).ts_offset);
+      break;
+    }
+    case GST_EVENT_EOS:
+      queue.frames_end();
+      break;
+    default:
+      break;
+  }
+}
+
+gboolean gst_csd_track_dec_sink_event(GstBaseTransform *trans, GstEvent *event) {
+  auto *self = GST_CSD_TRACK_DEC(trans);
+  logged(self, [&] { heed(self, event); });
+  return GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->sink_event(trans, event);
+}
+
+// ---- The pad text --------------------------------------------------------------------------------------------------
+
+/// Throws csd::cli::LineError. False: flushing. `time`: of the buffer that is this line, where that has one.
+bool take_line(GstCsdTrackDec *self, std::string_view bytes, std::optional<std::int64_t> time) {
+  Text &text = self->state->text;
+  bytes = csd::trimmed(bytes);
+  if (bytes.empty()) return true;
+  csd::TimedLine timed{0, csd::read_frame_line(text.json, bytes)};
+  timed.time = time.value_or(timed.line.stream_time);
+  if (timed.time == csd::no_time) return true;
+  if (text.last && timed.time < *text.last)
+    throw csd::cli::LineError("its stream time " + std::to_string(timed.time) + " comes after " +
+                              std::to_string(*text.last) + ": lines must be sorted by it");
+  text.last = timed.time;
+  return self->state->queue.push(std::move(timed));
+}
+
+/// The bytes of a buffer. Throws csd::cli::LineError. False: flushing.
+bool take_bytes(GstCsdTrackDec *self, GstBuffer *buffer, std::string_view bytes) {
+  Text &text = self->state->text;
+  const bool timed = text.segment.format == GST_FORMAT_TIME && GST_BUFFER_PTS_IS_VALID(buffer);
+  const auto time = csd::stream_time(text.segment, GST_BUFFER_PTS(buffer));
+  if (!text.lines) {
+    if (timed && !time) return true;  // before the stream begins: no frame will be there
+    const bool flowing =
+        text.markup ? take_line(self, csd::unescape_markup(bytes), time) : take_line(self, bytes, time);
+    ++text.number;
+    return flowing;
+  }
+  bool flowing = true;
+  text.splitter.add(bytes, [&](std::string_view line, bool whole) {
+    flowing = flowing && ((whole && timed && !time) || take_line(self, line, whole ? time : std::nullopt));
+    ++text.number;
+  });
+  return flowing;
+}
+
+GstFlowReturn take_buffer(GstCsdTrackDec *self, GstBuffer *buffer) {
+  auto &state = *self->state;
+  Text &text = state.text;
+  if (state.file) {
+    if (!std::exchange(text.warned_unread, true))
+      GST_ELEMENT_WARNING(self, RESOURCE, SETTINGS,
+                          ("What is linked to the pad text is not read, for location is set. Use one of them."),
+                          (nullptr));
+    return GST_FLOW_OK;
+  }
+  if (text.refused) return GST_FLOW_ERROR;
+  if (text.segment.rate < 0) return GST_FLOW_OK;  // backwards no frame asks for its text
+  const csd::MappedBytes mapped(buffer);
+  try {
+    return take_bytes(self, buffer, mapped.bytes()) ? GST_FLOW_OK : GST_FLOW_FLUSHING;
+  } catch (const csd::cli::LineError &error) {
+    text.refused = true;
+    state.queue.end();
+    throw csd::TrackSourceError(csd::TrackSourceError::Kind::content,
+                                "Line " + std::to_string(text.number + 1) +
+                                    " of what came to the pad text: " + error.what() +
+                                    ". Link what csdtrackenc has written; in a recording that is its text track.");
+  }
+}
+
+GstFlowReturn gst_csd_track_dec_text_chain(GstPad *, GstObject *parent, GstBuffer *buffer) {
+  auto *self = GST_CSD_TRACK_DEC(parent);
+  GstFlowReturn flow = GST_FLOW_ERROR;
+  told(self, [&] { flow = take_buffer(self, buffer); });
+  gst_buffer_unref(buffer);
+  return flow;
+}
+
+void set_text_caps(Text &text, const GstCaps *caps) {
+  const GstStructure *structure = gst_caps_get_structure(caps, 0);
+  text.lines = gst_structure_has_name(structure, "application/x-ndjson");
+  text.markup = g_strcmp0(gst_structure_get_string(structure, "format"), "pango-markup") == 0;
+}
+
+void heed_text(GstCsdTrackDec *self, GstEvent *event) {
+  Text &text = self->state->text;
+  csd::TrackQueue &queue = self->state->queue;
+  switch (GST_EVENT_TYPE(event)) {
+    case GST_EVENT_CAPS: {
+      GstCaps *caps = nullptr;
+      gst_event_parse_caps(event, &caps);
+      set_text_caps(text, caps);
+      break;
+    }
+    case GST_EVENT_SEGMENT:
+      gst_event_copy_segment(event, &text.segment);
+      queue.segment();
+      if (text.segment.format == GST_FORMAT_TIME) text.last.reset();
+      break;
+    case GST_EVENT_GAP: {
+      GstClockTime begin = 0, duration = GST_CLOCK_TIME_NONE;
+      gst_event_parse_gap(event, &begin, &duration);
+      const auto from = csd::stream_time(text.segment, begin);
+      const auto to = GST_CLOCK_TIME_IS_VALID(duration) ? csd::stream_time(text.segment, begin + duration)
+                                                        : std::optional<std::int64_t>();
+      if (from || to) queue.gap(to.value_or(from.value_or(0)));
+      break;
+    }
+    case GST_EVENT_FLUSH_START:
+      queue.flush_lines(true);
+      break;
+    case GST_EVENT_FLUSH_STOP:
+      queue.flush_lines(false);
+      gst_segment_init(&text.segment, GST_FORMAT_UNDEFINED);
+      text.splitter.clear();
+      text.last.reset();
+      break;
+    case GST_EVENT_EOS:
+      GST_DEBUG_OBJECT(self, "text ends after %" G_GUINT64_FORMAT " lines", text.number);
+      queue.end();  // a line without its newline may be torn: it is left out
+      break;
+    default:
+      break;
+  }
+}
+
+/// The text ends here: none of its events goes downstream.
+gboolean gst_csd_track_dec_text_event(GstPad *, GstObject *parent, GstEvent *event) {
+  auto *self = GST_CSD_TRACK_DEC(parent);
+  logged(self, [&] { heed_text(self, event); });
+  gst_event_unref(event);
+  return TRUE;
+}
+
+/// Only what is asked of the caps is this pad's own; the rest would be answered by the video's downstream.
+gboolean gst_csd_track_dec_text_query(GstPad *pad, GstObject *parent, GstQuery *query) {
+  const GstQueryType type = GST_QUERY_TYPE(query);
+  return (type == GST_QUERY_CAPS || type == GST_QUERY_ACCEPT_CAPS) && gst_pad_query_default(pad, parent, query);
+}
+
+GstPadLinkReturn gst_csd_track_dec_text_link(GstPad *, GstObject *parent, GstPad *) {
+  logged(GST_CSD_TRACK_DEC(parent), [&] { GST_CSD_TRACK_DEC(parent)->state->queue.set_linked(true); });
+  return GST_PAD_LINK_OK;
+}
+
+void gst_csd_track_dec_text_unlink(GstPad *, GstObject *parent) {
+  logged(GST_CSD_TRACK_DEC(parent), [&] { GST_CSD_TRACK_DEC(parent)->state->queue.set_linked(false); });
+}
+
+GstPad *gst_csd_track_dec_request_new_pad(GstElement *element, GstPadTemplate *templ, const gchar *, const GstCaps *) {
+  // A name is given once in an element: of two who ask at the same time the second gets none.
+  GstPad *pad = gst_pad_new_from_template(templ, "text");
+  gst_pad_set_chain_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_chain));
+  gst_pad_set_event_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_event));
+  gst_pad_set_query_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_query));
+  gst_pad_set_link_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_link));
+  gst_pad_set_unlink_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_unlink));
+  if (GstPad *other = gst_element_get_static_pad(element, "text")) {
+    GST_WARNING_OBJECT(element, "there is one pad text only");
+    gst_object_unref(other);
+    gst_object_unref(gst_object_ref_sink(pad));
+    return nullptr;
+  }
+  // Else the state change does it, which first makes all new.
+  if (GST_STATE(element) > GST_STATE_READY || GST_STATE_NEXT(element) > GST_STATE_READY) gst_pad_set_active(pad, TRUE);
+  return gst_element_add_pad(element, pad) ? pad : nullptr;
+}
+
+void gst_csd_track_dec_release_pad(GstElement *element, GstPad *pad) {
+  auto *self = GST_CSD_TRACK_DEC(element);
+  logged(self, [&] { self->state->queue.flush_lines(true); });
+  gst_pad_set_active(pad, FALSE);
+  gst_element_remove_pad(element, pad);
+  logged(self, [&] { self->state->queue.flush_lines(false); });
+}
+
+// ---- GstElement ----------------------------------------------------------------------------------------------------
+
+/// The file that location names; none if it names none.
+bool open_file(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> &file) {
+  return told(self, [&] {
+    std::string location;
+    {
+      const csd::ObjectLock lock(self);
+      location = self->state->location;
+    }
+    GST_DEBUG_OBJECT(self, "location is '%s'", location.c_str());
+    if (!location.empty()) file = std::make_unique<csd::TrackFile>(location);
+  });
+}
+
+bool start(GstCsdTrackDec *self) {
+  auto &state = *self->state;
+  if (!open_file(self, state.file)) return false;
+  return told(self, [&] {
+    state.video = {};
+    state.text = {};
+    state.queue.start();
+    const csd::ObjectLock lock(self);
+    state.running = true;
+  });
+}
+
+/// After the streaming threads.
+void stop(GstCsdTrackDec *self) {
+  self->state->file.reset();
+  const csd::ObjectLock lock(self);
+  self->state->running = false;
+}
+
+GstStateChangeReturn gst_csd_track_dec_change_state(GstElement *element, GstStateChange transition) {
+  auto *self = GST_CSD_TRACK_DEC(element);
+  if (transition == GST_STATE_CHANGE_NULL_TO_READY) {
+    std::unique_ptr<csd::TrackFile> unused;  // opened now for what is wrong with it
+    if (!open_file(self, unused)) return GST_STATE_CHANGE_FAILURE;
+  }
+  if (transition == GST_STATE_CHANGE_READY_TO_PAUSED && !start(self)) return GST_STATE_CHANGE_FAILURE;
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) logged(self, [&] { self->state->queue.stop(); });
+  const auto result = GST_ELEMENT_CLASS(gst_csd_track_dec_parent_class)->change_state(element, transition);
+  if (transition == GST_STATE_CHANGE_READY_TO_PAUSED && result == GST_STATE_CHANGE_FAILURE)
+    logged(self, [&] { self->state->queue.stop(); });
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY ||
+      (transition == GST_STATE_CHANGE_READY_TO_PAUSED && result == GST_STATE_CHANGE_FAILURE))
+    logged(self, [&] { stop(self); });
+  return result;
+}
+
+// ---- GObject -------------------------------------------------------------------------------------------------------
+
+void gst_csd_track_dec_set_property(GObject *object, guint id, const GValue *value, GParamSpec *spec) {
+  auto *self = GST_CSD_TRACK_DEC(object);
+  auto &state = *self->state;
+  bool refused = false;
+  logged(self, [&] {
+    const csd::ObjectLock lock(self);
+    switch (id) {
+      case prop_location:
+        refused = state.running;
+        if (!refused) state.location = g_value_get_string(value) ? g_value_get_string(value) : "";
+        break;
+      case prop_overlay:
+        state.live.overlay = static_cast<GstCsdTrackOverlay>(g_value_get_enum(value));
+        break;
+      case prop_max_wait:
+        state.live.max_wait = g_value_get_uint64(value);
+        break;
+      case prop_ts_offset:
+        state.live.ts_offset = g_value_get_int64(value);
+        break;
+      default:
+        G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
+    }
+  });
+  // Not under the object lock: the negotiation has its own. A controller sets it on every frame.
+  if (id == prop_overlay)
+    logged(self, [&] {
+      state.overlay.set_wanted(GST_BASE_TRANSFORM(self), static_cast<GstCsdTrackOverlay>(g_value_get_enum(value)));
+    });
+  if (refused) GST_WARNING_OBJECT(self, "%s can be set in NULL and READY only: it stays as it was", spec->name);
+}
+
+void gst_csd_track_dec_get_property(GObject *object, guint id, GValue *value, GParamSpec *spec) {
+  auto *self = GST_CSD_TRACK_DEC(object);
+  const auto &state = *self->state;
+  logged(self, [&] {
+    const csd::ObjectLock lock(self);
+    switch (id) {
+      case prop_location:
+        g_value_set_string(value, state.location.c_str());
+        break;
+      case prop_overlay:
+        g_value_set_enum(value, state.live.overlay);
+        break;
+      case prop_max_wait:
+        g_value_set_uint64(value, state.live.max_wait);
+        break;
+      case prop_ts_offset:
+        g_value_set_int64(value, state.live.ts_offset);
+        break;
+      default:
+        G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
+    }
+  });
+}
+
+void gst_csd_track_dec_finalize(GObject *object) {
+  delete GST_CSD_TRACK_DEC(object)->state;
+  G_OBJECT_CLASS(gst_csd_track_dec_parent_class)->finalize(object);
+}
+
+void add_pad_templates(GstElementClass *klass) {
+  GstCaps *caps = csd::template_caps();
+  gst_element_class_add_pad_template(klass, gst_pad_template_new("sink", GST_PAD_SINK, GST_PAD_ALWAYS, caps));
+  gst_element_class_add_pad_template(klass, gst_pad_template_new("src", GST_PAD_SRC, GST_PAD_ALWAYS, caps));
+  gst_caps_unref(caps);
+  gst_element_class_add_static_pad_template(klass, &text_template);
+}
+
+}  // namespace
+
+static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
+  auto *object_class = G_OBJECT_CLASS(klass);
+  auto *element_class = GST_ELEMENT_CLASS(klass);
+  auto *trans_class = GST_BASE_TRANSFORM_CLASS(klass);
+
+  object_class->set_property = gst_csd_track_dec_set_property;
+  object_class->get_property = gst_csd_track_dec_get_property;
+  object_class->finalize = gst_csd_track_dec_finalize;
+  /**
+   * GstCsdTrackDec:location:
+   *
+   * A file of JSON lines (.jsonl) that csdtrackenc has written. It is read as the frames come, and follows seeks. What
+   * is linked to the pad `text` is not read then.
+   */
+  g_object_class_install_property(
+      object_class, prop_location,
+      g_param_spec_string(
+          "location", "Location",
+          "File of JSON lines that csdtrackenc has written (empty = lines come to the pad text)", "",
+          static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_READY)));
+  g_object_class_install_property(object_class, prop_overlay, csd::Overlay::param_spec());
+  /**
+   * GstCsdTrackDec:max-wait:
+   *
+   * A frame waits until the pad `text` has brought its line, a later one, a GAP or EOS; after so long it goes on
+   * without tracks, one WARNING is posted, and no frame waits until text comes in time again.
+   */
+  g_object_class_install_property(
+      object_class, prop_max_wait,
+      g_param_spec_uint64(
+          "max-wait", "Maximum wait",
+          "How many nanoseconds a frame waits for its line from the pad text before it goes on without "
+          "(0 = not at all)",
+          0, G_MAXINT64, default_max_wait,
+          static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
+  /**
+   * GstCsdTrackDec:ts-offset:
+   *
+   * Added to the time of each line. Of a part of a recording that is played by itself, from 0, while its lines tell of
+   * the time of the whole: minus the time at which it began.
+   */
+  g_object_class_install_property(
+      object_class, prop_ts_offset,
+      g_param_spec_int64(
+          "ts-offset", "Timestamp offset", "Nanoseconds that are added to the time of each line", -most_offset,
+          most_offset, 0,
+          static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
+
+  gst_element_class_set_static_metadata(element_class, "Track decoder", "Filter/Metadata/Video",
+                                        "Puts recorded tracks back on video frames, and shows them if wanted",
+                                        "The csdtrack authors");
+  add_pad_templates(element_class);
+  element_class->change_state = GST_DEBUG_FUNCPTR(gst_csd_track_dec_change_state);
+  element_class->request_new_pad = GST_DEBUG_FUNCPTR(gst_csd_track_dec_request_new_pad);
+  element_class->release_pad = GST_DEBUG_FUNCPTR(gst_csd_track_dec_release_pad);
+
+  // GstVideoFilter's own transform_ip maps for reading and writing: behind a tee that copies every frame's pixels.
+  trans_class->transform_ip = GST_DEBUG_FUNCPTR(gst_csd_track_dec_transform_ip);
+  trans_class->before_transform = GST_DEBUG_FUNCPTR(csd::sync_properties);
+  trans_class->sink_event = GST_DEBUG_FUNCPTR(gst_csd_track_dec_sink_event);
+  trans_class->src_event = GST_DEBUG_FUNCPTR(gst_csd_track_dec_src_event);
+  trans_class->transform_caps = GST_DEBUG_FUNCPTR(gst_csd_track_dec_transform_caps);
+  trans_class->accept_caps = GST_DEBUG_FUNCPTR(gst_csd_track_dec_accept_caps);
+  trans_class->filter_meta = GST_DEBUG_FUNCPTR(gst_csd_track_dec_filter_meta);
+  GST_VIDEO_FILTER_CLASS(klass)->set_info = GST_DEBUG_FUNCPTR(gst_csd_track_dec_set_info);
+}
+
+static void gst_csd_track_dec_init(GstCsdTrackDec *self) {
+  self->state = new GstCsdTrackDecState;
+  csd::Overlay::set_up(GST_BASE_TRANSFORM(self));
+}

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "overlay.h"
+
+#include "enumtypes.h"
+#include "frame_mapping.h"
+
+namespace csd {
+
+void Overlay::set_up(GstBaseTransform *element) {
+  gst_base_transform_set_in_place(element, TRUE);
+  gst_base_transform_set_gap_aware(element, TRUE);
+  // Else the base class tries the input's caps first, and never offers the feature that overlay=meta needs.
+  gst_base_transform_set_prefer_passthrough(element, FALSE);
+  // GstVideoFilter turns it on; then a late frame is dropped before it gets here, and a recording has a hole.
+  gst_base_transform_set_qos_enabled(element, FALSE);
+}
+
+GParamSpec *Overlay::param_spec() {
+  return g_param_spec_enum("overlay", "Overlay",
+                           "Show the features: none = no, draw = into the pixels, meta = attach a "
+                           "GstVideoOverlayComposition and leave the pixels alone (one warning if nothing downstream "
+                           "can show it)",
+                           GST_TYPE_CSD_TRACK_OVERLAY, GST_CSD_TRACK_OVERLAY_NONE,
+                           static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS |
+                                                    GST_PARAM_MUTABLE_PLAYING | GST_PARAM_CONTROLLABLE));
+}
+
+void Overlay::set_wanted(GstBaseTransform *element, GstCsdTrackOverlay overlay) {
+  negotiation_.set_wanted(element, overlay == GST_CSD_TRACK_OVERLAY_META);
+}
+
+GstCaps *Overlay::transform_caps(GstPadDirection direction, GstCaps *caps, GstCaps *filter) const {
+  GstCaps *other = negotiation_.transform_caps(direction, caps);
+  if (!filter) return other;
+  GstCaps *both = gst_caps_intersect_full(filter, other, GST_CAPS_INTERSECT_FIRST);
+  gst_caps_unref(other);
+  return both;
+}
+
+gboolean Overlay::accept_caps(GstBaseTransform *element, GstPadDirection direction, GstCaps *caps,
+                              decltype(GstBaseTransformClass::accept_caps) accept) {
+  GstCaps *complete = complete_caps(caps);
+  const gboolean accepted = accept(element, direction, complete);
+  gst_caps_unref(complete);
+  return accepted;
+}
+
+void Overlay::see_event(GstBaseTransform *element, GstEvent *event) {
+  if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE) negotiation_.restart(element);
+}
+
+void Overlay::settle(GstBaseTransform *element, GstCsdTrackOverlay overlay) {
+  if (overlay == GST_CSD_TRACK_OVERLAY_META) negotiation_.settle(element);
+}
+
+void Overlay::show(GstVideoFilter *element, GstBuffer *buffer, const Tracks &tracks, GstCsdTrackOverlay overlay) {
+  if (overlay == GST_CSD_TRACK_OVERLAY_NONE || is_empty_gap(buffer)) return;
+  const GstVideoCropMeta *crop = gst_buffer_get_video_crop_meta(buffer);
+  if (overlay == GST_CSD_TRACK_OVERLAY_DRAW) {
+    MappedFrame frame(element->in_info, buffer, GST_MAP_READWRITE);
+    painter_.draw(*frame, element->in_info, crop, tracks);
+  } else if (negotiation_.may_attach()) {
+    composition_.attach(buffer, tracks, crop ? static_cast<int>(crop->x) : 0, crop ? static_cast<int>(crop->y) : 0,
+                        tracks.height);
+  } else if (negotiation_.take_refusal()) {
+    GST_ELEMENT_WARNING(element, STREAM, FAILED,
+                        ("Nothing downstream can show an overlay that is not drawn. Use overlay=draw, or a sink that "
+                         "renders GstVideoOverlayComposition."),
+                        ("the pixels stay as they are"));
+  }
+}
+
+void sync_properties(GstBaseTransform *element, GstBuffer *buffer) {
+  if (element->segment.format != GST_FORMAT_TIME) return;
+  const GstClockTime time = gst_segment_to_stream_time(&element->segment, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer));
+  if (GST_CLOCK_TIME_IS_VALID(time)) gst_object_sync_values(GST_OBJECT(element), time);
+}
+
+}  // namespace csd

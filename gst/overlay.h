@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <gst/video/gstvideofilter.h>
+
+#include "enums.h"
+#include "overlay_composition.h"
+#include "overlay_painter.h"
+#include "track/types.h"
+
+namespace csd {
+
+/// The property `overlay` of a GstVideoFilter that shows tracks: what it does with a frame, with caps and with events.
+/// Such an element works in place, and maps for writing here only.
+class Overlay {
+ public:
+  /// For init(): in place, gap aware, every frame wanted, and caps as OverlayNegotiation needs them.
+  static void set_up(GstBaseTransform *element);
+  static GParamSpec *param_spec();
+
+  /// When the property is set; any thread. Not under the object lock.
+  void set_wanted(GstBaseTransform *element, GstCsdTrackOverlay overlay);
+  /// For transform_caps: any thread. The caller owns the result.
+  GstCaps *transform_caps(GstPadDirection direction, GstCaps *caps, GstCaps *filter) const;
+  /// For accept_caps: asks `accept` (the base class's) about caps that say their interlace-mode.
+  static gboolean accept_caps(GstBaseTransform *element, GstPadDirection direction, GstCaps *caps,
+                              decltype(GstBaseTransformClass::accept_caps) accept);
+  /// For src_event: any thread.
+  void see_event(GstBaseTransform *element, GstEvent *event);
+  /// For set_info.
+  void set_caps(GstCaps *in, GstCaps *out) { negotiation_.set_caps(in, out); }
+  /// For transform_ip, first.
+  void settle(GstBaseTransform *element, GstCsdTrackOverlay overlay);
+  /// Shows `tracks` on the frame of `element`. Only drawing maps for writing: pixels that somebody else holds too are
+  /// copied then, and only then. Where a composition can't be had, one WARNING is posted.
+  void show(GstVideoFilter *element, GstBuffer *buffer, const Tracks &tracks, GstCsdTrackOverlay overlay);
+
+ private:
+  OverlayNegotiation negotiation_;  ///< guards itself
+  // The streaming thread's alone.
+  OverlayPainter painter_;
+  OverlayComposition composition_;
+};
+
+/// For before_transform: controlled properties take the values of the frame's stream time.
+void sync_properties(GstBaseTransform *element, GstBuffer *buffer);
+
+}  // namespace csd

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <optional>
+
+#include "track_file.h"
+
+namespace csd {
+
+/// Lines between the thread that brings them and the thread of the video, which takes for each frame its own. Bounded:
+/// who brings waits while it is full. It is never full for ever: a frame that waits drops all that is too old for it.
+///
+/// Times are of the stream, ascending within a pass; a pass ends where time goes back without a flush (a segment loop).
+/// All functions may be called in any thread.
+class TrackQueue {
+ public:
+  static constexpr std::size_t most_lines = 256;         ///< 10 s at 25 frames a second
+  static constexpr std::size_t most_features = 1 << 18;  ///< of all lines together; one line may have more
+
+  enum class Outcome {
+    known,    ///< the frame's line, or that there is none, is known
+    late,     ///< nothing came in time: what is there was looked through
+    flushing  ///< the frame need not go on
+  };
+  struct Match {
+    Outcome outcome;
+    std::optional<TimedLine> line;
+  };
+
+  // The side that brings.
+
+  /// Waits while the queue is full. False: flushing, or nobody will ask for it.
+  bool push(TimedLine line);
+  /// There will be no line before `time`.
+  void gap(std::int64_t time);
+  void end();
+  /// A new segment: the next lines may go back in time.
+  void segment();
+  /// A flush of what brings begins (nothing waits or is taken any more), or ends (all is forgotten).
+  void flush_lines(bool begin);
+
+  // The side that asks.
+
+  /// The line of the frame at `time`, no further than `reach` away. Waits until it is known, but no longer than
+  /// `patience` ns; while it is `late` it doesn't wait at all, until a line of a later frame's time is there again.
+  Match match(std::int64_t time, std::int64_t reach, std::int64_t patience);
+  /// Nothing will be asked for before `time`.
+  void skip(std::int64_t time);
+  /// A new segment: the next frames may go back in time.
+  void frames_segment();
+  void frames_end();
+  void flush_frames(bool begin);
+
+  // Both.
+
+  /// Without a link nothing will come: no frame waits.
+  void set_linked(bool linked);
+  bool linked();
+  /// Stopped: nobody waits. Started: all is as new.
+  void start();
+  void stop();
+
+ private:
+  struct Entry {
+    TimedLine line;
+    unsigned pass;
+  };
+  /// What one side knows of where it is.
+  struct Side {
+    unsigned pass = 0;
+    std::optional<std::int64_t> last;  ///< the time of its last line or frame in this pass
+    bool new_segment = false, ended = false, flushing = false;
+    void at(std::int64_t time) {
+      if (new_segment && last && time < *last) ++pass;
+      new_segment = false;
+      last = time;
+    }
+  };
+
+  void pop();
+  void drop_before(std::int64_t time);
+  std::size_t earlier(std::int64_t time) const;
+  bool is_known(std::int64_t time, std::int64_t reach) const;
+  bool full(const TimedLine &line) const;
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  // All guarded by mutex_.
+  std::deque<Entry> entries_;
+  std::size_t features_ = 0;  ///< of entries_
+  Side lines_, frames_;
+  std::int64_t known_until_ = no_time;  ///< by gaps, in the pass of lines_
+  bool linked_ = false, running_ = false;
+  bool late_ = false;  ///< a frame has waited in vain, and nothing has caught up since
+};
+
+}  // namespace csd

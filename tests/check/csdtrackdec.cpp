@@ -1,0 +1,394 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+//
+// csdtrackdec with a file: the same tracks on the same frames, and nothing that a file may hold does harm.
+#include "csdtrackdec_harness.h"
+
+#include <sys/stat.h>
+
+using namespace csd_check;
+
+namespace {
+
+void play_to_end(const std::string &text) {
+  GError *error = play(launch(text));
+  fail_unless(error == nullptr, "%s: %s", text.c_str(), error ? error->message : "");
+}
+
+GstCsdFeature feature_on(GstBuffer *buffer, guint i = 0) {
+  GstCsdFeature feature;
+  fail_unless(
+      gst_csd_structure_get_feature(gst_buffer_get_csd_tracks(buffer, GST_CSD_TRACK_META_NAME, nullptr), i, &feature));
+  return feature;
+}
+
+}  // namespace
+
+GST_START_TEST(a_recording_comes_back_byte_for_byte) {
+  for (const char *role : {"track", "truth"}) {
+    const std::string first = temporary("first.jsonl"), second = temporary("second.jsonl");
+    const std::string size = "video/x-raw,width=320,height=240,framerate=30000/1001", as = std::string(" role=") + role;
+    play_to_end("csdsimsrc num-buffers=40 ! " + size + " ! csdtrack algorithm=lk ! csdtrackenc" + as +
+                " ! filesink location=" + first);
+    // Of another source, so that nothing but the file can tell it.
+    play_to_end("videotestsrc num-buffers=40 ! " + size + ",format=NV12 ! csdtrackdec location=" + first +
+                " ! csdtrackenc" + as + " ! filesink location=" + second);
+    const std::string lines = read_file(first);
+    fail_unless_equals_int(lines_of(lines).size(), 40);
+    fail_unless(lines.find("\"state\":\"tracked\"") != std::string::npos);
+    fail_unless(lines == read_file(second));
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(positions_are_scaled_with_the_picture) {
+  const std::string path = write_file("scaled.jsonl", line(0) + "\n");
+  const struct {
+    const char *size;
+    int n;
+    double x, y;
+  } cases[] = {
+      {"width=64,height=48", 0, 10.25, 20},
+      {"width=128,height=96", 0, 21, 40.5},    // (10.25 + ½)·2 − ½, (20 + ½)·2 − ½
+      {"width=32,height=24", 0, 4.875, 9.75},  // (10.25 + ½)/2 − ½, (20 + ½)/2 − ½
+      {"width=128,height=97", -1, 0, 0},       // another aspect
+      {"width=128,height=48", -1, 0, 0},
+  };
+  for (const auto &c : cases) {
+    Harness harness(path, (std::string("video/x-raw,format=GRAY8,framerate=25/1,") + c.size).c_str());
+    GstBuffer *out = gst_harness_push_and_pull(harness.h, frame_at(0));
+    fail_unless_equals_int(number_on(out), c.n);
+    if (c.n == 0) {
+      GstCsdHeader header;
+      gst_csd_structure_get_header(gst_buffer_get_csd_tracks(out, GST_CSD_TRACK_META_NAME, nullptr), &header);
+      fail_unless(std::string(c.size) ==
+                  "width=" + std::to_string(header.width) + ",height=" + std::to_string(header.height));
+      fail_unless_equals_int(header.tracked_width, 64);
+      fail_unless_equals_int(header.tracked_height, 48);
+      fail_unless_equals_float(feature_on(out).x, c.x);
+      fail_unless_equals_float(feature_on(out).y, c.y);
+    } else {
+      assert_holds(harness.said(GST_MESSAGE_WARNING), "these are of a picture of 64×48 pixels, and the video, of 128×");
+    }
+    gst_buffer_unref(out);
+    fail_unless(harness.said(GST_MESSAGE_WARNING) == "");
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(with_a_crop_rectangle_the_picture_is_that) {
+  Harness harness(write_file("crop.jsonl", line(0) + "\n"),
+                  "video/x-raw,format=GRAY8,width=128,height=96,framerate=25/1");
+  GstBuffer *in = gst_buffer_new_allocate(nullptr, 128 * 96, nullptr);
+  GST_BUFFER_PTS(in) = 0;
+  GstVideoCropMeta *crop = gst_buffer_add_video_crop_meta(in);
+  crop->x = 40;
+  crop->y = 10;
+  crop->width = 64;
+  crop->height = 48;
+  GstBuffer *out = gst_harness_push_and_pull(harness.h, in);
+  fail_unless_equals_float(feature_on(out).x, 10.25);
+  gst_buffer_unref(out);
+}
+GST_END_TEST
+
+GST_START_TEST(a_frame_gets_the_line_that_is_nearest_within_half_a_frame) {
+  // At 0, 40, 80, 200 and 200 ms.
+  const std::string path =
+      write_file("near.jsonl", lines(0, 3) + line(3, 200 * GST_MSECOND) + "\n" + line(4, 200 * GST_MSECOND) + "\n");
+  const struct {
+    const char *what;
+    std::vector<unsigned> ms;
+    GstClockTime duration;
+    std::string numbers;
+  } cases[] = {
+      {"as recorded", {0, 40, 80, 120, 160, 200}, frame_time, "0 1 2 . . 3 "},
+      {"two frames of one time", {80, 200, 200, 200}, frame_time, "2 3 4 . "},
+      {"rounded and jittering", {1, 39, 85, 119}, frame_time, "0 1 2 . "},
+      {"half a frame late, and more", {20, 61, 101}, frame_time, "0 2 . "},
+      {"half a frame early, and more", {180, 181}, frame_time, "3 4 "},
+      {"twice the rate", {0, 20, 40, 60, 80}, frame_time / 2, "0 . 1 . 2 "},
+      {"half the rate", {0, 80}, 2 * frame_time, "0 2 "},
+      {"backwards", {200, 80, 40, 0}, frame_time, "3 2 1 0 "},
+  };
+  for (const auto &c : cases) {
+    Harness harness(path);
+    std::string numbers;
+    for (const unsigned ms : c.ms) {
+      const int number = harness.push(frame_at(ms * GST_MSECOND, c.duration));
+      numbers += (number < 0 ? "." : std::to_string(number)) + " ";
+    }
+    fail_unless(numbers == c.numbers, "%s: %s", c.what, numbers.c_str());
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(a_frame_without_a_duration_lasts_as_long_as_the_caps_say) {
+  const std::string path = write_file("rate.jsonl", lines(0, 1));
+  const struct {
+    const char *framerate;
+    unsigned ms;
+    int number;
+  } cases[] = {{"10/1", 50, 0}, {"10/1", 51, -1}, {"0/1", 20, 0}, {"0/1", 21, -1}};  // 0/1: as of 25 frames a second
+  for (const auto &c : cases) {
+    Harness harness(path,
+                    (std::string("video/x-raw,format=GRAY8,width=64,height=48,framerate=") + c.framerate).c_str());
+    fail_unless_equals_int(harness.push(frame_at(c.ms * GST_MSECOND, GST_CLOCK_TIME_NONE)), c.number);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(stream_time_counts) {
+  Harness harness(write_file("stream.jsonl", lines(0, 200)));
+  // Timestamps begin at 100 s where the stream is at 4 s.
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  segment.start = 100 * GST_SECOND;
+  segment.time = 4 * GST_SECOND;
+  gst_harness_push_event(harness.h, gst_event_new_segment(&segment));
+  fail_unless_equals_int(harness.push(100 * GST_SECOND), 100);
+  fail_unless_equals_int(harness.push(101 * GST_SECOND), 125);
+  fail_unless_equals_int(harness.push(GST_CLOCK_TIME_NONE), -1);
+}
+GST_END_TEST
+
+GST_START_TEST(ts_offset_is_added_to_the_time_of_the_lines) {
+  Harness harness(write_file("offset.jsonl", lines(100, 110)));  // from 4 s on
+  fail_unless_equals_int(harness.push(0 * frame_time), -1);
+  g_object_set(harness.element, "ts-offset", -4 * static_cast<gint64>(GST_SECOND), nullptr);
+  for (int n = 1; n < 5; ++n) fail_unless_equals_int(harness.push(n * frame_time), 100 + n);
+  g_object_set(harness.element, "ts-offset", 4 * static_cast<gint64>(GST_SECOND), nullptr);
+  fail_unless_equals_int(harness.push(207 * frame_time), 107);
+}
+GST_END_TEST
+
+GST_START_TEST(a_frame_that_a_seek_has_cut_into_is_known_by_its_end) {
+  const std::string path = write_file("cut.jsonl", lines(0, 200));
+  for (const GstClockTime cut : {5 * GST_MSECOND, 35 * GST_MSECOND}) {
+    const GstClockTime start = 100 * frame_time + cut;
+    Harness harness(path);
+    new_segment(harness.h, start);
+    fail_unless_equals_int(harness.push(frame_at(start, frame_time - cut)), 100);
+    fail_unless_equals_int(harness.push(101 * frame_time), 101);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(it_follows_seeks) {
+  // 2.7 MB, so that a place is looked for by bisection; every tenth line belongs to no frame.
+  std::string content = "\xef\xbb\xbf";
+  for (guint64 n = 0; n < 10000; ++n) {
+    if (n % 10 == 9)
+      content +=
+          "{\"schema\":1,\"role\":\"track\",\"frame\":null,\"stream_time\":null,\"width\":64,\"height\":48,"
+          "\"features\":[]}\r\n\n";
+    else
+      content += line(n) + "\r\n";
+  }
+  Harness harness(write_file("seek.jsonl", content));
+  const auto check = [&](guint64 n) {
+    fail_unless_equals_int(harness.push(n * frame_time), n < 10000 && n % 10 != 9 ? static_cast<int>(n) : -1);
+  };
+  for (const guint64 from : {0, 5000, 9990, 3, 7777, 0, 20000, 9998}) {
+    flush(harness.h);
+    new_segment(harness.h, from * frame_time);
+    for (guint64 n = from; n < from + 12; ++n) check(n);
+  }
+  // Without a flush, too: a decoder's gap, a segment that plays again.
+  new_segment(harness.h, 0);
+  for (guint64 n : {6000, 6001, 6100, 9000, 100, 99, 101, 102}) check(n);
+  fail_unless(harness.said(GST_MESSAGE_ERROR) == "");
+}
+GST_END_TEST
+
+GST_START_TEST(a_torn_last_line_is_left_out_until_it_is_whole) {
+  const std::string path = write_file("torn.jsonl", line(0) + "\n" + line(1).substr(0, 100));
+  Harness harness(path);
+  fail_unless_equals_int(harness.push(0 * frame_time), 0);
+  fail_unless_equals_int(harness.push(1 * frame_time), -1);
+  fail_unless_equals_int(harness.push(2 * frame_time), -1);
+  FILE *file = g_fopen(path.c_str(), "a");
+  fputs((line(1).substr(100) + "\n" + line(2) + "\n" + line(3) + "\n" + line(4)).c_str(), file);
+  fclose(file);
+  fail_unless_equals_int(harness.push(3 * frame_time), 3);
+  fail_unless_equals_int(harness.push(4 * frame_time), -1);
+  fail_unless(harness.said(GST_MESSAGE_ERROR) == "");
+}
+GST_END_TEST
+
+GST_START_TEST(a_line_without_tracks_and_one_without_features) {
+  Harness harness(write_file(
+      "none.jsonl",
+      "{\"schema\":1,\"source\":null,\"role\":\"track\",\"algorithm\":null,\"frame\":null,\"pts\":0,\"stream_time\":0,"
+      "\"width\":64,\"height\":48,\"features\":[]}\n"
+      "{\"schema\":1,\"source\":\"t\",\"role\":\"track\",\"algorithm\":\"lk\",\"frame\":7,\"stream_time\":40000000,"
+      "\"width\":64,\"height\":48,\"features\":[]}\n"));
+  fail_unless_equals_int(harness.push(0 * frame_time), -1);
+  fail_unless_equals_int(harness.push(1 * frame_time), 7);
+}
+GST_END_TEST
+
+GST_START_TEST(what_is_no_track_is_refused_with_line_and_reason) {
+  const auto with = [](const char *from, const char *to) {
+    std::string bad = line(1);
+    return lines(0, 1) + bad.replace(bad.find(from), strlen(from), to) + "\n";
+  };
+  const struct {
+    std::string content;
+    const char *reason;
+  } cases[] = {
+      {"frame,pts,stream_time,id,x,y,state,confidence,fresh\n", "Line 1 of \""},
+      {"frame,pts,stream_time,id,x,y,state,confidence,fresh\n", "is no JSON"},
+      {lines(0, 1) + "\n\nnot JSON\n", "Line 4 of \""},
+      {with("\"frame\"", "frame"), ": is no JSON: "},
+      {with(":1,", ":2,"), ": schema 2 is not known (1 is)"},
+      {with("\"role\":\"track\"", "\"role\":\"other\""), ": `role` is 'other', neither track nor truth"},
+      {with("\"role\":\"track\",", ""), ": `role` is '', neither track nor truth"},
+      {with("11.250", "NaN"), ": is no JSON: "},
+      {with("11.250", "1e999"), ": `x` is no number"},
+      {with("11.250", "99999999999999999999"), ": is no JSON: a number has more than 19 digits"},
+      {with("11.250", "-1e7"), ": `x` is beyond 1048576 pixels"},
+      {with("\"y\":20.000,", ""), ": `y` is no number"},
+      {with("\"id\":3", "\"id\":-3"), ": `id` is no whole number from 0 to 4294967294"},
+      {with("[{", "[{\"id\":3,\"x\":1,\"y\":1,\"state\":\"lost\",\"confidence\":0},{"), ": feature 3 after feature 3"},
+      {with("0.931", "2"), ": a confidence is from 0 to 1"},
+      {with("\"width\":64,", ""), ": has no `width` or no `height`"},
+      {with("\"height\":48", "\"height\":0"), ": has no `width` or no `height`"},
+      {with("null", std::string(100000, '[').c_str()), ": is no JSON: brackets are nested more than 16 deep"},
+      {line(3) + "\n" + line(2) + "\n", ": `stream_time` 80000000 after 120000000: lines must be sorted by it"},
+      {std::string(9 << 20, ' ') + "\n", ": is longer than 8 MiB"},
+      {std::string(9 << 20, '\0'), ": is longer than 8 MiB"},
+  };
+  for (const auto &c : cases) {
+    Harness harness(write_file("hostile.jsonl", c.content));
+    GstFlowReturn flow = GST_FLOW_OK;
+    for (guint64 n = 0; n < 5 && flow == GST_FLOW_OK; ++n) flow = gst_harness_push(harness.h, frame_at(n * frame_time));
+    fail_unless_equals_int(flow, GST_FLOW_ERROR);
+    const std::string text = harness.said(GST_MESSAGE_ERROR);
+    assert_holds(text, c.reason);
+    assert_holds(text, "hostile.jsonl\"");
+    assert_holds(text, "Set location to a .jsonl file that csdtrackenc has written.");
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(a_file_that_cant_be_read_is_refused_in_ready) {
+  const std::string pipe = temporary("pipe");
+  fail_unless(mkfifo(pipe.c_str(), 0600) == 0);
+  const struct {
+    std::string location;
+    int code;
+    const char *text;
+  } cases[] = {
+      {temporary("missing.jsonl"), GST_RESOURCE_ERROR_NOT_FOUND,
+       "can't be read: No such file or directory. Set location"},
+      {temporary("."), GST_RESOURCE_ERROR_OPEN_READ, "is no file. Set location"},
+      {pipe, GST_RESOURCE_ERROR_OPEN_READ, "link what comes by a pipe or a network to the pad text"},
+  };
+  for (const auto &c : cases) {
+    GstElement *element = gst_element_factory_make("csdtrackdec", nullptr);
+    GstBus *bus = gst_bus_new();
+    gst_element_set_bus(element, bus);
+    g_object_set(element, "location", c.location.c_str(), nullptr);
+    fail_unless_equals_int(gst_element_set_state(element, GST_STATE_READY), GST_STATE_CHANGE_FAILURE);
+    GstMessage *message = gst_bus_pop_filtered(bus, GST_MESSAGE_ERROR);
+    GError *error = nullptr;
+    gst_message_parse_error(message, &error, nullptr);
+    fail_unless(g_error_matches(error, GST_RESOURCE_ERROR, c.code));
+    assert_holds(error->message, c.text);
+    g_error_free(error);
+    gst_message_unref(message);
+    gst_element_set_state(element, GST_STATE_NULL);
+    gst_element_set_bus(element, nullptr);
+    gst_object_unref(bus);
+    gst_object_unref(element);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(pixels_are_touched_by_overlay_draw_alone) {
+  const std::string path = write_file("overlay.jsonl", lines(0, 3));
+  for (const char *overlay : {"none", "meta", "draw"}) {
+    const bool draw = std::string(overlay) == "draw", meta = std::string(overlay) == "meta";
+    Harness harness(path, nullptr, overlay);
+    if (meta) gst_harness_add_propose_allocation_meta(harness.h, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE, nullptr);
+    gst_harness_set_src_caps_str(harness.h, gray_64);
+    for (int i = 0; i < 5; ++i) {
+      const bool tracked = i < 3;
+      GstBuffer *in = frame_at(i * frame_time);
+      GstMemory *memory = gst_buffer_peek_memory(in, 0);
+      gst_buffer_ref(in);  // as a tee's other branch does
+      GstBuffer *out = gst_harness_push_and_pull(harness.h, in);
+      fail_unless_equals_int(number_on(out), tracked ? i : -1);
+      fail_unless_equals_int(number_on(in), -1);
+      fail_unless((gst_buffer_peek_memory(out, 0) == memory) == !(draw && tracked), "%s, frame %d", overlay, i);
+      fail_unless((gst_buffer_get_video_overlay_composition_meta(out) != nullptr) == (meta && tracked));
+      guint8 pixels[64 * 48];
+      memset(pixels, 100, sizeof pixels);
+      gst_check_buffer_data(in, pixels, sizeof pixels);
+      fail_unless((gst_buffer_memcmp(out, 0, pixels, sizeof pixels) == 0) == !(draw && tracked));
+      gst_buffer_unref(in);
+      gst_buffer_unref(out);
+    }
+    GstBuffer *in = frame_at(GST_CLOCK_TIME_NONE);  // nobody else's: it is the same buffer that goes on
+    GstBuffer *out = gst_harness_push_and_pull(harness.h, in);
+    fail_unless(out == in);
+    gst_buffer_unref(out);
+    fail_unless(harness.said(GST_MESSAGE_WARNING) == "");
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(metas_of_others_stay) {
+  Harness harness(write_file("others.jsonl", line(5, 0) + "\n"));
+  GstBuffer *in = frame_at(0);
+  attach(in, "live", 1, 64, 48, 1, 2);
+  GstBuffer *out = gst_harness_push_and_pull(harness.h, in);
+  fail_unless(gst_buffer_get_csd_tracks(out, GST_CSD_TRACK_META_NAME, "live") != nullptr);
+  fail_unless(gst_buffer_get_csd_tracks(out, GST_CSD_TRACK_META_NAME, "csdtrack0") != nullptr);
+  fail_unless_equals_int(number_on(out), 5);
+  gst_buffer_unref(out);
+}
+GST_END_TEST
+
+GST_START_TEST(location_is_taken_over_in_ready_and_its_lack_is_said_once) {
+  const std::string path = write_file("late.jsonl", lines(0, 9));
+  Harness harness;
+  g_object_set(harness.element, "location", path.c_str(), nullptr);  // PLAYING: it stays as it was
+  for (int i = 0; i < 3; ++i) fail_unless_equals_int(harness.push(i * frame_time), -1);
+  assert_holds(harness.said(GST_MESSAGE_WARNING), "There are no tracks to put on the frames. Set location");
+  fail_unless(harness.said(GST_MESSAGE_WARNING) == "");
+  gst_element_set_state(harness.element, GST_STATE_READY);
+  g_object_set(harness.element, "location", path.c_str(), nullptr);
+  gst_element_set_state(harness.element, GST_STATE_PLAYING);
+  gst_harness_push_event(harness.h, gst_event_new_stream_start("again"));
+  gst_harness_set_src_caps_str(harness.h, gray_64);
+  new_segment(harness.h, 0);
+  fail_unless_equals_int(harness.push(3 * frame_time), 3);
+}
+GST_END_TEST
+
+static Suite *csdtrackdec_suite() {
+  Suite *s = suite_create("csdtrackdec");
+  TCase *tc = tcase_create("file");
+  suite_add_tcase(s, tc);
+  gst_object_unref(gst_plugin_load_by_name("csdtrack"));
+  tcase_add_test(tc, a_recording_comes_back_byte_for_byte);
+  tcase_add_test(tc, positions_are_scaled_with_the_picture);
+  tcase_add_test(tc, with_a_crop_rectangle_the_picture_is_that);
+  tcase_add_test(tc, a_frame_gets_the_line_that_is_nearest_within_half_a_frame);
+  tcase_add_test(tc, a_frame_without_a_duration_lasts_as_long_as_the_caps_say);
+  tcase_add_test(tc, stream_time_counts);
+  tcase_add_test(tc, ts_offset_is_added_to_the_time_of_the_lines);
+  tcase_add_test(tc, a_frame_that_a_seek_has_cut_into_is_known_by_its_end);
+  tcase_add_test(tc, it_follows_seeks);
+  tcase_add_test(tc, a_torn_last_line_is_left_out_until_it_is_whole);
+  tcase_add_test(tc, a_line_without_tracks_and_one_without_features);
+  tcase_add_test(tc, what_is_no_track_is_refused_with_line_and_reason);
+  tcase_add_test(tc, a_file_that_cant_be_read_is_refused_in_ready);
+  tcase_add_test(tc, pixels_are_touched_by_overlay_draw_alone);
+  tcase_add_test(tc, metas_of_others_stay);
+  tcase_add_test(tc, location_is_taken_over_in_ready_and_its_lack_is_said_once);
+  return s;
+}
+
+GST_CHECK_MAIN(csdtrackdec)

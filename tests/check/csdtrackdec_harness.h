@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Lines, frames and harnesses for the tests of csdtrackdec.
+#pragma once
+
+#include <glib/gstdio.h>
+#include <gst/check/gstharness.h>
+#include <gst/video/video.h>
+
+#include <filesystem>
+#include <string>
+#include <system_error>
+
+#include "attach.h"
+#include "read_text.h"
+
+namespace csd_check {
+
+inline constexpr char gray_64[] = "video/x-raw,format=GRAY8,width=64,height=48,framerate=25/1";
+inline constexpr GstClockTime frame_time = 40 * GST_MSECOND;
+
+/// A file in a folder that goes with the process.
+inline std::string temporary(const char *name) {
+  static const struct Folder {
+    gchar *path = g_dir_make_tmp("csdtrackdec-XXXXXX", nullptr);
+    ~Folder() {
+      std::error_code ignored;
+      std::filesystem::remove_all(path, ignored);
+      g_free(path);
+    }
+  } folder;
+  return std::string(folder.path) + "/" + name;
+}
+
+inline std::string write_file(const char *name, const std::string &content) {
+  const std::string path = temporary(name);
+  fail_unless(g_file_set_contents(path.c_str(), content.data(), static_cast<gssize>(content.size()), nullptr));
+  return path;
+}
+
+inline std::string read_file(const std::string &path) {
+  gchar *data = nullptr;
+  gsize size = 0;
+  fail_unless(g_file_get_contents(path.c_str(), &data, &size, nullptr), "%s", path.c_str());
+  std::string text(data, size);
+  g_free(data);
+  return text;
+}
+
+/// What csdtrackenc writes of frame `n`, of 64×48 pixels, that was tracked: one feature, at 10+n,20. No newline.
+inline std::string line(guint64 n, GstClockTime stream_time) {
+  g_autofree gchar *text = g_strdup_printf(
+      "{\"schema\":1,\"source\":\"csdtrack0\",\"role\":\"track\",\"algorithm\":\"csd\",\"frame\":%" G_GUINT64_FORMAT
+      ",\"pts\":%" G_GUINT64_FORMAT ",\"duration\":40000000,\"running_time\":0,\"stream_time\":%" G_GUINT64_FORMAT
+      ",\"reference\":null,\"width\":64,\"height\":48,\"features\":[{\"id\":3,\"x\":%" G_GUINT64_FORMAT
+      ".250,\"y\":20.000,\"state\":\"tracked\",\"confidence\":0.931}]}",
+      n, stream_time, stream_time, 10 + n);
+  return text;
+}
+inline std::string line(guint64 n) {
+  return line(n, n * frame_time);
+}
+
+inline std::string lines(guint64 from, guint64 to) {
+  std::string text;
+  for (guint64 n = from; n < to; ++n) text += line(n) + "\n";
+  return text;
+}
+
+inline GstBuffer *frame_at(GstClockTime pts, GstClockTime duration = frame_time) {
+  GstBuffer *buffer = gst_buffer_new_allocate(nullptr, 64 * 48, nullptr);
+  gst_buffer_memset(buffer, 0, 100, 64 * 48);
+  GST_BUFFER_PTS(buffer) = pts;
+  GST_BUFFER_DURATION(buffer) = duration;
+  return buffer;
+}
+
+/// The number of the frame whose tracks are on this one, −1 where there are none.
+inline int number_on(GstBuffer *buffer, const char *name = GST_CSD_TRACK_META_NAME) {
+  GstCsdHeader header;
+  const GstStructure *tracks = gst_buffer_get_csd_tracks(buffer, name, nullptr);
+  if (!tracks) return -1;
+  fail_unless(gst_csd_structure_get_header(tracks, &header));
+  return static_cast<int>(header.frame);
+}
+
+struct Harness {
+  GstElement *element = gst_element_factory_make("csdtrackdec", nullptr);
+  GstHarness *h = nullptr;
+  GstBus *bus = gst_bus_new();
+
+  explicit Harness(const std::string &location = "", const char *caps = gray_64, const char *overlay = "none") {
+    if (!location.empty()) g_object_set(element, "location", location.c_str(), nullptr);
+    gst_util_set_object_arg(G_OBJECT(element), "overlay", overlay);
+    gst_element_set_bus(element, bus);
+    h = gst_harness_new_with_element(element, "sink", "src");
+    if (caps) gst_harness_set_src_caps_str(h, caps);
+  }
+  ~Harness() {
+    gst_bus_set_flushing(bus, TRUE);
+    gst_harness_teardown(h);
+    gst_element_set_bus(element, nullptr);
+    gst_object_unref(element);
+    gst_object_unref(bus);
+  }
+  Harness(const Harness &) = delete;
+  Harness &operator=(const Harness &) = delete;
+
+  /// The number of the tracks that come out on this frame.
+  int push(GstBuffer *frame) {
+    GstBuffer *out = gst_harness_push_and_pull(h, frame);
+    fail_unless(out != nullptr);
+    const int number = number_on(out);
+    gst_buffer_unref(out);
+    return number;
+  }
+  int push(GstClockTime pts) { return push(frame_at(pts)); }
+
+  /// The text of the next message of that kind, "" if there is none.
+  std::string said(GstMessageType type) {
+    GstMessage *message = gst_bus_pop_filtered(bus, type);
+    if (!message) return "";
+    GError *error = nullptr;
+    type == GST_MESSAGE_ERROR ? gst_message_parse_error(message, &error, nullptr)
+                              : gst_message_parse_warning(message, &error, nullptr);
+    const std::string text = error->message;
+    g_error_free(error);
+    gst_message_unref(message);
+    return text;
+  }
+};
+
+inline void flush(GstHarness *h) {
+  gst_harness_push_event(h, gst_event_new_flush_start());
+  gst_harness_push_event(h, gst_event_new_flush_stop(TRUE));
+}
+
+inline void new_segment(GstHarness *h, GstClockTime start, GstClockTime base = 0, double rate = 1) {
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  segment.rate = rate;
+  segment.start = segment.time = segment.position = start;
+  segment.base = base;
+  if (rate < 0) segment.stop = 1000 * GST_SECOND;
+  fail_unless(gst_harness_push_event(h, gst_event_new_segment(&segment)));
+}
+
+inline void assert_holds(const std::string &text, const char *part) {
+  fail_unless(text.find(part) != std::string::npos, "'%s' is not in '%s'", part, text.c_str());
+}
+
+}  // namespace csd_check

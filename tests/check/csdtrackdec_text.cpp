@@ -1,0 +1,407 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+//
+// csdtrackdec with lines that come to its pad `text`: which frame waits for what, and that none waits for ever.
+#include <atomic>
+#include <thread>
+
+#include "csdtrackdec_harness.h"
+
+using namespace csd_check;
+
+namespace {
+
+constexpr char ndjson[] = "application/x-ndjson", utf8[] = "text/x-raw,format=utf8",
+               markup[] = "text/x-raw,format=pango-markup";
+
+GstBuffer *bytes(const std::string &text, GstClockTime pts = GST_CLOCK_TIME_NONE) {
+  GstBuffer *buffer = gst_buffer_new_allocate(nullptr, text.size(), nullptr);
+  gst_buffer_fill(buffer, 0, text.data(), text.size());
+  GST_BUFFER_PTS(buffer) = pts;
+  return buffer;
+}
+
+/// csdtrackdec with both of its sink pads. Waits for its text as long as a test may last, unless told otherwise.
+struct TextHarness : Harness {
+  GstHarness *text;
+
+  explicit TextHarness(const char *caps = utf8, guint64 max_wait = 3600 * GST_SECOND) {
+    g_object_set(element, "max-wait", max_wait, nullptr);
+    text = gst_harness_new_with_element(element, "text", nullptr);
+    gst_harness_set_src_caps_str(text, caps);
+  }
+  ~TextHarness() { gst_harness_teardown(text); }
+
+  GstFlowReturn push_line(guint64 n) { return push_line(line(n), n * frame_time); }
+  GstFlowReturn push_line(const std::string &line, GstClockTime pts) {
+    return gst_harness_push(text, bytes(line, pts));
+  }
+  void end() { fail_unless(gst_harness_push_event(text, gst_event_new_eos())); }
+};
+
+/// A frame that is pushed by another thread. The tests look at what comes of it, not at when.
+class Waiting {
+ public:
+  Waiting(TextHarness &harness, GstClockTime pts)
+      : thread_([this, &harness, pts] { flow_ = gst_harness_push(harness.h, frame_at(pts)); }) {
+    // It has most probably begun to wait when the test goes on. If not, the test finds less than it could.
+    g_usleep(20000);
+  }
+  GstFlowReturn join() {
+    thread_.join();
+    return flow_;
+  }
+
+ private:
+  GstFlowReturn flow_ = GST_FLOW_CUSTOM_ERROR;
+  std::thread thread_;
+};
+
+int pull_number(TextHarness &harness) {
+  GstBuffer *out = gst_harness_pull(harness.h);
+  const int number = number_on(out);
+  gst_buffer_unref(out);
+  return number;
+}
+
+std::string extracted(const std::string &recording) {
+  gchar *out = nullptr, *err = nullptr;
+  gint status = 1;
+  const std::string command = "ffmpeg -v error -i " + recording + " -map 0:s -c copy -f data -";
+  fail_unless(g_spawn_command_line_sync(command.c_str(), &out, &err, &status, nullptr) && status == 0, "%s", err);
+  const std::string text = out;
+  g_free(out);
+  g_free(err);
+  return text;
+}
+
+bool have(const char *factory) {
+  GstElementFactory *f = gst_element_factory_find(factory);
+  if (f) gst_object_unref(f);
+  if (!f) g_printerr("SKIP: there is no %s here\n", factory);
+  return f != nullptr;
+}
+
+}  // namespace
+
+GST_START_TEST(lines_come_in_every_form) {
+  const std::string plain = lines(0, 3);
+  std::string escaped;
+  for (const char c : line(1)) escaped += c == '"' ? std::string("&quot;") : std::string(1, c);
+  std::string named = line(2);
+  named.replace(named.find("csdtrack0"), 9, "a&amp;quot;&lt;b&gt;&apos;&#39;&#x26;&unknown;&");
+  {  // A stream of bytes, cut anywhere; its last line is torn.
+    TextHarness harness(ndjson);
+    const std::string all = plain + line(3);
+    for (std::size_t at = 0; at < all.size(); at += 7) gst_harness_push(harness.text, bytes(all.substr(at, 7)));
+    harness.end();
+    for (int n = 0; n < 4; ++n) fail_unless_equals_int(harness.push(n * frame_time), n < 3 ? n : -1);
+  }
+  {  // All in one.
+    TextHarness harness(ndjson);
+    gst_harness_push(harness.text, bytes(plain, 0));
+    harness.end();
+    for (int n = 0; n < 3; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
+  }
+  {
+    TextHarness harness(markup);
+    harness.push_line(escaped + std::string(1, '\0'), 1 * frame_time);
+    harness.push_line(named, 2 * frame_time);
+    fail_unless_equals_int(harness.push(1 * frame_time), 1);
+    GstBuffer *out = gst_harness_push_and_pull(harness.h, frame_at(2 * frame_time));
+    GstCsdHeader header;
+    gst_csd_structure_get_header(gst_buffer_get_csd_tracks(out, GST_CSD_TRACK_META_NAME, nullptr), &header);
+    fail_unless_equals_string(header.source, "a&quot;<b>''&&unknown;&");
+    gst_buffer_unref(out);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(the_time_of_the_buffer_counts_more_than_that_in_the_line) {
+  // A part of a recording that begins anew at 0: its lines tell of the time of the whole.
+  for (const char *caps : {utf8, ndjson}) {
+    TextHarness harness(caps);
+    for (guint64 n = 0; n < 5; ++n) harness.push_line(line(n, 100 * GST_SECOND) + "\n", n * frame_time);
+    for (int n = 0; n < 5; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(a_frame_waits_for_its_line_a_later_one_a_gap_or_the_end) {
+  const struct {
+    const char *what;
+    void (*come)(TextHarness &);
+    int number;
+  } cases[] = {
+      {"its line", [](TextHarness &h) { h.push_line(2); }, 2},
+      {"its line, a bit earlier, then a later one",
+       [](TextHarness &h) {
+         h.push_line(line(2), 2 * frame_time - 5 * GST_MSECOND);
+         h.push_line(3);
+       },
+       2},
+      {"older ones, then a later one",
+       [](TextHarness &h) {
+         h.push_line(0);
+         h.push_line(1);
+         h.push_line(5);
+       },
+       -1},
+      {"a gap", [](TextHarness &h) { gst_harness_push_event(h.text, gst_event_new_gap(0, GST_SECOND)); }, -1},
+      {"the end", [](TextHarness &h) { h.end(); }, -1},
+      {"no link any more",
+       [](TextHarness &h) {
+         GstPad *pad = gst_element_get_static_pad(h.element, "text");
+         gst_pad_unlink(h.text->srcpad, pad);
+         gst_object_unref(pad);
+       },
+       -1},
+  };
+  for (const auto &c : cases) {
+    TextHarness harness;
+    Waiting frame(harness, 2 * frame_time);
+    // A gap that ends before the frame does says nothing of it.
+    gst_harness_push_event(harness.text, gst_event_new_gap(0, frame_time));
+    fail_unless(gst_harness_try_pull(harness.h) == nullptr, "%s: it didn't wait", c.what);
+    c.come(harness);
+    fail_unless_equals_int(frame.join(), GST_FLOW_OK);
+    fail_unless_equals_int(pull_number(harness), c.number);
+    fail_unless(harness.said(GST_MESSAGE_WARNING) == "", "%s", c.what);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(a_flush_or_a_stop_ends_the_wait) {
+  {
+    TextHarness harness;
+    Waiting frame(harness, 2 * frame_time);
+    gst_harness_push_event(harness.h, gst_event_new_flush_start());
+    fail_unless_equals_int(frame.join(), GST_FLOW_FLUSHING);
+  }
+  {
+    TextHarness harness;
+    Waiting frame(harness, 2 * frame_time);
+    gst_element_set_state(harness.element, GST_STATE_NULL);
+    fail_unless_equals_int(frame.join(), GST_FLOW_FLUSHING);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(no_frame_waits_longer_than_max_wait) {
+  TextHarness harness(utf8, GST_MSECOND);
+  for (int n = 0; n < 3; ++n) fail_unless_equals_int(harness.push(n * frame_time), -1);
+  assert_holds(harness.said(GST_MESSAGE_WARNING), "no text has come within 1 ms. Put a queue before each pad");
+  g_object_set(harness.element, "max-wait", 3600 * GST_SECOND, nullptr);
+  harness.push_line(0);  // too late: it is of no frame any more, and the next one doesn't wait either
+  fail_unless_equals_int(harness.push(3 * frame_time), -1);
+  // Text is ahead again: frames wait again.
+  harness.push_line(4);
+  fail_unless_equals_int(harness.push(4 * frame_time), 4);
+  Waiting frame(harness, 5 * frame_time);
+  harness.push_line(5);
+  frame.join();
+  fail_unless_equals_int(pull_number(harness), 5);
+  fail_unless(harness.said(GST_MESSAGE_WARNING) == "");
+}
+GST_END_TEST
+
+GST_START_TEST(with_max_wait_0_none_waits_and_none_warns) {
+  TextHarness harness(utf8, 0);
+  fail_unless_equals_int(harness.push(0 * frame_time), -1);
+  harness.push_line(1);
+  fail_unless_equals_int(harness.push(1 * frame_time), 1);
+  fail_unless(harness.said(GST_MESSAGE_WARNING) == "");
+}
+GST_END_TEST
+
+GST_START_TEST(text_that_runs_ahead_is_held_back_not_lost) {
+  TextHarness harness;
+  std::atomic<guint64> pushed = 0;
+  std::thread ahead([&] {
+    for (guint64 n = 0; n < 1000 && harness.push_line(n) == GST_FLOW_OK; ++n) ++pushed;
+    harness.end();
+  });
+  while (pushed < 256) g_usleep(1000);
+  g_usleep(20000);
+  fail_unless_equals_uint64(pushed, 256);
+  for (int n = 0; n < 500; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
+  // A part of the video that shows nothing, then more of it; then it ends, and the text need not go on.
+  gst_harness_push_event(harness.h, gst_event_new_gap(700 * frame_time, frame_time));
+  while (pushed < 900) g_usleep(1000);
+  fail_unless_equals_int(harness.push(700 * frame_time), 700);
+  gst_harness_push_event(harness.h, gst_event_new_eos());
+  ahead.join();
+  fail_unless_equals_uint64(pushed, 1000);
+}
+GST_END_TEST
+
+GST_START_TEST(both_streams_are_sought_in) {
+  TextHarness harness;
+  for (guint64 n = 0; n < 5; ++n) harness.push_line(n);
+  for (int n = 0; n < 3; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
+  for (const guint64 to : {100, 1}) {
+    flush(harness.h);
+    flush(harness.text);
+    new_segment(harness.h, to * frame_time);
+    new_segment(harness.text, to * frame_time);
+    harness.push_line(line(999), (to - 1) * frame_time);  // before the segment
+    for (guint64 n = to; n < to + 3; ++n) harness.push_line(n);
+    for (guint64 n = to; n < to + 3; ++n) fail_unless_equals_int(harness.push(n * frame_time), static_cast<int>(n));
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(a_flush_forgets_what_has_come_of_a_line) {
+  TextHarness harness(ndjson);
+  gst_harness_push(harness.text, bytes(line(7).substr(0, 99)));
+  flush(harness.text);
+  new_segment(harness.text, 0);
+  gst_harness_push(harness.text, bytes(line(0) + "\n"));
+  fail_unless_equals_int(harness.push(0 * frame_time), 0);
+}
+GST_END_TEST
+
+GST_START_TEST(a_segment_that_plays_again) {
+  // The text runs ahead into the second round, then the third.
+  TextHarness harness;
+  const auto text_round = [&](guint64 round) {
+    if (round > 0) new_segment(harness.text, 0, round * GST_SECOND);
+    for (guint64 n = 0; n < 4; ++n) harness.push_line(line(10 * round + n, n * frame_time), n * frame_time);
+  };
+  const auto frames_round = [&](int round) {
+    if (round > 0) new_segment(harness.h, 0, static_cast<GstClockTime>(round) * GST_SECOND);
+    for (int n = 0; n < 5; ++n) fail_unless_equals_int(harness.push(n * frame_time), n < 4 ? 10 * round + n : -1);
+  };
+  for (guint64 round = 0; round < 3; ++round) text_round(round);
+  frames_round(0);
+  frames_round(1);
+  harness.end();
+  frames_round(2);
+}
+GST_END_TEST
+
+GST_START_TEST(backwards_no_frame_waits) {
+  TextHarness harness;
+  new_segment(harness.h, 0, 0, -1);
+  new_segment(harness.text, 0, 0, -1);
+  for (guint64 n = 400; n > 0; --n) fail_unless_equals_int(harness.push_line(n), GST_FLOW_OK);
+  for (int n = 3; n > 0; --n) fail_unless_equals_int(harness.push(n * frame_time), -1);
+}
+GST_END_TEST
+
+GST_START_TEST(what_is_no_line_is_refused_and_the_video_goes_on) {
+  const struct {
+    const char *caps, *text, *reason;
+  } cases[] = {
+      {utf8, "Hello, world", "Line 3 of what came to the pad text: is no JSON"},
+      {markup, "<i>Hello</i>", "Line 3 of what came to the pad text: is no JSON"},
+      {ndjson, "{\"schema\":9}\n", "schema 9 is not known (1 is). Link what csdtrackenc has written"},
+  };
+  for (const auto &c : cases) {
+    TextHarness harness(c.caps);
+    for (guint64 n = 0; n < 2; ++n) harness.push_line(line(n) + "\n", n * frame_time);
+    Waiting frame(harness, 2 * frame_time);
+    fail_unless_equals_int(harness.push_line(c.text, 2 * frame_time), GST_FLOW_ERROR);
+    fail_unless_equals_int(harness.push_line(2), GST_FLOW_ERROR);
+    frame.join();
+    assert_holds(harness.said(GST_MESSAGE_ERROR), c.reason);
+    fail_unless(harness.said(GST_MESSAGE_ERROR) == "");
+  }
+  TextHarness endless(ndjson);
+  GstFlowReturn flow = GST_FLOW_OK;
+  for (int i = 0; i < 10 && flow == GST_FLOW_OK; ++i)
+    flow = gst_harness_push(endless.text, bytes(std::string(1 << 20, 'x')));
+  fail_unless_equals_int(flow, GST_FLOW_ERROR);
+  assert_holds(endless.said(GST_MESSAGE_ERROR), "Line 1 of what came to the pad text: is longer than 8 MiB");
+  TextHarness unsorted;
+  unsorted.push_line(2);
+  fail_unless_equals_int(unsorted.push_line(1), GST_FLOW_ERROR);
+  assert_holds(unsorted.said(GST_MESSAGE_ERROR), "its stream time 40000000 comes after 80000000: lines must be sorted");
+}
+GST_END_TEST
+
+GST_START_TEST(with_location_the_pad_is_not_read) {
+  Harness harness(write_file("location.jsonl", lines(0, 2)));
+  GstHarness *text = gst_harness_new_with_element(harness.element, "text", nullptr);
+  gst_harness_set_src_caps_str(text, utf8);
+  for (guint64 n = 0; n < 1000; ++n) fail_unless_equals_int(gst_harness_push(text, bytes("nonsense", 0)), GST_FLOW_OK);
+  fail_unless_equals_int(harness.push(frame_time), 1);
+  assert_holds(harness.said(GST_MESSAGE_WARNING), "is not read, for location is set");
+  fail_unless(harness.said(GST_MESSAGE_WARNING) == "");
+  gst_harness_teardown(text);
+}
+GST_END_TEST
+
+GST_START_TEST(there_is_one_pad_text_and_it_comes_again) {
+  GstElement *element = gst_element_factory_make("csdtrackdec", nullptr);
+  for (int i = 0; i < 2; ++i) {
+    GstPad *pad = gst_element_request_pad_simple(element, "text");
+    fail_unless(pad != nullptr);
+    GstPadTemplate *other = gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(element), "text");
+    fail_unless(gst_element_request_pad(element, other, nullptr, nullptr) == nullptr);
+    gst_element_release_request_pad(element, pad);
+    gst_object_unref(pad);
+  }
+  gst_object_unref(element);
+}
+GST_END_TEST
+
+GST_START_TEST(tracks_come_back_out_of_a_recording) {
+  if (!have("x264enc") || !have("matroskamux") || !have("avdec_h264")) return;
+  const std::string recording = temporary("r.mkv"), first = temporary("first.jsonl"),
+                    second = temporary("second.jsonl");
+  const auto play_to_end = [](const std::string &text) {
+    GError *error = play(launch(text));
+    fail_unless(error == nullptr, "%s: %s", text.c_str(), error ? error->message : "");
+  };
+  const std::string wide = "queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 ! ";
+  // x264enc as it is by default: it holds 2 s back.
+  play_to_end(
+      "csdsimsrc num-buffers=90 ! video/x-raw,format=I420,width=160,height=120,framerate=30000/1001 ! "
+      "csdtrack algorithm=lk ! tee name=t matroskamux name=m ! filesink location=" +
+      recording + " t. ! queue ! x264enc ! h264parse ! m. t. ! " + wide + "csdtrackenc ! m.subtitle_0 t. ! " + wide +
+      "csdtrackenc ! filesink location=" + first);
+  const std::string lines = read_file(first);
+  fail_unless_equals_int(lines_of(lines).size(), 90);
+  std::string joined;
+  for (const std::string &line : lines_of(lines)) joined += line;
+  fail_unless(extracted(recording) == joined);
+
+  play_to_end("filesrc location=" + recording + " ! matroskademux name=d csdtrackdec name=r ! csdtrackenc ! " +
+              "filesink location=" + second + " d.video_0 ! queue ! decodebin ! r.sink d.subtitle_0 ! queue ! r.text");
+  // The times are Matroska's, in milliseconds; the tracks are what they were.
+  const auto before = lines_of(lines), after = lines_of(read_file(second));
+  fail_unless_equals_int(after.size(), 90);
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    const auto tracks = [](const std::string &line) { return line.substr(line.find("\"reference\"")); };
+    fail_unless(tracks(before[i]).find("\"id\"") != std::string::npos);
+    fail_unless(tracks(after[i]) == tracks(before[i]), "%s", after[i].c_str());
+    const auto source = [](const std::string &line) { return line.substr(0, line.find("\"pts\"")); };
+    fail_unless(source(after[i]) == source(before[i]), "%s", after[i].c_str());
+  }
+}
+GST_END_TEST
+
+static Suite *csdtrackdec_text_suite() {
+  Suite *s = suite_create("csdtrackdec_text");
+  TCase *tc = tcase_create("text");
+  suite_add_tcase(s, tc);
+  gst_object_unref(gst_plugin_load_by_name("csdtrack"));
+  tcase_add_test(tc, lines_come_in_every_form);
+  tcase_add_test(tc, the_time_of_the_buffer_counts_more_than_that_in_the_line);
+  tcase_add_test(tc, a_frame_waits_for_its_line_a_later_one_a_gap_or_the_end);
+  tcase_add_test(tc, a_flush_or_a_stop_ends_the_wait);
+  tcase_add_test(tc, no_frame_waits_longer_than_max_wait);
+  tcase_add_test(tc, with_max_wait_0_none_waits_and_none_warns);
+  tcase_add_test(tc, text_that_runs_ahead_is_held_back_not_lost);
+  tcase_add_test(tc, both_streams_are_sought_in);
+  tcase_add_test(tc, a_flush_forgets_what_has_come_of_a_line);
+  tcase_add_test(tc, a_segment_that_plays_again);
+  tcase_add_test(tc, backwards_no_frame_waits);
+  tcase_add_test(tc, what_is_no_line_is_refused_and_the_video_goes_on);
+  tcase_add_test(tc, with_location_the_pad_is_not_read);
+  tcase_add_test(tc, there_is_one_pad_text_and_it_comes_again);
+  tcase_add_test(tc, tracks_come_back_out_of_a_recording);
+  return s;
+}
+
+GST_CHECK_MAIN(csdtrackdec_text)
