@@ -31,10 +31,6 @@ def configure(track, preset, properties, wished):
         Gst.util_set_object_arg(track, name, value)
 
 
-def frames(track):
-    return track.get_property("stats").get_value("frames")
-
-
 def say_cost(track):
     stats = track.get_property("stats")
     print(f"{stats.get_value('frames')} frames; tracking cost {stats.get_value('time-p50') / 1e6:.1f} ms a frame (p50), "
@@ -51,6 +47,7 @@ class Run:
         self._loop = GLib.MainLoop()
         self._failure = None
         self._harmless = ()
+        self.frames = 0  # that came to the element called csdtrack
         self.on_message = lambda message: False  # whether it has been dealt with
 
     def element(self, name):
@@ -60,8 +57,14 @@ class Run:
         """Until it ends. `source`: what the user calls it. `harmless`: parts of texts of errors that are an end like any other. Raises
         command.Failure, also if no picture comes from the source. `on_live`: called if the source is live."""
         self._harmless = harmless
-        track = self.element("csdtrack")
-        GLib.timeout_add_seconds(SILENCE, lambda: frames(track) or self.fail(f"no picture came in {SILENCE} s: is it connected, and on?") or True)
+        self.element("csdtrack").get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._count)
+
+        def listen():
+            if not self.frames:
+                self.fail(f"no picture came in {SILENCE} s: is it connected, and on?")
+            return GLib.SOURCE_REMOVE
+
+        GLib.timeout_add_seconds(SILENCE, listen)
         bus = self.pipeline.get_bus()
         bus.add_signal_watch()
         bus.connect("message", lambda _, message: self._heed(message))
@@ -80,7 +83,7 @@ class Run:
             bus.remove_signal_watch()
         if self._failure:
             raise command.Failure(f"{source}: {self._failure}")
-        if not frames(track):
+        if not self.frames:
             raise command.Failure(f"{source}: no picture came: is it connected, and on?")
 
     def end(self):
@@ -93,6 +96,10 @@ class Run:
     def fail(self, text):
         self._failure = self._failure or text
         self._loop.quit()
+
+    def _count(self, _pad, _info):
+        self.frames += 1
+        return Gst.PadProbeReturn.OK
 
     def _heed(self, message):
         if self.on_message(message):

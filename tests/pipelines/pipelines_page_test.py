@@ -17,11 +17,11 @@ PAGE = SOURCE / "docs" / "pipelines.md"
 class Page(harness.Case):
     def test_what_can_be_copied_runs(self):
         commands = [line.strip() for line in PAGE.read_text().splitlines() if line.startswith("    pipelines/")]
-        self.assertGreaterEqual(len(commands), 2)
+        self.assertGreaterEqual(len(commands), 3)
         for text in commands:
             with self.subTest(text):
                 program, *arguments = shlex.split(text)
-                more = ["--no-install", "--seconds", "4"] + (["--sink", "fakesink"] if program.endswith("/live") else [])
+                more = ["--no-install", "--seconds", "4"] + (["--sink", "fakesink"] if program.endswith(("/live", "/review")) else [])
                 done = subprocess.run([SOURCE / program, *more, *arguments], cwd=self.tmp, capture_output=True, text=True, timeout=120,
                                       stdin=subprocess.DEVNULL, env={**os.environ, "CSDTRACK_BUILD": str(BUILD)})
                 self.assertEqual((done.returncode, done.stderr), (0, ""))

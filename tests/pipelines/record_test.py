@@ -63,6 +63,9 @@ class Record(harness.Case):
         done = run("--segment", 2, self.video, self.out)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(self.check_together(3), 130)
+        looked_at = subprocess.run([SOURCE / "pipelines" / "review", "--no-install", "--sink", "fakesink", self.out / "00001.mkv"],
+                                   capture_output=True, text=True, timeout=120, env=ENVIRONMENT)
+        self.assertEqual((looked_at.returncode, looked_at.stdout, looked_at.stderr), (0, "50 frames\n", ""))
         # Again: numbers go on, nothing is overwritten.
         before = {path: path.read_bytes() for path in self.out.iterdir()}
         self.assertEqual(run("--segment", 60, self.video, self.out).returncode, 0)
