@@ -10,6 +10,8 @@
 
 namespace csd::sim {
 
+inline constexpr double heart_rate = 1.25, breath_rate = 0.25;  ///< Hz, the mean: each beat and breath wanders about it
+
 /// The tissue's surface: a relief over texture coordinates (u, v), deformed by a mixture of Gaussians that move with
 /// the heart and with breathing, and a little at random (§3.1). Texture coordinates are units; at rest a point lies at
 /// (u, v, relief).
