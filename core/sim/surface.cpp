@@ -11,7 +11,6 @@ namespace {
 
 constexpr std::uint64_t stream_relief = 200, stream_pulse = 201, stream_beat = 202;
 
-
 // The fold: a ridge across the picture above its middle, which leans towards +v over the tissue there.
 constexpr double fold_v = -95, fold_across = 46, fold_along = 190, fold_height = 85, fold_lean = 135;
 

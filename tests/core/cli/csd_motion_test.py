@@ -230,7 +230,7 @@ class Wrong(Case):
         self.refused(self.LINE % (0, 0, 1, "tracked") + self.LINE % (1, 0, 1, "tracked"), ":2: the time doesn't go on")
         self.refused(self.LINE % (0, 0, 1, "flying"), ":1: there is no state 'flying'")
         self.refused(self.LINE % (0, 0, "1e400", "tracked"), "wrong:1: ")
-        self.refused(self.LINE % (0, 0, "1e300", "tracked"), "far outside any picture")
+        self.refused(self.LINE % (0, 0, "1e300", "tracked"), "is beyond 1048576 pixels")
         self.refused(self.LINE.replace('"pts":%d', '"pts":null') % (0, 1, "tracked"), "has no times")
 
     def test_a_torn_line_is_noted(self):
