@@ -235,7 +235,8 @@ GST_START_TEST(clicks_add_and_remove_points_where_that_is_wanted) {
   gst_harness_push_upstream_event(h, gst_navigation_event_new_key_press("x", GST_NAVIGATION_MODIFIER_NONE));
   fail_unless_equals_int(next().size(), 1);
   gst_harness_push_upstream_event(h, gst_navigation_event_new_key_press("r", GST_NAVIGATION_MODIFIER_NONE));
-  fail_unless_equals_string(next().at(0).c_str(), "ended");
+  const auto reset = next();
+  fail_unless_equals_string(reset.at(0).c_str(), "ended");
   click(3, 190, 90);  // there is none
   fail_unless(next().empty());
   click(1, NAN, 60);
