@@ -37,7 +37,7 @@ class Csd final : public Algorithm {
   void doubt(const CsdFrame &frame);
   void follow_queries(const CsdFrame &frame);
   void follow(Query &query, const CsdFrame &frame) const;
-  static void report(const Query &query, const CsdFrame &frame, const WorkFrame &work, Claim &claim);
+  void report(const Query &query, const CsdFrame &frame, const WorkFrame &work, Claim &claim) const;
 
   Settings settings_;
   Pyramid pyramid_;

@@ -130,14 +130,18 @@ void SupportPoints::sum_up(const CsdFrame &frame) {
   const auto median_of = [this](auto change) {
     changes_.clear();
     for (const auto &s : points_)
-      if (const auto c = change(s.point); c && s.point.sure()) changes_.push_back(*c);
+      if (const auto c = change(s.point)) changes_.push_back(*c);
     if (changes_.empty()) return 0.0;
     const auto middle = changes_.begin() + static_cast<std::ptrdiff_t>(changes_.size() / 2);
     std::nth_element(changes_.begin(), middle, changes_.end());
     return *middle;
   };
-  surroundings_.gain_drift = median_of([](const TrackedPoint &p) { return p.gain_change(); });
-  surroundings_.brightness_drift = median_of([](const TrackedPoint &p) { return p.brightness_change(); });
+  const auto if_sure = [](auto change) {
+    return [change](const TrackedPoint &p) { return p.sure() ? (p.*change)() : std::nullopt; };
+  };
+  surroundings_.gain_drift = median_of(if_sure(&TrackedPoint::gain_change));
+  surroundings_.brightness_drift = median_of(if_sure(&TrackedPoint::brightness_change));
+  surroundings_.blur = median_of([](const TrackedPoint &p) { return p.blur(); });
   std::size_t expected = 0;
   for (const auto &s : points_)
     if (s.established && (s.point.chart() == chart_ || s.point.map()) &&

@@ -33,6 +33,8 @@ constexpr double half_life = 100;                 // of belief in what nobody lo
 constexpr double fast = 1;                        // pixels in 40 ms
 constexpr double calm_miss = 1.5;                 // pixels that the finest level finds its way over by itself
 constexpr double rest_miss = 1, rest_spread = 1;  // pixels: half of a map's points are as good as all of them then
+constexpr double faded = -.3;                     // change of ln gain
+constexpr double blurred_zncc = .5;
 constexpr double unknown_miss = std::numeric_limits<double>::infinity();
 
 cv::Matx22d information(double deviation) {
@@ -99,6 +101,11 @@ std::optional<double> TrackedPoint::brightness_change() const {
   return fine_.bias - usual_brightness_;
 }
 
+std::optional<double> TrackedPoint::blur() const {
+  if (!fine_.usable || fine_.zncc < blurred_zncc) return {};
+  return gain_coarse_ > 0 ? std::log(gain_coarse_ / fine_.gain) : 0;
+}
+
 void TrackedPoint::set_anchor(int level, AnchorLevel &&anchor) {
   const auto &weight = anchor.weight.data;
   unmasked_[static_cast<std::size_t>(level - Anchor::finest)] =
@@ -119,7 +126,7 @@ int TrackedPoint::finest_level(double zoom) const {
 /// From coarse to fine, from `top` levels above the finest that the picture shows.
 void TrackedPoint::locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top, bool core) {
   fine_ = {};
-  zncc_coarse_ = 0;
+  zncc_coarse_ = gain_coarse_ = 0;
   const int finest = finest_level(start.scale() / frame.patch);
   AlignPrior prior;
   AnchorLevel inner;
@@ -146,9 +153,22 @@ void TrackedPoint::locate(const CsdFrame &frame, const AffineState &start, doubl
       at = seen.state;
       prior.position += coarse_information * seen.information;
       zncc_coarse_ = seen.zncc;
+      gain_coarse_ = seen.gain;
       coarse_seen = true;
     }
   }
+}
+
+/// Where contrast has faded, a coarser level tells why: blur(). What was seen stays as it is: with the coarser level in
+/// it, cutting.mp4 was claimed 2 % less.
+void TrackedPoint::weigh_coarser(const CsdFrame &frame) {
+  const int level = finest_level(fine_.state.scale() / frame.patch) + 1;
+  if (level > Anchor::coarsest || !anchor_.has(level)) return;
+  AlignPrior prior;
+  prior.shape = shape_deviation * std::sqrt(frame.steps);
+  const auto seen = align(frame.pyramid, frame.weights, anchor_.level(level), level, fine_.state, prior,
+                          AlignModel::similarity, coarse_precision);
+  if (seen.usable) gain_coarse_ = seen.gain;
 }
 
 void TrackedPoint::judge(const CsdFrame &frame) {
@@ -181,6 +201,7 @@ void TrackedPoint::look(const CsdFrame &frame) {
     locate(frame, start, 0, 0, false);
     judge(frame);
   }
+  if (sure_ && calm && gain_change().value_or(0) < faded) weigh_coarser(frame);
   if (!sure_) {
     locate(frame, start, 0, 1, false);
     judge(frame);

@@ -36,6 +36,7 @@ struct CsdFrame {
 /// How the supporting points see a frame.
 struct Surroundings {
   double gain_drift = 0, brightness_drift = 0;  ///< medians of the sure points' changes
+  double blur = 0;                              ///< median of TrackedPoint::blur()
   bool alone = false;                           ///< there are hardly any: a point must do without a map
 };
 
@@ -103,6 +104,9 @@ class TrackedPoint {
   /// Change of ln gain against the usual; nothing if none is known.
   std::optional<double> gain_change() const;
   std::optional<double> brightness_change() const;  ///< the same of the patch's mean, grey levels
+  /// How much more of the finest level's contrast is gone than of the next coarser one's, ln: smoke dims both alike, a
+  /// wet lens takes fine detail first. 0 where contrast is as usual; nothing of what doesn't look like the point.
+  std::optional<double> blur() const;
   std::int64_t last_seen() const { return last_seen_; }
 
  private:
@@ -110,6 +114,7 @@ class TrackedPoint {
   int finest_level(double zoom) const;
   void set_anchor(int level, AnchorLevel &&anchor);
   void locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top, bool core);
+  void weigh_coarser(const CsdFrame &frame);
   void judge(const CsdFrame &frame);
   cv::Point2d fused(const CsdFrame &frame) const;
 
@@ -135,8 +140,8 @@ class TrackedPoint {
   // Of this frame.
   Alignment fine_;
   AffineState aligned_;  ///< by the patch alone: a new anchor that were taken where the neighbours pull would stay off
-  double zncc_coarse_ = 0;
-  double distance_ = 0;  ///< from where the neighbours put it, reference pixels at 480 lines
+  double zncc_coarse_ = 0, gain_coarse_ = 0;  ///< gain 0: not looked at
+  double distance_ = 0;                       ///< from where the neighbours put it, reference pixels at 480 lines
   bool agrees_ = true;
   bool core_ = false;  ///< aligned by its inner disc
   bool sure_ = true, visible_ = true, again_ = false;

@@ -57,6 +57,7 @@ constexpr Sequence sequences[] = {
     {"mixed-heart", S::mixed, "", T::heart},
     {"mixed-bowel", S::mixed, "", T::bowel},
     {"cut", S::cut, "", T::bowel},
+    {"wipe", S::deformation, "wipe=1", T::heart},
     {"black", S::rotation, "black=1,zoom=0.5", T::heart},
     {"picture-light", S::deformation, "heart-mild=0,heart-strong=1,light=1", T::heart, "heart.mkv"},
     {"picture-tools", S::occlusion, "specular=1,light=1,sway=1", T::heart, "abdomen.mkv"},

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <opencv2/imgproc.hpp>
 
 #include "track/moving_scene.h"
 #include "track/thread_pool.h"
@@ -66,6 +67,30 @@ TEST(Csd, FollowsTheTextureClosely) {
       // Half a second and its frame.
       if (i != 12 && i != 13) {
         EXPECT_EQ(f.state, i < 12 ? FeatureState::learning : FeatureState::tracked) << i;
+      }
+    }
+}
+
+TEST(Csd, AWetLensHidesAllButFadingDoesNot) {
+  constexpr int begins = 20, ends = 32;
+  const auto spoilt = [](auto spoil) {
+    return run(at(some), 60, [spoil](int i) {
+      cv::Mat picture = swaying(i);
+      if (i >= begins && i < ends) spoil(picture, i);
+      return picture;
+    });
+  };
+  const auto wet = spoilt([](cv::Mat &p, int i) { cv::GaussianBlur(p, p, {}, std::min(i - begins + 1, 4)); });
+  const auto faded = spoilt([](cv::Mat &p, int) { p.convertTo(p, -1, 0.4, 90); });
+  for (std::size_t i = 0; i < 60; ++i)
+    for (std::size_t k = 0; k < some.size(); ++k) {
+      EXPECT_TRUE(claims(faded[i].features[k])) << k << " in frame " << i;
+      const auto &f = wet[i].features[k];
+      if (i < begins || i >= ends + 3) {
+        EXPECT_TRUE(claims(f)) << k << " in frame " << i;
+      } else if (i >= begins + 3 && i < ends) {
+        EXPECT_FALSE(claims(f)) << k << " in frame " << i;
+        EXPECT_EQ(f.confidence, 0);
       }
     }
 }
