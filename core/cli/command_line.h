@@ -3,9 +3,12 @@
 
 #include <glib.h>
 
+#include <cstdio>
+#include <exception>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace csd::cli {
 
@@ -30,6 +33,27 @@ inline void parse_options(int argc, char **argv, const GOptionEntry *entries, co
   const std::string message = error->message;
   g_error_free(error);
   throw UsageError(message);
+}
+
+/// What a program's main() returns: 0, 1 if `run` throws, 2 for a UsageError. `run(notes)` leaves in `notes` what its
+/// user should know; they and what is wrong go to stderr, a line each.
+template <class Run>
+int run_command(const char *name, Run run) {
+  std::vector<std::string> notes;
+  int code = 0;
+  std::string problem;
+  try {
+    run(notes);
+  } catch (const UsageError &error) {
+    problem = error.what();
+    code = 2;
+  } catch (const std::exception &error) {
+    problem = error.what();
+    code = 1;
+  }
+  for (const std::string &note : notes) std::fprintf(stderr, "%s: note: %s\n", name, note.c_str());
+  if (code != 0) std::fprintf(stderr, "%s: %s\n", name, problem.c_str());
+  return code;
 }
 
 }  // namespace csd::cli

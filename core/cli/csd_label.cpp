@@ -209,7 +209,7 @@ class Window {
 };
 
 int main(int argc, char **argv) {
-  try {
+  return run_command("csd-label", [&](std::vector<std::string> &) {
     const Options options = parse(argc, argv);
     LabelSession session(options.every);
     if (std::filesystem::exists(options.labels))
@@ -218,14 +218,7 @@ int main(int argc, char **argv) {
     Window window(options, std::move(session));
     display.reset();
     window.run();
-    return 0;
-  } catch (const UsageError &error) {
-    std::fprintf(stderr, "csd-label: %s\n", error.what());
-    return 2;
-  } catch (const std::exception &error) {
-    std::fprintf(stderr, "csd-label: %s\n", error.what());
-    return 1;
-  }
+  });
 }
 
 }  // namespace

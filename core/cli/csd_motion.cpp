@@ -16,8 +16,6 @@
 namespace csd::cli {
 namespace {
 
-enum ExitCode { analysed = 0, bad_input = 1, bad_usage = 2 };
-
 struct Options {
   std::string file;
   motion::Span span;
@@ -149,21 +147,7 @@ void run(Options options, std::vector<std::string> &notes) {
 }
 
 int main(int argc, char **argv) {
-  std::vector<std::string> notes;
-  int code = analysed;
-  std::string problem;
-  try {
-    run(parse(argc, argv), notes);
-  } catch (const UsageError &error) {
-    problem = error.what();
-    code = bad_usage;
-  } catch (const std::exception &error) {
-    problem = error.what();
-    code = bad_input;
-  }
-  for (const std::string &note : notes) std::fprintf(stderr, "csd-motion: note: %s\n", note.c_str());
-  if (code != analysed) std::fprintf(stderr, "csd-motion: %s\n", problem.c_str());
-  return code;
+  return run_command("csd-motion", [&](std::vector<std::string> &notes) { run(parse(argc, argv), notes); });
 }
 
 }  // namespace

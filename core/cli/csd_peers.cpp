@@ -140,16 +140,7 @@ void run(const Options &options) {
 }
 
 int main(int argc, char **argv) {
-  try {
-    run(parse(argc, argv));
-    return 0;
-  } catch (const cli::UsageError &error) {
-    std::fprintf(stderr, "csd-peers: %s\n", error.what());
-    return 2;
-  } catch (const std::exception &error) {
-    std::fprintf(stderr, "csd-peers: %s\n", error.what());
-    return 1;
-  }
+  return cli::run_command("csd-peers", [&](std::vector<std::string> &) { run(parse(argc, argv)); });
 }
 
 }  // namespace

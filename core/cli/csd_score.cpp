@@ -19,8 +19,6 @@
 namespace csd::cli {
 namespace {
 
-enum ExitCode { scored = 0, bad_input = 1, bad_usage = 2 };
-
 struct Options {
   std::vector<std::string> files, names;
   std::string plots;
@@ -216,10 +214,6 @@ class Reader {
   bool first_clip_ = true;
 };
 
-void print_notes(const std::vector<std::string> &notes) {
-  for (const std::string &note : notes) std::fprintf(stderr, "csd-score: note: %s\n", note.c_str());
-}
-
 PalindromeReport palindromes(const Options &options, std::vector<std::string> &notes) {
   PalindromeReport report;
   for (const std::string &file : options.files) {
@@ -260,21 +254,7 @@ void run(const Options &options, std::vector<std::string> &notes) {
 }
 
 int main(int argc, char **argv) {
-  std::vector<std::string> notes;
-  int code = scored;
-  std::string problem;
-  try {
-    run(parse(argc, argv), notes);
-  } catch (const UsageError &error) {
-    problem = error.what();
-    code = bad_usage;
-  } catch (const std::exception &error) {
-    problem = error.what();
-    code = bad_input;
-  }
-  print_notes(notes);
-  if (code != scored) std::fprintf(stderr, "csd-score: %s\n", problem.c_str());
-  return code;
+  return run_command("csd-score", [&](std::vector<std::string> &notes) { run(parse(argc, argv), notes); });
 }
 
 }  // namespace

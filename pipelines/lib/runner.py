@@ -48,7 +48,6 @@ class Run:
         self._failure = None
         self._harmless = ()
         self.frames = 0  # that came to the element called csdtrack
-        self.on_message = lambda message: False  # whether it has been dealt with
 
     def element(self, name):
         return self.pipeline.get_by_name(name)
@@ -102,8 +101,6 @@ class Run:
         return Gst.PadProbeReturn.OK
 
     def _heed(self, message):
-        if self.on_message(message):
-            return
         if message.type == Gst.MessageType.EOS:
             self._loop.quit()
         elif message.type == Gst.MessageType.ERROR:

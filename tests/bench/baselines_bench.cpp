@@ -2,33 +2,15 @@
 // What the baselines cost, per feature and frame, in a whole Tracker: 640 × 480, I420, `features` detected.
 #include <benchmark/benchmark.h>
 
-#include <cmath>
-#include <vector>
-
-#include "core/picture.h"
-#include "core/track/moving_scene.h"
+#include "swing.h"
 #include "track/thread_pool.h"
 #include "track/tracker.h"
 
 namespace csd {
 namespace {
 
-constexpr int pictures = 20;  // one swing, so that the end meets the beginning
-
-const std::vector<test::Packed> &swing() {
-  static const auto all = [] {
-    const MovingScene scene({640, 480});
-    std::vector<test::Packed> packed;
-    for (int i = 0; i < pictures; ++i) {
-      const double phase = 2 * CV_PI * i / pictures;
-      packed.push_back(test::pack(scene.render({6 * std::sin(phase), 4 * std::cos(phase)}), test::Layout::i420));
-    }
-    return packed;
-  }();
-  return all;
-}
-
 void frame(benchmark::State &state, AlgorithmKind algorithm) {
+  static const auto frames = packed_swing();
   Settings settings;
   settings.algorithm = algorithm;
   settings.max_features = static_cast<unsigned>(state.range(0));
@@ -39,7 +21,7 @@ void frame(benchmark::State &state, AlgorithmKind algorithm) {
   std::size_t i = 0;
   const auto next = [&] {
     const auto pts = static_cast<std::int64_t>(i) * second / 25;
-    benchmark::DoNotOptimize(tracker.process(swing()[i++ % pictures].view, pts).frame);
+    benchmark::DoNotOptimize(tracker.process(frames[i++ % frames.size()].view, pts).frame);
   };
   next();  // detection
   for (auto _ : state) next();

@@ -8,25 +8,12 @@
 #include <vector>
 
 #include "cli/peers/peer.h"
-#include "core/picture.h"
-#include "core/track/moving_scene.h"
+#include "swing.h"
 #include "track/thread_pool.h"
 #include "track/tracker.h"
 
 namespace csd {
 namespace {
-
-constexpr int pictures = 20;  // one swing, so that the end meets the beginning
-
-std::vector<cv::Mat> swing() {
-  const MovingScene scene({640, 480});
-  std::vector<cv::Mat> all;
-  for (int i = 0; i < pictures; ++i) {
-    const double phase = 2 * CV_PI * i / pictures;
-    all.push_back(scene.render({6 * std::sin(phase), 4 * std::cos(phase)}));
-  }
-  return all;
-}
 
 std::vector<cv::Point2d> grid(std::int64_t wanted) {
   std::vector<cv::Point2d> points;
@@ -44,8 +31,7 @@ void count(benchmark::State &state) {
 
 /// With its supporting points and all that it does with a frame.
 void csd_frame(benchmark::State &state) {
-  std::vector<test::Packed> frames;
-  for (const auto &picture : swing()) frames.push_back(test::pack(picture, test::Layout::i420));
+  const auto frames = packed_swing();
   Settings settings;
   settings.algorithm = AlgorithmKind::csd;
   settings.points = grid(state.range(0));
@@ -54,7 +40,7 @@ void csd_frame(benchmark::State &state) {
   std::size_t i = 0;
   const auto next = [&] {
     const auto pts = static_cast<std::int64_t>(i) * second / 25;
-    benchmark::DoNotOptimize(tracker.process(frames[i++ % pictures].view, pts).frame);
+    benchmark::DoNotOptimize(tracker.process(frames[i++ % frames.size()].view, pts).frame);
   };
   while (i < 50) next();  // the anchors are made
   for (auto _ : state) next();
@@ -69,7 +55,7 @@ void peer_frame(benchmark::State &state, const char *name) {
   std::size_t i = 0;
   const auto picture = [&] {
     const auto pts = static_cast<std::int64_t>(i) * second / 25;
-    return cli::Picture{frames[i++ % pictures], pts};
+    return cli::Picture{frames[i++ % frames.size()], pts};
   };
   peer->start(picture(), grid(state.range(0)));
   for (auto _ : state) benchmark::DoNotOptimize(peer->follow(picture()).size());

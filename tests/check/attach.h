@@ -28,6 +28,14 @@ inline void attach(GstBuffer *buffer, const char *source, guint64 frame, int wid
   if (!gst_buffer_add_csd_tracks(buffer, name, &header, features)) g_error("no meta: is the plugin loaded?");
 }
 
+/// Whether there is such an element; if not, says that what needs it is skipped.
+inline bool have(const char *factory) {
+  GstElementFactory *f = gst_element_factory_find(factory);
+  if (f) gst_object_unref(f);
+  if (!f) g_printerr("SKIP: there is no %s here\n", factory);
+  return f != nullptr;
+}
+
 struct Probe {
   OnBuffer call;
   unsigned frame = 0;

@@ -74,13 +74,6 @@ std::string extracted(const std::string &recording) {
   return text;
 }
 
-bool have(const char *factory) {
-  GstElementFactory *f = gst_element_factory_find(factory);
-  if (f) gst_object_unref(f);
-  if (!f) g_printerr("SKIP: there is no %s here\n", factory);
-  return f != nullptr;
-}
-
 }  // namespace
 
 GST_START_TEST(lines_come_in_every_form) {

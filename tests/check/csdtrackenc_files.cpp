@@ -11,7 +11,7 @@
 #include "attach.h"
 #include "read_text.h"
 
-using csd_check::attach, csd_check::Json, csd_check::lines_of, csd_check::object, csd_check::parse;
+using csd_check::attach, csd_check::have, csd_check::Json, csd_check::lines_of, csd_check::object, csd_check::parse;
 
 namespace {
 
@@ -50,13 +50,6 @@ GstElement *tracked_pipeline(int n, const std::string &tail) {
 void play_to_end(GstElement *pipeline) {
   GError *error = csd_check::play(pipeline);
   fail_unless(error == nullptr, "%s", error ? error->message : "");
-}
-
-bool have(const char *factory) {
-  GstElementFactory *f = gst_element_factory_find(factory);
-  if (f) gst_object_unref(f);
-  if (!f) g_printerr("SKIP: there is no %s here\n", factory);
-  return f != nullptr;
 }
 
 }  // namespace

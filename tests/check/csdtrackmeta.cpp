@@ -12,7 +12,7 @@
 // Last, for it defines a macro `fail`.
 #include <gst/check/gstcheck.h>
 
-using csd_check::attach;
+using csd_check::attach, csd_check::have;
 
 namespace {
 
@@ -58,13 +58,6 @@ void assert_at(const std::string &elements, int width, int height, double x, dou
 void assert_absent(const std::string &elements, const std::string &par = "1/1") {
   const Arrived a = send_through(elements, par);
   fail_unless(a.frames == 3 && a.metas == 0, "%s: %u metas on %u frames", elements.c_str(), a.metas, a.frames);
-}
-
-bool have(const char *factory) {
-  GstElementFactory *f = gst_element_factory_find(factory);
-  if (f) gst_object_unref(f);
-  if (!f) g_printerr("SKIP: there is no %s here\n", factory);
-  return f != nullptr;
 }
 
 void assert_type(const GstStructure *s, const char *field, GType type) {

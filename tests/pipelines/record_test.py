@@ -48,7 +48,7 @@ class Record(harness.Case):
         harness.play("csdsimsrc num-buffers=130 ! video/x-raw,width=320,height=240,framerate=25/1 ! x264enc speed-preset=ultrafast ! "
                      f"matroskamux ! filesink location={cls.video}")
 
-    def check_together(self, files, names=None):
+    def check_together(self, files):
         frames = 0
         videos = sorted(self.out.glob("*.mkv"))
         self.assertEqual(len(videos), files)
