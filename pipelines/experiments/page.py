@@ -65,6 +65,12 @@ def between(text, begin, end, path):
     return "\n".join(lines[at[0] + 1:at[1]]) + "\n"
 
 
+def rewrite(path, begin, end, body):
+    """Puts `body` between two lines of a page. Raises builds.Failure as between() does."""
+    old = path.read_text()
+    path.write_text(old.replace(f"{begin}\n{between(old, begin, end, path)}", f"{begin}\n\n{body}\n"))
+
+
 def sections(path):
     """{command: its section, or None where it has written none}. Raises builds.Failure of a page that this one can't have made."""
     if not path.exists():
