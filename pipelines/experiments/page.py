@@ -68,7 +68,14 @@ def between(text, begin, end, path):
 def rewrite(path, begin, end, body):
     """Puts `body` between two lines of a page. Raises builds.Failure as between() does."""
     old = path.read_text()
-    path.write_text(old.replace(f"{begin}\n{between(old, begin, end, path)}", f"{begin}\n\n{body}\n"))
+    os.replace(aside(path, old.replace(f"{begin}\n{between(old, begin, end, path)}", f"{begin}\n\n{body}\n")), path)
+
+
+def aside(path, text):
+    """The file beside the page that is to replace it: so a page is written whole or not at all."""
+    unfinished = path.with_name(f".unfinished-{path.name}")
+    unfinished.write_text(text)
+    return unfinished
 
 
 def sections(path):
@@ -88,8 +95,7 @@ def write(path, command, section, figures=None):
     """The page with this section and the others as they are; whole or not at all. figures: folder that becomes the page's own."""
     kept = {**sections(path), command: f"\n{section.strip()}\n\n"}
     text = HEAD + "".join("\n{}\n{}{}\n".format(marks(c)[0], kept[c] or empty(c), marks(c)[1]) for c in COMMANDS)
-    unfinished = path.with_name(f".unfinished-{path.name}")
-    unfinished.write_text(linked(text, path.parent))
+    unfinished = aside(path, linked(text, path.parent))
     if figures:
         shutil.rmtree(figures_of(path), ignore_errors=True)
         os.replace(figures, figures_of(path))
