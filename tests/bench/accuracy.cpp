@@ -2,12 +2,13 @@
 // How well an algorithm tracks simulated tissue: the loop for whoever changes one. Simulator, Tracker and scores in one
 // process, no pipeline; what is published comes from pipelines/experiments.
 //   csd-accuracy [--algorithm csd] [--frames 500] [--features 100] [--seeds 1-2] [--keep DIR] [--worst N] [--clips DIR]
-//                [--list] [SEQUENCE...]
+//                [--budget MS] [--list] [SEQUENCE...]
 // prints a row for each sequence and seed. With --clips (or $CSDTRACK_CLIPS) also sequences whose texture is a picture
 // of real tissue, compressed as recorders do (by ffmpeg). With --keep, rendered sequences are kept in DIR as raw I420
 // beside their truth, for the next run: rendering costs ten times what tracking does. --worst lists the features that
 // erred most. hidden: the share of hidden samples that is claimed; seen: of these claims, the share within 5 px of the
-// truth; (last): of the last fifth. --list names the sequences and ends.
+// truth; (last): of the last fifth. --budget: of a frame; another line says of what waited how much was right. --list
+// names the sequences and ends.
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -73,6 +74,7 @@ struct Options {
   AlgorithmKind algorithm = AlgorithmKind::csd;
   std::uint64_t frames = 500, first_seed = 1, last_seed = 1;
   std::size_t features = 100, worst = 0;
+  double budget = 0;  // of a frame, ms
   bool list = false;
   std::string keep, clips;
   std::vector<Sequence> wanted;
@@ -163,9 +165,16 @@ FrameView view(const std::vector<std::uint8_t> &i420) {
   return v;
 }
 
+/// Reports on features that nobody looked at in the frame.
+struct Waiting {
+  std::size_t reports = 0, claims = 0, right = 0;
+  double believed = 0;  // sum of the claims' confidence
+};
+
 struct Row {
   score::TrackerScore score;
   double ms = 0;  // of a frame
+  Waiting waiting;
 };
 
 Row track(const Rendered &rendered, const Options &options, score::Clip &clip) {
@@ -174,6 +183,7 @@ Row track(const Rendered &rendered, const Options &options, score::Clip &clip) {
   settings.points_from_start = true;
   settings.learn_synchronously = true;
   settings.content_area = ContentArea::full;
+  settings.frame_budget = std::llround(options.budget * second / 1000);
   ThreadPool pool(1);
   Tracker tracker(settings, pool);
   std::vector<StartPoint> starts;
@@ -210,6 +220,13 @@ Row track(const Rendered &rendered, const Options &options, score::Clip &clip) {
       sample.dx = feature.x - truth.x;
       sample.dy = feature.y - truth.y;
       sample.confidence = feature.confidence;
+      if (feature.fresh) continue;
+      ++row.waiting.reports;
+      if (!sample.claimed) continue;
+      ++row.waiting.claims;
+      row.waiting.right += sample.presence == score::Presence::visible &&
+                           std::hypot(sample.dx, sample.dy) <= score::tolerance(size.height, score::headline_pixels);
+      row.waiting.believed += sample.confidence;
     }
   }
   row.ms /= static_cast<double>(rendered.truth.size());
@@ -298,6 +315,8 @@ Options parse(int argc, char **argv) {
       options.features = std::stoull(value());
     } else if (name == "--worst") {
       options.worst = std::stoull(value());
+    } else if (name == "--budget") {
+      options.budget = std::stod(value());
     } else if (name == "--keep") {
       options.keep = value();
     } else if (name == "--clips") {
@@ -333,7 +352,7 @@ int main(int argc, char **argv) {
       for (auto seed = options.first_seed; seed <= options.last_seed; ++seed) {
         const auto rendered = render(sequence, seed, options);
         score::Clip clip;
-        const auto [score, ms] = track(rendered, options, clip);
+        const auto [score, ms, waiting] = track(rendered, options, clip);
         const auto &frames = score.clips[0].frames;
         const auto last = score::paper_score({frames.data() + frames.size() * 4 / 5, frames.size() / 5});
         std::printf("%-18s %4llu  %6.4f %6.4f %6.4f %6.4f %6.4f %7.3f %6.2f %6.4f  %6.4f %6.4f %6s  %5.2f\n",
@@ -341,6 +360,12 @@ int main(int argc, char **argv) {
                     score.clips[0].paper.sensitivity, score.clips[0].paper.k, score.total.hidden_claimed(),
                     seen_through(clip), score.error_median, score.error_95, score.reliability.ece(), last.sensitivity,
                     last.k, "", ms);
+        if (options.budget > 0) {
+          const auto claims = static_cast<double>(std::max<std::size_t>(waiting.claims, 1));
+          std::printf("    not looked at: %.3f of the reports; of these, claims: %zu, right %.3f, believed %.3f\n",
+                      static_cast<double>(waiting.reports) / static_cast<double>(clip.samples.size()), waiting.claims,
+                      static_cast<double>(waiting.right) / claims, waiting.believed / claims);
+        }
         if (options.worst) print_worst(clip, options.worst);
         std::fflush(stdout);
       }
