@@ -144,8 +144,10 @@ def main():
     small = "queue max-size-buffers=3 max-size-bytes=0 max-size-time=0"
     # key-int-max: a group of pictures of two seconds at 25 frames a second; a file ends with one. No keyframes are asked for where files
     # begin: when such a wish arrives depends on the load, and then so do the bits that are recorded.
+    # A file needs no buffer model, and with one x264's threads make the bits depend on how busy the machine is.
+    encoder = f"x264enc speed-preset=veryfast bitrate={options.bitrate} vbv-buf-capacity=0 key-int-max=50"
     text = f"{begin} ! tee name=in " \
-           f"in. ! {bounded} name=raw ! videoconvert ! x264enc speed-preset=veryfast bitrate={options.bitrate} key-int-max=50 ! h264parse ! " \
+           f"in. ! {bounded} name=raw ! videoconvert ! {encoder} ! h264parse ! " \
            f"splitmuxsink name=files muxer=matroskamux max-size-time={round(options.segment * 1e9)} " \
            f"in. ! {small} name=look ! csdtrack name=csdtrack ! tee name=t " \
            f"t. ! {bounded} ! csdtrackenc ! application/x-ndjson ! appsink name=lines sync=false async=false max-buffers=0 emit-signals=true"

@@ -46,16 +46,16 @@ class Run:
             raise command.Failure(one_line(error.message)) from error
         self._loop = GLib.MainLoop()
         self._failure = None
-        self._harmless = ()
+        self._harmless, self._seconds = (), None
         self.frames = 0  # that came to the element called csdtrack
 
     def element(self, name):
         return self.pipeline.get_by_name(name)
 
     def play(self, source, seconds=None, harmless=(), on_live=lambda: None):
-        """Until it ends. `source`: what the user calls it. `harmless`: parts of texts of errors that are an end like any other. Raises
-        command.Failure, also if no picture comes from the source. `on_live`: called if the source is live."""
-        self._harmless = harmless
+        """Until it ends, or `seconds` after the first picture. `source`: what the user calls it. `harmless`: parts of texts of errors that
+        are an end like any other. Raises command.Failure, also if no picture comes from the source. `on_live`: called if the source is live."""
+        self._harmless, self._seconds = harmless, seconds
         self.element("csdtrack").get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._count)
 
         def listen():
@@ -69,8 +69,6 @@ class Run:
         bus.connect("message", lambda _, message: self._heed(message))
         for number in (signal.SIGINT, signal.SIGTERM):
             GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, self.end)
-        if seconds:
-            GLib.timeout_add(int(seconds * 1000), self.end)
         # A live source has no picture before it plays: that is how it is told from a file.
         if self.pipeline.set_state(Gst.State.PAUSED) == Gst.StateChangeReturn.NO_PREROLL:
             on_live()
@@ -97,6 +95,8 @@ class Run:
         self._loop.quit()
 
     def _count(self, _pad, _info):
+        if not self.frames and self._seconds:
+            GLib.timeout_add(int(self._seconds * 1000), self.end)
         self.frames += 1
         return Gst.PadProbeReturn.OK
 

@@ -48,13 +48,17 @@ class Record(harness.Case):
         harness.play("csdsimsrc num-buffers=130 ! video/x-raw,width=320,height=240,framerate=25/1 ! x264enc speed-preset=ultrafast ! "
                      f"matroskamux ! filesink location={cls.video}")
 
-    def check_together(self, files):
+    def check_together(self, files, live=False):
+        """A live source's frames that come faster than they can be looked at have no line."""
         frames = 0
         videos = sorted(self.out.glob("*.mkv"))
         self.assertEqual(len(videos), files)
         for video in videos:
             lines = harness.read_lines(video.with_suffix(".jsonl"))
-            self.assertEqual([round(line["stream_time"] / 1e6) for line in lines], frame_times(video), video.name)
+            times, of_video = [round(line["stream_time"] / 1e6) for line in lines], frame_times(video)
+            if live:
+                of_video = [time for time in of_video if time in set(times)]
+            self.assertEqual(times, of_video, video.name)
             self.assertEqual(lines[0]["frame"], frames)
             frames += len(lines)
         return frames
@@ -76,7 +80,7 @@ class Record(harness.Case):
     def test_live(self):
         done = run("--segment", 1, "--seconds", 4, "--display", "fakesink", "simulate:occlusion", self.out)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
-        self.assertGreater(self.check_together(len(list(self.out.glob("*.mkv")))), 5)
+        self.assertGreater(self.check_together(len(list(self.out.glob("*.mkv"))), live=True), 5)
 
     def test_the_tracks_cannot_harm_the_recording(self):
         self.assertEqual(run("--segment", 2, self.video, self.out).returncode, 0)
@@ -84,9 +88,8 @@ class Record(harness.Case):
         # What was recorded without csdtrack in the pipeline.
         plain = self.tmp / "plain"
         plain.mkdir()
-        # Behind a tee, as there: straight into the encoder avdec_h264's frames give other bits in one run of three.
         harness.play(f"filesrc location={self.video} ! decodebin ! tee name=in in. ! queue ! fakesink in. ! queue ! videoconvert ! "
-                     f"x264enc speed-preset=veryfast bitrate=8000 key-int-max=50 ! h264parse ! "
+                     f"x264enc speed-preset=veryfast bitrate=8000 vbv-buf-capacity=0 key-int-max=50 ! h264parse ! "
                      f"splitmuxsink muxer=matroskamux max-size-time=2000000000 location={plain}/%05d.mkv")
         self.assertEqual(stream_of(plain), whole)
         # A full disk under the tracks; then one that can't be written at all, from the second file on.
