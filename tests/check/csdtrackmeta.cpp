@@ -136,7 +136,7 @@ GST_START_TEST(test_unreadable_structures) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_absent_where_cropped_frames_are_scaled) {
+GST_START_TEST(test_scales_and_is_absent_where_a_rectangle_is_scaled) {
   GstVideoInfo in, out;
   gst_video_info_set_format(&in, GST_VIDEO_FORMAT_I420, 64, 48);
   gst_video_info_set_format(&out, GST_VIDEO_FORMAT_I420, 32, 24);
@@ -154,6 +154,12 @@ GST_START_TEST(test_absent_where_cropped_frames_are_scaled) {
         meta->info->transform_func(to, meta, from, gst_video_meta_transform_scale_get_quark(), &data);
     fail_unless_equals_int(copied, left == 0);
     fail_unless_equals_int(gst_buffer_get_custom_meta(to, GST_CSD_TRACK_META_NAME) != nullptr, left == 0);
+    if (left == 0) {  // by hand: 10.5/2 − 0.5, 20.5/2 − 0.5
+      GstCsdFeature f;
+      fail_unless(
+          gst_csd_structure_get_feature(gst_buffer_get_csd_tracks(to, GST_CSD_TRACK_META_NAME, nullptr), 0, &f));
+      fail_unless(f.x == 4.75 && f.y == 9.75, "%f,%f", f.x, f.y);
+    }
     fail_if(meta->info->transform_func(to, meta, from, g_quark_from_string("of-tomorrow"), &data));
     gst_buffer_unref(from);
     gst_buffer_unref(to);
@@ -173,7 +179,7 @@ static Suite *csdtrackmeta_suite() {
   tcase_add_test(tc, test_registered_with_right_tags);
   tcase_add_test(tc, test_several_metas);
   tcase_add_test(tc, test_unreadable_structures);
-  tcase_add_test(tc, test_absent_where_cropped_frames_are_scaled);
+  tcase_add_test(tc, test_scales_and_is_absent_where_a_rectangle_is_scaled);
   return s;
 }
 
