@@ -19,6 +19,8 @@
  * gst-launch-1.0 csdsimsrc scenario=zoom style=liver effects="tools=1,noise=2" seed=7 num-buffers=500 \
  *   ! video/x-raw,width=1280,height=720,framerate=30/1 ! x264enc ! mp4mux ! filesink location=liver.mp4
  * ]| A recording.
+ *
+ * Since: 0.1
  */
 #include "csdsimsrc.h"
 
@@ -32,7 +34,6 @@
 #include <vector>
 
 #include "enums.h"
-#include "enumtypes.h"
 #include "guard.h"
 #include "lock.h"
 #include "meta.h"

@@ -38,7 +38,6 @@
 #include <string>
 #include <utility>
 
-#include "enumtypes.h"
 #include "frame_mapping.h"
 #include "frame_time.h"
 #include "guard.h"

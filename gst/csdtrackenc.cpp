@@ -3,6 +3,7 @@
 /**
  * SECTION:element-csdtrackenc
  * @title: csdtrackenc
+ * @short_description: writes the tracks on frames as text
  *
  * Writes the tracks that csdtrack attached to frames as text. It maps no pixels and takes raw video of any format and
  * in any memory, so it does no harm behind a `tee`, nor in line.
@@ -48,6 +49,8 @@
  *   t. ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 ! csdtrackenc ! m.subtitle_0
  * ]| The tracks as a subtitle track of the recording. The queue before csdtrackenc must hold more time than the encoder
  * holds frames back, or the muxer waits for ever.
+ *
+ * Since: 0.1
  */
 
 #include "csdtrackenc.h"
@@ -59,6 +62,7 @@
 #include <memory>
 #include <string>
 
+#include "enums.h"
 #include "meta.h"
 #include "track_format.h"
 
@@ -66,9 +70,6 @@ GST_DEBUG_CATEGORY_STATIC(csd_track_enc_debug);
 #define GST_CAT_DEFAULT csd_track_enc_debug
 
 namespace {
-
-/// Whose word is written.
-enum class Role { track, truth };
 
 enum class Format { ndjson, csv, text };
 
@@ -103,8 +104,8 @@ struct _GstCsdTrackEnc {
   GstElement parent;
   GstPad *sinkpad;
   GstPad *srcpad;
-  gchar *source;  ///< never null; under the object lock
-  Role role;      ///< likewise
+  gchar *source;            ///< never null; under the object lock
+  GstCsdTrackEncRole role;  ///< likewise
   Stream *stream;
 };
 
@@ -120,15 +121,6 @@ G_DEFINE_TYPE_WITH_CODE(GstCsdTrackEnc, gst_csd_track_enc, GST_TYPE_ELEMENT,
                         GST_DEBUG_CATEGORY_INIT(csd_track_enc_debug, "csdtrackenc", 0, "tracks as text"))
 GST_ELEMENT_REGISTER_DEFINE_WITH_CODE(csdtrackenc, "csdtrackenc", GST_RANK_NONE, GST_TYPE_CSD_TRACK_ENC,
                                       csd::register_track_metas())
-
-static GType role_type() {
-  static const GEnumValue values[] = {
-      {static_cast<int>(Role::track), "What csdtrack found (GstCsdTrackMeta)", "track"},
-      {static_cast<int>(Role::truth), "What a simulator knows (GstCsdTruthMeta)", "truth"},
-      {0, nullptr, nullptr}};
-  static const GType type = g_enum_register_static("GstCsdTrackEncRole", values);
-  return type;
-}
 
 // --- negotiation -----------------------------------------------------------------------------------------------------
 
@@ -225,7 +217,7 @@ static void lay_crop(csd::FrameRecord &record, GstBuffer *frame) {
 static void write_frame(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
   GST_OBJECT_LOCK(self);
   const StringPtr source(g_strdup(self->source), g_free);
-  const bool truth = self->role == Role::truth;
+  const bool truth = self->role == GST_CSD_TRACK_ENC_ROLE_TRUTH;
   GST_OBJECT_UNLOCK(self);
 
   csd::FrameRecord record;
@@ -411,7 +403,7 @@ static void gst_csd_track_enc_set_property(GObject *object, guint id, const GVal
   switch (id) {
     case PROP_ROLE:
       GST_OBJECT_LOCK(self);
-      self->role = static_cast<Role>(g_value_get_enum(value));
+      self->role = static_cast<GstCsdTrackEncRole>(g_value_get_enum(value));
       GST_OBJECT_UNLOCK(self);
       break;
     case PROP_SOURCE: {
@@ -433,7 +425,7 @@ static void gst_csd_track_enc_get_property(GObject *object, guint id, GValue *va
   GST_OBJECT_LOCK(self);
   switch (id) {
     case PROP_ROLE:
-      g_value_set_enum(value, static_cast<int>(self->role));
+      g_value_set_enum(value, self->role);
       break;
     case PROP_SOURCE:
       g_value_set_string(value, self->source);
@@ -463,7 +455,7 @@ static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
       object_class, PROP_ROLE,
       g_param_spec_enum(
           "role", "Role", "Whether what was tracked is written, or the ground truth that a simulator attached",
-          role_type(), static_cast<int>(Role::track),
+          GST_TYPE_CSD_TRACK_ENC_ROLE, GST_CSD_TRACK_ENC_ROLE_TRACK,
           static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
   g_object_class_install_property(
       object_class, PROP_SOURCE,
@@ -473,7 +465,6 @@ static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
           "(empty = the one that tracked last)",
           "", static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
 
-  gst_type_mark_as_plugin_api(role_type(), static_cast<GstPluginAPIFlags>(0));
   gst_element_class_add_static_pad_template(element_class, &sink_template);
   gst_element_class_add_static_pad_template(element_class, &src_template);
   gst_element_class_set_static_metadata(element_class, "Track encoder", "Codec/Encoder/Metadata",
@@ -483,7 +474,7 @@ static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
 
 static void gst_csd_track_enc_init(GstCsdTrackEnc *self) {
   self->source = g_strdup("");
-  self->role = Role::track;
+  self->role = GST_CSD_TRACK_ENC_ROLE_TRACK;
   self->stream = new Stream();
 
   self->sinkpad = gst_pad_new_from_static_template(&sink_template, "sink");

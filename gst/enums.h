@@ -1,70 +1,70 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
-// The enumerations of the elements' properties. glib-mkenums makes their GTypes (enumtypes.h); what a value does is
-// told by the blurb of its property. Plain C: glib-mkenums reads it.
+// The enumerations of the elements' properties. What a value does is told by its description, which gst-inspect-1.0
+// shows, and by nothing else: glib-mkenums knows no descriptions, so their GTypes are written by hand.
 #pragma once
 
 #include <glib-object.h>
 
-G_BEGIN_DECLS
+enum GstCsdTrackAlgorithm {
+  GST_CSD_TRACK_ALGORITHM_CSD,
+  GST_CSD_TRACK_ALGORITHM_CSD_2012,
+  GST_CSD_TRACK_ALGORITHM_LK,
+  GST_CSD_TRACK_ALGORITHM_MS1,
+  GST_CSD_TRACK_ALGORITHM_MS2,
+  GST_CSD_TRACK_ALGORITHM_SIFT
+};
+#define GST_TYPE_CSD_TRACK_ALGORITHM (gst_csd_track_algorithm_get_type())
+GType gst_csd_track_algorithm_get_type();
 
-// glib-mkenums reads the comment behind a value: none may move.
-// clang-format off
-typedef enum {
-  GST_CSD_TRACK_ALGORITHM_CSD = 0, /*< nick=csd >*/
-  GST_CSD_TRACK_ALGORITHM_CSD_2012 = 1, /*< nick=csd-2012 >*/
-  GST_CSD_TRACK_ALGORITHM_LK = 2, /*< nick=lk >*/
-  GST_CSD_TRACK_ALGORITHM_MS1 = 3, /*< nick=ms1 >*/
-  GST_CSD_TRACK_ALGORITHM_MS2 = 4, /*< nick=ms2 >*/
-  GST_CSD_TRACK_ALGORITHM_SIFT = 5, /*< nick=sift >*/
-} GstCsdTrackAlgorithm;
+enum GstCsdTrackContentArea { GST_CSD_TRACK_CONTENT_AREA_AUTO, GST_CSD_TRACK_CONTENT_AREA_FULL };
+#define GST_TYPE_CSD_TRACK_CONTENT_AREA (gst_csd_track_content_area_get_type())
+GType gst_csd_track_content_area_get_type();
 
-typedef enum {
-  GST_CSD_TRACK_CONTENT_AREA_AUTO, /*< nick=auto >*/
-  GST_CSD_TRACK_CONTENT_AREA_FULL, /*< nick=full >*/
-} GstCsdTrackContentArea;
+enum GstCsdTrackLearning { GST_CSD_TRACK_LEARNING_ASYNC, GST_CSD_TRACK_LEARNING_SYNC };
+#define GST_TYPE_CSD_TRACK_LEARNING (gst_csd_track_learning_get_type())
+GType gst_csd_track_learning_get_type();
 
-typedef enum {
-  GST_CSD_TRACK_LEARNING_ASYNC, /*< nick=async >*/
-  GST_CSD_TRACK_LEARNING_SYNC, /*< nick=sync >*/
-} GstCsdTrackLearning;
+enum GstCsdTrackOverlay { GST_CSD_TRACK_OVERLAY_NONE, GST_CSD_TRACK_OVERLAY_DRAW, GST_CSD_TRACK_OVERLAY_META };
+#define GST_TYPE_CSD_TRACK_OVERLAY (gst_csd_track_overlay_get_type())
+GType gst_csd_track_overlay_get_type();
 
-typedef enum {
-  GST_CSD_TRACK_OVERLAY_NONE, /*< nick=none >*/
-  GST_CSD_TRACK_OVERLAY_DRAW, /*< nick=draw >*/
-  GST_CSD_TRACK_OVERLAY_META, /*< nick=meta >*/
-} GstCsdTrackOverlay;
+enum GstCsdTrackPostMessages {
+  GST_CSD_TRACK_POST_MESSAGES_NONE,
+  GST_CSD_TRACK_POST_MESSAGES_CHANGE,
+  GST_CSD_TRACK_POST_MESSAGES_FRAME
+};
+#define GST_TYPE_CSD_TRACK_POST_MESSAGES (gst_csd_track_post_messages_get_type())
+GType gst_csd_track_post_messages_get_type();
 
-typedef enum {
-  GST_CSD_TRACK_POST_MESSAGES_NONE, /*< nick=none >*/
-  GST_CSD_TRACK_POST_MESSAGES_CHANGE, /*< nick=change >*/
-  GST_CSD_TRACK_POST_MESSAGES_FRAME, /*< nick=frame >*/
-} GstCsdTrackPostMessages;
+enum GstCsdTrackOnError { GST_CSD_TRACK_ON_ERROR_ERROR, GST_CSD_TRACK_ON_ERROR_PASS };
+#define GST_TYPE_CSD_TRACK_ON_ERROR (gst_csd_track_on_error_get_type())
+GType gst_csd_track_on_error_get_type();
 
-typedef enum {
-  GST_CSD_TRACK_ON_ERROR_ERROR, /*< nick=error >*/
-  GST_CSD_TRACK_ON_ERROR_PASS, /*< nick=pass >*/
-} GstCsdTrackOnError;
+enum GstCsdTrackEncRole { GST_CSD_TRACK_ENC_ROLE_TRACK, GST_CSD_TRACK_ENC_ROLE_TRUTH };
+#define GST_TYPE_CSD_TRACK_ENC_ROLE (gst_csd_track_enc_role_get_type())
+GType gst_csd_track_enc_role_get_type();
 
-typedef enum {
-  GST_CSD_SIM_SCENARIO_DEFORMATION, /*< nick=deformation >*/
-  GST_CSD_SIM_SCENARIO_OCCLUSION, /*< nick=occlusion >*/
-  GST_CSD_SIM_SCENARIO_ZOOM, /*< nick=zoom >*/
-  GST_CSD_SIM_SCENARIO_ROTATION, /*< nick=rotation >*/
-  GST_CSD_SIM_SCENARIO_SMOKE, /*< nick=smoke >*/
-  GST_CSD_SIM_SCENARIO_SPECULAR, /*< nick=specular >*/
-  GST_CSD_SIM_SCENARIO_LOW_TEXTURE, /*< nick=low-texture >*/
-  GST_CSD_SIM_SCENARIO_MIXED, /*< nick=mixed >*/
-  GST_CSD_SIM_SCENARIO_CUT, /*< nick=cut >*/
-} GstCsdSimScenario;
+enum GstCsdSimScenario {
+  GST_CSD_SIM_SCENARIO_DEFORMATION,
+  GST_CSD_SIM_SCENARIO_OCCLUSION,
+  GST_CSD_SIM_SCENARIO_ZOOM,
+  GST_CSD_SIM_SCENARIO_ROTATION,
+  GST_CSD_SIM_SCENARIO_SMOKE,
+  GST_CSD_SIM_SCENARIO_SPECULAR,
+  GST_CSD_SIM_SCENARIO_LOW_TEXTURE,
+  GST_CSD_SIM_SCENARIO_MIXED,
+  GST_CSD_SIM_SCENARIO_CUT
+};
+#define GST_TYPE_CSD_SIM_SCENARIO (gst_csd_sim_scenario_get_type())
+GType gst_csd_sim_scenario_get_type();
 
-typedef enum {
-  GST_CSD_SIM_STYLE_HEART, /*< nick=heart >*/
-  GST_CSD_SIM_STYLE_LIVER, /*< nick=liver >*/
-  GST_CSD_SIM_STYLE_PERITONEUM, /*< nick=peritoneum >*/
-  GST_CSD_SIM_STYLE_BOWEL, /*< nick=bowel >*/
-  GST_CSD_SIM_STYLE_FAT, /*< nick=fat >*/
-} GstCsdSimStyle;
-// clang-format on
-
-G_END_DECLS
+enum GstCsdSimStyle {
+  GST_CSD_SIM_STYLE_HEART,
+  GST_CSD_SIM_STYLE_LIVER,
+  GST_CSD_SIM_STYLE_PERITONEUM,
+  GST_CSD_SIM_STYLE_BOWEL,
+  GST_CSD_SIM_STYLE_FAT
+};
+#define GST_TYPE_CSD_SIM_STYLE (gst_csd_sim_style_get_type())
+GType gst_csd_sim_style_get_type();

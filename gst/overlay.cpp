@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "overlay.h"
 
-#include "enumtypes.h"
 #include "frame_mapping.h"
 
 namespace csd {
@@ -16,11 +15,8 @@ void Overlay::set_up(GstBaseTransform *element) {
 }
 
 GParamSpec *Overlay::param_spec() {
-  return g_param_spec_enum("overlay", "Overlay",
-                           "Show the features: none = no, draw = into the pixels, meta = attach a "
-                           "GstVideoOverlayComposition and leave the pixels alone (one warning if nothing downstream "
-                           "can show it)",
-                           GST_TYPE_CSD_TRACK_OVERLAY, GST_CSD_TRACK_OVERLAY_NONE,
+  return g_param_spec_enum("overlay", "Overlay", "How features are shown in the picture", GST_TYPE_CSD_TRACK_OVERLAY,
+                           GST_CSD_TRACK_OVERLAY_NONE,
                            static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS |
                                                     GST_PARAM_MUTABLE_PLAYING | GST_PARAM_CONTROLLABLE));
 }

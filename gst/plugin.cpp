@@ -4,7 +4,6 @@
 #include "csdtrackdec.h"
 #include "csdtrackenc.h"
 #include "enums.h"
-#include "enumtypes.h"
 #include "meta.h"
 
 namespace {
@@ -12,7 +11,7 @@ namespace {
 void mark_plugin_api() {
   for (const GType type : {GST_TYPE_CSD_TRACK_ALGORITHM, GST_TYPE_CSD_TRACK_CONTENT_AREA, GST_TYPE_CSD_TRACK_LEARNING,
                            GST_TYPE_CSD_TRACK_OVERLAY, GST_TYPE_CSD_TRACK_POST_MESSAGES, GST_TYPE_CSD_TRACK_ON_ERROR,
-                           GST_TYPE_CSD_SIM_SCENARIO, GST_TYPE_CSD_SIM_STYLE})
+                           GST_TYPE_CSD_TRACK_ENC_ROLE, GST_TYPE_CSD_SIM_SCENARIO, GST_TYPE_CSD_SIM_STYLE})
     gst_type_mark_as_plugin_api(type, static_cast<GstPluginAPIFlags>(0));
 }
 

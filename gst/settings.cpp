@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <thread>
 
-#include "enumtypes.h"
 #include "overlay.h"
 #include "parse.h"
 
@@ -44,14 +43,8 @@ void install_properties(GObjectClass *klass) {
   const ElementSettings d;
   const auto install = [klass](Property id, GParamSpec *spec) { g_object_class_install_property(klass, id, spec); };
 
-  install(prop_algorithm,
-          g_param_spec_enum("algorithm", "Algorithm",
-                            "How features are followed: csd = anchored patches, aligned and checked against how the "
-                            "tissue around them moves; csd-2012 = online-learnt context-specific descriptors (Mountney "
-                            "& Yang 2012, as printed); to compare with: lk = pyramidal Lucas-Kanade, ms1, ms2 = "
-                            "mean shift on colours chosen by variance ratio, by peak difference, sift = SIFT keypoints "
-                            "matched with the first frame's",
-                            GST_TYPE_CSD_TRACK_ALGORITHM, d.algorithm, structural));
+  install(prop_algorithm, g_param_spec_enum("algorithm", "Algorithm", "How features are followed",
+                                            GST_TYPE_CSD_TRACK_ALGORITHM, d.algorithm, structural));
   install(prop_max_features,
           g_param_spec_uint("max-features", "Maximum features",
                             "How many features detection keeps; 0 = none, only points that are given. Points that are "
@@ -78,11 +71,9 @@ void install_properties(GObjectClass *klass) {
                            "\"x,y,w,h\" in whole pixels of the picture: where detection may look. Empty = everywhere. "
                            "Checked when the element goes to READY and PAUSED",
                            d.region.c_str(), structural));
-  install(prop_content_area,
-          g_param_spec_enum("content-area", "Content area",
-                            "What of the picture is tissue: auto = all but the dark border (round, D-shaped, pillar "
-                            "box) and burnt-in graphics, which are found, full = all of it",
-                            GST_TYPE_CSD_TRACK_CONTENT_AREA, d.content_area, structural));
+  install(prop_content_area, g_param_spec_enum("content-area", "Content area",
+                                               "What of the picture is tissue, where detection and learning may look",
+                                               GST_TYPE_CSD_TRACK_CONTENT_AREA, d.content_area, structural));
   install(prop_patch_size, g_param_spec_uint("patch-size", "Patch size",
                                              "Side of a feature's patch in pixels of the full picture; 0 = from the "
                                              "picture's height (21 at 480 lines)",
@@ -99,8 +90,7 @@ void install_properties(GObjectClass *klass) {
                               0, longest, d.training_time, structural));
   install(prop_learning,
           g_param_spec_enum("learning", "Learning",
-                            "async = frames never wait for learning, sync = every frame waits for its learning: "
-                            "results are then identical on every run and for every n-threads",
+                            "Whether frames wait for the learning that they cause (only csd-2012 learns)",
                             GST_TYPE_CSD_TRACK_LEARNING, d.learning, structural));
   install(prop_n_threads,
           g_param_spec_uint("n-threads", "Threads",
@@ -112,7 +102,8 @@ void install_properties(GObjectClass *klass) {
                               "Past so many nanoseconds of a frame the features that are least urgent wait for the "
                               "next one (fresh=false); 0 = none waits (only csd does)",
                               0, longest, d.frame_budget, structural));
-  install(prop_seed, g_param_spec_uint64("seed", "Seed", "Of every random choice", 0, G_MAXUINT64, d.seed, structural));
+  install(prop_seed, g_param_spec_uint64("seed", "Seed", "Of every random choice that learning makes", 0, G_MAXUINT64,
+                                         d.seed, structural));
 
   install(prop_overlay, Overlay::param_spec());
   install(prop_attach_meta,
@@ -123,21 +114,16 @@ void install_properties(GObjectClass *klass) {
                                "Attach also one GstVideoRegionOfInterestMeta of type csdtrack for each feature that is "
                                "seen, the size of its patch, for elements that know only that",
                                d.live.attach_roi, live));
-  install(prop_post_messages,
-          g_param_spec_enum("post-messages", "Post messages",
-                            "When to post an element message csdtrack with all features: none = never, change = when "
-                            "a feature is new or its state another, frame = every frame",
-                            GST_TYPE_CSD_TRACK_POST_MESSAGES, d.live.post_messages, live));
+  install(prop_post_messages, g_param_spec_enum("post-messages", "Post messages",
+                                                "When to post an element message csdtrack with all features",
+                                                GST_TYPE_CSD_TRACK_POST_MESSAGES, d.live.post_messages, live));
   install(prop_message_interval,
           g_param_spec_uint64("message-interval", "Message interval",
                               "At least so many nanoseconds of running time between two messages; a change in between "
                               "is posted when they have passed or the stream ends; 0 = no limit",
                               0, longest, d.live.message_interval, live));
-  install(prop_on_error,
-          g_param_spec_enum("on-error", "On error",
-                            "When a frame can't be tracked: error = stop with an error message, pass = warn once, let "
-                            "frames through untouched and report features as lost",
-                            GST_TYPE_CSD_TRACK_ON_ERROR, d.live.on_error, live));
+  install(prop_on_error, g_param_spec_enum("on-error", "On error", "What to do when a frame can't be tracked",
+                                           GST_TYPE_CSD_TRACK_ON_ERROR, d.live.on_error, live));
   install(prop_navigation,
           g_param_spec_boolean("navigation", "Navigation",
                                "In a video sink's window a click adds a point, a click with the third button removes "

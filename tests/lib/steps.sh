@@ -121,9 +121,6 @@ step_clang() {
 # time. Of all sources, or of those below the folders.
 clang_syntax() {
   CC=$clang_cc CXX=$clang_cxx configure "$root/build-clang" -Dtests=enabled -Dbenchmarks=enabled || return
-  # Generated headers first.
-  ninja -C "$root/build-clang" -t targets all | sed -n 's/: CUSTOM_COMMAND.*//p' | grep -E '\.(h|c)$' |
-    xargs -r ninja -C "$root/build-clang" || return
   "$root/tests/lib/syntax.py" "$root/build-clang" "$jobs" "${@/#/$root/}"
 }
 

@@ -1,0 +1,297 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What each element says of itself (gst-inspect-1.0), what docs/elements.md says of it, and its SECTION block: complete, and the same."""
+
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+import sys
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+os.environ["GST_PRESET_PATH"] = str(SOURCE / "gst" / "presets")  # read once, when the first preset is asked for
+import harness  # noqa: E402
+from harness import Gst  # noqa: E402
+from gi.repository import GLib, GObject  # noqa: E402
+
+PAGE = SOURCE / "docs" / "elements.md"
+PRESETS_PAGE = SOURCE / "docs" / "pipelines.md"
+TYPES = {"boolean": "gboolean", "string": "gchararray", "uint": "guint", "uint64": "guint64", "int64": "gint64", "double": "gdouble",
+         "GstStructure": "GstStructure"}
+WHOLE = {"uint": (0, 2**32 - 1), "uint64": (0, 2**64 - 1)}  # where the page says no range
+UNITS = {"ns": "nanoseconds", "px": "pixels"}
+SECONDS = {"s": 10**9, "ms": 10**6}
+
+
+def plain(cell):
+    return cell.strip().replace("`", "")
+
+
+def number(text):
+    """12, 2^63−1, 10^18, 10 s: a time is in nanoseconds."""
+    text = text.strip().replace("−", "-")
+    if unit := re.fullmatch(r"(\S+) (s|ms)", text):
+        return number(unit[1]) * SECONDS[unit[2]]
+    if power := re.fullmatch(r"(\d+)\^(\d+)(-1)?", text):
+        return int(power[1])**int(power[2]) + int(power[3] or 0)
+    return float(text) if "." in text else int(text)
+
+
+def sections(page):
+    """Of each element its part of the page."""
+    parts = re.split(r"^# (.+)\n", page, flags=re.MULTILINE)
+    return {name: text for name, text in zip(parts[1::2], parts[2::2]) if name not in ("The elements", "Examples")}
+
+
+def tables(text, first):
+    """The rows, as dictionaries by their column's name, of all tables whose first column has this name."""
+    for head, body in re.findall(r"^(\|.*\|)\n\|[-|]+\|\n((?:\|.*\|\n?)*)", text, flags=re.MULTILINE):
+        names = [plain(name) for name in head.strip("|").split("|")]
+        if names[0] == first:
+            for row in body.splitlines():
+                yield dict(zip(names, row.strip("|").split("|")))
+
+
+def own_properties(element):
+    return {spec.name: spec for spec in element.list_properties() if spec.owner_type == element.__gtype__}
+
+
+class Elements(harness.Case):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.page = sections(PAGE.read_text(encoding="utf-8"))
+        features = Gst.Registry.get().get_feature_list_by_plugin("csdtrack")
+        cls.factories = {f.get_name(): f for f in features if isinstance(f, Gst.ElementFactory)}
+        cls.elements = {name: factory.create(None) for name, factory in cls.factories.items()}
+
+    def test_the_page_has_these_elements(self):
+        self.assertEqual(set(self.page), set(self.factories))
+        self.assertGreaterEqual(len(self.factories), 4)
+
+    def test_plugin(self):
+        plugin = Gst.Registry.get().find_plugin("csdtrack")
+        for text in (plugin.get_description(), plugin.get_version(), plugin.get_source(), plugin.get_package(), plugin.get_origin()):
+            self.assertTrue(text)
+        self.assertEqual(plugin.get_license(), "LGPL")
+
+    def test_factory(self):
+        for name in self.factories:
+            with self.subTest(name):
+                factory = self.factories[name]
+                words = [factory.get_metadata(key) for key in (Gst.ELEMENT_METADATA_LONGNAME, Gst.ELEMENT_METADATA_DESCRIPTION,
+                                                               Gst.ELEMENT_METADATA_AUTHOR, Gst.ELEMENT_METADATA_KLASS)]
+                self.assertTrue(all(words), words)
+                self.assertEqual(len(set(words)), 4)
+                first = re.match(r"\s*`([^`]+)`, rank (\w+)", self.page[name])
+                self.assertEqual(first[1], words[3])
+                self.assertEqual((first[2], factory.get_rank()), ("NONE", Gst.Rank.NONE))
+
+    def test_gst_inspect_shows_it_without_a_complaint(self):
+        for name in self.factories:
+            with self.subTest(name):
+                done = subprocess.run(["gst-inspect-1.0", name], capture_output=True, text=True, timeout=harness.HANGS)
+                self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_properties_tell_what_they_are(self):
+        for name, element in self.elements.items():
+            with self.subTest(name):
+                specs = own_properties(element)
+                self.assertTrue(specs)
+                for spec in specs.values():
+                    with self.subTest(spec.name):
+                        self.assertTrue(spec.nick and spec.nick != spec.name, "a nick of its own")
+                        self.assertGreater(len(spec.blurb), len(spec.nick))
+                        self.assertNotEqual(spec.blurb.lower(), spec.name.replace("-", " "))
+                        if isinstance(spec, GObject.ParamSpecEnum):
+                            self.check_enum(spec)
+                        elif not spec.flags & GObject.ParamFlags.WRITABLE:
+                            continue
+                        self.assertTrue(bool(spec.flags & Gst.PARAM_MUTABLE_READY) != bool(spec.flags & Gst.PARAM_MUTABLE_PLAYING),
+                                        "when it can be set")
+                        if spec.flags & Gst.PARAM_CONTROLLABLE:
+                            self.assertTrue(spec.flags & Gst.PARAM_MUTABLE_PLAYING)
+
+    def check_enum(self, spec):
+        self.assertTrue(Gst.type_is_plugin_api(spec.value_type)[0], "marked as plugin API")
+        for value in spec.enum_class.__enum_values__.values():
+            # glib-mkenums gives values the name of their C constant, which tells a user nothing.
+            self.assertNotRegex(value.value_name, r"^[A-Z0-9_]+$")
+            self.assertNotEqual(value.value_name, value.value_nick)
+
+    def test_properties_are_on_the_page_and_as_it_says(self):
+        for name, element in self.elements.items():
+            with self.subTest(name):
+                rows = {plain(row["property"]): row for row in tables(self.page[name], "property")}
+                all_specs = {spec.name: spec for spec in element.list_properties()}
+                self.assertEqual(set(own_properties(element)) - set(rows), set(), "not on the page")
+                self.assertEqual(set(rows) - set(all_specs), set(), "on the page only")
+                for key, row in rows.items():
+                    with self.subTest(key):
+                        self.check_row(all_specs[key], row, inherited=all_specs[key].owner_type != element.__gtype__, element=element)
+                        self.assertTrue(row[""].strip(), "is described")
+
+    def check_row(self, spec, row, inherited, element):
+        said = plain(row.get("type, range", row.get("type", "")))
+        kind = said.split()[0].rstrip(",")
+        if kind == "enum":
+            values = spec.enum_class.__enum_values__.values()
+            self.assertEqual(said.removeprefix("enum ").split(", "), [value.value_nick for value in values])
+        else:
+            self.assertEqual(spec.value_type.name, TYPES[kind])
+        if kind in ("uint", "uint64", "int64", "double"):
+            if both := re.search(r"±(\S+)", said):
+                bounds = -number(both[1]), number(both[1])
+            else:
+                bounds = tuple(map(number, re.search(r"(\S+)…(\S+)", said).groups())) if "…" in said else WHOLE[kind]
+            self.assertEqual((spec.minimum, spec.maximum), bounds)
+        for unit, word in UNITS.items():
+            if re.search(rf"\b{unit}\b", said):
+                self.assertIn(word, spec.blurb.lower())
+        default = plain(row["default"])
+        if not spec.flags & GObject.ParamFlags.WRITABLE:
+            self.assertEqual((default, plain(row["when"]), "read only" in said), ("", "", True))
+            return
+        value = element.get_property(spec.name)  # of an element that nobody has touched
+        if not inherited:
+            self.assertEqual(spec.default_value, value, "the default that is told")
+        if kind == "boolean":
+            self.assertEqual(default, str(value).lower())
+        elif kind == "enum":
+            self.assertEqual(default, value.value_nick)
+        else:
+            self.assertEqual(f'"{value}"' if kind == "string" else value, default if kind == "string" else number(default))
+        if inherited:
+            return
+        ready, playing, controllable = (bool(spec.flags & flag) for flag in (Gst.PARAM_MUTABLE_READY, Gst.PARAM_MUTABLE_PLAYING,
+                                                                              Gst.PARAM_CONTROLLABLE))
+        when = "any" if controllable else "any, not controllable" if playing else "READY"
+        self.assertEqual(plain(row.get("when", "READY")), when)
+        self.assertEqual(ready, when == "READY")
+
+    def test_signals_are_on_the_page(self):
+        for name, element in self.elements.items():
+            with self.subTest(name):
+                found = {}
+                for signal in GObject.signal_list_names(element.__gtype__):
+                    query = GObject.signal_query(signal, element.__gtype__)
+                    self.assertTrue(query.signal_flags & GObject.SignalFlags.ACTION)
+                    found[signal] = [t.name for t in query.param_types], query.return_type.name
+                said = {}
+                for row in tables(self.page[name], "signal"):
+                    signal, arguments, result = re.fullmatch(r"(\S+) \((.*)\)(?: → (\S+) \w+)?", plain(row["signal"])).groups()
+                    said[signal] = [TYPES[a.split()[0]] for a in arguments.split(", ") if a], TYPES[result] if result else "void"
+                self.assertEqual(said, found)
+
+    def test_pads_are_on_the_page(self):
+        formats = {}
+        for name in self.factories:
+            with self.subTest(name):
+                templates = {t.name_template: t for t in self.factories[name].get_static_pad_templates()}
+                caps = {pad: template.get_caps() for pad, template in templates.items()}
+                for pad, template in templates.items():
+                    self.assertEqual(template.presence, Gst.PadPresence.REQUEST if pad == "text" else Gst.PadPresence.ALWAYS)
+                for row in tables(self.page[name], "pad"):
+                    for pad in re.findall(r"`(\w+)`", row["pad"]):
+                        taken = caps.pop(pad)
+                        if "those of" not in row["caps"]:
+                            said = Gst.Caps.from_string(";".join(re.findall("`([^`]+)`", row["caps"])))
+                            self.assertTrue(said.is_strictly_equal(taken), f"{pad}: {taken.to_string()}")
+                        else:
+                            formats[name, pad] = self.formats(taken)
+                formats.update({(name, pad): self.formats(taken) for pad, taken in caps.items()})
+                # What no table of pads has is in the prose, with the formats of csdtrack.
+                for pad in caps:
+                    self.assertIn(f"`{pad}`" if name == "csdtrack" else "those of", self.page[name])
+        said = set(re.search(r"^\| formats, 8 bit \| (.*) \|", self.page["csdtrack"], re.MULTILINE)[1].split() +
+                   re.search(r"^\| formats, 10 bit \| (.*) \|", self.page["csdtrack"], re.MULTILINE)[1].split())
+        self.assertEqual(len(formats), 5)  # sink and src of csdtrack and csdtrackdec, src of csdsimsrc
+        for pad, taken in formats.items():
+            self.assertEqual(taken, said, pad)
+
+    def formats(self, caps):
+        """The same in all structures."""
+        lists = [{str(value) for value in re.findall(r"\w+", re.search(r"format=\(string\)\{([^}]*)\}", caps.get_structure(i).to_string())[1])}
+                 for i in range(caps.get_size())]
+        self.assertTrue(all(each == lists[0] for each in lists))
+        return lists[0]
+
+    def test_presets_are_in_their_table(self):
+        rows = {plain(row["preset"]): plain(row["sets"]) for row in tables(PRESETS_PAGE.read_text(encoding="utf-8"), "preset")}
+        usual = self.elements["csdtrack"]
+        self.assertEqual(set(rows), set(usual.get_preset_names()))
+        for name, said in rows.items():
+            with self.subTest(name):
+                track = Gst.ElementFactory.make("csdtrack")
+                self.assertTrue(track.load_preset(name))
+                set_there = {key: value for key in own_properties(track) if key != "stats" and
+                             ((value := track.get_property(key)) != usual.get_property(key) or re.search(rf"\b{key}=", said))}
+                told = {}
+                for key, value in re.findall(r"(\S+)=(.+?)(?= \S+=|$)", said):
+                    told[key] = number(value) if value[0].isdigit() else value
+                self.assertEqual(told, {key: getattr(value, "value_nick", value) for key, value in set_there.items()})
+
+
+class SectionBlocks(harness.Case):
+    def blocks(self):
+        for factory in Gst.Registry.get().get_feature_list_by_plugin("csdtrack"):
+            name = factory.get_name()
+            text = (SOURCE / "gst" / f"{name}.cpp").read_text(encoding="utf-8")
+            block = re.search(r"^/\*\*\n( \* SECTION:.*?) \*/\n", text, flags=re.DOTALL | re.MULTILINE)
+            yield name, re.sub(r"^ \* ?", "", block[1], flags=re.MULTILINE) if block else ""
+
+    def test_each_element_has_one(self):
+        for name, block in self.blocks():
+            with self.subTest(name):
+                head = rf"SECTION:element-{name}\n@title: {name}\n@short_description: (\S.*)\n\n(?P<what>\S.*?)\n\n"
+                found = re.match(head, block, flags=re.DOTALL)
+                self.assertTrue(found, block[:200])
+                self.assertGreater(len(found["what"].split()), 10)
+                self.assertRegex(block, r"(?m)^Since: \d")
+
+    def test_example_lines_parse(self):
+        for name, block in self.blocks():
+            with self.subTest(name):
+                examples = re.search(r"^## Example launch lines?\n(.*?)(?=^## |^Since:)", block, flags=re.DOTALL | re.MULTILINE)
+                self.assertTrue(examples)
+                lines = re.findall(r"^\|\[\n(.*?)^\]\|", examples[1], flags=re.DOTALL | re.MULTILINE)
+                self.assertTrue(lines)
+                self.assertEqual(examples[1].count("|["), len(lines))
+                for line in lines:
+                    with self.subTest(line):
+                        program, *words = shlex.split(line.replace("\\\n", " "))
+                        self.assertEqual(program, "gst-launch-1.0")
+                        words = [word for word in words if not re.fullmatch("-[a-z]", word)]
+                        self.assertIn(name, words)
+                        if "|" in words:  # into another program
+                            words = words[:words.index("|")]
+                        try:
+                            pipeline = Gst.parse_launchv(words)
+                        except GLib.Error as error:
+                            if not error.matches(Gst.ParseError.quark(), Gst.ParseError.NO_SUCH_ELEMENT) or "csd" in error.message:
+                                raise
+                            print(f"SKIP: {name}: {error.message}", file=sys.stderr)
+                            continue
+                        self.assertTrue(pipeline)
+
+    def test_what_they_refer_to_is_there(self):
+        elements = {e.__gtype__.name: e for e in map(Gst.ElementFactory.make, ("csdtrack", "csdtrackenc", "csdtrackdec", "csdsimsrc"))}
+        count = 0
+        for name, block in self.blocks():
+            with self.subTest(name):
+                for kind, colons, key, value in re.findall(r"#(GstCsd\w+)(::?)([\w-]+)(?:=([\w-]+))?", block):
+                    count += 1
+                    with self.subTest(f"{kind}{colons}{key}"):
+                        if colons == "::":
+                            self.assertIn(key, GObject.signal_list_names(elements[kind].__gtype__))
+                            continue
+                        spec = elements[kind].find_property(key)
+                        self.assertTrue(spec)
+                        if value:
+                            self.assertIn(value, [v.value_nick for v in spec.enum_class.__enum_values__.values()])
+        self.assertGreater(count, 5)
+
+
+if __name__ == "__main__":
+    harness.main()
