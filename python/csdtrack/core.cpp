@@ -41,15 +41,15 @@ std::string range_text(std::int64_t least, std::int64_t most) {
 
 /// A whole number within bounds: int, or a numpy integer. A bool isn't one, nor is a float.
 std::int64_t whole(py::handle value, const std::string &name, std::int64_t least, std::int64_t most,
-                   const std::string &advice) {
+                   const std::string &advice = "") {
   if (!PyIndex_Check(value.ptr()) || PyBool_Check(value.ptr()))
-    throw py::type_error(name + " is a " + type_of(value) + ", not an int: " + advice);
+    throw py::type_error(name + " is a " + type_of(value) + ", not an int" + advice);
   const auto number = py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr()));
   if (!number) throw py::error_already_set();
   int overflow = 0;
   const std::int64_t result = PyLong_AsLongLongAndOverflow(number.ptr(), &overflow);
   if (overflow != 0 || result < least || result > most)
-    throw py::value_error(name + "=" + text_of(number) + " is not in " + range_text(least, most) + ": " + advice);
+    throw py::value_error(name + "=" + text_of(number) + " is not in " + range_text(least, most) + advice);
   return result;
 }
 
@@ -68,7 +68,7 @@ std::uint64_t whole_seed(py::handle value) {
   return result;
 }
 
-const std::string time_advice = "give whole nanoseconds, round(seconds * 1e9)";
+const char *const time_advice = ": give whole nanoseconds, round(seconds * 1e9)";
 
 std::int64_t duration_setting(py::handle value, const char *name) {
   return whole(value, name, 0, any_time, time_advice);
@@ -76,7 +76,7 @@ std::int64_t duration_setting(py::handle value, const char *name) {
 
 /// Of a frame: None is unknown.
 std::int64_t frame_time(py::handle value, const char *name) {
-  return value.is_none() ? no_time : whole(value, name, 0, any_time, time_advice + ", or None");
+  return value.is_none() ? no_time : whole(value, name, 0, any_time, std::string(time_advice) + ", or None");
 }
 
 /// Which of the words `value` is. `name_of(i)` is the word of each i below `count`.
@@ -132,11 +132,11 @@ std::vector<cv::Point2d> given_points(py::handle value) {
 
 cv::Rect given_region(py::handle value) {
   if (value.is_none()) return {};
-  const std::string advice = "give x, y, width, height in whole pixels";
+  const std::string advice = ": give x, y, width, height in whole pixels";
   if (!PySequence_Check(value.ptr()) || py::isinstance<py::str>(value))
-    throw py::type_error("region is a " + type_of(value) + ": " + advice);
+    throw py::type_error("region is a " + type_of(value) + advice);
   const auto sequence = py::reinterpret_borrow<py::sequence>(value);
-  if (sequence.size() != 4) throw py::value_error("region=" + text_of(value) + " has not four numbers: " + advice);
+  if (sequence.size() != 4) throw py::value_error("region=" + text_of(value) + " has not four numbers" + advice);
   int numbers[4];
   for (std::size_t i = 0; i < 4; ++i) {
     const py::object number = sequence[i];
@@ -275,8 +275,7 @@ class PyTracker {
   }
 
   bool remove_point(const py::object &id) {
-    return tracker_->remove_point(
-        static_cast<FeatureId>(whole(id, "id", 0, no_feature - std::int64_t{1}, "give a feature's id")));
+    return tracker_->remove_point(static_cast<FeatureId>(whole(id, "id", 0, no_feature - std::int64_t{1})));
   }
 
   void reset() { tracker_->reset(); }
@@ -348,7 +347,7 @@ std::unique_ptr<PyTracker> make_tracker(const py::object &algorithm, const py::o
                                         const py::object &learning, const py::object &n_threads,
                                         const py::object &frame_budget, const py::object &seed) {
   const auto small = [](py::handle value, const char *name, std::int64_t most) {
-    return static_cast<unsigned>(whole(value, name, 0, most, "see help(csdtrack.Tracker)"));
+    return static_cast<unsigned>(whole(value, name, 0, most));
   };
   Settings s;
   s.algorithm = static_cast<AlgorithmKind>(choice(algorithm, "algorithm", algorithms, algorithm_word));
