@@ -2,6 +2,7 @@
 // The core on numpy arrays: what Python gives is checked here, and nothing is copied but the results.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
 #include <algorithm>
 #include <atomic>
@@ -10,9 +11,13 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <type_traits>
+#include <vector>
 
+#include "arguments.h"
 #include "image/simd.h"
+#include "pixels.h"
 #include "track/thread_pool.h"
 #include "track/tracker.h"
 
@@ -21,81 +26,7 @@ namespace py = pybind11;
 namespace csd {
 namespace {
 
-constexpr std::int64_t largest_side = 32768;  // pixels; as the element's `region`
-constexpr std::int64_t any_time = INT64_MAX;
 constexpr int learner_nice = 10;  // learners give way, as those of the element do
-
-std::string text_of(py::handle value) {
-  return py::cast<std::string>(py::repr(value));
-}
-
-std::string type_of(py::handle value) {
-  return py::cast<std::string>(py::type::handle_of(value).attr("__name__"));
-}
-
-std::string range_text(std::int64_t least, std::int64_t most) {
-  return std::to_string(least) + "…" + (most == any_time ? "2^63-1" : std::to_string(most));
-}
-
-// ---- What a tracker is told ----------------------------------------------------------------------------------------
-
-/// A whole number within bounds: int, or a numpy integer. A bool isn't one, nor is a float.
-std::int64_t whole(py::handle value, const std::string &name, std::int64_t least, std::int64_t most,
-                   const std::string &advice = "") {
-  if (!PyIndex_Check(value.ptr()) || PyBool_Check(value.ptr()))
-    throw py::type_error(name + " is a " + type_of(value) + ", not an int" + advice);
-  const auto number = py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr()));
-  if (!number) throw py::error_already_set();
-  int overflow = 0;
-  const std::int64_t result = PyLong_AsLongLongAndOverflow(number.ptr(), &overflow);
-  if (overflow != 0 || result < least || result > most)
-    throw py::value_error(name + "=" + text_of(number) + " is not in " + range_text(least, most) + advice);
-  return result;
-}
-
-/// The same for uint64, which has no other bounds.
-std::uint64_t whole_seed(py::handle value) {
-  const std::string advice = "give any whole number below 2^64";
-  if (!PyIndex_Check(value.ptr()) || PyBool_Check(value.ptr()))
-    throw py::type_error("seed is a " + type_of(value) + ", not an int: " + advice);
-  const auto number = py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr()));
-  if (!number) throw py::error_already_set();
-  const std::uint64_t result = PyLong_AsUnsignedLongLong(number.ptr());
-  if (PyErr_Occurred()) {
-    PyErr_Clear();
-    throw py::value_error("seed=" + text_of(number) + " is not in 0…2^64-1: " + advice);
-  }
-  return result;
-}
-
-const char *const time_advice = ": give whole nanoseconds, round(seconds * 1e9)";
-
-std::int64_t duration_setting(py::handle value, const char *name) {
-  return whole(value, name, 0, any_time, time_advice);
-}
-
-/// Of a frame: None is unknown.
-std::int64_t frame_time(py::handle value, const char *name) {
-  return value.is_none() ? no_time : whole(value, name, 0, any_time, std::string(time_advice) + ", or None");
-}
-
-/// Which of the words `value` is. `name_of(i)` is the word of each i below `count`.
-template <class NameOf>
-std::size_t choice(py::handle value, const char *name, std::size_t count, NameOf name_of) {
-  std::string words;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::string word(name_of(i));
-    if (py::isinstance<py::str>(value) && py::cast<std::string>(value) == word) return i;
-    words += (i ? ", '" : "'") + word + "'";
-  }
-  const std::string problem = std::string(name) + "=" + text_of(value) + " is none of " + words;
-  if (!py::isinstance<py::str>(value)) throw py::type_error(problem);
-  throw py::value_error(problem);
-}
-
-std::size_t choice(py::handle value, const char *name, std::initializer_list<const char *> words) {
-  return choice(value, name, words.size(), [&](std::size_t i) { return words.begin()[i]; });
-}
 
 constexpr std::size_t algorithms = static_cast<std::size_t>(AlgorithmKind::sift) + 1;
 
@@ -107,90 +38,12 @@ std::string_view state_word(std::size_t i) {
   return state_name(static_cast<FeatureState>(i));
 }
 
-std::vector<cv::Point2d> given_points(py::handle value) {
-  if (value.is_none()) return {};
-  const std::string advice = ": give N rows of x, y in pixels";
-  const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(value);
-  if (!array) throw py::type_error("points is no array of numbers" + advice);
-  if (array.size() == 0)
-    throw py::value_error(
-        "points is empty: leave it out to have features detected, or set max_features=0 to begin with none");
-  if (array.ndim() != 2 || array.shape(1) != 2)
-    throw py::value_error("points has the shape " + text_of(array.attr("shape")) + advice);
-  const auto count = static_cast<std::size_t>(array.shape(0));
-  if (count > max_points)
-    throw py::value_error("points has " + std::to_string(count) + " rows: at most " + std::to_string(max_points) +
-                          " points can be tracked");
-  std::vector<cv::Point2d> points;
-  for (py::ssize_t i = 0; i < array.shape(0); ++i) {
-    points.emplace_back(array.at(i, 0), array.at(i, 1));
-    if (!std::isfinite(points.back().x) || !std::isfinite(points.back().y))
-      throw py::value_error("points[" + std::to_string(i) + "] is not finite: leave it out");
-  }
-  return points;
+/// The words word(0) … word(count − 1).
+std::vector<std::string> words(std::size_t count, std::string_view (*word)(std::size_t)) {
+  std::vector<std::string> result;
+  for (std::size_t i = 0; i < count; ++i) result.emplace_back(word(i));
+  return result;
 }
-
-cv::Rect given_region(py::handle value) {
-  if (value.is_none()) return {};
-  const std::string advice = ": give x, y, width, height in whole pixels";
-  if (!PySequence_Check(value.ptr()) || py::isinstance<py::str>(value))
-    throw py::type_error("region is a " + type_of(value) + advice);
-  const auto sequence = py::reinterpret_borrow<py::sequence>(value);
-  if (sequence.size() != 4) throw py::value_error("region=" + text_of(value) + " has not four numbers" + advice);
-  int numbers[4];
-  for (std::size_t i = 0; i < 4; ++i) {
-    const py::object number = sequence[i];
-    numbers[i] =
-        static_cast<int>(whole(number, "region[" + std::to_string(i) + "]", i < 2 ? 0 : 1, largest_side, advice));
-  }
-  return {numbers[0], numbers[1], numbers[2], numbers[3]};
-}
-
-// ---- A frame -------------------------------------------------------------------------------------------------------
-
-/// An array's pixels, held so that nobody can resize the array meanwhile. Belongs to who holds the GIL.
-class Pixels {
- public:
-  /// `frame` is to be a numpy array of uint8, H×W or H×W×3; its strides may be anything.
-  Pixels(const py::object &frame, bool bgr) {
-    if (!py::isinstance<py::array>(frame))
-      throw py::type_error("frame is a " + type_of(frame) + ": give a numpy array of uint8, H×W or H×W×3");
-    if (!py::isinstance<py::array_t<std::uint8_t>>(frame))
-      throw py::type_error("frame is an array of " + py::cast<std::string>(py::str(frame.attr("dtype"))) +
-                           ": give uint8, 0…255");
-    const auto array = py::reinterpret_borrow<py::array>(frame);
-    info_ = array.request();
-    const auto shape = text_of(array.attr("shape"));
-    if (info_.ndim == 3 && info_.shape[2] == 4)
-      throw py::value_error("frame has the shape " + shape + ": leave alpha out, frame[..., :3] copies nothing");
-    const bool gray = info_.ndim == 2;
-    if (!gray && (info_.ndim != 3 || info_.shape[2] != 3))
-      throw py::value_error("frame has the shape " + shape + ": give H×W (gray) or H×W×3 (colour)");
-    if (std::min(info_.shape[0], info_.shape[1]) < 1 || std::max(info_.shape[0], info_.shape[1]) > largest_side)
-      throw py::value_error("frame has the shape " + shape + ": give 1…" + std::to_string(largest_side) +
-                            " pixels in width and height");
-    view_.height = view_.rows = static_cast<int>(info_.shape[0]);
-    view_.width = static_cast<int>(info_.shape[1]);
-    view_.model = gray ? ColourModel::gray : ColourModel::rgb;
-    // As GStreamer weighs RGB of this height: what the element says of the same picture is the same.
-    const bool standard_definition = view_.height <= 576;
-    view_.kr = standard_definition ? 0.299 : 0.2126;
-    view_.kb = standard_definition ? 0.114 : 0.0722;
-    const auto *first = static_cast<const std::uint8_t *>(info_.ptr);
-    for (std::size_t i = 0; i < (gray ? 1 : 3); ++i) {
-      auto &component = view_.component[i];
-      component.data = gray ? first : first + static_cast<std::ptrdiff_t>(bgr ? 2 - i : i) * info_.strides[2];
-      component.row_stride = info_.strides[0];
-      component.pixel_stride = info_.strides[1];
-    }
-  }
-
-  const FrameView &view() const { return view_; }
-
- private:
-  py::buffer_info info_;
-  FrameView view_;
-};
 
 // ---- A frame's result ----------------------------------------------------------------------------------------------
 
@@ -350,34 +203,27 @@ std::unique_ptr<PyTracker> make_tracker(const py::object &algorithm, const py::o
     return static_cast<unsigned>(whole(value, name, 0, most));
   };
   Settings s;
-  s.algorithm = static_cast<AlgorithmKind>(choice(algorithm, "algorithm", algorithms, algorithm_word));
+  s.algorithm = static_cast<AlgorithmKind>(choice(algorithm, "algorithm", words(algorithms, algorithm_word)));
   s.max_features = small(max_features, "max_features", max_points);
   s.points = given_points(points);
   s.replenish = replenish;
-  s.forget_after = duration_setting(forget_after, "forget_after");
+  s.forget_after = time_setting(forget_after, "forget_after");
   s.region = given_region(region);
   s.content_area = choice(content_area, "content_area", {"auto", "full"}) ? ContentArea::full : ContentArea::automatic;
   s.patch_size = small(patch_size, "patch_size", 1024);
   s.search_radius = small(search_radius, "search_radius", 2048);
-  s.training_time = duration_setting(training_time, "training_time");
+  s.training_time = time_setting(training_time, "training_time");
   s.learn_synchronously = choice(learning, "learning", {"async", "sync"}) == 1;
-  s.frame_budget = duration_setting(frame_budget, "frame_budget");
+  s.frame_budget = time_setting(frame_budget, "frame_budget");
   s.seed = whole_seed(seed);
   const bool bgr = choice(order, "order", {"rgb", "bgr"}) == 1;
   return std::make_unique<PyTracker>(s, small(n_threads, "n_threads", 256), bgr);
 }
 
-template <class NameOf>
-py::tuple words(std::size_t count, NameOf name_of) {
-  py::tuple result(count);
-  for (std::size_t i = 0; i < count; ++i) result[i] = std::string(name_of(i));
-  return result;
-}
-
 PYBIND11_MODULE(_core, m) {
   const Settings defaults;
-  m.attr("STATES") = words(feature_states, state_word);
-  m.attr("ALGORITHMS") = words(algorithms, algorithm_word);
+  m.attr("STATES") = py::tuple(py::cast(words(feature_states, state_word)));
+  m.attr("ALGORITHMS") = py::tuple(py::cast(words(algorithms, algorithm_word)));
 
   py::class_<PyTracker> tracker(m, "Tracker", R"(Tracks points on deforming tissue through the frames of one stream.
 
