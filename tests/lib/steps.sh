@@ -67,7 +67,7 @@ finish() {
   exit
 }
 
-sources() { find "$root"/{core,gst,tests} \( -name '*.cpp' -o -name '*.c' -o -name '*.h' \) "$@"; }
+sources() { find "$root"/{core,gst,python,tests} \( -name '*.cpp' -o -name '*.c' -o -name '*.h' \) "$@"; }
 
 build_in() {  # DIR [NINJA TARGETS]
   ninja -C "$@"
@@ -75,7 +75,7 @@ build_in() {  # DIR [NINJA TARGETS]
 
 step_build() {
   check 'configure' env CC="$gcc_cc" CXX="$gcc_cxx" bash -c \
-    '. "$0/pipelines/lib/setup.sh"; root=$0; configure "$0/build" -Dtests=enabled -Dbenchmarks=enabled' "$root" || return
+    '. "$0/pipelines/lib/setup.sh"; root=$0; configure "$0/build" -Dtests=enabled -Dbenchmarks=enabled -Dpython=enabled' "$root" || return
   check 'build' build_in "$root/build" || return
   check 'the plugin links neither windows nor image files' plugin_links
 }
@@ -114,7 +114,7 @@ sanitized_build() {  # DIR SANITIZERS [TARGET] [PROGRAMS: enabled or disabled]
 
 step_clang() {
   # The tests' own sources are tests/long's: they are as many again.
-  check 'clang' clang_syntax core gst
+  check 'clang' clang_syntax core gst python
 }
 
 # clang_syntax [FOLDER...]: compiles without writing anything: the warnings are what we want, and it takes a third of the
@@ -190,7 +190,7 @@ rule_mirrored() {
 
 # Every bash or Python script of ours.
 scripts() {
-  find "$root"/{tests,pipelines} -type f \( -name '*.sh' -o -name '*.py' -o -perm -u+x \) -not -path '*/__pycache__/*'
+  find "$root"/{docs,pipelines,python,tests} -type f \( -name '*.sh' -o -name '*.py' -o -perm -u+x \) -not -path '*/__pycache__/*'
 }
 
 rule_scripts() {
