@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Serves video and its tracks by RTSP, as two streams of one session: see --help.
+
+    SOURCE ! queue (leaky) ! csdtrack ! tee ─ queue ! x264enc ! h264parse ! appsink ──► appsrc ! rtph264pay
+                                        tee ─ queue ! csdtrackenc ! appsink ──────────► appsrc ! rtpgstpay
+
+On the left is this program's own pipeline, on the right the one that gst-rtsp-server makes when somebody looks, and takes down when nobody
+does any more. So tracking goes on, ids stay, and what is wrong with the source is said at once, whoever looks.
+"""
+
+import argparse
+import re
+import threading
+
+import command
+import sources
+
+EPILOG = sources.LISTED + """
+Who looks gets two streams of one session: H.264, and a stream of encoding name X-GST (rtpgstpay) with the tracks, the lines of csdtrackenc
+byte for byte (docs/metadata.md). A frame and its line have the same time. pipelines/receive writes the lines; players that know no X-GST show
+the video. Who looks later gets the same picture and tracks, from the next keyframe on, a second at most.
+
+It is served to this machine alone; --address 0.0.0.0 serves it to all who reach this machine. Neither password nor encryption keeps the
+picture from them: that is for the network to do.
+
+What csdtrack is told: the preset live-low-latency (docs/elements.md). A file is served once, at its own pace, from the start of this program.
+
+Exit code: 0 if a picture was served, 1 if not (one line says why), 2 for wrong use.
+"""
+
+KEYFRAMES = 25   # frames from one to the next: so long does who comes late wait
+HELD = 10**9     # ns that are held for a session which takes nothing: set up, not playing yet
+
+
+def parse(arguments):
+    parser = argparse.ArgumentParser(prog="pipelines/stream", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
+                                     description="Serves video, and the tracks of points on the tissue in it, by RTSP.")
+    parser.add_argument("source", nargs="?", default="simulate", metavar="SOURCE", help="where the picture comes from (simulate)")
+    parser.add_argument("--address", default="127.0.0.1", metavar="IP", help="of this machine, where it is served (127.0.0.1)")
+    parser.add_argument("--port", type=int, default=8554, metavar="N", help="where it is served (8554; 0: any that is free)")
+    parser.add_argument("--path", default="csdtrack", metavar="NAME", help="of the URL (csdtrack)")
+    parser.add_argument("--bitrate", type=int, default=4000, metavar="KBIT", help="of the video, kbit/s (4000)")
+    parser.add_argument("--overlay", action="store_true", help="draw the tracks into the picture that is served")
+    parser.add_argument("--preset", default="live-low-latency", metavar="NAME", help="of csdtrack (live-low-latency)")
+    parser.add_argument("--seconds", type=command.positive, metavar="N", help="end after so long")
+    command.add_common(parser)
+    options = parser.parse_args(arguments)
+    if not 0 <= options.port <= 65535:
+        parser.error(f"--port: {options.port} is not from 0 to 65535")
+    if not re.fullmatch(r"[A-Za-z0-9_-]+", options.path):
+        parser.error(f"--path: '{options.path}' is more than letters, digits, _ and -")
+    if not 1 <= options.bitrate <= 2_000_000:
+        parser.error(f"--bitrate: {options.bitrate} is not from 1 to 2000000")
+    return options
+
+
+class Session:
+    """What all clients share: the pipeline of gst-rtsp-server, whose sources are fed with what this program's pipeline makes."""
+
+    def __init__(self, Gst, media):
+        self._Gst = Gst
+        self.media = media
+        element = media.get_element()
+        self._sources = {name: element.get_by_name(name) for name in ("video", "tracks")}
+        self._waits = True  # video, for a keyframe
+
+    def push(self, name, sample, time):
+        """`time`: of the clock. What would wait for too long is left out, video up to the next keyframe then."""
+        source, buffer = self._sources[name], sample.get_buffer()
+        base = source.get_base_time()
+        if not base or time < base:
+            return  # it does not play yet
+        full = source.get_property("current-level-time") > HELD
+        if name == "video":
+            self._waits = full or self._waits and buffer.has_flags(self._Gst.BufferFlags.DELTA_UNIT)
+        if full or name == "video" and self._waits:
+            return
+        buffer = buffer.copy()
+        buffer.pts, buffer.dts = time - base, self._Gst.CLOCK_TIME_NONE
+        source.emit("push-sample", self._Gst.Sample.new(buffer, sample.get_caps(), None, None))
+
+    def end(self):
+        for source in self._sources.values():
+            source.emit("end-of-stream")
+
+
+class Server:
+    def __init__(self, Gst, GstRtspServer, options, clock):
+        self._Gst = Gst
+        self._session = None
+        self._lock = threading.Lock()
+        self._server = GstRtspServer.RTSPServer()
+        self._server.set_address(options.address)
+        self._server.set_service(str(options.port))
+        factory = GstRtspServer.RTSPMediaFactory()
+        source = "appsrc is-live=true format=time block=false max-bytes=0"
+        factory.set_launch(f"( {source} name=video ! h264parse ! rtph264pay name=pay0 pt=96 config-interval=-1 "
+                           f"{source} name=tracks ! rtpgstpay name=pay1 pt=97 )")
+        factory.set_shared(True)
+        factory.set_clock(clock)
+        factory.connect("media-configure", self._begin)
+        self._server.get_mount_points().add_factory(f"/{options.path}", factory)
+
+    def attach(self):
+        """The port, or None if it can't be had."""
+        return self._server.get_bound_port() if self._server.attach(None) else None
+
+    def _begin(self, _factory, media):
+        with self._lock:
+            self._session = Session(self._Gst, media)
+        media.connect("unprepared", self._unprepared)
+
+    def _unprepared(self, media):
+        with self._lock:
+            if self._session and self._session.media is media:
+                self._session = None
+
+    def push(self, name, sample, time):
+        with self._lock:
+            if self._session:
+                self._session.push(name, sample, time)
+
+    def end(self):
+        with self._lock:
+            if self._session:
+                self._session.end()
+
+
+def main():
+    options = command.options(parse)
+    begin = sources.begin(options.source)
+    import runner
+    Gst = runner.Gst
+    gi = runner.gi
+    try:
+        gi.require_version("GstRtspServer", "1.0")
+    except ValueError as error:
+        raise command.Failure("there is no GStreamer RTSP server: install gir1.2-gst-rtsp-server-1.0, or leave out --no-install") from error
+    from gi.repository import GstRtspServer
+    small = "queue max-size-buffers=3 max-size-bytes=0 max-size-time=0"
+    sink = "appsink sync=true emit-signals=true max-buffers=3"
+    # leaky before tracking, as in pipelines/live: what is old is of no use. Behind it nothing is dropped: each frame has its line.
+    run = runner.Run("stream", f"{begin} ! {small} name=in ! csdtrack name=csdtrack ! tee name=t "
+                               f"t. ! {small} ! videoconvert ! x264enc tune=zerolatency speed-preset=veryfast bitrate={options.bitrate} "
+                               f"key-int-max={KEYFRAMES} ! video/x-h264,profile=main ! h264parse config-interval=-1 ! "
+                               f"video/x-h264,stream-format=byte-stream,alignment=au ! {sink} name=video "
+                               f"t. ! {small} ! csdtrackenc ! application/x-ndjson ! {sink} name=tracks")
+    track = run.element("csdtrack")
+    runner.configure(track, options.preset, {"overlay": "draw" if options.overlay else "none"}, options.set)
+    # One clock for both pipelines: a time of the one is then a time of the other.
+    clock = Gst.SystemClock.obtain()
+    run.pipeline.use_clock(clock)
+    server = Server(Gst, GstRtspServer, options, clock)
+    port = server.attach()
+    if not port:
+        raise command.Failure(f"can't serve at {options.address}, port {options.port}: it is taken, or the address is not this machine's; "
+                              "choose others with --address and --port")
+
+    def sample(sink):
+        got = sink.emit("pull-sample")
+        time = got.get_segment().to_running_time(Gst.Format.TIME, got.get_buffer().pts)
+        if time != Gst.CLOCK_TIME_NONE:
+            server.push(sink.get_name(), got, run.pipeline.get_base_time() + time)
+        return Gst.FlowReturn.OK
+
+    for name in ("video", "tracks"):
+        run.element(name).connect("new-sample", sample)
+    print(f"rtsp://{options.address}:{port}/{options.path}", flush=True)
+    try:
+        run.play(options.source, options.seconds, on_live=lambda: run.element("in").set_property("leaky", "downstream"))
+    finally:
+        server.end()
+    runner.say_cost(track)
+
+
+command.run("stream", main)
