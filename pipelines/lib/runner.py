@@ -38,7 +38,8 @@ def say_cost(track):
 
 
 class Run:
-    def __init__(self, name, text):
+    def __init__(self, name, text, counted=("csdtrack",)):
+        """`counted`: the elements that must get a picture."""
         self._name = name
         try:
             self.pipeline = Gst.parse_launch(text)
@@ -47,7 +48,12 @@ class Run:
         self._loop = GLib.MainLoop()
         self._failure = None
         self._harmless = ()
-        self.frames = 0  # that came to the element called csdtrack
+        self._counts = dict.fromkeys(counted, 0)
+
+    @property
+    def frames(self):
+        """How many came to the element that got the fewest."""
+        return min(self._counts.values())
 
     def element(self, name):
         return self.pipeline.get_by_name(name)
@@ -56,7 +62,8 @@ class Run:
         """Until it ends. `source`: what the user calls it. `harmless`: parts of texts of errors that are an end like any other. Raises
         command.Failure, also if no picture comes from the source. `on_live`: called if the source is live."""
         self._harmless = harmless
-        self.element("csdtrack").get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._count)
+        for name in self._counts:
+            self.element(name).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._count, name)
 
         def listen():
             if not self.frames:
@@ -96,8 +103,8 @@ class Run:
         self._failure = self._failure or text
         self._loop.quit()
 
-    def _count(self, _pad, _info):
-        self.frames += 1
+    def _count(self, _pad, _info, name):
+        self._counts[name] += 1
         return Gst.PadProbeReturn.OK
 
     def _heed(self, message):
