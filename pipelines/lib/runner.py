@@ -48,6 +48,7 @@ class Run:
         self._loop = GLib.MainLoop()
         self._failure = None
         self._harmless = ()
+        self.told = False  # by a signal, to end
         self._counts = dict.fromkeys(counted, 0)
 
     @property
@@ -75,7 +76,7 @@ class Run:
         bus.add_signal_watch()
         bus.connect("message", lambda _, message: self._heed(message))
         for number in (signal.SIGINT, signal.SIGTERM):
-            GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, self.end)
+            GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, self._tell)
         if seconds:
             GLib.timeout_add(int(seconds * 1000), self.end)
         # A live source has no picture before it plays: that is how it is told from a file.
@@ -98,6 +99,10 @@ class Run:
             self._loop.quit()
         GLib.timeout_add_seconds(END, self._loop.quit)
         return GLib.SOURCE_REMOVE
+
+    def _tell(self):
+        self.told = True
+        return self.end()
 
     def fail(self, text):
         self._failure = self._failure or text
