@@ -8,6 +8,7 @@ by turns. The tracer writes, for each frame, how long it took from the source's 
 """
 
 import argparse
+import math
 import os
 import pathlib
 import re
@@ -59,7 +60,7 @@ def latencies(log):
 
 def percentile(values, part):
     """The smallest of the values that at least this part of them doesn't exceed."""
-    return sorted(values)[max(0, -int(-part * len(values) // 1) - 1)]
+    return sorted(values)[math.ceil(part * len(values)) - 1]
 
 
 def table(measured):
