@@ -31,6 +31,7 @@ Exit code: 0 if a picture was served, 1 if not (one line says why), 2 for wrong 
 """
 
 KEYFRAMES = 25  # frames from one to the next at most
+SWEEP = 10      # seconds between two looks for sessions that are dead
 HELD = 10**9    # ns that are held for a network which takes nothing
 
 
@@ -110,8 +111,8 @@ class Session:
 
 
 class Server:
-    def __init__(self, Gst, GstRtspServer, options, ask_keyframe):
-        self._Gst, self._ask_keyframe = Gst, ask_keyframe
+    def __init__(self, Gst, GstRtspServer, options, ask_keyframe, every):
+        self._Gst, self._ask_keyframe, self._every = Gst, ask_keyframe, every
         self._session = None
         self._lock = threading.Lock()
         self._server = GstRtspServer.RTSPServer()
@@ -127,7 +128,11 @@ class Server:
 
     def attach(self):
         """The port, or None if it can't be had."""
-        return self._server.get_bound_port() if self._server.attach(None) else None
+        if not self._server.attach(None):
+            return None
+        # A client over UDP that dies says nothing: its session ends when it has not been heard of for a minute.
+        self._every(SWEEP, lambda: self._server.get_session_pool().cleanup() >= 0)
+        return self._server.get_bound_port()
 
     def _begin(self, _factory, media):
         with self._lock:
@@ -179,7 +184,7 @@ def main():
     def ask_keyframe():
         run.element("video").get_static_pad("sink").push_event(GstVideo.video_event_new_upstream_force_key_unit(Gst.CLOCK_TIME_NONE, True, 0))
 
-    server = Server(Gst, GstRtspServer, options, ask_keyframe)
+    server = Server(Gst, GstRtspServer, options, ask_keyframe, runner.GLib.timeout_add_seconds)
     port = server.attach()
     if not port:
         raise command.Failure(f"can't serve at {options.address}, port {options.port}: it is taken, or the address is not this machine's; "
