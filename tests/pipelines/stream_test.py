@@ -145,8 +145,23 @@ class Stream(harness.Case):
                 self.assertEqual((lines[0]["width"], lines[0]["height"]), (320, 240))
 
     def test_other_commands_take_the_stream(self):
-        _, url = self.stream("simulate")
+        _, url = self.stream("--overlay", "simulate")
         self.receive(5, "--sink", "fakesink", "--tracks", self.got, url, program="live")
+
+    def test_who_comes_while_another_looks_gets_the_same(self):
+        _, url = self.stream("simulate")
+        first, sent = self.tmp / "first.jsonl", self.sent.read_bytes
+        self.start(*command("receive", url, first))
+        for _ in range(600):
+            if first.exists() and first.stat().st_size:
+                break
+            time.sleep(0.1)
+        self.receive(20, url, self.got)
+        for file in first, self.got:
+            lines = file.read_bytes().splitlines(keepends=True)[-10:]
+            self.assertTrue(b"".join(lines) in sent(), f"{file}: of {len(lines)} lines some were not sent, or not in this order")
+        frames = [{line["frame"] for line in harness.read_lines(file, torn=True)} for file in (first, self.got)]
+        self.assertTrue(frames[1] - {max(frames[1])} <= frames[0], frames)
 
     def test_what_is_wrong_is_one_line(self):
         taken = socket.create_server(("127.0.0.1", 0))
