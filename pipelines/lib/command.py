@@ -2,6 +2,7 @@
 """What the commands of this folder share before GStreamer is there: arguments, failures, exit codes."""
 
 import argparse
+import os
 import signal
 import sys
 
@@ -40,6 +41,15 @@ def options(parse):
     if checked:
         sys.exit(0)
     return found
+
+
+def make_folder(folder):
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise Failure(f"can't write into '{folder}' ({error.strerror}): give another folder") from error
+    if not os.access(folder, os.W_OK):
+        raise Failure(f"can't write into '{folder}': give a folder where you may write")
 
 
 def quoted(text):

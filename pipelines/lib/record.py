@@ -123,21 +123,12 @@ def first_number(folder):
     return max(numbers, default=-1) + 1
 
 
-def make(folder):
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise command.Failure(f"can't write into '{folder}' ({error.strerror}): give another folder") from error
-    if not os.access(folder, os.W_OK):
-        raise command.Failure(f"can't write into '{folder}': give a folder where you may write")
-
-
 def main():
     options = command.options(parse)
     begin = sources.begin(options.source)
-    make(options.out)
+    command.make_folder(options.out)
     tracks = options.tracks or options.out
-    make(tracks)
+    command.make_folder(tracks)
     import runner
     Gst = runner.Gst
     bounded = f"queue max-size-buffers=0 max-size-bytes=0 max-size-time={LATENCY}000000000"

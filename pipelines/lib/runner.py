@@ -38,7 +38,8 @@ def say_cost(track):
 
 
 class Run:
-    def __init__(self, name, text):
+    def __init__(self, name, text, counted=("csdtrack",)):
+        """`counted`: the elements that must get a picture."""
         self._name = name
         try:
             self.pipeline = Gst.parse_launch(text)
@@ -47,7 +48,13 @@ class Run:
         self._loop = GLib.MainLoop()
         self._failure = None
         self._harmless, self._seconds = (), None
-        self.frames = 0  # that came to the element called csdtrack
+        self.told = False  # by a signal, to end
+        self._counts = dict.fromkeys(counted, 0)
+
+    @property
+    def frames(self):
+        """How many came to the element that got the fewest."""
+        return min(self._counts.values())
 
     def element(self, name):
         return self.pipeline.get_by_name(name)
@@ -56,7 +63,8 @@ class Run:
         """Until it ends, or `seconds` after the first picture. `source`: what the user calls it. `harmless`: parts of texts of errors that
         are an end like any other. Raises command.Failure, also if no picture comes from the source. `on_live`: called if the source is live."""
         self._harmless, self._seconds = harmless, seconds
-        self.element("csdtrack").get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._count)
+        for name in self._counts:
+            self.element(name).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._count, name)
 
         def listen():
             if not self.frames:
@@ -68,7 +76,7 @@ class Run:
         bus.add_signal_watch()
         bus.connect("message", lambda _, message: self._heed(message))
         for number in (signal.SIGINT, signal.SIGTERM):
-            GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, self.end)
+            GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, self._tell)
         # A live source has no picture before it plays: that is how it is told from a file.
         if self.pipeline.set_state(Gst.State.PAUSED) == Gst.StateChangeReturn.NO_PREROLL:
             on_live()
@@ -90,14 +98,19 @@ class Run:
         GLib.timeout_add_seconds(END, self._loop.quit)
         return GLib.SOURCE_REMOVE
 
+    def _tell(self):
+        self.told = True
+        return self.end()
+
     def fail(self, text):
         self._failure = self._failure or text
         self._loop.quit()
 
-    def _count(self, _pad, _info):
-        if not self.frames and self._seconds:
-            GLib.timeout_add(int(self._seconds * 1000), self.end)
-        self.frames += 1
+    def _count(self, _pad, _info, name):
+        self._counts[name] += 1
+        if self._seconds and self.frames:
+            seconds, self._seconds = self._seconds, None
+            GLib.timeout_add(int(seconds * 1000), self.end)
         return Gst.PadProbeReturn.OK
 
     def _heed(self, message):

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Writes the tracks of video that comes over the network: see --help.
+
+A stream without tracks, as from a recorder, is tracked here:
+
+    rtspsrc │ srtsrc ! decodebin ! queue (leaky) ! csdtrack ! tee ─ queue ! csdtrackenc ! TRACKS
+                                                              tee ─ queue ! videoconvert ! WINDOW
+
+One that brings its tracks along, as from pipelines/stream, is not:
+
+    rtspsrc ─ rtpgstdepay ! tee ─ queue ! TRACKS
+                            tee ─ queue ! csdtrackdec.text
+            ─ decodebin ! queue ! csdtrackdec ! videoconvert ! WINDOW
+"""
+
+import argparse
+import base64
+import pathlib
+import re
+import threading
+
+import command
+
+EPILOG = """
+URL is one of
+
+  rtsp://HOST[:PORT]/PATH    over one TCP connection, which loses nothing; rtspu:// is over UDP, which may lose frames and lines
+  srt://HOST:PORT            a transport stream; srt://:PORT?mode=listener waits for the sender. Keys and the like are in the URL
+
+TRACKS gets a line of JSON for each frame (docs/metadata.md). If the stream brings tracks along, as that of pipelines/stream does, its lines are
+written as they were sent, byte for byte, and nothing is tracked; their times are then the sender's. Else csdtrack tracks here.
+
+What csdtrack is told: the preset live-low-latency (docs/elements.md). To record the video too, give the URL to pipelines/record.
+
+Exit code: 0 if a picture came, 1 if not (one line says why; the lines that came until then are there), 2 for wrong use.
+"""
+
+
+def parse(arguments):
+    parser = argparse.ArgumentParser(prog="pipelines/receive", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
+                                     description="Receives video, and writes the tracks of points on the tissue in it.")
+    parser.add_argument("url", metavar="URL", help="where it comes from")
+    parser.add_argument("tracks", type=pathlib.Path, metavar="TRACKS", help="the file of the tracks, .jsonl")
+    parser.add_argument("--display", nargs="?", const="autovideosink", metavar="SINK", help="also a window with the tracks drawn in (autovideosink)")
+    parser.add_argument("--latency", type=int, default=200, metavar="MS", help="how long packets are waited for (200)")
+    parser.add_argument("--preset", default="live-low-latency", metavar="NAME", help="of csdtrack (live-low-latency)")
+    parser.add_argument("--seconds", type=command.positive, metavar="N", help="end after so long")
+    command.add_common(parser)
+    options = parser.parse_args(arguments)
+    if not re.match(r"(rtsp[uth]?|rtsps[uth]?|srt)://.", options.url):
+        parser.error(f"'{options.url}' is neither rtsp://… nor srt://…: pipelines/live and pipelines/record take other sources")
+    if not 0 <= options.latency <= 60_000:
+        parser.error(f"--latency: {options.latency} is not from 0 to 60000")
+    if options.tracks.is_dir():
+        parser.error(f"'{options.tracks}' is a folder: name a file for the tracks")
+    if options.display and not re.fullmatch(r"[a-z0-9]+", options.display):
+        parser.error(f"--display: '{options.display}' is no name of an element")
+    return options
+
+
+# Raw video: three frames, and what is too old is of no use, as in pipelines/live. Lines are small: ten seconds, for a disk that stands still.
+FRAMES = "queue max-size-buffers=3 max-size-bytes=0 max-size-time=0 leaky=downstream"
+LINES = "queue max-size-time=10000000000 max-size-buffers=0 max-size-bytes=0"
+
+
+def source(options):
+    if options.url.startswith("srt:"):
+        return f"srtsrc uri={command.quoted(options.url)} latency={options.latency} ! "
+    # buffer-mode=none: times are the sender's, so those of a frame and of its line stay the same. Other modes bend those of each stream to
+    # this machine's clock, each by itself: seen to be up to 0.2 s apart in the first second.
+    tcp = "protocols=tcp" if re.match("rtsps?:", options.url) else ""
+    return f"rtspsrc name=in location={command.quoted(options.url)} latency={options.latency} buffer-mode=none {tcp} "
+
+
+def consumers(options, carried):
+    """What comes behind the frames, beginning with the element `picture`, and behind the lines if the stream carries them, with `lines`."""
+    file = f"filesink name=file location={command.quoted(str(options.tracks))} buffer-mode=unbuffered async=false sync=false"
+    window = f"videoconvert ! {options.display}"
+    if not carried:
+        text = f"csdtrack name=picture ! tee name=t t. ! {LINES} leaky=downstream ! csdtrackenc ! application/x-ndjson ! {file}"
+        return text + (f" t. ! {FRAMES} ! {window}" if options.display else "")
+    text = f"rtpgstdepay name=lines ! application/x-ndjson ! tee name=l l. ! {LINES} ! {file}"
+    if not options.display:
+        return f"{text} fakesink name=picture sync=false async=false"
+    # A frame waits for its line, but not so long that it comes late itself.
+    return f"{text} csdtrackdec name=picture overlay=draw max-wait={options.latency * 500_000} ! {window} l. ! {LINES} ! picture.text"
+
+
+class Receiver:
+    """Builds what comes behind the source once it is known what the source brings."""
+
+    def __init__(self, runner, run, options):
+        self._runner, self._run, self._options = runner, run, options
+        self._streams = {}   # kind -> number of the stream of the session
+        self._built = None
+        self._lock = threading.Lock()
+        self.lines = 0       # that were carried
+        self.track = None    # csdtrack, if it tracks here
+
+    def select(self, _source, number, caps):
+        """Which streams of a session are wanted: the first video, the first tracks. Sound is not."""
+        what = caps.get_structure(0)
+        kind = {"video": "picture"}.get(what.get_string("media"))
+        # The caps are told as rtpgstpay writes them, base64.
+        if what.get_string("encoding-name") == "X-GST" and base64.b64decode(what.get_string("caps") or "").startswith(b"application/x-ndjson"):
+            kind = "lines"
+        return kind is not None and self._streams.setdefault(kind, number) == number
+
+    def pad_added(self, _source, pad):
+        # All streams have been selected before one of them has a pad.
+        with self._lock:  # each stream's is added from a thread of its own
+            built = self.build()
+        media = pad.get_current_caps().get_structure(0).get_string("media")
+        pad.link(self._run.element("video").get_static_pad("sink") if media == "video" else built.get_static_pad("lines"))
+
+    def build(self):
+        Gst = self._runner.Gst
+        if self._built:
+            return self._built
+        carried = "lines" in self._streams
+        self._built = built = Gst.parse_bin_from_description(consumers(self._options, carried), False)
+        for name in ("picture", "lines") if carried else ("picture",):
+            built.add_pad(Gst.GhostPad.new(name, built.get_by_name(name).get_static_pad("sink")))
+        if carried:
+            built.get_by_name("file").get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._count)
+        else:
+            self.track = built.get_by_name("picture")
+            configure(self._runner, self.track, self._options)
+        self._run.pipeline.add(built)
+        self._run.element("frames").get_static_pad("src").link(built.get_static_pad("picture"))
+        built.sync_state_with_parent()
+        return built
+
+    def _count(self, _pad, _info):
+        self.lines += 1
+        return self._runner.Gst.PadProbeReturn.OK
+
+
+def configure(runner, track, options):
+    runner.configure(track, options.preset, {"overlay": "draw" if options.display else "none"}, options.set)
+
+
+def main():
+    options = command.options(parse)
+    import runner
+    Gst = runner.Gst
+    configure(runner, Gst.ElementFactory.make("csdtrack"), options)  # what is wrong is said before a connection is made
+    if options.display and not Gst.ElementFactory.find(options.display):
+        raise command.Failure(f"there is no element '{options.display}' for the window: give another with --display")
+    run = runner.Run("receive", f"{source(options)} decodebin name=video ! video/x-raw ! {FRAMES} name=frames", counted=("frames",))
+    receiver = Receiver(runner, run, options)
+    session = run.element("in")
+    if session:
+        session.connect("select-stream", receiver.select)
+        session.connect("pad-added", receiver.pad_added)
+    else:
+        receiver.build()
+    run.play(options.url, options.seconds, harmless=("window was closed",))
+    if receiver.track:
+        runner.say_cost(receiver.track)
+    else:
+        print(f"{run.frames} frames; {receiver.lines} lines of tracks came with them")
+
+
+command.run("receive", main)

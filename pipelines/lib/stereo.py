@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Tracks the left and the right picture of a stereo endoscope, in one pipeline: see --help.
+
+    LEFT  ! queue ! csdtrack ! tee ─ queue ! csdtrackenc ! OUT/left.jsonl
+                               tee ─ queue ! videoconvert ! compositor ┐
+    RIGHT ! queue ! csdtrack ! tee ─ queue ! videoconvert ! compositor ┴ videoconvert ! DISPLAY
+                               tee ─ queue ! csdtrackenc ! OUT/right.jsonl
+
+One pipeline has one clock and one base time: the same running_time in both files is the same moment.
+"""
+
+import argparse
+import pathlib
+import re
+
+import command
+import sources
+
+EPILOG = sources.LISTED + """
+LEFT and RIGHT are one SOURCE each: two cards, two cameras, two files. OUT is a folder; it gets left.jsonl and right.jsonl, a line of JSON for
+each frame of either (docs/metadata.md). Their running_time is by one clock: what was taken at the same time has the same, and two
+cameras that nothing keeps in step differ by less than a frame. So match lines by the nearest running_time. The ids of the two are unrelated.
+
+A live source that is too fast for the machine loses frames before they are tracked, each side by itself; files lose none.
+
+What csdtrack is told, both: the preset live-low-latency (docs/elements.md).
+
+Exit code: 0 if both were tracked, 1 if not (one line says why; the lines that were written until then are there), 2 for wrong use.
+"""
+
+
+def parse(arguments):
+    parser = argparse.ArgumentParser(prog="pipelines/stereo", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
+                                     description="Tracks points on the tissue in the left and the right picture, by one clock.")
+    parser.add_argument("left", metavar="LEFT", help="where the left picture comes from")
+    parser.add_argument("right", metavar="RIGHT", help="where the right picture comes from")
+    parser.add_argument("out", type=pathlib.Path, metavar="OUT", help="the folder of the tracks")
+    parser.add_argument("--display", nargs="?", const="autovideosink", metavar="SINK", help="also a window, both side by side (autovideosink)")
+    parser.add_argument("--preset", default="live-low-latency", metavar="NAME", help="of csdtrack (live-low-latency)")
+    parser.add_argument("--seconds", type=command.positive, metavar="N", help="end after so long")
+    command.add_common(parser)
+    options = parser.parse_args(arguments)
+    if options.left == options.right and options.left.startswith(("/dev/", "decklink")):
+        parser.error(f"'{options.left}' can't be left and right at once: name two devices")
+    if options.display and not re.fullmatch(r"[a-z0-9]+", options.display):
+        parser.error(f"--display: '{options.display}' is no name of an element")
+    return options
+
+
+def main():
+    options = command.options(parse)
+    begins = {"left": sources.begin(options.left), "right": sources.begin(options.right)}
+    command.make_folder(options.out)
+    import runner
+    small = "queue max-size-buffers=3 max-size-bytes=0 max-size-time=0"
+    text = ""
+    for side, begin in begins.items():
+        # Lines are small: ten seconds of them, for a disk that stands still. async=false: a side does not wait for the other to begin.
+        text += f"{begin} ! {small} name={side}-in ! csdtrack name={side} ! tee name={side}-tee " \
+                f"{side}-tee. ! queue max-size-time=10000000000 max-size-buffers=0 max-size-bytes=0 ! csdtrackenc ! application/x-ndjson ! " \
+                f"filesink location={command.quoted(str(options.out / f'{side}.jsonl'))} buffer-mode=unbuffered async=false "
+        if options.display:
+            text += f"{side}-tee. ! {small} name={side}-show ! videoconvert ! both.sink_{'01'[side == 'right']} "
+    if options.display:
+        text += f"compositor name=both ! videoconvert ! {options.display}"
+    run = runner.Run("stereo", text, counted=tuple(begins))
+    for side in begins:
+        runner.configure(run.element(side), options.preset, {"overlay": "draw" if options.display else "none"}, options.set)
+
+    def leak():
+        """What is old is of no use; and a side whose picture waits for the other's in the window is tracked on."""
+        for name in [f"{side}-in" for side in begins] + [f"{side}-show" for side in begins if options.display]:
+            run.element(name).set_property("leaky", "downstream")
+
+    def lay_out(pad, _spec):
+        if pad.get_current_caps():
+            run.element("both").get_static_pad("sink_1").set_property("xpos", pad.get_current_caps().get_structure(0).get_int("width").value)
+
+    if options.display:
+        run.element("left").get_static_pad("src").connect("notify::caps", lay_out)
+    run.play(f"{options.left}, {options.right}", options.seconds, harmless=("window was closed",), on_live=leak)
+    for side in begins:
+        print(f"{side}: ", end="")
+        runner.say_cost(run.element(side))
+
+
+command.run("stereo", main)

@@ -1,0 +1,90 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""pipelines/stereo: two pictures, one clock."""
+
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+
+import harness
+
+SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
+STEREO = [SOURCE / "pipelines" / "stereo", "--no-install"]
+ENVIRONMENT = {**os.environ, "CSDTRACK_BUILD": str(BUILD)}
+
+
+def run(*arguments):
+    return subprocess.run([*STEREO, *map(str, arguments)], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=180, env=ENVIRONMENT)
+
+
+class Stereo(harness.Case):
+    def setUp(self):
+        self.out = self.tmp / self.id().split(".")[-1]
+
+    def tracks(self):
+        """The lines of both; each is complete and of its own csdtrack."""
+        found = []
+        for side in ("left", "right"):
+            lines = harness.read_lines(self.out / f"{side}.jsonl")
+            harness.check_tracks(self, lines)
+            self.assertEqual({line["source"] for line in lines}, {side})
+            found.append(lines)
+        return found
+
+    def test_files_share_their_times(self):
+        videos = []
+        for side, shift in (("left", 0), ("right", 8)):
+            scene = harness.Scene(motion=lambda t, shift=shift: (shift + t // 4, 0))
+            videos.append(harness.encode(self.tmp / f"{side}.mkv", (scene.picture(t) for t in range(50)), *harness.H264))
+        # Ids 0 are at the same pixel of both.
+        done = run("--set", "points=160,120", *videos, self.out)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertRegex(done.stdout, r"^left: 50 frames; .*\nright: 50 frames; .*\n$")
+        left, right = self.tracks()
+        self.assertEqual([round(line["running_time"] / 1e6) for line in left], [40 * t for t in range(50)])
+        self.assertEqual([line["running_time"] for line in left], [line["running_time"] for line in right])
+        for lines in left, right:
+            self.assertAlmostEqual(lines[-1]["features"][0]["x"], 160 + 49 // 4, delta=1)
+
+    def test_live_with_a_window(self):
+        process = subprocess.Popen([*STEREO, "--display", "fakesink", "simulate", "simulate:smoke", self.out], env=ENVIRONMENT, start_new_session=True,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.stderr.close)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        files = [self.out / "left.jsonl", self.out / "right.jsonl"]
+        for _ in range(600):
+            if all(file.exists() and file.read_bytes().count(b"\n") > 20 for file in files) or process.poll() is not None:
+                break
+            time.sleep(0.1)
+        os.killpg(process.pid, signal.SIGINT)
+        self.assertEqual((process.wait(60), process.stderr.read()), (0, ""))
+        left, right = self.tracks()
+        self.assertGreater(min(len(left), len(right)), 20)
+        # They ran at the same time, and their running times say so.
+        self.assertLess(left[0]["running_time"], right[-1]["running_time"])
+        self.assertLess(right[0]["running_time"], left[-1]["running_time"])
+
+    def test_what_is_wrong_is_one_line(self):
+        file = self.tmp / "file"
+        file.write_text("")
+        for arguments, code, words in (
+                (("simulate", "/dev/video99", self.out), 1, "no device /dev/video99"), (("nothing.mkv", "simulate", self.out), 1, "nothing.mkv"),
+                (("/dev/video0", "/dev/video0", self.out), 2, "two devices"), (("simulate", self.out), 2, "OUT"),
+                (("simulate", file, self.out), 1, str(file)), (("simulate", "simulate", file), 1, "another folder"),
+                (("simulate", "simulate", self.out, "--set", "foo=1"), 1, "'foo'"), (("simulate", "simulate", self.out, "--display", "x!y"), 2, "--display")):
+            with self.subTest(arguments=arguments):
+                done = run(*arguments)
+                self.assertEqual(done.returncode, code, done.stderr)
+                self.assertIn(words, done.stderr)
+                self.assertNotIn("Traceback", done.stderr)
+                if code == 1:
+                    self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+
+
+if __name__ == "__main__":
+    del sys.argv[1:3]
+    harness.main()

@@ -1,0 +1,190 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""pipelines/stream and pipelines/receive: video and tracks over the network, by RTSP and SRT."""
+
+import os
+import pathlib
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+import numpy as np
+
+import harness
+from harness import Gst
+
+SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
+ENVIRONMENT = {**os.environ, "CSDTRACK_BUILD": str(BUILD)}
+LEVELS = 12  # that a frame's number is told by, in turn
+
+# A recorder: video and sound by RTSP, no tracks. Prints its port.
+RECORDER = """
+import gi
+gi.require_version("Gst", "1.0")
+gi.require_version("GstRtspServer", "1.0")
+from gi.repository import GLib, Gst, GstRtspServer
+Gst.init(None)
+server, factory = GstRtspServer.RTSPServer(service="0"), GstRtspServer.RTSPMediaFactory(shared=True)
+factory.set_launch("( audiotestsrc is-live=true ! audioconvert ! rtpL16pay name=pay0 pt=96 csdsimsrc is-live=true ! "
+                   "video/x-raw,width=320,height=240,framerate=25/1 ! x264enc tune=zerolatency key-int-max=10 ! rtph264pay name=pay1 pt=97 )")
+server.get_mount_points().add_factory("/live", factory)
+server.attach(None)
+print(server.get_bound_port(), flush=True)
+GLib.MainLoop().run()
+"""
+
+
+def command(name, *arguments):
+    return [SOURCE / "pipelines" / name, "--no-install", *map(str, arguments)]
+
+
+def run(name, *arguments):
+    return subprocess.run(command(name, *arguments), capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=180, env=ENVIRONMENT)
+
+
+def free_port(kind=socket.SOCK_STREAM):
+    with socket.socket(socket.AF_INET, kind) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Stream(harness.Case):
+    def setUp(self):
+        self.sent, self.got = self.tmp / "sent.jsonl", self.tmp / "got.jsonl"
+
+    def start(self, *arguments):
+        process = subprocess.Popen(list(map(str, arguments)), env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        return process
+
+    def stream(self, *arguments):
+        """Its process and its URL."""
+        process = self.start(*command("stream", "--port", 0, "--tracks", self.sent, *arguments))
+        url = process.stdout.readline().strip()
+        self.assertRegex(url, r"^rtsp://127\.0\.0\.1:\d+/csdtrack$")
+        return process, url
+
+    def receive(self, lines, *arguments, program="receive"):
+        """What it says on standard output; it is ended when so many lines have come."""
+        self.got.unlink(missing_ok=True)
+        process = self.start(*command(program, *arguments))
+        for _ in range(600):
+            if process.poll() is not None or self.got.exists() and self.got.read_bytes().count(b"\n") >= lines:
+                break
+            time.sleep(0.1)
+        else:
+            self.fail(f"{self.got.stat() if self.got.exists() else 'no file'}: not {lines} lines within a minute")
+        os.killpg(process.pid, signal.SIGINT)
+        said = process.stdout.read()
+        self.assertEqual(process.wait(60), 0, said)
+        return said
+
+    def test_lines_come_byte_for_byte(self):
+        stream, url = self.stream("simulate:occlusion")
+        # Twice: the session of the first is gone when the second comes. The second has a window, in which lines are put back on frames.
+        for more in ((), ("--display", "fakesink")):
+            said = self.receive(30, *more, url, self.got)
+            got, sent = self.got.read_bytes(), self.sent.read_bytes().splitlines(keepends=True)
+            places = [sent.index(line) for line in got.splitlines(keepends=True)]
+            gaps = [place - before for before, place in zip(places, places[1:]) if place != before + 1]
+            # One gap: what is made between the answer to DESCRIBE, for which there must have been a line, and PLAY.
+            self.assertLessEqual(len(gaps), 1, places)
+            self.assertTrue(all(gap > 0 for gap in gaps), places)
+            self.assertRegex(said, rf"^\d+ frames; {got.count(10)} lines of tracks came with them\n$")
+        # One tracker, that went on while nobody looked.
+        os.killpg(stream.pid, signal.SIGINT)
+        self.assertEqual(stream.wait(60), 0)
+        harness.check_tracks(self, harness.read_lines(self.sent))
+
+    def test_a_line_has_its_frame_s_time(self):
+        def picture(number):
+            made = scene.picture(number).copy()
+            made[:60, :60] = 20 + number % LEVELS * 18
+            return made
+
+        scene = harness.Scene()
+        video = harness.encode(self.tmp / "numbers.mkv", (picture(n) for n in range(400)), *harness.H264)
+        _, url = self.stream("--set", "max-features=5", video)
+        client = harness.Run(f"rtspsrc name=in location={url} protocols=tcp buffer-mode=none latency=200 "
+                             "in. ! application/x-rtp,media=video ! decodebin ! videoconvert ! video/x-raw,format=RGB,width=320 ! "
+                             "fakesink name=video sync=false async=false "
+                             "in. ! application/x-rtp,media=application ! rtpgstdepay ! fakesink name=lines sync=false async=false")
+        self.addCleanup(client.pipeline.set_state, Gst.State.NULL)
+
+        def level(buffer):
+            rows = np.frombuffer(buffer.extract_dup(0, 50 * 3 * 320), np.uint8).reshape(50, 320, 3)
+            return round((rows[10:, 10:50].mean() - 20) / 18)
+
+        frames = client.collect("video", lambda b: (b.pts, level(b)))
+        lines = client.collect("lines", lambda b: (b.pts, harness.parse_line(b.extract_dup(0, b.get_size()).decode())["frame"]))
+        client.pipeline.set_state(Gst.State.PLAYING)
+        client.until(Gst.MessageType.EOS)  # the end of the file is the session's
+        client.pipeline.set_state(Gst.State.NULL)
+        number_at = dict(lines)
+        self.assertEqual(len(number_at), len(lines), "two lines of one time")
+        both = [(number_at[pts] % LEVELS, level) for pts, level in frames if pts in number_at]
+        self.assertGreater(len(both), 20)
+        self.assertGreater(len(both), 0.9 * len(frames), (frames[:5], lines[:5]))
+        self.assertEqual([number for number, _ in both], [level for _, level in both])
+
+    def test_what_a_recorder_sends_is_tracked(self):
+        server = self.start("/usr/bin/python3", "-c", RECORDER)
+        port = server.stdout.readline().strip()
+        srt = free_port(socket.SOCK_DGRAM)
+        self.start("gst-launch-1.0", "-q", *("csdsimsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! x264enc tune=zerolatency "
+                                             f"key-int-max=10 ! mpegtsmux ! srtsink wait-for-connection=false uri=srt://127.0.0.1:{srt}?mode=listener").split())
+        for url, more in ((f"rtsp://127.0.0.1:{port}/live", ()), (f"srt://127.0.0.1:{srt}", ("--display", "fakesink"))):
+            with self.subTest(url):
+                self.assertIn("ms a frame", self.receive(20, "--set", "max-features=10", *more, url, self.got))
+                lines = harness.read_lines(self.got)
+                harness.check_tracks(self, lines, most=10)
+                self.assertEqual((lines[0]["width"], lines[0]["height"]), (320, 240))
+
+    def test_other_commands_take_the_stream(self):
+        _, url = self.stream("--overlay", "simulate")
+        self.receive(5, "--sink", "fakesink", "--tracks", self.got, url, program="live")
+
+    def test_who_comes_while_another_looks_gets_the_same(self):
+        _, url = self.stream("simulate")
+        first, sent = self.tmp / "first.jsonl", self.sent.read_bytes
+        self.start(*command("receive", url, first))
+        for _ in range(600):
+            if first.exists() and first.stat().st_size:
+                break
+            time.sleep(0.1)
+        self.receive(20, url, self.got)
+        for file in first, self.got:
+            lines = file.read_bytes().splitlines(keepends=True)[-10:]
+            self.assertTrue(b"".join(lines) in sent(), f"{file}: of {len(lines)} lines some were not sent, or not in this order")
+        frames = [{line["frame"] for line in harness.read_lines(file, torn=True)} for file in (first, self.got)]
+        self.assertTrue(frames[1] - {max(frames[1])} <= frames[0], frames)
+
+    def test_what_is_wrong_is_one_line(self):
+        taken = socket.create_server(("127.0.0.1", 0))
+        self.addCleanup(taken.close)
+        port, nobody = taken.getsockname()[1], free_port()
+        for name, arguments, code, words in (
+                ("stream", ("--port", port), 1, f"port {port}"), ("stream", ("--address", "192.0.2.1"), 1, "192.0.2.1"),
+                ("stream", ("nothing.mp4",), 1, "no file"), ("stream", ("/dev/video99",), 1, "no device"), ("stream", ("--port", "x"), 2, "--port"),
+                ("stream", ("--port", "65536"), 2, "--port"), ("stream", ("--path", "a/b"), 2, "--path"), ("stream", ("--bitrate", "0"), 2, "--bitrate"),
+                ("stream", ("--tracks", self.tmp), 2, "folder"), ("stream", ("--port", 0, "--preset", "fast"), 1, "live-low-latency"),
+                ("receive", (f"rtsp://127.0.0.1:{nobody}/x", self.got), 1, "open"), ("receive", ("in.mkv", self.got), 2, "rtsp://"),
+                ("receive", ("rtsp://x/y",), 2, "TRACKS"), ("receive", ("rtsp://x/y", self.tmp), 2, "folder"),
+                ("receive", ("--set", "foo=1", "rtsp://x/y", self.got), 1, "'foo'"), ("receive", ("--latency", "-1", "rtsp://x/y", self.got), 2, "--latency"),
+                ("receive", ("--display", "nosuchsink", "rtsp://x/y", self.got), 1, "nosuchsink")):
+            with self.subTest(name, arguments=arguments):
+                done = run(name, *arguments)
+                self.assertEqual(done.returncode, code, done.stderr)
+                self.assertIn(words, done.stderr)
+                self.assertNotIn("Traceback", done.stderr)
+                if code == 1:
+                    self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+
+
+if __name__ == "__main__":
+    del sys.argv[1:3]
+    harness.main()
