@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Runs a pipeline of these commands until it ends, is told to, or fails."""
 
+import re
 import signal
 
 import gi
@@ -12,7 +13,6 @@ from gi.repository import GLib, Gst  # noqa: E402
 
 Gst.init(None)
 
-SILENCE = 10  # seconds without a first picture
 END = 10  # seconds for what is in the pipeline to be written, once it was told to end
 
 
@@ -28,7 +28,22 @@ def configure(track, preset, properties, wished):
         spec = track.find_property(name)
         if not spec:
             raise command.Failure(f"csdtrack has no property '{name}': gst-inspect-1.0 csdtrack lists them")
-        Gst.util_set_object_arg(track, name, value)
+        try:
+            track.set_property(name, read(spec.value_type, value))
+            taken = track.get_property(name) == read(spec.value_type, value)  # else it is out of range
+        except TypeError:  # no such value, or not to be set
+            taken = False
+        if not taken:
+            raise command.Failure(f"csdtrack takes no {name}={value}: gst-inspect-1.0 csdtrack lists what it takes")
+
+
+def read(kind, text):
+    """A value of a GType from text. Raises TypeError if it is none."""
+    if kind.name == "gchararray":
+        return text
+    if not re.fullmatch(r"[\w.+-]+", text):
+        raise TypeError(text)
+    return Gst.Structure.new_from_string(f"s, v=({kind.name}){text}").get_value("v")
 
 
 def say_cost(track):
@@ -38,6 +53,9 @@ def say_cost(track):
 
 
 class Run:
+    SILENCE = 10  # seconds without a first picture
+    NO_PICTURE = "is it connected, and on?"
+
     def __init__(self, name, text, counted=("csdtrack",)):
         """`counted`: the elements that must get a picture."""
         self._name = name
@@ -60,18 +78,19 @@ class Run:
         return self.pipeline.get_by_name(name)
 
     def play(self, source, seconds=None, harmless=(), on_live=lambda: None):
-        """Until it ends, or `seconds` after the first picture. `source`: what the user calls it. `harmless`: parts of texts of errors that
-        are an end like any other. Raises command.Failure, also if no picture comes from the source. `on_live`: called if the source is live."""
+        """Until it ends, or `seconds` after the first picture. `source`: what the user calls it, "" where errors name it themselves. `harmless`:
+        parts of texts of errors that are an end like any other. Raises command.Failure, also if no picture comes from the source. `on_live`:
+        called if the source is live."""
         self._harmless, self._seconds = harmless, seconds
         for name in self._counts:
             self.element(name).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._count, name)
 
         def listen():
             if not self.frames:
-                self.fail(f"no picture came in {SILENCE} s: is it connected, and on?")
+                self.fail(f"no picture came in {self.SILENCE} s: {self.NO_PICTURE}")
             return GLib.SOURCE_REMOVE
 
-        GLib.timeout_add_seconds(SILENCE, listen)
+        GLib.timeout_add_seconds(self.SILENCE, listen)
         bus = self.pipeline.get_bus()
         bus.add_signal_watch()
         bus.connect("message", lambda _, message: self._heed(message))
@@ -86,10 +105,10 @@ class Run:
         finally:
             self.pipeline.set_state(Gst.State.NULL)
             bus.remove_signal_watch()
-        if self._failure:
-            raise command.Failure(f"{source}: {self._failure}")
         if not self.frames:
-            raise command.Failure(f"{source}: no picture came: is it connected, and on?")
+            self.fail(f"no picture came: {self.NO_PICTURE}")
+        if self._failure:
+            raise command.Failure(f"{source}: {self._failure}" if source else self._failure)
 
     def end(self):
         """What is in the pipeline is still written. Again: at once."""

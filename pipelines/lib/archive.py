@@ -1,0 +1,336 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Tracks every video of a list or folder: see --help, and docs/archive.md.
+
+This program compares LIST with what OUT has, hands the rest to jobs (archive_machines.py, archive_job.py) as numbers of a plan, gathers the
+results that they leave beside the tracks into the index (archive_index.py), and tells how far it is.
+"""
+
+import argparse
+import contextlib
+import fcntl
+import json
+import os
+import pathlib
+import signal
+import sys
+import time
+
+import archive_index
+import archive_machines
+import command
+
+VIDEOS = ".3gp .avi .flv .m2ts .m4v .mkv .mov .mp4 .mpeg .mpg .mts .mxf .ogv .ts .vob .webm .wmv".split()
+
+EPILOG = f"""
+LIST is a folder, of which every video is taken ({' '.join(VIDEOS)}; also in folders within),
+or a text file with the path of a video on each line (relative ones are from its folder; lines that begin with # are left out).
+
+OUT gets for each video VIDEO.jsonl, its tracks, as docs/metadata.md says, and VIDEO.json, what was done and how it went; where the
+video is in a folder within LIST, so are they. They are whole or not there. index.sqlite has it all in one table, videos.
+
+Again with the same OUT: what is done and still true is left alone. A video is tracked again if it has changed, if csdtrack has another
+version or other settings, if its tracks are gone, or if its job was killed. One that failed is tried again if one of these has changed, or
+with --redo failed.
+
+Each machine of --ssh (HOST, or N/HOST for N videos at a time) and each node of the cluster needs the videos, OUT and this repository, built,
+at the same paths. Slurm's sbatch reads SBATCH_PARTITION, SBATCH_ACCOUNT, SBATCH_TIMELIMIT and the like from the environment.
+
+What csdtrack is told: the preset archive (docs/pipelines.md), and n-threads=1, for videos are tracked side by side.
+
+Exit code: 0 if every video of LIST is done, 1 if not (one line says why; --list has the errors), 2 for wrong use.
+"""
+
+ROUNDS = 2  # how often a job is given out that leaves no result, where GNU parallel doesn't see to it
+MACHINES = ("n-threads",)  # what does not change the tracks
+
+
+def parse(arguments):
+    parser = argparse.ArgumentParser(prog="pipelines/archive", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
+                                     usage="%(prog)s LIST OUT [--ssh HOSTS | --slurm] [--jobs N] [--preset NAME] [--set PROPERTY=VALUE] [--redo WHICH]\n"
+                                           "       %(prog)s --list OUT",
+                                     description="Tracks points on the tissue in every video of a list or folder.")
+    parser.add_argument("videos", type=pathlib.Path, nargs="?", metavar="LIST", help="a folder of videos, or a text file with their paths")
+    parser.add_argument("out", type=pathlib.Path, nargs="?", metavar="OUT", help="the folder of the tracks and the index")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--ssh", metavar="HOSTS", help="on these machines, HOST,HOST,… (on this one)")
+    where.add_argument("--slurm", action="store_true", help="in a cluster, as Slurm arrays")
+    where.add_argument("--list", type=pathlib.Path, metavar="OUT", help="print the index of an earlier run, and do nothing")
+    parser.add_argument("--jobs", type=int, metavar="N", help="videos at a time, on each machine (one for each core) or in the cluster (what it gives)")
+    parser.add_argument("--preset", default="archive", metavar="NAME", help="of csdtrack (archive)")
+    parser.add_argument("--redo", choices=("failed", "all"), help="also again what failed, or all")
+    command.add_common(parser)
+    options = parser.parse_args(arguments)
+    if options.list and options.videos:
+        parser.error("--list OUT stands alone")
+    if not options.list and not options.out:
+        parser.error("give LIST and OUT")
+    if options.jobs is not None and options.jobs < 1:
+        parser.error(f"--jobs: {options.jobs} is not at least 1")
+    options.hosts = [host.strip() for host in (options.ssh or "").split(",") if host.strip()]
+    if options.ssh is not None and (not options.hosts or any(host.startswith("-") or any(c.isspace() for c in host) for host in options.hosts)):
+        parser.error(f"--ssh: '{options.ssh}' is no list of hosts: HOST,HOST,…")
+    return options
+
+
+# ---- What there is to do -------------------------------------------------------------------------------------------
+
+
+def find(source, out):
+    """{name: path} of the videos, in order. A name is the path below LIST, or the whole one."""
+    if source.is_dir():
+        base, out = pathlib.Path(os.path.abspath(source)), os.path.abspath(out)
+        paths = []
+        for folder, folders, files in os.walk(base, followlinks=True):
+            folders[:] = sorted(f for f in folders if not f.startswith(".") and os.path.join(folder, f) != out)
+            paths += [os.path.join(folder, f) for f in sorted(files) if not f.startswith(".") and os.path.splitext(f)[1].lower() in VIDEOS]
+    else:
+        if source.suffix.lower() in VIDEOS:
+            raise command.Failure(f"'{source}' is a video: give its folder, or a text file with the paths of videos")
+        try:
+            text = source.read_text(encoding="utf-8", errors="surrogateescape")
+        except OSError as error:
+            raise command.Failure(f"can't read '{source}' ({error.strerror}): give a folder of videos, or a text file with their paths") from error
+        base = pathlib.Path(os.path.abspath(source.parent))
+        paths = [os.path.abspath(base / line) for line in text.split("\n") if line.strip() and not line.startswith("#")]
+    if not paths:
+        raise command.Failure(f"'{source}' names no video: see --help")
+    return {os.path.relpath(path, base) if pathlib.Path(path).is_relative_to(base) else path.lstrip("/"): path for path in paths}
+
+
+def settings(preset, wished):
+    """csdtrack's version, and of its properties what differs from the default: as text for the index, and {name: value} for a job."""
+    import archive_job  # GStreamer, from here on
+    import runner
+    from gi.repository import GObject
+    track = runner.Gst.ElementFactory.make("csdtrack")
+    version = archive_job.version()
+    runner.configure(track, preset, {"n-threads": "1"}, wished)
+    found = {}
+    for spec in sorted(track.list_properties(), key=lambda spec: spec.name):
+        if spec.name not in ("name", "parent") and spec.flags & GObject.ParamFlags.WRITABLE:
+            value = track.get_property(spec.name)
+            if value != spec.default_value:
+                boxed = GObject.Value(spec.value_type, value)
+                found[spec.name] = runner.Gst.value_serialize(boxed)
+    if "attach-meta" in found:
+        raise command.Failure("attach-meta=false leaves no tracks to write: leave it out")
+    return version, " ".join(f"{name}={value}" for name, value in found.items() if name not in MACHINES), found
+
+
+def compare(options, index, version, text):
+    """Of LIST: the names of all, the jobs to do, and rows that the index lacks."""
+    names, jobs, rows = [], [], []
+    for name, path in find(options.videos, options.out).items():
+        found, plain, path_shown = archive_index.stamp(path), archive_index.plain(name), archive_index.plain(path)
+        identity = {"version": version, "settings": text, "size": found and found[0], "mtime": found and found[1]}
+        names.append(plain)
+        known = index.rows.get(plain)
+        if known and known["video"] != path_shown and os.path.exists(known["video"]):
+            raise command.Failure(f"'{options.out}' has tracks of another '{plain}', of '{known['video']}': give another OUT")
+        if not archive_index.holds(options.out, known, identity):
+            known = archive_index.read_result(options.out, plain)
+            if archive_index.holds(options.out, known, identity):
+                rows.append(known)
+            else:
+                known = None
+        if known and options.redo not in ("all", known["status"]):
+            continue
+        why = None
+        if plain != name:
+            why = "its name is no UTF-8: rename it"
+        elif not found:
+            why = f"there is no file '{path}': correct the list, or bring it back"
+        else:
+            jobs.append({"name": name, "video": path, "size": found[0]})
+        rows.append(dict.fromkeys(archive_index.COLUMNS) | identity | {
+            "name": plain, "video": path_shown, "status": "failed" if why else "unfinished", "error": why or "not yet tracked"})
+    return names, jobs, rows
+
+
+# ---- How far it is -------------------------------------------------------------------------------------------------
+
+
+class Progress:
+    """A line for each video that is through; on a terminal also one that is kept up to date."""
+
+    def __init__(self, jobs, folder):
+        self._sizes = [max(job["size"], 1) for job in jobs]
+        self._folder = folder
+        self._begun = time.monotonic()
+        self._through = 0
+        self._bytes = 0
+        self._terminal = sys.stdout.isatty()
+
+    def row(self, number, row):
+        self._through += 1
+        self._bytes += self._sizes[number]
+        how = f"{row['frames']} frames, {row['frames'] / max(row['seconds'], 1e-3):.1f} a second" if row["status"] == "done" else \
+            f"{row['status']}: {archive_index.shown(row['error'])}"
+        self._clear()
+        print(f"{self._state({})}  {archive_index.shown(row['name'])}: {how}", flush=True)
+
+    def show(self):
+        if not self._terminal:
+            return
+        under_way = {}
+        with contextlib.suppress(OSError):
+            for name in os.listdir(self._folder):
+                with contextlib.suppress(OSError, ValueError):
+                    under_way[int(name)] = float((self._folder / name).read_text())
+        self._clear()
+        print(f"{self._state(under_way)}, {len(under_way)} under way", end="", flush=True)
+
+    def end(self):
+        self._clear()
+
+    def _clear(self):
+        if self._terminal:
+            print("\r\033[K", end="")
+
+    def _state(self, under_way):
+        """By the bytes of the videos: how long they are is known when they have been read."""
+        sure = self._bytes + sum(share * self._sizes[number] for number, share in under_way.items())
+        left = ""
+        if 0 < sure < sum(self._sizes):
+            left = f", {archive_index.clock((time.monotonic() - self._begun) * (sum(self._sizes) / sure - 1))} left"
+        return f"{self._through} of {len(self._sizes)}{left}"
+
+
+class Gatherer:
+    """Takes the results that jobs leave into the index."""
+
+    def __init__(self, out, jobs, plan, index, progress):
+        self._out, self._jobs, self._plan, self._index, self._progress = out, jobs, plan, index, progress
+        self._before = [self._mark(number) for number in range(len(jobs))]
+        self.open = set(range(len(jobs)))
+
+    def look(self):
+        rows = []
+        for number in sorted(self.open):
+            if self._mark(number) == self._before[number]:
+                continue
+            row = archive_index.read_result(self._out, self._jobs[number]["name"])
+            if row and (row["version"], row["settings"]) == (self._plan["version"], self._plan["settings"]):
+                self.open.remove(number)
+                self._progress.row(number, row)
+                rows.append(row)
+        self._index.put(rows)
+
+    def _mark(self, number):
+        """Differs once the result has been written again."""
+        path = archive_index.result_of(self._out, self._jobs[number]["name"])
+        try:
+            with open(path, "rb") as file:  # opened: over NFS what stat says may be a minute old
+                found = os.fstat(file.fileno())
+        except OSError:
+            return None
+        return found.st_ino, found.st_mtime_ns
+
+
+# ---- Doing it ------------------------------------------------------------------------------------------------------
+
+
+def prepare(out):
+    """OUT's own folder, and a lock on it that lasts as long as this program or GNU parallel."""
+    own = out / ".archive"
+    try:
+        (own / "progress").mkdir(parents=True, exist_ok=True)
+        lock = os.open(own / "lock", os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError as error:
+        raise command.Failure(f"can't write into '{out}' ({error.strerror}): give another OUT") from error
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        raise command.Failure(f"another run works on '{out}': wait for it, or end it") from error
+    except OSError:
+        pass  # a file system without locks
+    return own, lock
+
+
+def tidy(out):
+    """Away with what killed jobs left. If one of them lives after all, it can't give its tracks their name any more."""
+    for folder, _folders, files in os.walk(out):
+        for name in files:
+            if name.startswith(".") and name.endswith(".unfinished"):
+                os.unlink(os.path.join(folder, name))
+
+
+def run(options, own, lock, version, text, properties):
+    """Returns the rows of all videos of LIST."""
+    index = archive_index.Index(options.out)
+    machines = None
+    if options.slurm:
+        machines = archive_machines.Slurm(options.jobs, int(properties.get("n-threads", 0)), own)
+        if machines.earlier():
+            print("an earlier run's jobs are still in the cluster: waiting for them", flush=True)
+            while machines.earlier():
+                time.sleep(machines.PAUSE)
+    tidy(options.out)
+    for path in (*own.glob("plan-*.json"), *own.glob("progress/*"), own / "log"):
+        path.unlink(missing_ok=True)
+    names, jobs, rows = compare(options, index, version, text)
+    index.put(rows)
+    if jobs:
+        if not options.slurm:
+            hosts = archive_machines.answering(options.hosts, options.out, version) if options.hosts else []
+            machines = archive_machines.Parallel(options.jobs, hosts, own / "log", lock)
+        progress = Progress(jobs, own / "progress")
+        plan = {"out": str(options.out), "version": version, "settings": text, "properties": properties, "jobs": jobs}
+        gatherer = Gatherer(options.out, jobs, plan, index, progress)
+        try:
+            for _ in range(ROUNDS if options.slurm else 1):
+                if gatherer.open:
+                    work(machines, gatherer, progress, plan, own / f"plan-{time.time_ns()}.json")
+            tidy(options.out)
+        finally:
+            machines.stop()
+            progress.end()
+        lost = f"its job ended without a result: see '{own / 'log'}'"
+        index.put(index.rows[archive_index.plain(jobs[number]["name"])] | {"error": lost} for number in gatherer.open)
+    return [index.rows[name] for name in names]
+
+
+def work(machines, gatherer, progress, plan, path):
+    """Hands out all jobs that are open, and gathers until none works any more."""
+    plan["order"] = sorted(gatherer.open)
+    archive_index.whole(path, json.dumps(plan))
+    machines.start(path, len(plan["order"]))
+    while machines.working():
+        begun = time.monotonic()
+        gatherer.look()
+        progress.show()
+        time.sleep(max(machines.PAUSE, 20 * (time.monotonic() - begun)))  # many videos take long to look at
+    gatherer.look()
+    path.unlink()
+
+
+def interrupted(*_):
+    raise KeyboardInterrupt
+
+
+def main():
+    options = command.options(parse)
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    if options.list:
+        rows = archive_index.Index(options.list, make=False).rows.values()
+        for line in (*archive_index.table(rows), *archive_index.statistics(rows)):
+            print(line)
+        return
+    if not options.videos.exists():
+        raise command.Failure(f"there is no '{options.videos}': give a folder of videos, or a text file with their paths")
+    options.out = pathlib.Path(os.path.abspath(options.out))
+    version, text, properties = settings(options.preset, options.set)
+    signal.signal(signal.SIGTERM, interrupted)
+    try:
+        own, lock = prepare(options.out)
+        rows = run(options, own, lock, version, text, properties)
+    except OSError as error:
+        raise command.Failure(f"'{error.filename or options.out}': {error.strerror}") from error
+    for line in archive_index.statistics(rows):
+        print(line)
+    not_done = sum(row["status"] != "done" for row in rows)
+    if not_done:
+        raise command.Failure(f"{not_done} of {len(rows)} videos not done: 'pipelines/archive --list {options.out}' says why")
+
+
+command.run("archive", main)

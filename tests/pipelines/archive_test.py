@@ -1,0 +1,300 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""pipelines/archive on this machine: what is done, what is done again, and what is left alone."""
+
+import contextlib
+import json
+import os
+import pathlib
+import re
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+
+import harness
+import machines
+
+SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
+ARCHIVE = SOURCE / "pipelines" / "archive"
+ENVIRONMENT = {**os.environ, "CSDTRACK_BUILD": str(BUILD)}
+FEW = ("--set", "max-features=8")  # quick
+
+
+def start(*arguments):
+    return subprocess.Popen([ARCHIVE, "--no-install", *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                            text=True, env=ENVIRONMENT)
+
+
+def run(*arguments):
+    return subprocess.run([ARCHIVE, "--no-install", *map(str, arguments)], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300,
+                          env=ENVIRONMENT)
+
+
+def index(out):
+    with contextlib.closing(sqlite3.connect(out / "index.sqlite")) as base:
+        base.row_factory = sqlite3.Row
+        return {row["name"]: dict(row) for row in base.execute("SELECT * FROM videos")}
+
+
+def files(out):
+    """What was made, and of each file what would change if it were made again."""
+    return {str(path.relative_to(out)): (path.stat().st_ino, path.stat().st_mtime_ns) for path in out.rglob("*")
+            if path.is_file() and not path.is_relative_to(out / ".archive") and path.name != "index.sqlite"}
+
+
+def made_again(out, before):
+    return {name for name, mark in files(out).items() if name.endswith(".jsonl") and before.get(name) != mark}
+
+
+class Archive(harness.Case):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        machines.need("parallel")
+        cls.videos = videos = cls.tmp / "videos"
+        (videos / "a folder").mkdir(parents=True)
+        cls.good = {"one.mkv": 30, "a folder/it's {} \"two\"\n.mkv": 40, "three.MP4": 20}
+        for seed, (name, frames) in enumerate(cls.good.items()):
+            harness.scene_video(videos / name, frames, seed=seed)
+        (videos / "notes.txt").write_text("no video")
+        (videos / "broken.mp4").write_text("no video either\n" * 99)
+        cls.long = harness.scene_video(cls.tmp / "long.mkv", 400)
+
+    def setUp(self):
+        self.out = self.tmp / self.id().split(".")[-1]
+
+    def copy(self, *names):
+        folder = self.tmp / (self.id().split(".")[-1] + "-videos")
+        folder.mkdir()
+        for name in names:
+            shutil.copy(self.videos / name, folder / pathlib.Path(name).name)
+        return folder
+
+    def test_each_video_is_tracked_and_a_broken_one_is_in_the_index(self):
+        done = run(self.videos, self.out)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertRegex(done.stderr, "^archive: 1 of 4 videos not done: .*--list")
+        rows = index(self.out)
+        self.assertEqual({name: row["status"] for name, row in rows.items()}, {**dict.fromkeys(self.good, "done"), "broken.mp4": "failed"})
+        self.assertRegex(rows["broken.mp4"]["error"], "broken.mp4' isn't a video that GStreamer knows: give a video file")
+        self.assertEqual(set(files(self.out)), {f"{name}.{kind}" for name in self.good for kind in ("json", "jsonl")} | {"broken.mp4.json"})
+        for name, frames in self.good.items():
+            row, tracks = rows[name], self.out / f"{name}.jsonl"
+            lines = harness.read_lines(tracks)
+            self.assertEqual(harness.decoded_frames(self.videos / name), frames)
+            harness.check_tracks(self, lines, frames)
+            claims = [{f["id"] for f in line["features"] if f["state"] in harness.CLAIMS} for line in lines]
+            self.assertGreater(len(claims[-1]), 20)
+            self.assertEqual((row["frames"], row["width"], row["height"], row["features"], row["claimed"], row["tracks_size"], row["note"], row["error"]),
+                             (frames, 320, 240, len(set().union(*claims)), sum(map(bool, claims)), tracks.stat().st_size, None, None))
+            self.assertAlmostEqual(row["duration"], frames / 25, delta=0.002)
+            self.assertEqual(row["settings"], "forget-after=0 learning=sync max-features=200 post-messages=none")
+            self.assertEqual(json.loads((self.out / f"{name}.json").read_text()), row)
+        # The very tracks that the preset gives in a pipeline.
+        plain = self.tmp / "plain.jsonl"
+        harness.play(f"filesrc location={self.videos}/one.mkv ! decodebin ! csdtrack name=csdtrack max-features=200 learning=sync forget-after=0 "
+                     f"frame-budget=0 post-messages=none ! csdtrackenc ! application/x-ndjson ! filesink location={plain}")
+        self.assertEqual((self.out / "one.mkv.jsonl").read_bytes(), plain.read_bytes())
+        # What people read.
+        features, claimed = (sum(rows[name][key] for name in self.good) for key in ("features", "claimed"))
+        told = ["4 videos: 3 done, 1 failed, 0 unfinished", "0:00:04 of video, 90 frames; ",
+                f"{features} features tracked; {100 * claimed / 90:.1f} % of the frames have"]
+        listed = run("--list", self.out)
+        self.assertEqual((listed.returncode, listed.stderr), (0, ""))
+        for text in (done.stdout, listed.stdout):
+            for line, begin in zip(text.splitlines()[-3:], told, strict=True):
+                self.assertTrue(line.startswith(begin), line)
+        self.assertEqual(len(done.stdout.splitlines()), 4 + 3)
+        self.assertRegex(listed.stdout, r"\nfailed +1  broken\.mp4: .*\n")
+        self.assertRegex(listed.stdout, r"\ndone +0:00:01 +30 +[0-9.]+ +\d+ +\d+\.\d % +1  one\.mkv\n")
+        self.assertRegex(listed.stdout, r'done .*a folder/it\'s \{\} "two"\\n\.mkv\n')
+        self.assertIn("\nway 1: csdtrack 0.", listed.stdout)
+        # What docs/archive.md asks.
+        questions = re.search("```sql\n(.*?)```", (SOURCE / "docs" / "archive.md").read_text(), re.S).group(1).splitlines()
+        with contextlib.closing(sqlite3.connect(self.out / "index.sqlite")) as base:
+            answers = [base.execute(question).fetchall() for question in questions]
+        self.assertEqual(answers[0], [("broken.mp4", rows["broken.mp4"]["error"])])
+        self.assertEqual(answers[1], [])
+        self.assertEqual(answers[2][0][2], 3)
+        self.assertAlmostEqual(answers[2][0][3], 90 / 25 / 3600, delta=1e-6)
+        self.assertEqual([len(found) for found in answers[3:]], [1, 0])
+
+    def test_again_does_nothing_and_what_changed_is_done_again(self):
+        videos = self.copy("one.mkv", "three.MP4", "broken.mp4")
+        both = {"one.mkv.jsonl", "three.MP4.jsonl"}
+
+        def again(*options, expect):
+            before, rows = files(self.out), index(self.out) if (self.out / "index.sqlite").exists() else None
+            done = run(*FEW, *options, videos, self.out)
+            self.assertRegex(done.stderr, "^archive: 1 of 3 videos not done: .*\n$")
+            self.assertEqual(made_again(self.out, before), expect)
+            self.assertEqual({name: row["status"] for name, row in index(self.out).items()},
+                             {"one.mkv": "done", "three.MP4": "done", "broken.mp4": "failed"})
+            if rows and not expect and not options:
+                self.assertEqual((files(self.out), index(self.out)), (before, rows))
+                self.assertEqual(len(done.stdout.splitlines()), 3)  # the statistics alone
+
+        again(expect=both)
+        again(expect=set())
+        again("--set", "n-threads=2", expect=set())  # the tracks do not depend on it
+        again("--set", "training-time=300000000", expect=both)
+        again(expect=both)  # and back
+        # As an older version left them.
+        for path in (self.out / "one.mkv.json", self.out / "three.MP4.json"):
+            path.write_text(json.dumps({**json.loads(path.read_text()), "version": "0.0.9"}))
+        with contextlib.closing(sqlite3.connect(self.out / "index.sqlite")) as base, base:
+            base.execute("UPDATE videos SET version = '0.0.9' WHERE name = 'one.mkv'")
+        again(expect={"one.mkv.jsonl"})  # the other's row says otherwise, and its tracks are as the row says
+        os.utime(videos / "three.MP4", (1, 1))
+        again(expect={"three.MP4.jsonl"})
+        (self.out / "one.mkv.jsonl").unlink()
+        again(expect={"one.mkv.jsonl"})
+        (self.out / "one.mkv.jsonl").write_text("other tracks\n")
+        again(expect={"one.mkv.jsonl"})
+        (self.out / "one.mkv.json").write_text('{"status": "done", "name": 3}')  # nonsense beside the tracks is none
+        (self.out / "index.sqlite").unlink()
+        again(expect={"one.mkv.jsonl"})
+        # The index is made again from what is beside the tracks.
+        rows = index(self.out)
+        (self.out / "index.sqlite").unlink()
+        again(expect=set())
+        self.assertEqual(index(self.out), rows)
+        # What failed.
+        result = self.out / "broken.mp4.json"
+        before = result.stat().st_ino
+        again(expect=set())
+        self.assertEqual(result.stat().st_ino, before)
+        again("--redo", "failed", expect=set())
+        self.assertNotEqual(result.stat().st_ino, before)
+        again("--redo", "all", expect=both)
+        # What fails now that was done: no tracks seem to be of it.
+        (videos / "one.mkv").write_text("overwritten")
+        self.assertRegex(run(*FEW, videos, self.out).stderr, "^archive: 2 of 3 videos not done")
+        self.assertFalse((self.out / "one.mkv.jsonl").exists())
+
+    def test_a_list(self):
+        listed = self.tmp / "a list.txt"
+        listed.write_text(f"# of today\n{self.videos.name}/one.mkv\n\n{self.videos}/one.mkv\nnone.mkv\n")
+        done = run(*FEW, listed, self.out)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        rows = index(self.out)
+        self.assertEqual({name: row["status"] for name, row in rows.items()}, {"videos/one.mkv": "done", "none.mkv": "failed"})
+        self.assertRegex(rows["none.mkv"]["error"], "there is no file .*none.mkv")
+        # It comes later.
+        shutil.copy(self.videos / "three.MP4", self.tmp / "none.mkv")
+        before = files(self.out)
+        done = run(*FEW, listed, self.out)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(made_again(self.out, before), {"none.mkv.jsonl"})
+        # Elsewhere than the list.
+        elsewhere = self.tmp / "elsewhere"
+        elsewhere.mkdir()
+        (elsewhere / "list").write_text(f"{self.videos}/one.mkv")
+        self.assertEqual(run(*FEW, elsewhere / "list", elsewhere / "out").returncode, 0)
+        self.assertEqual(list(index(elsewhere / "out")), [f"{self.videos}/one.mkv".lstrip("/")])
+        # Another video of the same name; then the same one, moved.
+        other = self.copy("one.mkv") / "one.mkv"
+        (elsewhere / "out {} \n").mkdir()
+        for folder, code, words in ((self.videos / "a folder", 0, "^$"), (other.parent, 0, "^$"), (self.videos, 1, "has tracks of another 'one.mkv'.*another OUT")):
+            done = run(*FEW, folder, elsewhere / "out {} \n")
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertRegex(done.stderr, words)
+        moved = other.parent.rename(self.tmp / "moved")
+        before = files(elsewhere / "out {} \n")
+        self.assertEqual(run(*FEW, moved, elsewhere / "out {} \n").returncode, 0)
+        self.assertEqual(made_again(elsewhere / "out {} \n", before), set())
+
+    def test_a_video_that_breaks_off_is_noted(self):
+        videos = self.copy()
+        whole = self.long
+        (videos / "cut.mkv").write_bytes(whole.read_bytes()[:whole.stat().st_size // 4])
+        (videos / "cut.mp4").write_bytes((self.videos / "three.MP4").read_bytes()[:9000])
+        self.assertEqual(run(*FEW, videos, self.out).returncode, 1)
+        rows = index(self.out)
+        self.assertEqual(rows["cut.mkv"]["status"], "done")
+        self.assertRegex(rows["cut.mkv"]["note"], "has a picture up to \d\.\d s only, and says that it lasts 16.0 s")
+        self.assertEqual(rows["cut.mp4"]["status"], "failed")
+        self.assertRegex(rows["cut.mp4"]["error"], "has no index, its recording was cut off: repair it")
+
+    def test_a_job_that_is_killed_is_done_again(self):
+        videos = self.copy("three.MP4")
+        shutil.copy(self.long, videos / "long.mkv")
+        process = start(*FEW, "--jobs", 1, videos, self.out)
+        killed = machines.job_at_work(self.out, "long.mkv")
+        self.assertFalse((self.out / "long.mkv.jsonl").exists())
+        os.kill(killed, signal.SIGKILL)
+        told, said = process.communicate(timeout=300)
+        self.assertEqual((process.returncode, said), (0, ""))
+        harness.check_tracks(self, harness.read_lines(self.out / "long.mkv.jsonl"), 400)
+        self.assertIn("2 videos: 2 done", told)
+
+    def test_a_run_that_is_ended_leaves_nothing_half_and_goes_on(self):
+        videos = self.copy("one.mkv")
+        shutil.copy(self.long, videos / "two.mkv")
+        for number, hard in enumerate((False, True)):
+            process = start(*FEW, "--jobs", 1, videos, self.out)
+            job = machines.job_at_work(self.out, "two.mkv")
+            done = files(self.out)
+            self.assertFalse((self.out / "two.mkv.jsonl").exists())
+            if hard:
+                process.kill()  # GNU parallel goes on, and keeps others away
+                process.communicate()
+                refused = run(*FEW, videos, self.out)
+                self.assertEqual(refused.returncode, 1)
+                self.assertRegex(refused.stderr, "^archive: another run works on '.*': wait for it, or end it\n$")
+                machines.wait(lambda: (self.out / "two.mkv.json").exists())
+                machines.wait(lambda: run("--list", self.out).returncode == 0 and run(*FEW, videos, self.out).returncode == 0)
+                self.assertEqual(made_again(self.out, done), {"two.mkv.jsonl"})
+            else:
+                process.terminate()
+                self.assertEqual(process.wait(timeout=60), 130)
+                process.communicate()
+                machines.wait(lambda: not pathlib.Path(f"/proc/{job}").exists())
+                self.assertFalse((self.out / "two.mkv.jsonl").exists() or (self.out / "two.mkv.json").exists())
+                self.assertEqual({name: row["status"] for name, row in index(self.out).items()}, {"one.mkv": "done", "two.mkv": "unfinished"})
+        self.assertEqual(list(self.out.glob(".*.unfinished")), [])
+        harness.check_tracks(self, harness.read_lines(self.out / "two.mkv.jsonl"), 400)
+
+    def test_what_is_not_the_videos_fault_is_not_put_down_to_it(self):
+        videos = self.copy("one.mkv", "three.MP4")
+        # A folder where the tracks should be.
+        (self.out / "one.mkv.jsonl").mkdir(parents=True)
+        done = run(*FEW, videos, self.out)
+        self.assertRegex(done.stderr, "^archive: 1 of 2 videos not done")
+        rows = index(self.out)
+        self.assertEqual((rows["one.mkv"]["status"], rows["three.MP4"]["status"]), ("unfinished", "done"))
+        log = re.search("see '(.*)'", rows["one.mkv"]["error"]).group(1)
+        self.assertRegex(pathlib.Path(log).read_text(), "archive: '.*one.mkv.jsonl.*': Is a directory")
+        (self.out / "one.mkv.jsonl").rmdir()
+        self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
+
+    def test_what_is_wrong_is_said_in_a_line(self):
+        videos, empty, file = self.copy("one.mkv"), self.tmp / "empty", self.tmp / "file"
+        empty.mkdir()
+        file.write_text("")
+        for arguments, code, words in (((videos, file), 1, "another OUT"), (("nothing", self.out), 1, "no 'nothing'"), ((videos,), 2, "LIST and OUT"),
+                                       ((empty, self.out), 1, "names no video"), ((file, self.out), 1, "names no video"),
+                                       ((videos / "one.mkv", self.out), 1, "is a video: give its folder"), ((videos, self.out, "--jobs", "0"), 2, "--jobs"),
+                                       ((videos, self.out, "--set", "max-features=many"), 1, "takes no max-features=many"),
+                                       ((videos, self.out, "--set", "attach-meta=false"), 1, "attach-meta"),
+                                       ((videos, self.out, "--preset", "none"), 1, "no preset 'none': .*archive"),
+                                       ((videos, self.out, "--ssh", ","), 2, "--ssh"), ((videos, self.out, "--ssh", "a", "--slurm"), 2, "--slurm"),
+                                       (("--list", empty), 1, "no index"), (("--list", empty, videos), 2, "--list"),
+                                       ((videos, self.out, "--redo", "some"), 2, "--redo")):
+            with self.subTest(arguments=arguments):
+                done = run(*arguments)
+                self.assertEqual(done.returncode, code, done.stderr)
+                self.assertRegex(done.stderr, words)
+                self.assertNotIn("Traceback", done.stderr)
+        self.out.mkdir(exist_ok=True)
+        (self.out / "index.sqlite").write_text("no SQLite" * 200)
+        done = run(*FEW, videos, self.out)
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, "^archive: can't use '.*index.sqlite' .*remove it.*\n$")
+
+
+if __name__ == "__main__":
+    del sys.argv[1:3]
+    harness.main()
