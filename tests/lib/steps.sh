@@ -193,7 +193,7 @@ rule_mirrored() {
 
 # Every bash or Python script of ours.
 scripts() {
-  find "$root"/{tests,pipelines} -type f \( -name '*.sh' -o -name '*.py' -o -perm -u+x \) -not -path '*/__pycache__/*'
+  find "$root"/{core,tests,pipelines} -type f \( -name '*.sh' -o -name '*.py' -o -perm -u+x \) -not -path '*/__pycache__/*'
 }
 
 rule_scripts() {

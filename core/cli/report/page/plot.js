@@ -21,6 +21,7 @@ class CsdPlot {
     }
     this.rows = rows;
     if (this.graph) this.graph.destroy();
+    this.graph = null; // the new one draws before it is there
     const styles = getComputedStyle(document.documentElement);
     const colour = (name) => styles.getPropertyValue(`--${name}`).trim();
     const clock = (time) => csdClock(time, this.span && this.span < 5 ? 2 : 1);
@@ -30,7 +31,7 @@ class CsdPlot {
       ylabel: "displacement, px", legend: "never", connectSeparatedPoints: false,
       gridLineColor: colour("line"), axisLineColor: colour("line"), axisLabelFontSize: 11, axisLabelWidth: 52,
       axes: { x: { axisLabelFormatter: clock, valueFormatter: clock, pixelsPerLabel: 70 }, y: { axisLabelWidth: 40 } },
-      showRangeSelector: true, rangeSelectorHeight: 24, rangeSelectorPlotFillColor: "#3a4450", rangeSelectorPlotStrokeColor: "#7f8b99",
+      showRangeSelector: true, rangeSelectorHeight: 24, rangeSelectorAlpha: 0.3, rangeSelectorPlotFillColor: "#3a4450", rangeSelectorPlotStrokeColor: "#7f8b99",
       rangeSelectorBackgroundStrokeColor: colour("line"), rangeSelectorForegroundStrokeColor: "#9aa4b0",
       xRangePad: 0, dateWindow: this.window(this.time ?? this.about.begin), animatedZooms: false, highlightCircleSize: 3,
       clickCallback: (_event, time) => this.seek(time),

@@ -11,7 +11,7 @@
   let shown = { time: 0, frame: null }; // what the picture shows now
   let selected = null;
   let states = new Map(); // id: its state in this frame
-  let order = { by: "id", down: false };
+  let order = { by: "", down: false };
   let listed = [];
 
   // ---- frames ------------------------------------------------------------------------------------------------------
@@ -268,7 +268,6 @@
     listen();
     fit();
     choose("id");
-    order.down = false;
     select(null);
     plot.told();
     watch();
