@@ -45,7 +45,7 @@ def check(video, tracks, out):
 def origin_of(times, shown):
     """What to take from stream times (s) so that they are the page's: 0, or if the stream began elsewhere, so much that the first frames
     fall together. And the share of the times that then fall on a frame."""
-    near = 0.5 * video_file.interval_of(shown)
+    near = max(0.0015, 0.1 * video_file.interval_of(shown))  # Matroska rounds to a millisecond
 
     def share(origin):
         hits = 0

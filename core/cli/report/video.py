@@ -105,6 +105,8 @@ def prepare(video, folder, wanted):
                     name, _, value = line.partition("=")
                     if name == "out_time_us" and value.strip().lstrip("-").isdigit() and video.seconds:
                         progress.show(int(value) / 1e6 / video.seconds)
+                if run.wait() == 0:
+                    progress.show(1)
             except BaseException:
                 run.kill()
                 raise

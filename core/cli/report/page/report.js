@@ -11,7 +11,7 @@
   let shown = { time: 0, frame: null }; // what the picture shows now
   let selected = null;
   let states = new Map(); // id: its state in this frame
-  let order = { by: "", down: false };
+  let order = { by: "id", down: true }; // start() turns it
   let listed = [];
 
   // ---- frames ------------------------------------------------------------------------------------------------------
