@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What quickstart shows: progress, contact sheet, table, score."""
+"""What quickstart shows: progress, contact sheet, page, table, score."""
 
 import csv
 import json
@@ -109,10 +109,9 @@ def page(job, folder, out):
     """The page to look at, in `out`: of the video as it came, for overlay.mp4 has its markers already."""
     video = folder / "clean.mp4" if job.simulated else job.video
     done = subprocess.run([os.environ["CSD_REPORT"], "--title", job.video.name, video, folder / "tracks.jsonl", out],
-                          stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-                          start_new_session=True)  # another Ctrl-C is not for this
+                          stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)  # Ctrl-C ends this, and what was tracked stays
     if done.returncode:
-        why = done.stderr.strip().splitlines() or ["csd-report failed"]
+        why = done.stderr.strip().splitlines() or ["ended early"]
         print(f"quickstart: no page: {why[-1].removeprefix('csd-report: ')}", file=sys.stderr)
         if (out / "data" / "index.js").is_file():  # that of another run must not seem to belong to this one
             shutil.rmtree(out)
