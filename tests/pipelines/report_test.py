@@ -119,6 +119,17 @@ class Command(Made):
         for wrong in ((), (self.video,), (self.video, self.tracks, "out", "more"), ("--magic", self.video, self.tracks)):
             self.refused(*wrong, code=2)
 
+    def test_runs_as_installed(self):
+        """From bin/, with csd-motion beside it and its parts in share/."""
+        (self.tmp / "usr" / "bin").mkdir(parents=True)
+        for program in (PROGRAM, BUILD / "core" / "cli" / "csd-motion"):
+            shutil.copy(program, self.tmp / "usr" / "bin")
+        shutil.copytree(PROGRAM.parent / "report", self.tmp / "usr" / "share" / "csdtrack" / "report", ignore=shutil.ignore_patterns("__pycache__"))
+        done = subprocess.run([self.tmp / "usr" / "bin" / "csd-report", self.video, self.tracks], capture_output=True, text=True, cwd=self.tmp,
+                              stdin=subprocess.DEVNULL, timeout=300)
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+        self.assertTrue((self.tmp / "csdtrack-report" / "index.html").is_file())
+
     def test_refuses(self):
         out = self.tmp / "refused"
         lines = self.tracks.read_text().splitlines(keepends=True)[:5]
