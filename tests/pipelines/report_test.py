@@ -189,10 +189,11 @@ class Command(Made):
         self.assertEqual(harness.decoded_frames(self.tmp / "converted" / "video.mp4"), 50)
 
 
-@unittest.skipUnless(webdriver and shutil.which("chromium") and shutil.which("chromedriver"), "no chromium, chromedriver or selenium here")
 class Page(Made):
     @classmethod
     def setUpClass(cls):
+        if not (webdriver and shutil.which("chromium") and shutil.which("chromedriver")):
+            raise unittest.SkipTest("no chromium, chromedriver or python3-selenium here")
         super().setUpClass()
         options = webdriver.ChromeOptions()
         options.binary_location = shutil.which("chromium")
