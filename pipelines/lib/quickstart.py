@@ -50,6 +50,7 @@ def main():
         with report.Progress(source.name) as progress:
             job.run(progress)
         report.preview(folder, job.frames)
+        report.page(job, folder, out / "page")
         for name in report.results(job):
             if (folder / name).exists():
                 os.replace(folder / name, out / name)

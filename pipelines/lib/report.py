@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What quickstart shows: progress, contact sheet, table, score."""
+"""What quickstart shows: progress, contact sheet, page, table, score."""
 
 import csv
 import json
@@ -105,6 +105,18 @@ def preview(out, frames):
         print(f"quickstart: no preview.png: {why[-1]}", file=sys.stderr)
 
 
+def page(job, folder, out):
+    """The page to look at, in `out`: of the video as it came, for overlay.mp4 has its markers already."""
+    video = folder / "clean.mp4" if job.simulated else job.video
+    done = subprocess.run([os.environ["CSD_REPORT"], "--title", job.video.name, video, folder / "tracks.jsonl", out],
+                          stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)  # Ctrl-C ends this, and what was tracked stays
+    if done.returncode:
+        why = done.stderr.strip().splitlines() or ["ended early"]
+        print(f"quickstart: no page: {why[-1].removeprefix('csd-report: ')}", file=sys.stderr)
+        if (out / "data" / "index.js").is_file():  # that of another run must not seem to belong to this one
+            shutil.rmtree(out)
+
+
 def features(path):
     """From tracks.csv: how many rows each state has, how many ids there are, and where those began that began outside
     the picture, which only points that were given can."""
@@ -192,3 +204,5 @@ def table(job, out):
     for name in results(job):
         if (out / name).exists():
             print(f"{out / name}   {RESULTS[name]}")
+    if (out / "page").is_dir():
+        print(f"{out / 'page' / 'index.html'}   opens in a browser: the video with its points, and how each moves")

@@ -6,7 +6,8 @@
                  tee ─ queue ! csdtrackenc ! tracks.jsonl
                  tee ─ queue ! csdtrackenc ! tracks.csv
 
-Without a file, csdsimsrc stands instead of filesrc and decodebin, and a branch as those of the tracks writes truth.jsonl.
+Without a file, csdsimsrc stands instead of filesrc and decodebin, a branch as those of the tracks writes truth.jsonl, and one before
+csdtrack writes clean.mp4, the video without markers, for the page.
 A video that its file wants turned (as phones write them) is turned behind csdtrack: mp4mux 1.22 can't write that wish.
 """
 
@@ -116,9 +117,7 @@ class Job:
         self.size = self._make("capsfilter")
         upright = self._make("videoflip")
         Gst.util_set_object_arg(upright, "video-direction", "auto")
-        encoder = self._make("x264enc", quantizer=21, key_int_max=50)
-        Gst.util_set_object_arg(encoder, "pass", "qual")
-        Gst.util_set_object_arg(encoder, "speed-preset", "veryfast")
+        encoder = self._encoder()
         self.mux = self._make("mp4mux")
         # async=false: no sink waits for the others to start, for x264enc says nothing before its look-ahead is full.
         sink = self._make("filesink", location=str(self.folder / "overlay.mp4"), async_=False)
@@ -138,6 +137,12 @@ class Job:
         self.track.get_static_pad("sink").add_probe(Gst.PadProbeType.EVENT_DOWNSTREAM, self._event)
         self.track.get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER, self._frame)
 
+    def _encoder(self):
+        encoder = self._make("x264enc", quantizer=21, key_int_max=50)
+        Gst.util_set_object_arg(encoder, "pass", "qual")
+        Gst.util_set_object_arg(encoder, "speed-preset", "veryfast")
+        return encoder
+
     def _simulate(self):
         """The points to track, or how many to look for, are the truth's, and csdtrack has them from there."""
         source = self._make("csdsimsrc")
@@ -150,8 +155,11 @@ class Job:
         caps = Gst.Caps.from_string(SIMULATED)
         _known, over, under = caps.get_structure(0).get_fraction("framerate")
         self.duration = Gst.util_uint64_scale(source.get_property("num-buffers"), under * Gst.SECOND, over)
-        self._chain(source, self._make("capsfilter", caps=caps), self.track)
-        self._feeds.append(self.track.get_static_pad("sink"))
+        tee = self._make("tee")
+        self._chain(source, self._make("capsfilter", caps=caps), tee, self.track)
+        self._chain(tee, self._make("queue", max_size_buffers=4), self._make("videoconvert"), self._encoder(), self._make("queue"),
+                    self._make("mp4mux"), self._make("filesink", location=str(self.folder / "clean.mp4"), async_=False))
+        self._feeds.append(tee.get_static_pad("sink"))
 
     def _decode(self):
         source, decode = self._make("filesrc", location=str(self.video)), self._make("decodebin")

@@ -190,7 +190,7 @@ rule_mirrored() {
 
 # Every bash or Python script of ours.
 scripts() {
-  find "$root"/{docs,pipelines,python,tests} -type f \( -name '*.sh' -o -name '*.py' -o -perm -u+x \) -not -path '*/__pycache__/*'
+  find "$root"/{core,docs,pipelines,python,tests} -type f \( -name '*.sh' -o -name '*.py' -o -perm -u+x \) -not -path '*/__pycache__/*'
 }
 
 rule_scripts() {

@@ -45,7 +45,7 @@ def command(*arguments):
     return [REPOSITORY / "pipelines" / "quickstart", "--no-install", *map(str, arguments)]
 
 
-RESULTS = ["overlay.mp4", "preview.png", "tracks.csv", "tracks.jsonl"]
+RESULTS = ["overlay.mp4", "page", "preview.png", "tracks.csv", "tracks.jsonl"]
 SIMULATED = [*RESULTS, "truth.jsonl"]
 ENVIRONMENT = dict(os.environ, CSDTRACK_BUILD=str(BUILD))
 
@@ -72,12 +72,12 @@ def png_size(path):
     return struct.unpack(">II", path.read_bytes()[16:24])
 
 
-def tracked(video, out, frames, *options):
-    """Runs quickstart and checks what every run must leave. Returns what it printed."""
+def tracked(video, out, frames, *options, without=()):
+    """Runs quickstart and checks what every run must leave, but for what it is `without`. Returns what it printed."""
     done = quickstart(*options, video, out)
     assert done.returncode == 0, done.stderr
     assert done.stderr.splitlines()[0] == f"tracking {video.name}", done.stderr
-    check_results(out, frames, done, RESULTS)
+    check_results(out, frames, done, [name for name in RESULTS if name not in without])
     return done
 
 
@@ -94,6 +94,9 @@ def check_results(out, frames, done, results):
     assert [s["codec_name"] for s in videos] == ["h264"] and int(videos[0]["nb_frames"]) == frames, videos
     assert sorted(contents(out)) == results
     assert (out / "preview.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    if "page" in results:
+        index = (out / "page" / "data" / "index.js").read_text()
+        assert f'"frames":{frames},' in index and (out / "page" / "index.html").stat().st_size, index
     for word in ("frames", "features", "p50", "p95", *results):
         assert word in done.stdout, f"{word} is not in: {done.stdout}"
 
@@ -130,7 +133,7 @@ def score(tracks, truth, most):
 
 def contents(out):
     """What is in this folder; None if it is not there."""
-    return {p.name: p.read_bytes() for p in out.iterdir()} if out.is_dir() else None
+    return {p.name: contents(p) if p.is_dir() else p.read_bytes() for p in out.iterdir()} if out.is_dir() else None
 
 
 def refused(tmp, video, *words, out=None, options=()):
@@ -323,6 +326,24 @@ def test_given_points(tmp):
         assert [f["id"] for f in json.loads(line)["features"]] == [0, 1]
 
 
+def test_page_of_what_is_simulated(tmp):
+    simulated(tmp / "out", 10, "zoom", "--algorithm", "lk")
+    clean = probe(tmp / "out" / "page" / "video.mp4", "-count_frames", "-show_streams")["streams"][0]
+    assert int(clean["nb_read_frames"]) == 10, clean
+    marked, shown = (first_frame(p, 640, 480) for p in (tmp / "out" / "overlay.mp4", tmp / "out" / "page" / "video.mp4"))
+    # Fifty markers, of some hundred pixels each, are in the one and not in the other.
+    assert 3000 < (np.abs(marked - shown) > 40).sum() < 60000, (np.abs(marked - shown) > 40).sum()
+
+
+def test_page_of_another_is_left_alone(tmp):
+    ffmpeg(*picture(seconds=0.2), "-c:v", "ffv1", tmp / "a.mkv")
+    (tmp / "out" / "page").mkdir(parents=True)
+    (tmp / "out" / "page" / "notes.txt").write_text("of the user")
+    done = quickstart("--algorithm", "lk", tmp / "a.mkv", tmp / "out")
+    assert done.returncode == 0 and "no page: " in done.stderr, done.stderr
+    assert contents(tmp / "out" / "page") == {"notes.txt": b"of the user"}
+
+
 def test_one_frame(tmp):
     ffmpeg(*picture(seconds=0.04), "-frames:v", 1, tmp / "one.png")
     tracked(tmp / "one.png", tmp / "out", 1)
@@ -331,12 +352,13 @@ def test_one_frame(tmp):
 
 def test_nothing_to_see(tmp):
     ffmpeg(*picture(seconds=1, source="color"), "-c:v", "ffv1", tmp / "black.mkv")
-    assert "features    none: nothing in the picture" in tracked(tmp / "black.mkv", tmp / "out", 25).stdout
+    done = tracked(tmp / "black.mkv", tmp / "out", 25, without=["page"])
+    assert "features    none: nothing in the picture" in done.stdout and "no page: " in done.stderr, done
 
 
 def test_nothing_was_looked_for(tmp):
     ffmpeg(*picture(seconds=0.2), "-c:v", "ffv1", tmp / "a.mkv")
-    done = tracked(tmp / "a.mkv", tmp / "out", 5, "--max-features", "0")
+    done = tracked(tmp / "a.mkv", tmp / "out", 5, "--max-features", "0", without=["page"])
     assert "max-features is 0" in done.stdout and "stands out" not in done.stdout, done.stdout
 
 

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What csd-motion says of the tracks: rhythms for the index, displacements as chunks. Nothing is computed here."""
+
+import array
+import json
+import math
+import os
+import pathlib
+import shutil
+import subprocess
+
+import script
+from failure import Failure
+
+BYTES = 1 << 19  # a chunk of displacements at least, before base64, unless it is the last
+UNKNOWN = -32768
+
+
+def program():
+    """csd-motion beside this program, else in PATH."""
+    import __main__
+    beside = pathlib.Path(__main__.__file__).resolve().parent / "csd-motion"
+    found = str(beside) if os.access(beside, os.X_OK) else shutil.which("csd-motion")
+    if not found:
+        raise Failure("there is no csd-motion beside this program or in PATH: install it, or build it (-Dprograms=enabled)")
+    return found
+
+
+def quantised(values):
+    """16 bits each, in steps of a power of two from 1/64 px on: (step, base64)."""
+    most = max((abs(v) for v in values if v is not None), default=0)
+    step = max(2.0 ** -6, 2.0 ** math.ceil(math.log2(most / 32000)) if most else 0)
+    return step, script.packed(array.array("h", (UNKNOWN if v is None else round(v / step) for v in values)))
+
+
+def displacement(path):
+    """The member of a chunk for what csd-motion says of a feature or of the scene."""
+    dx_step, dx = quantised(path["dx"])
+    dy_step, dy = quantised(path["dy"])
+    return {"id": path.get("id"), "first": path.get("first", 0), "dx": dx, "dx_step": dx_step, "dy": dy, "dy_step": dy_step}
+
+
+class Motion:
+    """head: csd-motion's JSON without `series`; chunk_of: feature: number of the chunk with its displacement."""
+
+    def __init__(self, tracks_path, folder, page_time, progress):
+        """page_time(s of csd-motion) → s on the page, or None. progress(features done). Raises Failure."""
+        self.chunk_of = {}
+        self._folder, self._members, self._bytes, self._count = folder, [], 0, 0
+        with open(folder / "csd-motion.log", "w+") as log:
+            run = subprocess.Popen([program(), "--json", "--series", str(tracks_path)], stdin=subprocess.DEVNULL,
+                                   stdout=subprocess.PIPE, stderr=log, text=True)
+            try:
+                with run:
+                    head = self._head(run.stdout)
+                    if head:
+                        self._series(run.stdout, page_time, progress)
+            except BaseException:
+                run.kill()
+                raise
+        log = folder / "csd-motion.log"
+        told = log.read_text(errors="replace").splitlines()
+        log.unlink()
+        if run.returncode:
+            raise Failure(told[-1].removeprefix("csd-motion: ") if told else "csd-motion failed")
+        self.head = head
+
+    def _head(self, lines):
+        """Up to `series`, which is the last member; its first line, the scene's, is left for _series."""
+        head = []
+        for line in lines:
+            before, found, after = line.partition('"series": ')
+            if found:
+                self._first = after
+                text = "".join(head).rstrip().rstrip(",")
+                return json.loads(text + "}")
+            head.append(before)
+        return None
+
+    def _series(self, lines, page_time, progress):
+        """A line for the scene, then one for each feature: each is whole in memory, and never two."""
+        scene = json.loads(self._first.rstrip() + "]}")
+        self._first = ""
+        times = array.array("d", (page_time(t) for t in scene["times"]))
+        script.write(self._folder / "scene.js", "scene", {"times": script.packed(times), **displacement(scene["scene"])})
+        del scene
+        done = 0
+        for line in lines:
+            if not line.startswith("{"):  # the end of the whole
+                continue
+            line = line.rstrip().rstrip(",")
+            self._add(displacement(json.loads(line.removesuffix("]}") if line.endswith("]}]}") else line)))
+            done += 1
+            progress(done)
+        self._flush()
+
+    def _add(self, member):
+        self.chunk_of[member["id"]] = self._count
+        self._members.append(member)
+        self._bytes += len(member["dx"]) + len(member["dy"])
+        if self._bytes >= BYTES:
+            self._flush()
+
+    def _flush(self):
+        if self._members:
+            script.write(self._folder / f"motion-{self._count:05}.js", "motion", self._count, self._members)
+            self._count, self._members, self._bytes = self._count + 1, [], 0

@@ -1,0 +1,442 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""csd-report and its page, opened from disk in headless Chromium: report_test.py REPOSITORY BUILD. What is drawn is compared with the
+tracks by what a screenshot shows: the videos carry their frame's number as bars."""
+
+import hashlib
+import io
+import json
+import math
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import time
+import unittest
+
+import cv2
+import numpy as np
+
+import harness
+
+REPOSITORY, BUILD = map(pathlib.Path, sys.argv[1:3])
+PROGRAM = REPOSITORY / "core" / "cli" / "csd-report"
+ENVIRONMENT = {**os.environ, "PATH": f"{BUILD / 'core' / 'cli'}:{os.environ['PATH']}"}
+COLOURS = {"learning": (240, 228, 66), "tracked": (86, 180, 233), "occluded": (230, 159, 0)}  # docs/elements.md, Okabe and Ito's
+WIDTH, HEIGHT, FPS, FRAMES = 320, 240, 25, 750
+BITS, BAR = 10, 24  # the frame's number: bars of BAR columns in the upper 20 rows
+
+try:
+    from selenium import webdriver
+    from selenium.webdriver.common.action_chains import ActionChains
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
+except ImportError:
+    webdriver = None
+
+
+def position(number, frame):
+    """Where feature `number` is: a heart of 75 and a breath of 15 a minute, each feature its own way."""
+    t = frame / FPS
+    x = 60 + 70 * number + 3 * math.sin(2 * math.pi * 1.25 * t) + 8 * math.sin(2 * math.pi * 0.25 * t + number)
+    y = 90 + 40 * number + 5 * math.cos(2 * math.pi * 1.25 * t) + 6 * math.sin(2 * math.pi * 0.25 * t)
+    return round(x, 3), round(y, 3)
+
+
+def state_of(number, frame):
+    """0 is always seen; 1 is hidden for a second every ten; 2 is learnt for ever, from frame 300 to 400."""
+    if number == 1 and frame % 250 >= 225:
+        return "occluded"
+    if number == 2:
+        return "learning" if 300 <= frame <= 400 else None
+    return "tracked"
+
+
+def features(frame):
+    found = []
+    for number in range(3):
+        state = state_of(number, frame)
+        if state:
+            x, y = position(number, frame)
+            found.append({"id": number, "x": x, "y": y, "state": state, "confidence": 0.3 if state == "occluded" else 0.9})
+    return found
+
+
+def write_tracks(path, frames, of, width=WIDTH, height=HEIGHT, fps=FPS):
+    with open(path, "w") as file:
+        for frame in range(frames):
+            ns = round(frame * 1e9 / fps)
+            file.write(json.dumps({"schema": 1, "source": "csdtrack0", "role": "track", "algorithm": "csd", "frame": frame, "pts": ns,
+                                   "duration": None, "running_time": ns, "stream_time": ns, "reference": None, "width": width,
+                                   "height": height, "features": of(frame)}, separators=(",", ":")) + "\n")
+    return path
+
+
+def picture(frame):
+    made = np.full((HEIGHT, WIDTH, 3), 60, np.uint8)
+    for bit in range(BITS):
+        if frame >> bit & 1:
+            made[:20, bit * BAR:(bit + 1) * BAR] = 230
+    return made
+
+
+def report(*arguments):
+    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300,
+                          env=ENVIRONMENT)
+
+
+def contents(folder):
+    return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+class Made(harness.Case):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.video = harness.encode(cls.tmp / "bars.mp4", (picture(i) for i in range(FRAMES)), *harness.H264, rate=FPS)
+        cls.tracks = write_tracks(cls.tmp / "bars.jsonl", FRAMES, features)
+
+    def make(self, video, tracks, out, *options):
+        done = report(*options, video, tracks, out)
+        self.assertEqual((done.returncode, done.stdout), (0, ""), done.stderr)
+        return done
+
+
+class Command(Made):
+    def refused(self, *arguments, code=1, words=()):
+        done = report(*arguments)
+        self.assertEqual((done.returncode, done.stdout), (code, ""), done.stderr)
+        lines = done.stderr.splitlines()
+        self.assertTrue(lines[-1].startswith("csd-report: ") and (code == 2 or len(lines) == 1), done.stderr)
+        for word in words:
+            self.assertIn(word, lines[-1])
+
+    def test_usage(self):
+        done = report("--help")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertIn("TRACKS.jsonl", done.stdout)
+        for wrong in ((), (self.video,), (self.video, self.tracks, "out", "more"), ("--magic", self.video, self.tracks)):
+            self.refused(*wrong, code=2)
+
+    def test_runs_as_installed(self):
+        """From bin/, with csd-motion beside it and its parts in share/."""
+        (self.tmp / "usr" / "bin").mkdir(parents=True)
+        for program in (PROGRAM, BUILD / "core" / "cli" / "csd-motion"):
+            shutil.copy(program, self.tmp / "usr" / "bin")
+        shutil.copytree(PROGRAM.parent / "report", self.tmp / "usr" / "share" / "csdtrack" / "report", ignore=shutil.ignore_patterns("__pycache__"))
+        done = subprocess.run([self.tmp / "usr" / "bin" / "csd-report", self.video, self.tracks], capture_output=True, text=True, cwd=self.tmp,
+                              stdin=subprocess.DEVNULL, timeout=300)
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+        self.assertTrue((self.tmp / "csdtrack-report" / "index.html").is_file())
+
+    def test_refuses(self):
+        out = self.tmp / "refused"
+        lines = self.tracks.read_text().splitlines(keepends=True)[:5]
+
+        def tracks(name, *text):
+            (self.tmp / name).write_text("".join(text))
+            return self.tmp / name
+
+        (self.tmp / "text.mp4").write_text("only words\n" * 100)
+        self.refused(self.tmp / "none.mp4", self.tracks, out, words=["no file", "none.mp4"])
+        self.refused(self.video, self.tmp, out, words=["folder"])
+        self.refused(self.tmp / "text.mp4", self.tracks, out, words=["text.mp4", "no video"])
+        self.refused(self.video, tracks("empty.jsonl"), out, words=["empty"])
+        self.refused(self.video, tracks("torn.jsonl", lines[0], lines[1][:50] + "\n", lines[2]), out, words=["torn.jsonl:2:", "JSON"])
+        self.refused(self.video, tracks("csv.jsonl", "frame,pts\n1,2\n"), out, words=["csv.jsonl:1:"])
+        self.refused(self.video, tracks("number.jsonl", "[]\n"), out, words=["number.jsonl:1:"])
+        self.refused(self.video, tracks("schema.jsonl", lines[0].replace('"schema":1', '"schema":2')), out, words=["schema 2"])
+        self.refused(self.video, tracks("state.jsonl", lines[0].replace("tracked", "magic")), out, words=["state.jsonl:1:"])
+        self.refused(self.video, tracks("back.jsonl", lines[1], lines[0]), out, words=["back.jsonl:2:", "time"])
+        self.refused(self.video, tracks("size.jsonl", *(x.replace('"height":240', '"height":180') for x in lines)), out, words=["320×180", "320×240"])
+        self.refused(self.video, write_tracks(self.tmp / "fps.jsonl", 9000, features, fps=3000), out, words=["time of a frame"])
+        self.refused(self.video, write_tracks(self.tmp / "none.jsonl", 5, lambda _: []), out, words=["no position"])
+        self.assertFalse(out.exists())
+        self.assertEqual(list(self.tmp.glob(".unfinished-*")), [])
+
+    def test_out_is_replaced_only_if_it_is_a_report(self):
+        out = self.tmp / "replaced"
+        out.mkdir()
+        (out / "notes.txt").write_text("of the user")
+        self.refused(self.video, self.tracks, out, words=["holds what is no report"])
+        self.assertEqual([p.name for p in out.iterdir()], ["notes.txt"])
+        (out / "notes.txt").unlink()
+        self.make(self.video, self.tracks, out)
+        shutil.copy(self.video, out / "mine.mp4")
+        self.refused(out / "mine.mp4", self.tracks, out, words=["is in"])
+        before = contents(out)
+        short = write_tracks(self.tmp / "short.jsonl", 100, features)
+        self.make(self.video, short, out, "--title", "<b>&")
+        after = contents(out)
+        self.assertNotIn(pathlib.Path("mine.mp4"), after)
+        self.assertLess(len(after), len(before))
+        self.assertIn("<title>&lt;b&gt;&amp; ", after[pathlib.Path("index.html")].decode())
+
+    def test_copies_what_browsers_play_and_converts_the_rest(self):
+        def packets(path):
+            return subprocess.run(["ffmpeg", "-v", "error", "-i", path, "-map", "0:v", "-c", "copy", "-bsf:v", "h264_mp4toannexb", "-f", "h264", "-"],
+                                  capture_output=True, check=True, stdin=subprocess.DEVNULL).stdout
+
+        self.make(self.video, self.tracks, self.tmp / "copied")
+        self.assertEqual((self.tmp / "copied" / "video.mp4").read_bytes(), self.video.read_bytes())
+        subprocess.run(["ffmpeg", "-v", "error", "-i", self.video, "-c", "copy", self.tmp / "bars.mkv"], check=True, stdin=subprocess.DEVNULL)
+        self.make(self.tmp / "bars.mkv", self.tracks, self.tmp / "remuxed")
+        self.assertEqual(hashlib.md5(packets(self.tmp / "remuxed" / "video.mp4")).digest(), hashlib.md5(packets(self.video)).digest())
+        lossless = harness.encode(self.tmp / "bars.avi", (picture(i) for i in range(50)), "-c:v", "ffv1", rate=FPS)
+        done = self.make(lossless, write_tracks(self.tmp / "fifty.jsonl", 50, features), self.tmp / "converted")
+        self.assertIn("converting the video to H.264 100%", done.stderr)
+        self.assertEqual(harness.decoded_frames(self.tmp / "converted" / "video.mp4"), 50)
+
+
+class Page(Made):
+    @classmethod
+    def setUpClass(cls):
+        if not (webdriver and shutil.which("chromium") and shutil.which("chromedriver")):
+            raise unittest.SkipTest("no chromium, chromedriver or python3-selenium here")
+        super().setUpClass()
+        options = webdriver.ChromeOptions()
+        options.binary_location = shutil.which("chromium")
+        for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars",
+                         f"--user-data-dir={cls.tmp / 'profile'}", "--window-size=1280,720"):
+            options.add_argument(argument)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+        from selenium.webdriver.chrome.service import Service
+        cls.browser = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
+        cls.addClassCleanup(cls.browser.quit)
+        cls.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": 1280, "height": 720, "deviceScaleFactor": 1, "mobile": False})
+        done = report(cls.video, cls.tracks, cls.tmp / "page")
+        assert done.returncode == 0, done.stderr
+
+    def tearDown(self):
+        self.assertEqual([m for m in self.browser.get_log("browser") if m["level"] == "SEVERE"], [])
+
+    def js(self, text, *arguments):
+        return self.browser.execute_script(text, *arguments)
+
+    def state(self):
+        return self.js("return csdReport.state()")
+
+    def until(self, text, *arguments):
+        """Until a condition of the page holds."""
+        for _ in range(400):
+            if self.js(f"return {text}", *arguments):
+                return
+            time.sleep(0.05)
+        self.fail(f"never: {text}; {self.js('return JSON.stringify({...csdReport.state(), curve: 0})')}")
+
+    def open(self, name="page"):
+        self.browser.get((self.tmp / name / "index.html").as_uri())
+        self.until("document.getElementById('video').readyState >= 2 && csdReport.state().frame !== null")
+
+    def go(self, frame, fps=FPS):
+        self.js("csdReport.seek(arguments[0])", frame / fps)
+        self.until(f"csdReport.state().frame === {frame} && !document.getElementById('video').seeking")
+
+    def stage(self):
+        """What the screen shows of the video and its points: H×W×3, RGB."""
+        shot = cv2.imdecode(np.frombuffer(self.browser.get_screenshot_as_png(), np.uint8), cv2.IMREAD_COLOR)[:, :, ::-1]
+        box = self.js("const b = document.getElementById('stage').getBoundingClientRect(); return [b.left, b.top, b.right, b.bottom]")
+        left, top, right, bottom = map(round, box)
+        self.assertTrue(0 <= left < right <= 1280 and 0 <= top < bottom <= 720, box)
+        return shot[top:bottom, left:right].astype(int)
+
+    def assert_shows(self, frame):
+        """The screen shows this frame, by its bars, and the markers of its tracks, where they are."""
+        seen = self.stage()
+        scale = seen.shape[1] / WIDTH
+        bars = [seen[round(10 * scale), round((bit + 0.5) * BAR * scale)].mean() > 145 for bit in range(BITS)]
+        self.assertEqual(sum(on << bit for bit, on in enumerate(bars)), frame, "the frame on the screen")
+        for feature in features(frame):
+            # How much of a pixel has the colour, for edges are blended.
+            share = np.clip(1 - np.abs(seen - COLOURS[feature["state"]]).max(axis=2) / 100, 0, 1)
+            rows, columns = np.indices(share.shape)
+            expected = ((feature["x"] + 0.5) * scale - 0.5, (feature["y"] + 0.5) * scale - 0.5)
+            share[np.hypot(columns - expected[0], rows - expected[1]) > 14] = 0
+            self.assertGreater(share.sum(), 10, f"no marker of {feature}")
+            found = (np.average(columns, weights=share), np.average(rows, weights=share))
+            self.assertLess(math.dist(found, expected), 0.75, feature)
+        for state, colour in COLOURS.items():
+            if state not in [f["state"] for f in features(frame)]:
+                self.assertEqual((np.abs(seen - colour).max(axis=2) < 20).sum(), 0, f"nothing is {state}")
+
+    def test_draws_the_tracks_of_the_frame_that_is_shown(self):
+        self.open()
+        self.browser.find_element(By.ID, "ids").click()
+        for frame in (0, 1, 230, 249, 250, 349, 499, 500, 749):  # chunks are of 250
+            self.go(frame)
+            self.assert_shows(frame)
+        # Frame by frame, by keys, over the end of a chunk.
+        self.go(500)
+        for frame in (499, 498):
+            self.browser.find_element(By.TAG_NAME, "body").send_keys(Keys.ARROW_LEFT)
+            self.until(f"csdReport.state().frame === {frame} && !document.getElementById('video').seeking")
+            self.assert_shows(frame)
+        drawn = {f["id"]: f for f in self.state()["drawn"]}
+        self.assertEqual(sorted(drawn), [0, 1])
+        for feature in features(498):
+            self.assertLess(math.dist((drawn[feature["id"]]["x"], drawn[feature["id"]]["y"]), (feature["x"], feature["y"])), 1 / 64)
+            self.assertAlmostEqual(drawn[feature["id"]]["confidence"], feature["confidence"], delta=1 / 255)
+            self.assertEqual(drawn[feature["id"]]["state"], feature["state"])
+
+    def test_plays(self):
+        self.open()
+        self.js("""window.seen = [];
+                   const video = document.getElementById('video');
+                   const note = (_, {mediaTime}) => { const {frame, drawn} = csdReport.state(); seen.push([mediaTime, frame, drawn]);
+                                                      video.requestVideoFrameCallback(note); };
+                   video.requestVideoFrameCallback(note);""")
+        self.browser.find_element(By.ID, "play").click()
+        self.until("seen.length > 30 && seen.at(-1)[1] > 40")
+        self.browser.find_element(By.ID, "play").click()
+        self.assertTrue(self.js("return document.getElementById('video').paused"))
+        seen = self.js("return seen")
+        self.assertGreater(len({frame for _, frame, _ in seen}), 10)
+        for media_time, frame, drawn in seen:
+            self.assertEqual(frame, round(media_time * FPS))
+            self.assertEqual([f["id"] for f in drawn], [f["id"] for f in features(frame)])
+            for got, feature in zip(drawn, features(frame)):
+                self.assertLess(math.dist((got["x"], got["y"]), (feature["x"], feature["y"])), 1 / 64)
+
+    def test_a_click_selects_and_shows_how_it_moves(self):
+        self.open()
+        self.go(350)
+        one = next(f for f in self.state()["drawn"] if f["id"] == 1)
+        overlay = self.browser.find_element(By.ID, "overlay")
+        size = overlay.size
+
+        def click(left, top):
+            ActionChains(self.browser).move_to_element_with_offset(overlay, round(left - size["width"] / 2), round(top - size["height"] / 2)).click().perform()
+
+        click(one["left"] + 5, one["top"] - 4)
+        self.until("csdReport.state().selected === 1 && csdReport.state().curve.length === 725")
+        self.assertEqual(self.browser.find_element(By.ID, "what").text, "Feature 1")
+        self.assertEqual(self.js("return [...document.querySelectorAll('#rows tr.chosen')].map((r) => r.dataset.id)"), ["1"])
+        start = position(1, 0)
+        for at, (when, dx, dy) in enumerate(self.state()["curve"]):
+            self.assertAlmostEqual(when, at / FPS, places=5)
+            if state_of(1, at) == "occluded":
+                self.assertEqual((dx, dy), (None, None))
+            else:
+                x, y = position(1, at)
+                self.assertLess(math.dist((dx, dy), (x - start[0], y - start[1])), 1 / 64)
+        self.assert_rhythms(1)
+        self.browser.find_element(By.CSS_SELECTOR, "#rows tr[data-id='2']").click()
+        self.until("csdReport.state().selected === 2 && csdReport.state().curve.length === 101")
+        self.assertEqual(self.browser.find_element(By.ID, "chosen").text.count("No rhythm"), 1)
+        click(5, size["height"] - 5)
+        self.until("csdReport.state().selected === null && csdReport.state().curve.length === 750")
+        self.assert_rhythms(None)
+
+    def assert_rhythms(self, number):
+        """The panel's rhythms are csd-motion's: heart and breath, and these are the simulated ones."""
+        told = json.loads(subprocess.run([BUILD / "core" / "cli" / "csd-motion", "--json", self.tracks], capture_output=True, text=True,
+                                         check=True, stdin=subprocess.DEVNULL).stdout)
+        expected = told["scene"]["rhythms"] if number is None else next(f for f in told["features"] if f["id"] == number)["rhythms"]
+        rows = [[cell.text for cell in row.find_elements(By.TAG_NAME, "td")]
+                for row in self.browser.find_elements(By.CSS_SELECTOR, "#rhythms tbody tr")]
+        self.assertEqual([row[:4] for row in rows], [[r["usual_name"], f"{r['per_minute']:.1f}", f"{r['period']:.2f}", f"{r['amplitude']:.2f}"]
+                                                    for r in expected])
+        by_name = {row[0]: row for row in rows}
+        for name, rate in (("heart", 75), ("breath", 15)):
+            self.assertAlmostEqual(float(by_name[name][1]), rate, delta=0.02 * rate)
+        self.assertAlmostEqual(float(by_name["heart"][3]), 5, delta=0.3)  # of an ellipse of 3 and 5 px
+
+    def test_the_list(self):
+        self.open()
+
+        def ids():
+            return [int(row.get_attribute("data-id")) for row in self.browser.find_elements(By.CSS_SELECTOR, "#rows tr[data-id]")]
+
+        self.assertEqual(ids(), [0, 1, 2])
+        cells = [c.text for c in self.browser.find_elements(By.CSS_SELECTOR, "#rows tr[data-id='1'] td")]
+        self.assertEqual((cells[0], cells[1], cells[3]), ("tracked", "1", "90 %"))
+        self.assertEqual(self.browser.find_element(By.CSS_SELECTOR, "#rows tr[data-id='2'] td").text, "not here")
+        self.go(230)
+        self.assertEqual(self.browser.find_element(By.CSS_SELECTOR, "#rows tr[data-id='1'] td").text, "occluded")
+        self.browser.find_element(By.CSS_SELECTOR, "th[data-by=id]").click()
+        self.assertEqual(ids(), [2, 1, 0])
+        self.browser.find_element(By.ID, "here").click()
+        self.assertEqual(ids(), [1, 0])
+
+    def test_fits_a_window_of_1280_by_720_and_asks_no_network(self):
+        self.open()
+        self.assertEqual(self.js("return [document.documentElement.scrollWidth, document.documentElement.scrollHeight]"), [1280, 720])
+        events = [json.loads(entry["message"])["message"] for entry in self.browser.get_log("performance")]
+        asked = [e["params"]["request"]["url"] for e in events
+                 if e["method"] == "Network.requestWillBeSent" and e["params"]["documentURL"].startswith("file:")]  # not the browser's own pages
+        self.assertIn((self.tmp / "page" / "data" / "tracks-00000.js").as_uri(), asked)
+        self.assertEqual([url for url in asked if not url.startswith(("file:", "data:"))], [])
+
+    def test_points_lie_where_they_are_in_any_video(self):
+        """A disc on black, and a point in its middle: turned, odd, with pixels that aren't square, with times that begin late."""
+        x, y, width, height = 90, 140, 321, 241
+        disc = np.zeros((height, width, 3), np.uint8)
+        cv2.circle(disc, (x, y), 24, (255, 255, 255), cv2.FILLED)
+        even = disc[:240, :320]
+
+        def tracks(name, *size):
+            return write_tracks(self.tmp / name, 20, lambda _: [{"id": 7, "x": x, "y": y, "state": "lost" if _ == 19 else "tracked", "confidence": 1}], *size)
+
+        whole, cut = tracks("even.jsonl", 320, 240), tracks("odd.jsonl", width, height)
+        plain = harness.encode(self.tmp / "plain.mp4", [even] * 20, *harness.H264)
+        videos = [(harness.encode(self.tmp / "odd.mkv", [disc] * 20, "-c:v", "ffv1"), cut),
+                  (harness.encode(self.tmp / "wide.mp4", [even] * 20, *harness.H264, "-aspect", "2:1"), whole),
+                  (harness.encode(self.tmp / "late.ts", [even] * 20, *harness.H264, "-output_ts_offset", "100"), whole)]
+        for degrees in (90, 180, 270):
+            turned = self.tmp / f"{degrees}.mp4"
+            subprocess.run(["ffmpeg", "-v", "error", "-i", plain, "-c", "copy", "-metadata:s:v:0", f"rotate={degrees}", turned], check=True,
+                           stdin=subprocess.DEVNULL)
+            videos.append((turned, whole))
+        for video, lines in videos:
+            with self.subTest(video.name):
+                self.make(video, lines, self.tmp / f"page-{video.name}")
+                self.open(f"page-{video.name}")
+                self.browser.find_element(By.ID, "ids").click()
+                self.go(10)
+                [drawn] = self.state()["drawn"]
+                rows, columns = np.nonzero(self.stage().max(axis=2) > 100)
+                self.assertGreater(len(rows), 1500)
+                self.assertLess(math.dist((columns.mean() + 0.5, rows.mean() + 0.5), (drawn["left"], drawn["top"])), 1.2)
+
+    def test_an_hour(self):
+        """csd-report keeps no positions, the page but a few chunks."""
+        fps, seconds, count = 5, 3600, 30
+        video, tracks = self.tmp / "hour.mp4", self.tmp / "hour.jsonl"
+        subprocess.run(["ffmpeg", "-v", "error", "-f", "lavfi", "-i", f"color=gray:size=160x120:rate={fps}:duration={seconds}", "-c:v", "libx264",
+                        "-preset", "ultrafast", "-pix_fmt", "yuv420p", "-g", "50", video], check=True, stdin=subprocess.DEVNULL)
+
+        def where(number, frame):
+            return round(10 + 5 * number % 140 + 3 * math.sin(frame / 3 + number), 3), round(20 + number * 3 + 2 * math.cos(frame / 4), 3)
+
+        def of(frame):
+            return [dict(zip(("id", "x", "y", "state", "confidence"), (n, *where(n, frame), "tracked", 1))) for n in range(count)]
+
+        write_tracks(tracks, fps * seconds, of, 160, 120, fps)
+        with subprocess.Popen([PROGRAM, video, tracks, self.tmp / "hour"], env=ENVIRONMENT, stdin=subprocess.DEVNULL) as run:
+            most = 0  # kB, of csd-report itself
+            while run.poll() is None:
+                for line in io.StringIO(pathlib.Path(f"/proc/{run.pid}/status").read_text()):
+                    if line.startswith("VmHWM:"):
+                        most = max(most, int(line.split()[1]))
+                time.sleep(0.05)
+        self.assertEqual(run.returncode, 0)
+        # As Python's objects the positions alone are more than 200 MB.
+        self.assertTrue(20e3 < most < 100e3, f"{most} kB")
+        self.open("hour")
+        for frame in range(0, fps * seconds, 911):
+            self.go(frame, fps)
+            if frame % 3 == 0:
+                self.js("csdReport.select(arguments[0])", frame % count)
+                self.until("csdReport.state().curve.length === arguments[0]", fps * seconds)
+        state = self.state()
+        self.assertLessEqual(state["chunks"], 9)
+        self.assertLess(self.js("return document.scripts.length"), 12)
+        for feature in state["drawn"]:
+            self.assertLess(math.dist((feature["x"], feature["y"]), where(feature["id"], frame)), 1 / 64)
+        self.assertEqual(len(state["drawn"]), count)
+
+
+if __name__ == "__main__":
+    del sys.argv[1:3]
+    harness.main()
