@@ -112,7 +112,8 @@ def page(job, folder, out):
                           stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)  # Ctrl-C ends this, and what was tracked stays
     if done.returncode:
         why = done.stderr.strip().splitlines() or ["ended early"]
-        print(f"quickstart: no page: {why[-1].removeprefix('csd-report: ')}", file=sys.stderr)
+        # The folder is still an unfinished one, whose name is nobody's business.
+        print(f"quickstart: no page: {why[-1].removeprefix('csd-report: ').replace(f'{folder}/', '')}", file=sys.stderr)
         if (out / "data" / "index.js").is_file():  # that of another run must not seem to belong to this one
             shutil.rmtree(out)
 
