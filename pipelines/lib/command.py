@@ -57,6 +57,16 @@ def quoted(text):
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
+# Of raw video: three frames, not one, as a decoder may give two at once. Of lines, which are small: ten seconds, for a disk that stands still.
+FRAMES = "queue max-size-buffers=3 max-size-bytes=0 max-size-time=0"
+LINES = "queue max-size-time=10000000000 max-size-buffers=0 max-size-bytes=0"
+
+
+def lines_file(path):
+    """The sink of a file of lines, each there as soon as it is made."""
+    return f"filesink location={quoted(str(path))} buffer-mode=unbuffered async=false"
+
+
 def run(name, main):
     try:
         main()

@@ -81,7 +81,7 @@ def main():
         for turn in range(options.rounds * 2):
             between = "csdtrack name=csdtrack ! " if turn % 2 else ""
             # Not leaky, and no waiting for the clock: what csdtrack does not keep up with waits in the queue, and is seen as latency.
-            run = runner.Run("latency", f"{begin} ! queue max-size-buffers=3 max-size-bytes=0 max-size-time=0 ! {between} "
+            run = runner.Run("latency", f"{begin} ! {command.FRAMES} ! {between} "
                                         f"fakesink sync=false name=round{turn}", counted=(f"round{turn}",))
             if between:
                 runner.configure(run.element("csdtrack"), options.preset, {}, options.set)

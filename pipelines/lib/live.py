@@ -44,13 +44,11 @@ def main():
     options = command.options(parse)
     import runner
     begin = sources.begin(options.source)
-    # leaky: what is old is of no use. Three frames, not one: a decoder may give two at once.
-    text = f"{begin} ! queue max-size-buffers=3 max-size-bytes=0 max-size-time=0 leaky=downstream ! csdtrack name=csdtrack ! tee name=t " \
+    # leaky: what is old is of no use.
+    text = f"{begin} ! {command.FRAMES} leaky=downstream ! csdtrack name=csdtrack ! tee name=t " \
            f"t. ! queue max-size-buffers=2 max-size-bytes=0 max-size-time=0 ! videoconvert ! {options.sink} name=sink"
     if options.tracks:
-        # Lines are small: ten seconds of them, for a disk that stands still.
-        text += f" t. ! queue max-size-time=10000000000 max-size-buffers=0 max-size-bytes=0 leaky=downstream ! csdtrackenc ! " \
-                f"filesink location={command.quoted(str(options.tracks))} buffer-mode=unbuffered async=false"
+        text += f" t. ! {command.LINES} leaky=downstream ! csdtrackenc ! {command.lines_file(options.tracks)}"
     run = runner.Run("live", text)
     track = run.element("csdtrack")
     runner.configure(track, options.preset, {"overlay": "draw", "navigation": "true"}, options.set)

@@ -58,9 +58,8 @@ def parse(arguments):
     return options
 
 
-# Raw video: three frames, and what is too old is of no use, as in pipelines/live. Lines are small: ten seconds, for a disk that stands still.
-FRAMES = "queue max-size-buffers=3 max-size-bytes=0 max-size-time=0 leaky=downstream"
-LINES = "queue max-size-time=10000000000 max-size-buffers=0 max-size-bytes=0"
+# What is too old is of no use, as in pipelines/live.
+FRAMES = f"{command.FRAMES} leaky=downstream"
 
 
 def source(options):
@@ -74,16 +73,16 @@ def source(options):
 
 def consumers(options, carried):
     """What comes behind the frames, beginning with the element `picture`, and behind the lines if the stream carries them, with `lines`."""
-    file = f"filesink name=file location={command.quoted(str(options.tracks))} buffer-mode=unbuffered async=false sync=false"
+    file = f"{command.lines_file(options.tracks)} name=file sync=false"
     window = f"videoconvert ! {options.display}"
     if not carried:
-        text = f"csdtrack name=picture ! tee name=t t. ! {LINES} leaky=downstream ! csdtrackenc ! application/x-ndjson ! {file}"
+        text = f"csdtrack name=picture ! tee name=t t. ! {command.LINES} leaky=downstream ! csdtrackenc ! application/x-ndjson ! {file}"
         return text + (f" t. ! {FRAMES} ! {window}" if options.display else "")
-    text = f"rtpgstdepay name=lines ! application/x-ndjson ! tee name=l l. ! {LINES} ! {file}"
+    text = f"rtpgstdepay name=lines ! application/x-ndjson ! tee name=l l. ! {command.LINES} ! {file}"
     if not options.display:
         return f"{text} fakesink name=picture sync=false async=false"
     # A frame waits for its line, but not so long that it comes late itself.
-    return f"{text} csdtrackdec name=picture overlay=draw max-wait={options.latency * 500_000} ! {window} l. ! {LINES} ! picture.text"
+    return f"{text} csdtrackdec name=picture overlay=draw max-wait={options.latency * 500_000} ! {window} l. ! {command.LINES} ! picture.text"
 
 
 class Receiver:

@@ -132,7 +132,6 @@ def main():
     import runner
     Gst = runner.Gst
     bounded = f"queue max-size-buffers=0 max-size-bytes=0 max-size-time={LATENCY}000000000"
-    small = "queue max-size-buffers=3 max-size-bytes=0 max-size-time=0"
     # key-int-max: a group of pictures of two seconds at 25 frames a second; a file ends with one. No keyframes are asked for where files
     # begin: when such a wish arrives depends on the load, and then so do the bits that are recorded.
     # A file needs no buffer model, and with one x264's threads make the bits depend on how busy the machine is.
@@ -140,10 +139,10 @@ def main():
     text = f"{begin} ! tee name=in " \
            f"in. ! {bounded} name=raw ! videoconvert ! {encoder} ! h264parse ! " \
            f"splitmuxsink name=files muxer=matroskamux max-size-time={round(options.segment * 1e9)} " \
-           f"in. ! {small} name=look ! csdtrack name=csdtrack ! tee name=t " \
+           f"in. ! {command.FRAMES} name=look ! csdtrack name=csdtrack ! tee name=t " \
            f"t. ! {bounded} ! csdtrackenc ! application/x-ndjson ! appsink name=lines sync=false async=false max-buffers=0 emit-signals=true"
     if options.display:
-        text += f" t. ! {small} leaky=downstream ! videoconvert ! {options.display}"
+        text += f" t. ! {command.FRAMES} leaky=downstream ! videoconvert ! {options.display}"
     run = runner.Run("record", text)
     track, files = run.element("csdtrack"), run.element("files")
     runner.configure(track, options.preset, {"overlay": "draw" if options.display else "none"}, options.set)

@@ -52,15 +52,14 @@ def main():
     begins = {"left": sources.begin(options.left), "right": sources.begin(options.right)}
     command.make_folder(options.out)
     import runner
-    small = "queue max-size-buffers=3 max-size-bytes=0 max-size-time=0"
     text = ""
     for side, begin in begins.items():
-        # Lines are small: ten seconds of them, for a disk that stands still. async=false: a side does not wait for the other to begin.
-        text += f"{begin} ! {small} name={side}-in ! csdtrack name={side} ! tee name={side}-tee " \
-                f"{side}-tee. ! queue max-size-time=10000000000 max-size-buffers=0 max-size-bytes=0 ! csdtrackenc ! application/x-ndjson ! " \
-                f"filesink location={command.quoted(str(options.out / f'{side}.jsonl'))} buffer-mode=unbuffered async=false "
+        # async=false: a side does not wait for the other to begin.
+        text += f"{begin} ! {command.FRAMES} name={side}-in ! csdtrack name={side} ! tee name={side}-tee " \
+                f"{side}-tee. ! {command.LINES} ! csdtrackenc ! application/x-ndjson ! " \
+                f"{command.lines_file(options.out / f'{side}.jsonl')} "
         if options.display:
-            text += f"{side}-tee. ! {small} name={side}-show ! videoconvert ! both.sink_{'01'[side == 'right']} "
+            text += f"{side}-tee. ! {command.FRAMES} name={side}-show ! videoconvert ! both.sink_{'01'[side == 'right']} "
     if options.display:
         text += f"compositor name=both ! videoconvert ! {options.display}"
     run = runner.Run("stereo", text, counted=tuple(begins))

@@ -166,17 +166,14 @@ def main():
     except ValueError as error:
         raise command.Failure("there is no GStreamer RTSP server: install gir1.2-gst-rtsp-server-1.0, or leave out --no-install") from error
     from gi.repository import GstRtspServer, GstVideo
-    small = "queue max-size-buffers=3 max-size-bytes=0 max-size-time=0"
     sink = "appsink sync=true emit-signals=true max-buffers=3"
     # leaky before tracking, as in pipelines/live: what is old is of no use. Behind it nothing is dropped: each frame has its line.
-    text = f"{begin} ! {small} name=in ! csdtrack name=csdtrack ! tee name=t " \
-           f"t. ! {small} ! videoconvert ! x264enc tune=zerolatency speed-preset=veryfast bitrate={options.bitrate} key-int-max={KEYFRAMES} ! " \
+    text = f"{begin} ! {command.FRAMES} name=in ! csdtrack name=csdtrack ! tee name=t " \
+           f"t. ! {command.FRAMES} ! videoconvert ! x264enc tune=zerolatency speed-preset=veryfast bitrate={options.bitrate} key-int-max={KEYFRAMES} ! " \
            f"video/x-h264,profile=main ! h264parse config-interval=-1 ! video/x-h264,stream-format=byte-stream,alignment=au ! {sink} name=video " \
-           f"t. ! {small} ! csdtrackenc ! application/x-ndjson ! tee name=l l. ! {sink} name=tracks"
+           f"t. ! {command.FRAMES} ! csdtrackenc ! application/x-ndjson ! tee name=l l. ! {sink} name=tracks"
     if options.tracks:
-        # Lines are small: ten seconds of them, for a disk that stands still.
-        text += f" l. ! queue max-size-time=10000000000 max-size-buffers=0 max-size-bytes=0 leaky=downstream ! " \
-                f"filesink location={command.quoted(str(options.tracks))} buffer-mode=unbuffered async=false"
+        text += f" l. ! {command.LINES} leaky=downstream ! {command.lines_file(options.tracks)}"
     run = runner.Run("stream", text)
     track = run.element("csdtrack")
     runner.configure(track, options.preset, {"overlay": "draw" if options.overlay else "none"}, options.set)

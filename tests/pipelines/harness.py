@@ -40,6 +40,14 @@ class Case(unittest.TestCase):
         cls.tmp = pathlib.Path(folder.name)
         assert Gst.ElementFactory.find("csdtrack"), "no csdtrack: is GST_PLUGIN_PATH_1_0 set?"
 
+    def check_refused(self, done, code, words):
+        """A command that could not do what it was told (1: it says so in one line) or was used wrongly (2)."""
+        self.assertEqual(done.returncode, code, done.stderr)
+        self.assertIn(words, done.stderr)
+        self.assertNotIn("Traceback", done.stderr)
+        if code == 1:
+            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+
 
 # ---- Made-up videos ------------------------------------------------------------------------------------------------
 
