@@ -26,10 +26,10 @@ def program(name):
 
 def make(install, targets=tuple(TARGETS), packages="run test", commands=("parallel", "gnuplot")):
     """Installs what is missing, unless told not to, and builds. Raises Failure."""
-    script = '. "$root/pipelines/lib/setup.sh"; set -o pipefail\n'
+    script = '. "$root/pipelines/lib/setup.sh"\n'
     if install:
         script += f"ensure_packages {packages} >&2 || exit 1\n"
-    script += f'{{ configure "$1" && ninja -C "$1" {" ".join(TARGETS[t] for t in targets)}; }} 2>&1'
+    script += f'make_in "$1" {" ".join(TARGETS[t] for t in targets)} 2>&1'
     done = subprocess.run(["bash", "-c", script, "builds", BUILD], env={**os.environ, "root": str(ROOT)}, stdin=subprocess.DEVNULL,
                           stdout=subprocess.PIPE, text=True)
     if done.returncode:

@@ -42,6 +42,17 @@ configure() {
   fi
 }
 
+# make_in DIR TARGET...: sets DIR up ($options: for configure, if any) and builds these in it. Commands that begin at the same
+# time take turns: two ninjas in one folder spoil each other's work.
+make_in() {
+  local dir=$1
+  shift
+  mkdir -p "$dir" && (
+    flock 9
+    configure "$dir" "${options[@]}" && ninja -C "$dir" "$@"
+  ) 9<"$dir"
+}
+
 # build_for COMMAND TARGET...: builds these in $build, quietly unless it fails, and lets GStreamer find the plugin there.
 # $options: for configure, if any.
 build_for() {
@@ -51,7 +62,7 @@ build_for() {
     [ -f "$build/$target" ] || { echo "building csdtrack, once; this takes some minutes" >&2; break; }
   done
   log=$(mktemp)
-  if ! { configure "$build" "${options[@]}" && ninja -C "$build" "$@"; } >"$log" 2>&1 </dev/null; then
+  if ! make_in "$build" "$@" >"$log" 2>&1 </dev/null; then
     grep -m5 -A3 -E 'error:|ERROR:' "$log" >&2
     rm -f "$log"
     echo "$command: csdtrack could not be built; 'ninja -C $build $*' shows all" >&2

@@ -12,7 +12,7 @@ import harness
 
 SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
 PAGE = SOURCE / "docs" / "pipelines.md"
-SHORT = ["--seconds", "8"]
+SHORT = ["--seconds", "3"]
 MORE = {"pipelines/live": [*SHORT, "--sink", "fakesink"], "pipelines/review": [*SHORT, "--sink", "fakesink"], "pipelines/archive": []}
 
 
