@@ -58,6 +58,7 @@
 #include <gst/video/video.h>
 
 #include <exception>
+#include <utility>
 #include <iterator>
 #include <memory>
 #include <string>
@@ -91,6 +92,7 @@ struct Stream {
   GstSegment segment;
   const Offer *offer = nullptr;                       ///< null until negotiated
   bool header_due = false;                            ///< of CSV
+  bool tags_due = true;                               ///< title and language, where the video has brought no tags
   int width = 0, height = 0;                          ///< by the caps; 0: unknown
   GstClockTime frame_duration = GST_CLOCK_TIME_NONE;  ///< by the framerate
   std::string line;                                   ///< kept, so that its memory is
@@ -289,6 +291,19 @@ static GstFlowReturn push_due_header(GstCsdTrackEnc *self) {
   return flow;
 }
 
+/// What a player lists the text track by, and that it is in no language: its menu of subtitles doesn't offer it for one.
+static void name_track(GstTagList *tags) {
+  gst_tag_list_add(tags, GST_TAG_MERGE_REPLACE, GST_TAG_TITLE, "csdtrack", GST_TAG_LANGUAGE_CODE, "zxx", nullptr);
+}
+
+static void push_due_tags(GstCsdTrackEnc *self) {
+  if (!std::exchange(self->stream->tags_due, false)) return;
+  GstTagList *tags = gst_tag_list_new_empty();
+  gst_tag_list_set_scope(tags, GST_TAG_SCOPE_STREAM);
+  name_track(tags);
+  gst_pad_push_event(self->srcpad, gst_event_new_tag(tags));
+}
+
 static GstFlowReturn gst_csd_track_enc_chain(GstPad *, GstObject *parent, GstBuffer *frame) {
   auto *self = GST_CSD_TRACK_ENC(parent);
   const std::unique_ptr<GstBuffer, decltype(&gst_buffer_unref)> owned(frame, gst_buffer_unref);
@@ -299,6 +314,7 @@ static GstFlowReturn gst_csd_track_enc_chain(GstPad *, GstObject *parent, GstBuf
       return GST_PAD_IS_FLUSHING(self->srcpad) ? GST_FLOW_FLUSHING : GST_FLOW_NOT_NEGOTIATED;
     }
     if (!stream.offer) return GST_FLOW_NOT_NEGOTIATED;
+    push_due_tags(self);
     const GstFlowReturn flow = push_due_header(self);
     if (flow != GST_FLOW_OK) return flow;
     return gst_pad_push(self->srcpad, encode(self, frame, stream));
@@ -323,8 +339,8 @@ static GstEvent *text_stream_start(GstEvent *video) {
   return text;
 }
 
-/// What the video's tags say of its coding isn't so of the text.
-static GstEvent *text_tags(GstEvent *video) {
+/// What the video's tags say of its coding, its title and its language isn't so of the text.
+static GstEvent *text_tags(GstEvent *video, Stream &stream) {
   static const char *const of_coding[] = {GST_TAG_CODEC,           GST_TAG_VIDEO_CODEC,     GST_TAG_AUDIO_CODEC,
                                           GST_TAG_BITRATE,         GST_TAG_NOMINAL_BITRATE, GST_TAG_MINIMUM_BITRATE,
                                           GST_TAG_MAXIMUM_BITRATE, GST_TAG_ENCODER,         GST_TAG_ENCODER_VERSION,
@@ -334,6 +350,8 @@ static GstEvent *text_tags(GstEvent *video) {
   if (gst_tag_list_get_scope(tags) == GST_TAG_SCOPE_GLOBAL) return video;
   tags = gst_tag_list_copy(tags);
   for (const char *tag : of_coding) gst_tag_list_remove_tag(tags, tag);
+  name_track(tags);
+  stream.tags_due = false;
   GstEvent *text = gst_event_new_tag(tags);
   gst_event_set_seqnum(text, gst_event_get_seqnum(video));
   gst_event_unref(video);
@@ -362,9 +380,10 @@ static gboolean gst_csd_track_enc_sink_event(GstPad *pad, GstObject *parent, Gst
       break;
     case GST_EVENT_STREAM_START:
       event = text_stream_start(event);
+      stream.tags_due = true;
       break;
     case GST_EVENT_TAG:
-      event = text_tags(event);
+      event = text_tags(event, stream);
       break;
     default:
       break;

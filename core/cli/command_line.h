@@ -4,6 +4,7 @@
 #include <glib.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <memory>
 #include <stdexcept>
@@ -21,15 +22,23 @@ struct FreeOptionContext {
   void operator()(GOptionContext *context) const { g_option_context_free(context); }
 };
 
-/// Fills in what `entries` point to. `usage` and `description` are for --help, which ends the program. Throws
-/// UsageError.
+/// Fills in what `entries` point to. `usage` and `description` are for --help, which ends the program, as --version
+/// does. Throws UsageError.
 inline void parse_options(int argc, char **argv, const GOptionEntry *entries, const char *usage,
                           const char *description) {
+  gboolean version = FALSE;
+  const GOptionEntry common[] = {{"version", 0, 0, G_OPTION_ARG_NONE, &version, "Say which version this is", nullptr},
+                                 {nullptr, 0, 0, G_OPTION_ARG_NONE, nullptr, nullptr, nullptr}};
   const std::unique_ptr<GOptionContext, FreeOptionContext> context(g_option_context_new(usage));
   g_option_context_set_description(context.get(), description);
   g_option_context_add_main_entries(context.get(), entries, nullptr);
+  g_option_context_add_main_entries(context.get(), common, nullptr);
   GError *error = nullptr;
-  if (g_option_context_parse(context.get(), &argc, &argv, &error)) return;
+  if (g_option_context_parse(context.get(), &argc, &argv, &error)) {
+    if (!version) return;
+    std::printf("%s %s\n", g_get_prgname(), CSDTRACK_VERSION);
+    std::exit(0);
+  }
   const std::string message = error->message;
   g_error_free(error);
   throw UsageError(message);

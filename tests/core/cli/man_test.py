@@ -49,6 +49,14 @@ class Man(unittest.TestCase):
         for program in PROGRAMS:
             yield program, SOURCE / "docs" / "man" / f"{program.name}.1"
 
+    def test_the_version_is_the_build_s(self):
+        version = re.search(r"^  version: '([^']+)'", (SOURCE / "meson.build").read_text(), re.MULTILINE)[1]
+        for program in PROGRAMS:
+            with self.subTest(program):
+                env = {**ENV, "PATH": f"{BUILD / 'core' / 'cli'}:{os.environ['PATH']}"}
+                done = subprocess.run([program, "--version"], env=env, capture_output=True, text=True, timeout=60)
+                self.assertEqual((done.returncode, done.stdout, done.stderr), (0, f"{program.name} {version}\n", ""))
+
     def test_what_is_installed_has_a_page_that_is_installed(self):
         meson = shlex.split(os.environ.get("MESONINTROSPECT", "meson introspect"))
         plan = json.loads(subprocess.run([*meson, "--installed", BUILD], capture_output=True, text=True, check=True).stdout)

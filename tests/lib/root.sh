@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+# Sourced by tests/distro and tests/debian: an empty Debian to try things in, and the count of what was tried.
+# Expects $name, the command, for its messages.
+
+passed=0 failed=0 child=
+
+die() {
+  echo "$name: $1" >&2
+  exit "${2:-1}"
+}
+
+# apart COMMAND...: with mounts and processes of its own, which end with it. To be run in the background.
+apart() {
+  exec unshare --mount --propagation private --pid --kill-child "$@"
+}
+
+# new_root SUITE [FOLDER]: debootstraps into FOLDER, empty or new, or into a temporary one that goes at the end. Sets
+# $folder, and $logs, which stay.
+new_root() {
+  local suite=$1 tool mirror
+  [ "$(id -u)" = 0 ] || die 'needs root'
+  for tool in debootstrap unshare git; do command -v $tool >/dev/null || die "install $tool first"; done
+
+  # The machine's own source of this suite, whichever way its apt lists it.
+  mirror=${CSDTRACK_MIRROR:-$(apt-get indextargets --format '$(CODENAME) $(SUITE) $(COMPONENT) $(REPO_URI)' 2>/dev/null |
+    awk -v suite="$suite" '$3 == "main" && ($1 == suite || $2 == suite) { print $4; exit }')}
+  [ -n "$mirror" ] || die "this machine's apt has no source of $suite: give one in CSDTRACK_MIRROR"
+
+  if [ $# = 2 ]; then
+    folder=$2
+    mkdir -p "$folder" && [ -z "$(ls -A "$folder")" ] || die "'$folder' is not empty"
+  else
+    folder=$(mktemp -d "${TMPDIR:-/tmp}/csdtrack-$suite.XXXXXX") || exit 1
+    trap 'rm -rf --one-file-system "$folder"' EXIT
+  fi
+  folder=$(cd "$folder" && pwd)
+  logs=$folder.log
+  mkdir -p "$logs" || exit 1
+  # unshare heeds no lesser signal.
+  trap 'kill -KILL ${child:-} 2>/dev/null; wait; exit 130' INT TERM HUP
+
+  echo "$suite into $folder"
+  apart debootstrap --variant=minbase "$suite" "$folder" "$mirror" >"$logs/debootstrap.log" 2>&1 &
+  child=$!
+  wait $child || { tail -n 5 "$logs/debootstrap.log" >&2; die 'debootstrap failed'; }
+  # How this machine reaches the network; nothing else of its configuration.
+  cp -L /etc/resolv.conf /etc/hosts "$folder/etc/" 2>/dev/null
+  apt-config dump --no-empty --format '%F "%v";%n' Acquire::http Acquire::https Acquire::Check-Valid-Until \
+    Acquire::Check-Date 2>/dev/null | grep ' "..*"' >"$folder/etc/apt/apt.conf.d/90-machine"
+  mkdir -p "$folder/home/csdtrack"
+}
+
+# inside COMMAND...: in the new system, with an environment of its own.
+inside() {
+  apart bash -c '
+    folder=$0
+    mount -t proc proc "$folder/proc" && mount --rbind /dev "$folder/dev" && mount -t sysfs -o ro sysfs "$folder/sys" &&
+      exec chroot "$folder" /usr/bin/env -i HOME=/root TERM=dumb LANG=C.UTF-8 \
+        PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
+        bash -c "cd /home/csdtrack && exec \"\$@\"" bash "$@"' "$folder" "$@" </dev/null
+}
+
+# attempt NAME COMMAND...: counts whether it succeeds.
+attempt() {
+  local name=$1 start=$SECONDS
+  shift
+  # In the background, so that a signal is heeded at once.
+  "$@" >"$logs/$name.log" 2>&1 &
+  child=$!
+  if wait $child; then
+    passed=$((passed + 1))
+    printf 'ok      %s (%d s)\n' "$name" $((SECONDS - start))
+  else
+    failed=$((failed + 1))
+    printf 'FAILED  %s (%d s), its end:\n' "$name" $((SECONDS - start))
+    tail -n 25 "$logs/$name.log" | sed 's/^/        /'
+    return 1
+  fi
+}
+
+# tell: the last line, and the exit code.
+tell() {
+  echo "$passed passed, $failed failed"
+  [ $failed = 0 ]
+  exit
+}

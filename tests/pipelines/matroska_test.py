@@ -1,0 +1,95 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Tracks inside the recording: a text track in Matroska, out again with ffmpeg, in parts, and the video beside it untouched."""
+
+import json
+import subprocess
+
+import harness
+
+FRAMES = 90
+WIDE = "queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0"
+X264 = "x264enc threads=1 pass=quant quantizer=24 speed-preset=veryfast key-int-max=25"  # the same bytes on every run
+
+
+def output(*command):
+    return subprocess.run(list(map(str, command)), check=True, capture_output=True).stdout
+
+
+def streams(file):
+    return json.loads(output("ffprobe", "-v", "error", "-show_streams", "-count_packets", "-of", "json", file))["streams"]
+
+
+def lines(file):
+    return output("ffmpeg", "-v", "error", "-i", file, "-map", "0:s", "-c", "copy", "-f", "data", "-")
+
+
+def video(file):
+    return output("ffmpeg", "-v", "error", "-i", file, "-map", "0:v", "-c", "copy", "-f", "h264", "-")
+
+
+class Matroska(harness.Case):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.source = f"filesrc location={harness.scene_video(cls.tmp / 'in.mkv', FRAMES, *harness.H264)} ! decodebin"
+        cls.recording, cls.sidecar = cls.tmp / "out.mkv", cls.tmp / "out.jsonl"
+        cls.record(X264, cls.recording, cls.sidecar)
+
+    @classmethod
+    def record(cls, encoder, recording, sidecar):
+        harness.Run(f"{cls.source} ! csdtrack ! tee name=t matroskamux name=m ! filesink location={recording} "
+                    f"t. ! queue ! {encoder} ! h264parse ! m. t. ! {WIDE} ! csdtrackenc ! m.subtitle_0 "
+                    f"t. ! {WIDE} ! csdtrackenc ! filesink location={sidecar}").to_end()
+
+    def test_the_lines_come_out_byte_for_byte(self):
+        expected = self.sidecar.read_bytes()
+        self.assertEqual(expected.count(b"\n"), FRAMES)
+        self.assertIn(b'"id":', expected)
+        self.assertEqual(lines(self.recording), expected.replace(b"\n", b""))
+
+    def test_beside_an_encoder_that_holds_frames_back(self):
+        recording, sidecar = self.tmp / "late.mkv", self.tmp / "late.jsonl"
+        self.record("x264enc", recording, sidecar)
+        self.assertEqual(lines(recording), sidecar.read_bytes().replace(b"\n", b""))
+
+    def test_the_track_says_what_it_is(self):
+        for source in (self.recording, self.untagged()):
+            _, text = streams(source)
+            tags = {name.lower(): value for name, value in text["tags"].items()}
+            self.assertEqual((text["codec_type"], tags["title"], tags["language"]), ("subtitle", "csdtrack", "zxx"))
+
+    def untagged(self):
+        """A source that sends no tags."""
+        file = self.tmp / "untagged.mkv"
+        harness.Run(f"csdsimsrc num-buffers=20 ! video/x-raw,format=I420,width=160,height=120 ! csdtrack ! tee name=t matroskamux name=m ! "
+                    f"filesink location={file} t. ! queue ! {X264} ! h264parse ! m. t. ! {WIDE} ! csdtrackenc ! m.subtitle_0").to_end()
+        return file
+
+    def test_the_video_is_what_it_is_without(self):
+        plain = self.tmp / "plain.mkv"
+        harness.Run(f"{self.source} ! {X264} ! h264parse ! matroskamux ! filesink location={plain}").to_end()
+        self.assertEqual(video(self.recording), video(plain))
+
+    def test_the_default_flag_can_be_cleared(self):
+        cleared = self.tmp / "cleared.mkv"
+        self.assertEqual(streams(self.recording)[1]["disposition"]["default"], 1)
+        output("ffmpeg", "-v", "error", "-i", self.recording, "-map", "0", "-c", "copy", "-disposition:s:0", "0", cleared)
+        self.assertEqual(streams(cleared)[1]["disposition"]["default"], 0)
+        self.assertEqual(lines(cleared), lines(self.recording))
+
+    def test_in_parts(self):
+        sidecar = self.tmp / "parts.jsonl"
+        harness.Run(f"{self.source} ! csdtrack ! tee name=t splitmuxsink name=m muxer-factory=matroskamux max-size-time=1000000000 "
+                    f"location={self.tmp}/part%05d.mkv t. ! queue ! {X264} ! h264parse ! m.video t. ! {WIDE} ! csdtrackenc ! m.subtitle_0 "
+                    f"t. ! {WIDE} ! csdtrackenc ! filesink location={sidecar}").to_end()
+        parts = sorted(self.tmp.glob("part*.mkv"))
+        self.assertEqual(len(parts), -(-FRAMES // 25))
+        for part in parts:
+            shown, text = streams(part)
+            self.assertEqual(shown["nb_read_packets"], text["nb_read_packets"])
+        self.assertEqual(b"".join(map(lines, parts)), sidecar.read_bytes().replace(b"\n", b""))
+
+
+if __name__ == "__main__":
+    harness.main()
