@@ -29,6 +29,8 @@ def states(line):
 class Live(harness.Case):
     def setUp(self):
         self.path = self.tmp / "tracks.jsonl"
+        self.path.unlink(missing_ok=True)
+        self.live = None
 
     def test_sources(self):
         for source in ("simulate", "simulate:occlusion", "test:UYVY", "test:v210"):
@@ -70,7 +72,7 @@ class Live(harness.Case):
         def xdotool(*arguments):
             return subprocess.run(["xdotool", *map(str, arguments)], env=environment, capture_output=True, text=True, check=True, timeout=30).stdout
 
-        live = subprocess.Popen([LIVE, "--no-install", "--sink", "ximagesink", "--set", "max-features=0", "--tracks", self.path,
+        live = self.live = subprocess.Popen([LIVE, "--no-install", "--sink", "ximagesink", "--set", "max-features=0", "--tracks", self.path,
                                  "simulate:deformation"], env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True)
         self.addCleanup(live.wait)
         self.addCleanup(live.kill)
@@ -102,11 +104,14 @@ class Live(harness.Case):
 
     def until(self, met):
         """The last line of the tracks, once it is so."""
-        for _ in range(300):
+        lines = []
+        for _ in range(600):  # a machine that is busy draws a window late
             time.sleep(0.1)
+            if self.live.poll() is not None:
+                self.fail(f"ended with {self.live.returncode}: {self.live.stderr.read()}")
             if self.path.exists() and (lines := harness.read_lines(self.path, torn=True)) and met(lines[-1]):
                 return lines[-1]
-        self.fail(f"never: the last line is {lines[-1]}")
+        self.fail(f"never: of {len(lines)} lines the last is {lines[-1] if lines else None}")
 
 
 if __name__ == "__main__":
