@@ -79,6 +79,9 @@
 #include "navigation.h"
 #include "overlay.h"
 #include "rois.h"
+#ifdef CSDTRACK_ANALYTICS
+#include "analytics.h"
+#endif
 #include "settings.h"
 #include "stats.h"
 #include "track/thread_pool.h"
@@ -109,6 +112,9 @@ struct Stream {
   std::string id;             ///< of the last STREAM_START
   int width = 0, height = 0;  ///< of the last picture that was seen (with a crop: the rectangle's)
   csd::TrackMessages messages;
+#ifdef CSDTRACK_ANALYTICS
+  csd::Analytics analytics;
+#endif
   bool warned_failure = false, warned_small = false;
 };
 
@@ -216,11 +222,14 @@ void publish(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, co
   auto &state = *self->state;
   const char *algorithm = csd::algorithm_name(state.algorithm).data();
   if (live.attach_meta) csd::add_track_meta(buffer, tracks, GST_OBJECT_NAME(self), algorithm);
-  if (live.attach_roi)
-    csd::attach_rois(buffer, GST_VIDEO_FILTER(self)->in_info, gst_buffer_get_video_crop_meta(buffer), tracks,
-                     state.patch_size);
-  state.stream.messages.frame(GST_ELEMENT(self), algorithm, live, tracks,
-                              csd::frame_times(GST_BASE_TRANSFORM(self)->segment, buffer));
+  const csd::PatchBoxes boxes(GST_VIDEO_FILTER(self)->in_info, gst_buffer_get_video_crop_meta(buffer), tracks.height,
+                              state.patch_size);
+  const auto times = csd::frame_times(GST_BASE_TRANSFORM(self)->segment, buffer);
+  if (live.attach_roi) csd::attach_rois(buffer, boxes, tracks);
+#ifdef CSDTRACK_ANALYTICS
+  if (live.attach_analytics) state.stream.analytics.attach(buffer, boxes, tracks, times.running_time);
+#endif
+  state.stream.messages.frame(GST_ELEMENT(self), algorithm, live, tracks, times);
 }
 
 void warn_once(GstCsdTrack *self, const csd::Failure &failure) {

@@ -58,10 +58,10 @@
 #include <gst/video/video.h>
 
 #include <exception>
-#include <utility>
 #include <iterator>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "enums.h"
 #include "meta.h"
@@ -291,7 +291,8 @@ static GstFlowReturn push_due_header(GstCsdTrackEnc *self) {
   return flow;
 }
 
-/// What a player lists the text track by, and that it is in no language: its menu of subtitles doesn't offer it for one.
+/// What a player lists the text track by, and that it is in no language: its menu of subtitles doesn't offer it for
+/// one.
 static void name_track(GstTagList *tags) {
   gst_tag_list_add(tags, GST_TAG_MERGE_REPLACE, GST_TAG_TITLE, "csdtrack", GST_TAG_LANGUAGE_CODE, "zxx", nullptr);
 }

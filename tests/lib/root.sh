@@ -21,10 +21,11 @@ new_root() {
   [ "$(id -u)" = 0 ] || die 'needs root'
   for tool in debootstrap unshare git; do command -v $tool >/dev/null || die "install $tool first"; done
 
-  # The machine's own source of this suite, whichever way its apt lists it.
+  # The machine's own source of this suite, whichever way its apt lists it; else of its own, which has the others too.
   mirror=${CSDTRACK_MIRROR:-$(apt-get indextargets --format '$(CODENAME) $(SUITE) $(COMPONENT) $(REPO_URI)' 2>/dev/null |
-    awk -v suite="$suite" '$3 == "main" && ($1 == suite || $2 == suite) { print $4; exit }')}
-  [ -n "$mirror" ] || die "this machine's apt has no source of $suite: give one in CSDTRACK_MIRROR"
+    awk -v suite="$suite" '$3 != "main" { next } $1 == suite || $2 == suite { found = $4; exit } !other { other = $4 }
+      END { print found ? found : other }')}
+  [ -n "$mirror" ] || die "this machine's apt has no source of Debian: give one in CSDTRACK_MIRROR"
 
   if [ $# = 2 ]; then
     folder=$2
