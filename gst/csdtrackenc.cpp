@@ -342,15 +342,15 @@ static GstEvent *text_stream_start(GstEvent *video) {
 
 /// What the video's tags say of its coding, its title and its language isn't so of the text.
 static GstEvent *text_tags(GstEvent *video, Stream &stream) {
-  static const char *const of_coding[] = {GST_TAG_CODEC,           GST_TAG_VIDEO_CODEC,     GST_TAG_AUDIO_CODEC,
-                                          GST_TAG_BITRATE,         GST_TAG_NOMINAL_BITRATE, GST_TAG_MINIMUM_BITRATE,
-                                          GST_TAG_MAXIMUM_BITRATE, GST_TAG_ENCODER,         GST_TAG_ENCODER_VERSION,
-                                          GST_TAG_CONTAINER_FORMAT};
+  static const char *const of_video[] = {
+      GST_TAG_CODEC,           GST_TAG_VIDEO_CODEC,      GST_TAG_AUDIO_CODEC,     GST_TAG_BITRATE,
+      GST_TAG_NOMINAL_BITRATE, GST_TAG_MINIMUM_BITRATE,  GST_TAG_MAXIMUM_BITRATE, GST_TAG_ENCODER,
+      GST_TAG_ENCODER_VERSION, GST_TAG_CONTAINER_FORMAT, GST_TAG_LANGUAGE_NAME,   GST_TAG_TITLE_SORTNAME};
   GstTagList *tags = nullptr;
   gst_event_parse_tag(video, &tags);
   if (gst_tag_list_get_scope(tags) == GST_TAG_SCOPE_GLOBAL) return video;
   tags = gst_tag_list_copy(tags);
-  for (const char *tag : of_coding) gst_tag_list_remove_tag(tags, tag);
+  for (const char *tag : of_video) gst_tag_list_remove_tag(tags, tag);
   name_track(tags);
   stream.tags_due = false;
   GstEvent *text = gst_event_new_tag(tags);

@@ -11,9 +11,9 @@ namespace csd {
 namespace {
 
 // prototype.md I.2, the tight variant. Pixels are those of a 480-line picture.
-constexpr double shape_deviation = 0.03;     // of each element of A0⁻¹A − 1, in a frame of 40 ms
-constexpr double shape_pull = 0.3;           // towards the neighbours' shape, before looking, in 40 ms
-constexpr double coarse_information = 0.25;  // of the coarse level's, as the fine level's prior
+constexpr double shape_deviation = 0.03;    // of each element of A0⁻¹A − 1, in a frame of 40 ms
+constexpr double shape_pull = 0.3;          // towards the neighbours' shape, before looking, in 40 ms
+constexpr double coarse_information = 0.6;  // of the coarse level's, as the fine level's prior
 constexpr double sure_zncc = 0.6, sure_inliers = 0.5, sure_unmasked = 0.3;
 constexpr double alone_zncc = 0.8;                         // to be found again without neighbours
 constexpr double least_zncc = 0.2, least_unmasked = 0.25;  // of what is reported at all

@@ -389,6 +389,45 @@ GST_START_TEST(a_crop_rectangle_laid_on_later_moves_the_tracks) {
 }
 GST_END_TEST
 
+/// The stream tags that have come out since the last call: title, language, codec of each, and "|".
+static std::string stream_tags(Harness &harness) {
+  std::string out;
+  while (GstEvent *event = gst_harness_try_pull_event(harness.h)) {
+    GstTagList *tags = nullptr;
+    if (GST_EVENT_TYPE(event) == GST_EVENT_TAG) gst_event_parse_tag(event, &tags);
+    if (tags && gst_tag_list_get_scope(tags) == GST_TAG_SCOPE_STREAM) {
+      for (const char *tag : {GST_TAG_TITLE, GST_TAG_LANGUAGE_CODE, GST_TAG_LANGUAGE_NAME, GST_TAG_VIDEO_CODEC}) {
+        gchar *value = nullptr;
+        if (gst_tag_list_get_string(tags, tag, &value)) out += value + std::string(" ");
+        g_free(value);
+      }
+      out += "|";
+    }
+    gst_event_unref(event);
+  }
+  return out;
+}
+
+GST_START_TEST(the_track_says_what_it_is_once_a_stream) {
+  Harness harness;
+  fail_unless_equals_string(stream_tags(harness).c_str(), "");
+  for (guint64 i = 0; i < 2; ++i) fail_unless_equals_int(harness.push(tracked_frame(i)), GST_FLOW_OK);
+  fail_unless_equals_string(stream_tags(harness).c_str(), "csdtrack zxx |");
+  // Another stream, with tags of its own.
+  gst_harness_push_event(harness.h, gst_event_new_stream_start("another"));
+  GstTagList *tags = gst_tag_list_new(GST_TAG_TITLE, "Video", GST_TAG_LANGUAGE_CODE, "de", GST_TAG_LANGUAGE_NAME,
+                                      "Deutsch", GST_TAG_VIDEO_CODEC, "H.264", nullptr);
+  gst_tag_list_set_scope(tags, GST_TAG_SCOPE_STREAM);
+  gst_harness_push_event(harness.h, gst_event_new_tag(tags));
+  fail_unless_equals_int(harness.push(tracked_frame(2)), GST_FLOW_OK);
+  fail_unless_equals_string(stream_tags(harness).c_str(), "csdtrack zxx |");
+  // And one without.
+  gst_harness_push_event(harness.h, gst_event_new_stream_start("a third"));
+  fail_unless_equals_int(harness.push(tracked_frame(3)), GST_FLOW_OK);
+  fail_unless_equals_string(stream_tags(harness).c_str(), "csdtrack zxx |");
+}
+GST_END_TEST
+
 static Suite *csdtrackenc_suite() {
   Suite *s = suite_create("csdtrackenc");
   TCase *tc = tcase_create("general");
@@ -407,6 +446,7 @@ static Suite *csdtrackenc_suite() {
   tcase_add_test(tc, test_any_memory_and_events);
   tcase_add_test(tc, test_qos_ends_here_and_other_events_go_on);
   tcase_add_test(tc, test_nothing_in_common_is_an_error);
+  tcase_add_test(tc, the_track_says_what_it_is_once_a_stream);
   tcase_add_test(tc, a_crop_rectangle_laid_on_later_moves_the_tracks);
   return s;
 }

@@ -15,16 +15,16 @@ apart() {
 }
 
 # new_root SUITE [FOLDER]: debootstraps into FOLDER, empty or new, or into a temporary one that goes at the end. Sets
-# $folder, and $logs, which stay.
+# $folder, and $logs (which stay) unless it is set.
 new_root() {
   local suite=$1 tool mirror
   [ "$(id -u)" = 0 ] || die 'needs root'
   for tool in debootstrap unshare git; do command -v $tool >/dev/null || die "install $tool first"; done
 
-  # The machine's own source of this suite, whichever way its apt lists it; else of its own, which has the others too.
+  # The machine's own source of this suite, whichever way its apt lists it; else of the suite it runs, which has the others too.
   mirror=${CSDTRACK_MIRROR:-$(apt-get indextargets --format '$(CODENAME) $(SUITE) $(COMPONENT) $(REPO_URI)' 2>/dev/null |
-    awk -v suite="$suite" '$3 != "main" { next } $1 == suite || $2 == suite { found = $4; exit } !other { other = $4 }
-      END { print found ? found : other }')}
+    awk -v suite="$suite" -v own="$(. /etc/os-release && echo "$VERSION_CODENAME")" '$3 != "main" { next }
+      $1 == suite || $2 == suite { found = $4; exit } $1 == own && !other { other = $4 } END { print found ? found : other }')}
   [ -n "$mirror" ] || die "this machine's apt has no source of Debian: give one in CSDTRACK_MIRROR"
 
   if [ $# = 2 ]; then
@@ -35,7 +35,7 @@ new_root() {
     trap 'rm -rf --one-file-system "$folder"' EXIT
   fi
   folder=$(cd "$folder" && pwd)
-  logs=$folder.log
+  logs=${logs:-$folder.log}
   mkdir -p "$logs" || exit 1
   # unshare heeds no lesser signal.
   trap 'kill -KILL ${child:-} 2>/dev/null; wait; exit 130' INT TERM HUP

@@ -38,13 +38,13 @@ TEST(GlareWeights, HighlightAndItsRim) {
   cv::Mat bgr(vga, CV_8UC3, tissue);
   bgr({300, 200, 9, 7}).setTo(white);
   const auto weights = weights_of(bgr);
-  // One pixel more by the smoothing (a quarter of a step of 190 is above .2·(250 − 60) = 38, 3/16 aren't: the ends of
-  // each side stay out), and two by the dilation, which is a square.
-  EXPECT_EQ(masked(weights), 15 * 13 - 4 * 3);
-  EXPECT_EQ(weights.level(0).at<std::uint8_t>(200, 297), 0);
-  EXPECT_EQ(weights.level(0).at<std::uint8_t>(200, 296), 255);
-  EXPECT_EQ(weights.level(0).at<std::uint8_t>(209, 303), 0);
-  EXPECT_EQ(weights.level(0).at<std::uint8_t>(210, 303), 255);
+  // The smoothing adds none (a quarter of a step of 190 is below .4·(250 − 60) = 76) and takes none (at a corner 9/16
+  // of it are left); two more by the dilation, which is a square.
+  EXPECT_EQ(masked(weights), 13 * 11);
+  EXPECT_EQ(weights.level(0).at<std::uint8_t>(200, 298), 0);
+  EXPECT_EQ(weights.level(0).at<std::uint8_t>(200, 297), 255);
+  EXPECT_EQ(weights.level(0).at<std::uint8_t>(208, 303), 0);
+  EXPECT_EQ(weights.level(0).at<std::uint8_t>(209, 303), 255);
 }
 
 TEST(GlareWeights, PaleTissueAndGradientsOfLightAreNoHighlight) {
@@ -66,7 +66,7 @@ TEST(GlareWeights, ColouredLightIsNoHighlight) {
 
 TEST(GlareWeights, GrayHasLumaAlone) {
   cv::Mat bgr(vga, CV_8UC3, tissue);
-  bgr({300, 200, 9, 7}).setTo(cv::Scalar(60, 140, 255));  // Y 159 of 235 on 100
+  bgr({300, 200, 9, 7}).setTo(cv::Scalar(60, 180, 255));  // Y 189 on 90
   EXPECT_EQ(masked(weights_of(bgr)), 0);
   EXPECT_GT(masked(weights_of(bgr, {}, test::Layout::gray8)), 9 * 7);
 }
@@ -113,16 +113,15 @@ cv::Mat1d excess(const cv::Mat &least) {
       const int i = static_cast<int>(std::floor(u)), j = static_cast<int>(std::floor(v));
       const double background = (1 - v + j) * ((1 - u + i) * at(i, j) + (u - i) * at(i + 1, j)) +
                                 (v - j) * ((1 - u + i) * at(i, j + 1) + (u - i) * at(i + 1, j + 1));
-      out(y, x) = m - background - .2 * (250 - background);
+      out(y, x) = m - background - .4 * (250 - background);
     }
   return out;
 }
 
 /// What is masked where the limit is exceeded by more than `margin`.
 cv::Mat reference_mask(const cv::Mat1d &excess, double margin) {
-  const int side = 2 * static_cast<int>(std::lround(2 * excess.rows / 480.)) + 1;
   cv::Mat mask = excess > margin;
-  cv::dilate(mask, mask, cv::Mat::ones(side, side, CV_8U));
+  cv::dilate(mask, mask, cv::Mat::ones(5, 5, CV_8U));
   return mask;
 }
 
@@ -138,7 +137,9 @@ TEST(GlareWeights, AsDefined) {
        {cv::Size(640, 480), cv::Size(357, 288), cv::Size(161, 117), cv::Size(53, 576), cv::Size(40, 90)})
     for (const auto layout : {test::Layout::bgr, test::Layout::i420, test::Layout::y444_10le, test::Layout::gray8}) {
       SCOPED_TRACE(testing::Message() << size.width << " x " << size.height << " " << static_cast<int>(layout));
-      const auto packed = test::pack(test::Texture(4).render(size), layout);
+      cv::Mat bgr = test::Texture(4).render(size);
+      bgr({size.width / 3, size.height / 3, 3, 4}).setTo(white);
+      const auto packed = test::pack(bgr, layout);
       WorkFrame frame;
       frame.load(packed.view);
       GlareWeights weights;
