@@ -33,7 +33,9 @@ void Analytics::attach(GstBuffer *buffer, const PatchBoxes &boxes, const Tracks 
   if (!meta) throw std::runtime_error("no room for a GstAnalyticsRelationMeta");
   for (const auto &f : tracks.features) {
     const auto before = seen_.find(f.id);
-    Seen &times = seen[f.id] = before == seen_.end() ? Seen{running_time, running_time} : before->second;
+    // After a flush times begin anew; of points=truth ids do so too.
+    const bool known = before != seen_.end() && before->second.last <= running_time;
+    Seen &times = seen[f.id] = known ? before->second : Seen{running_time, running_time};
     if (claims_position(f.state)) times.last = running_time;
     GstAnalyticsTrackingMtd tracking;
     if (!gst_analytics_relation_meta_add_tracking_mtd(meta, f.id, times.first, &tracking)) continue;

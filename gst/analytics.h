@@ -14,9 +14,9 @@ namespace csd {
 class Analytics {
  public:
   /// Adds to the buffer's relation meta, or a new one, for each feature a tracking of the feature's id: since when it
-  /// is known here and when it last claimed a position, in running time, and lost unless it may still be in the
-  /// picture. One that claims a position has also a detection of type `csdtrack`, its box and its confidence; the two
-  /// relate to each other.
+  /// is known here and when it last claimed a position (else the former), in running time, and lost unless it may still
+  /// be in the picture. One that claims a position has also a detection of type `csdtrack`, its box and its confidence;
+  /// the two relate to each other.
   void attach(GstBuffer *buffer, const PatchBoxes &boxes, const Tracks &tracks, GstClockTime running_time);
 
  private:

@@ -54,6 +54,12 @@
  * #gdouble `x`, `y`, #gchararray `state`, #gdouble `confidence` as above. GStreamer drops the parameters of these metas
  * where a frame is converted: the #GstCustomMeta is the one to rely on.
  *
+ * ## GstAnalytics
+ *
+ * Where it is built with gstreamer-analytics (1.24 or later), #GstCsdTrack:attach-analytics adds for each feature a
+ * tracking with its id to the frame's relation meta, related to a detection of type `csdtrack`, the same square, where
+ * the feature claims a position.
+ *
  * ## When the stream is forgotten
  *
  * All features end, and new ones begin under new ids, after FLUSH_STOP, STREAM_START with another stream-id, a change

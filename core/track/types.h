@@ -25,6 +25,11 @@ inline constexpr std::size_t feature_states = 6;
 /// "learning", "tracked", … : the words of the metadata schema.
 std::string_view state_name(FeatureState state);
 
+/// Whether a feature of this state claims to be where it says.
+constexpr bool claims_position(FeatureState state) {
+  return state == FeatureState::learning || state == FeatureState::tracked;
+}
+
 struct Feature {
   FeatureId id = 0;
   double x = 0, y = 0;  ///< pixels of the picture, centres at integers; always finite

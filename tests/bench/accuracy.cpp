@@ -216,7 +216,7 @@ Row track(const Rendered &rendered, const Options &options, score::Clip &clip) {
                                                                       : score::Presence::out;
       const auto &feature = tracks.features.at(f);  // by ascending id, as clip.ids
       sample.reported = true;
-      sample.claimed = score::claims(feature.state);
+      sample.claimed = claims_position(feature.state);
       sample.dx = feature.x - truth.x;
       sample.dy = feature.y - truth.y;
       sample.confidence = feature.confidence;

@@ -67,8 +67,29 @@ GST_START_TEST(each_feature_is_a_tracking_related_to_its_box) {
 }
 GST_END_TEST
 
+GST_START_TEST(what_is_gone_was_last_seen_when_it_was) {
+  GstHarness *h = harness("csdtrack algorithm=lk attach-analytics=true points=\"160,120;100,100\"");
+  GstElement *track = element(h);
+  for (int i = 0; i < 4; ++i) {
+    if (i == 2) g_signal_emit_by_name(track, "remove-point", 0u);
+    GstBuffer *out = gst_harness_push_and_pull(h, picture(320, 240, i));
+    const auto found = read(out);
+    gst_buffer_unref(out);
+    fail_unless_equals_uint64(found.at(1).last, i * 40 * GST_MSECOND);
+    fail_unless_equals_int(found.count(0), i < 3);
+    if (i != 2) continue;
+    fail_unless(found.at(0).lost && found.at(0).detections == 0);
+    fail_unless_equals_uint64(found.at(0).first, 0);
+    fail_unless_equals_uint64(found.at(0).last, 40 * GST_MSECOND);
+  }
+  gst_object_unref(track);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
 GST_START_TEST(what_others_attached_stays) {
-  GstHarness *h = harness("csdtrack algorithm=lk attach-analytics=true points=\"160,120\"");
+  GstHarness *h =
+      harness("csdtrack algorithm=lk attach-analytics=true points=\"40,40;80,40;120,40;160,40;200,40;240,40\"");
   GstBuffer *in = picture(320, 240, 0);
   GstAnalyticsODMtd face;
   fail_unless(gst_analytics_relation_meta_add_od_mtd(gst_buffer_add_analytics_relation_meta(in),
@@ -76,11 +97,13 @@ GST_START_TEST(what_others_attached_stays) {
   GstBuffer *out = gst_harness_push_and_pull(h, in);
   fail_unless_equals_int(gst_buffer_get_n_meta(out, GST_ANALYTICS_RELATION_META_API_TYPE), 1);
   GstAnalyticsRelationMeta *meta = gst_buffer_get_analytics_relation_meta(out);
-  fail_unless_equals_int(gst_analytics_relation_get_length(meta), 3);
+  fail_unless_equals_int(gst_analytics_relation_get_length(meta), 13);
   GstAnalyticsODMtd again;
   fail_unless(gst_analytics_relation_meta_get_od_mtd(meta, face.id, &again));
   fail_unless(gst_analytics_od_mtd_get_obj_type(&again) == g_quark_from_string("face"));
-  fail_unless_equals_int(read(out).size(), 1);
+  const auto found = read(out);
+  fail_unless_equals_int(found.size(), 6);
+  for (const auto &[id, tracked] : found) fail_unless_equals_int(tracked.detections, 1);
   gst_buffer_unref(out);
   gst_harness_teardown(h);
 }
@@ -102,6 +125,7 @@ static Suite *csdtrack_analytics_suite() {
   TCase *tc = tcase_create("analytics");
   suite_add_tcase(suite, tc);
   tcase_add_test(tc, each_feature_is_a_tracking_related_to_its_box);
+  tcase_add_test(tc, what_is_gone_was_last_seen_when_it_was);
   tcase_add_test(tc, what_others_attached_stays);
   tcase_add_test(tc, none_without_the_property_and_none_without_features);
   return suite;

@@ -12,10 +12,10 @@ TEST(ScoreTypes, AnErrorNamesTheFileAndTheLineWhereThereIsOne) {
 }
 
 TEST(ScoreTypes, OnlyLearningAndTrackedClaimAPosition) {
-  EXPECT_TRUE(claims(FeatureState::learning));
-  EXPECT_TRUE(claims(FeatureState::tracked));
+  EXPECT_TRUE(claims_position(FeatureState::learning));
+  EXPECT_TRUE(claims_position(FeatureState::tracked));
   for (const auto state : {FeatureState::occluded, FeatureState::lost, FeatureState::out, FeatureState::ended})
-    EXPECT_FALSE(claims(state)) << static_cast<int>(state);
+    EXPECT_FALSE(claims_position(state)) << static_cast<int>(state);
 }
 
 }  // namespace
