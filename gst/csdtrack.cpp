@@ -54,6 +54,12 @@
  * #gdouble `x`, `y`, #gchararray `state`, #gdouble `confidence` as above. GStreamer drops the parameters of these metas
  * where a frame is converted: the #GstCustomMeta is the one to rely on.
  *
+ * ## GstAnalytics
+ *
+ * Where it is built with gstreamer-analytics (1.24 or later), `attach-analytics` adds for each feature a
+ * tracking with its id to the frame's relation meta, related to a detection of type `csdtrack`, the same square, where
+ * the feature claims a position.
+ *
  * ## When the stream is forgotten
  *
  * All features end, and new ones begin under new ids, after FLUSH_STOP, STREAM_START with another stream-id, a change
@@ -79,6 +85,9 @@
 #include "navigation.h"
 #include "overlay.h"
 #include "rois.h"
+#ifdef CSDTRACK_ANALYTICS
+#include "analytics.h"
+#endif
 #include "settings.h"
 #include "stats.h"
 #include "track/thread_pool.h"
@@ -109,6 +118,9 @@ struct Stream {
   std::string id;             ///< of the last STREAM_START
   int width = 0, height = 0;  ///< of the last picture that was seen (with a crop: the rectangle's)
   csd::TrackMessages messages;
+#ifdef CSDTRACK_ANALYTICS
+  csd::Analytics analytics;
+#endif
   bool warned_failure = false, warned_small = false;
 };
 
@@ -216,11 +228,14 @@ void publish(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, co
   auto &state = *self->state;
   const char *algorithm = csd::algorithm_name(state.algorithm).data();
   if (live.attach_meta) csd::add_track_meta(buffer, tracks, GST_OBJECT_NAME(self), algorithm);
-  if (live.attach_roi)
-    csd::attach_rois(buffer, GST_VIDEO_FILTER(self)->in_info, gst_buffer_get_video_crop_meta(buffer), tracks,
-                     state.patch_size);
-  state.stream.messages.frame(GST_ELEMENT(self), algorithm, live, tracks,
-                              csd::frame_times(GST_BASE_TRANSFORM(self)->segment, buffer));
+  const csd::PatchBoxes boxes(GST_VIDEO_FILTER(self)->in_info, gst_buffer_get_video_crop_meta(buffer), tracks.height,
+                              state.patch_size);
+  const auto times = csd::frame_times(GST_BASE_TRANSFORM(self)->segment, buffer);
+  if (live.attach_roi) csd::attach_rois(buffer, boxes, tracks);
+#ifdef CSDTRACK_ANALYTICS
+  if (live.attach_analytics) state.stream.analytics.attach(buffer, boxes, tracks, times.running_time);
+#endif
+  state.stream.messages.frame(GST_ELEMENT(self), algorithm, live, tracks, times);
 }
 
 void warn_once(GstCsdTrack *self, const csd::Failure &failure) {

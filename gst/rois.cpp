@@ -18,23 +18,33 @@ double patch_side(unsigned asked, int height) {
 
 }  // namespace
 
-void attach_rois(GstBuffer *buffer, const GstVideoInfo &info, const GstVideoCropMeta *crop, const Tracks &tracks,
-                 unsigned patch_size) {
-  const double left = crop ? crop->x : 0, top = crop ? crop->y : 0;
-  const double side = patch_side(patch_size, tracks.height);
+PatchBoxes::PatchBoxes(const GstVideoInfo &info, const GstVideoCropMeta *crop, int lines, unsigned patch_size)
+    : width_(info.width),
+      height_(info.height),
+      left_(crop ? crop->x : 0),
+      top_(crop ? crop->y : 0),
+      side_(patch_side(patch_size, lines)) {}
+
+std::optional<Box> PatchBoxes::around(double x, double y) const {
+  // Pixel i reaches from i - ½ to i + ½; a box that starts at pixel i, w wide, ends with pixel i + w - 1.
+  const auto begin = [this](double centre) { return std::max(0., std::round(centre - (side_ - 1) / 2)); };
+  const auto end = [this](double centre, int limit) {
+    return std::min<double>(limit, std::round(centre - (side_ - 1) / 2) + side_);
+  };
+  const double x0 = begin(left_ + x), x1 = end(left_ + x, width_);
+  const double y0 = begin(top_ + y), y1 = end(top_ + y, height_);
+  if (x1 <= x0 || y1 <= y0) return std::nullopt;
+  return Box{static_cast<int>(x0), static_cast<int>(y0), static_cast<int>(x1 - x0), static_cast<int>(y1 - y0)};
+}
+
+void attach_rois(GstBuffer *buffer, const PatchBoxes &boxes, const Tracks &tracks) {
   for (const auto &f : tracks.features) {
-    if (f.state != FeatureState::learning && f.state != FeatureState::tracked) continue;
-    // Pixel i reaches from i - ½ to i + ½; a region that starts at pixel i, w wide, ends with pixel i + w - 1.
-    const auto begin = [side](double centre) { return std::max(0., std::round(centre - (side - 1) / 2)); };
-    const auto end = [side](double centre, int limit) {
-      return std::min<double>(limit, std::round(centre - (side - 1) / 2) + side);
-    };
-    const double x0 = begin(left + f.x), x1 = end(left + f.x, info.width);
-    const double y0 = begin(top + f.y), y1 = end(top + f.y, info.height);
-    if (x1 <= x0 || y1 <= y0) continue;
-    auto *roi =
-        gst_buffer_add_video_region_of_interest_meta(buffer, "csdtrack", static_cast<guint>(x0), static_cast<guint>(y0),
-                                                     static_cast<guint>(x1 - x0), static_cast<guint>(y1 - y0));
+    if (!claims_position(f.state)) continue;
+    const auto box = boxes.around(f.x, f.y);
+    if (!box) continue;
+    auto *roi = gst_buffer_add_video_region_of_interest_meta(buffer, "csdtrack", static_cast<guint>(box->x),
+                                                             static_cast<guint>(box->y), static_cast<guint>(box->width),
+                                                             static_cast<guint>(box->height));
     roi->id = static_cast<gint>(f.id);
     gst_video_region_of_interest_meta_add_param(
         roi, gst_structure_new("csdtrack", "id", G_TYPE_UINT, f.id, "x", G_TYPE_DOUBLE, f.x, "y", G_TYPE_DOUBLE, f.y,

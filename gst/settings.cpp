@@ -114,6 +114,13 @@ void install_properties(GObjectClass *klass) {
                                "Attach also one GstVideoRegionOfInterestMeta of type csdtrack for each feature that is "
                                "seen, the size of its patch, for elements that know only that",
                                d.live.attach_roi, live));
+#ifdef CSDTRACK_ANALYTICS
+  install(prop_attach_analytics,
+          g_param_spec_boolean("attach-analytics", "Attach analytics",
+                               "Attach also GstAnalytics metadata: a tracking for each feature, related to a detection "
+                               "of type csdtrack where it is seen",
+                               d.live.attach_analytics, live));
+#endif
   install(prop_post_messages, g_param_spec_enum("post-messages", "Post messages",
                                                 "When to post an element message csdtrack with all features",
                                                 GST_TYPE_CSD_TRACK_POST_MESSAGES, d.live.post_messages, live));
@@ -192,6 +199,9 @@ bool set_property(ElementSettings &s, guint id, const GValue &value) {
     case prop_attach_roi:
       s.live.attach_roi = g_value_get_boolean(&value);
       return true;
+    case prop_attach_analytics:
+      s.live.attach_analytics = g_value_get_boolean(&value);
+      return true;
     case prop_post_messages:
       as_enum(s.live.post_messages);
       return true;
@@ -261,6 +271,9 @@ bool get_property(const ElementSettings &s, guint id, GValue &value) {
       return true;
     case prop_attach_roi:
       g_value_set_boolean(&value, s.live.attach_roi);
+      return true;
+    case prop_attach_analytics:
+      g_value_set_boolean(&value, s.live.attach_analytics);
       return true;
     case prop_post_messages:
       g_value_set_enum(&value, s.live.post_messages);

@@ -31,6 +31,7 @@ enum Property : guint {
   prop_overlay,
   prop_attach_meta,
   prop_attach_roi,
+  prop_attach_analytics,  // installed where it is built
   prop_post_messages,
   prop_message_interval,
   prop_on_error,
@@ -44,6 +45,7 @@ struct LiveSettings {
   GstCsdTrackOverlay overlay = GST_CSD_TRACK_OVERLAY_NONE;
   bool attach_meta = true;
   bool attach_roi = false;
+  bool attach_analytics = false;
   GstCsdTrackPostMessages post_messages = GST_CSD_TRACK_POST_MESSAGES_CHANGE;
   GstClockTime message_interval = 0;
   GstCsdTrackOnError on_error = GST_CSD_TRACK_ON_ERROR_ERROR;

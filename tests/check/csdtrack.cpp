@@ -41,6 +41,9 @@ GST_START_TEST(properties_have_their_documented_defaults) {
                                                        {"overlay", "none"},
                                                        {"attach-meta", "TRUE"},
                                                        {"attach-roi", "FALSE"},
+#ifdef CSDTRACK_ANALYTICS
+                                                       {"attach-analytics", "FALSE"},
+#endif
                                                        {"post-messages", "change"},
                                                        {"message-interval", "0"},
                                                        {"on-error", "error"},
