@@ -16,12 +16,12 @@ class WorkFrame;
 ///
 /// A highlight is brighter than what surrounds it, in the least of B, G and R (so that pale tissue is none), by a share
 /// of the room that is left above the surroundings: an absolute threshold masks pale tissue (prototype.md I.2).
-/// m = min(B, G, R) smoothed by 1 2 1 in both directions;
-/// the surroundings: means of m (not smoothed) over cells of 16 × 16 pixels at 480 working lines, the forbidden ones
-/// left out, median of 5 × 5 cells, bilinear in between; highlight where m − surroundings > .4·(250 − surroundings);
-/// dilated by 2 pixels all round, at any height: what leaks from it leaks by the pyramid's smoothing. A pixel of a
-/// coarser level lies at every second pixel of the one before and covers half of its neighbours: it holds the mean with
-/// weights 1 2 1 in both directions, rounded; the border is mirrored as in Pyramid.
+/// m = min(B, G, R) smoothed by 1 2 1 in both directions; the surroundings: means of m (not smoothed) over cells of 16
+/// × 16 pixels at 480 working lines, the forbidden ones left out, median of 5 × 5 cells, bilinear in between; highlight
+/// where m − surroundings > .4·(250 − surroundings); dilated by 2 pixels all round, at any height: what leaks from it
+/// leaks by the pyramid's smoothing. A pixel of a coarser level lies at every second pixel of the one before and covers
+/// half of its neighbours: it holds the mean with weights 1 2 1 in both directions, rounded; the border is mirrored as
+/// in Pyramid.
 class GlareWeights {
  public:
   /// One pass over the working image's colour (luma, where the picture is gray). `forbidden`: CV_8UC1 of the working

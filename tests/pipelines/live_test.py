@@ -72,8 +72,9 @@ class Live(harness.Case):
         def xdotool(*arguments):
             return subprocess.run(["xdotool", *map(str, arguments)], env=environment, capture_output=True, text=True, check=True, timeout=30).stdout
 
-        live = self.live = subprocess.Popen([LIVE, "--no-install", "--sink", "ximagesink", "--set", "max-features=0", "--tracks", self.path,
-                                 "simulate:deformation"], env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True)
+        live = self.live = subprocess.Popen(
+            [LIVE, "--no-install", "--sink", "ximagesink", "--set", "max-features=0", "--tracks", self.path, "simulate:deformation"],
+            env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True)
         self.addCleanup(live.wait)
         self.addCleanup(live.kill)
         self.addCleanup(live.stderr.close)
