@@ -9,11 +9,6 @@
 
 namespace csd {
 
-/// Whether a feature of this state claims to be where it says.
-inline bool claims_position(FeatureState state) {
-  return state == FeatureState::learning || state == FeatureState::tracked;
-}
-
 /// A rectangle of whole pixels of a frame.
 struct Box {
   int x = 0, y = 0, width = 0, height = 0;

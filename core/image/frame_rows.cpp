@@ -168,30 +168,22 @@ void TissueRow(const std::uint8_t *const rows[3], const std::uint16_t *above, co
   });
 }
 
-template <int kReach>
-HWY_INLINE void Erode(const std::uint8_t *const *rows, const std::uint8_t *forbidden, int n, std::uint8_t *scratch,
-                      std::uint8_t *out) {
-  std::uint8_t *const least = scratch + kReach;
+void ErodeRow(const std::uint8_t *const rows[5], const std::uint8_t *forbidden, int n, std::uint8_t *scratch,
+              std::uint8_t *out) {
+  if (n < lanes(u8)) return scalar::erode_row(rows, forbidden, n, scratch, out);
+  std::uint8_t *const least = scratch + 2;
   cover(n, u8, [&](int i) HWY_ATTR {
     auto all = hn::LoadU(u8, rows[0] + i);
-    for (int k = 1; k <= 2 * kReach; ++k) all = hn::And(all, hn::LoadU(u8, rows[k] + i));
+    for (int k = 1; k < 5; ++k) all = hn::And(all, hn::LoadU(u8, rows[k] + i));
     hn::StoreU(all, u8, least + i);
   });
-  for (int k = 0; k < kReach; ++k) scratch[k] = least[n + k] = 255;
+  for (int k = 0; k < 2; ++k) scratch[k] = least[n + k] = 255;
   cover(n, u8, [&](int i) HWY_ATTR {
     auto all = hn::AndNot(hn::LoadU(u8, forbidden + i), hn::LoadU(u8, least + i));
-    for (int k = 1; k <= kReach; ++k)
+    for (int k = 1; k <= 2; ++k)
       all = hn::And(all, hn::And(hn::LoadU(u8, least + i - k), hn::LoadU(u8, least + i + k)));
     hn::StoreU(all, u8, out + i);
   });
-}
-
-void ErodeRow(const std::uint8_t *const *rows, int reach, const std::uint8_t *forbidden, int n, std::uint8_t *scratch,
-              std::uint8_t *out) {
-  if (n < lanes(u8)) return scalar::erode_row(rows, reach, forbidden, n, scratch, out);
-  if (reach == 0) return Erode<0>(rows, forbidden, n, scratch, out);
-  if (reach == 1) return Erode<1>(rows, forbidden, n, scratch, out);
-  Erode<2>(rows, forbidden, n, scratch, out);
 }
 
 }  // namespace csd::HWY_NAMESPACE
@@ -229,9 +221,9 @@ void tissue_row(const std::uint8_t *const rows[3], const std::uint16_t *above, c
   HWY_DYNAMIC_DISPATCH(TissueRow)(rows, above, below, part, n, scratch, out);
 }
 
-void erode_row(const std::uint8_t *const *rows, int reach, const std::uint8_t *forbidden, int n, std::uint8_t *scratch,
+void erode_row(const std::uint8_t *const rows[5], const std::uint8_t *forbidden, int n, std::uint8_t *scratch,
                std::uint8_t *out) {
-  HWY_DYNAMIC_DISPATCH(ErodeRow)(rows, reach, forbidden, n, scratch, out);
+  HWY_DYNAMIC_DISPATCH(ErodeRow)(rows, forbidden, n, scratch, out);
 }
 
 namespace scalar {
@@ -287,12 +279,12 @@ void tissue_row(const std::uint8_t *const rows[3], const std::uint16_t *above, c
   }
 }
 
-void erode_row(const std::uint8_t *const *rows, int reach, const std::uint8_t *forbidden, int n, std::uint8_t *,
+void erode_row(const std::uint8_t *const rows[5], const std::uint8_t *forbidden, int n, std::uint8_t *,
                std::uint8_t *out) {
   for (int x = 0; x < n; ++x) {
     std::uint8_t least = forbidden[x] ? 0 : 255;
-    for (int k = 0; k <= 2 * reach; ++k)
-      for (int i = std::max(0, x - reach); i <= std::min(n - 1, x + reach); ++i) least = std::min(least, rows[k][i]);
+    for (int k = 0; k < 5; ++k)
+      for (int i = std::max(0, x - 2); i <= std::min(n - 1, x + 2); ++i) least = std::min(least, rows[k][i]);
     out[x] = least;
   }
 }

@@ -29,9 +29,9 @@ void add_row(const std::uint8_t *row, const std::uint8_t *forbidden, int n, std:
 /// floor(above·(65535 − part) / 65536) + floor(below·part / 65536): 0 where it is more, else 255.
 void tissue_row(const std::uint8_t *const rows[3], const std::uint16_t *above, const std::uint16_t *below,
                 std::uint16_t part, int n, std::uint16_t *scratch, std::uint8_t *out);
-/// The least of 2·reach + 1 rows and as many columns, those beyond the ends left out, of pixels that are 0 or 255; and
-/// 0 where `forbidden` is 255 (it is 0 elsewhere). 0 ≤ reach ≤ 2.
-void erode_row(const std::uint8_t *const *rows, int reach, const std::uint8_t *forbidden, int n, std::uint8_t *scratch,
+/// The least of five rows and five columns, those beyond the ends left out, of pixels that are 0 or 255; and 0 where
+/// `forbidden` is 255 (it is 0 elsewhere).
+void erode_row(const std::uint8_t *const rows[5], const std::uint8_t *forbidden, int n, std::uint8_t *scratch,
                std::uint8_t *out);
 
 /// The same without SIMD; what tests compare with, bit for bit.
@@ -42,7 +42,7 @@ void mean_row(const std::uint8_t *const rows[3], int n, std::uint16_t *scratch, 
 void add_row(const std::uint8_t *row, const std::uint8_t *forbidden, int n, std::uint16_t *sums, std::uint16_t *counts);
 void tissue_row(const std::uint8_t *const rows[3], const std::uint16_t *above, const std::uint16_t *below,
                 std::uint16_t part, int n, std::uint16_t *scratch, std::uint8_t *out);
-void erode_row(const std::uint8_t *const *rows, int reach, const std::uint8_t *forbidden, int n, std::uint8_t *scratch,
+void erode_row(const std::uint8_t *const rows[5], const std::uint8_t *forbidden, int n, std::uint8_t *scratch,
                std::uint8_t *out);
 }  // namespace scalar
 

@@ -90,7 +90,7 @@ void GlareWeights::build(const WorkFrame &frame, const cv::Mat &forbidden) {
   const cv::Size size = frame.size();
   if (!forbidden.empty() && (forbidden.type() != CV_8UC1 || forbidden.size() != size))
     throw std::invalid_argument("GlareWeights: forbidden must be CV_8UC1 of the working size");
-  constexpr int reach = 2;
+  constexpr int reach = 2, side = 2 * reach + 1;  // erode_row's
   const int cell = std::max(1, static_cast<int>(std::lround(16 * size.height / 480.)));
   levels_[0].create(size, CV_8UC1);
   for (std::size_t l = 1; l < Pyramid::levels; ++l)
@@ -104,8 +104,7 @@ void GlareWeights::build(const WorkFrame &frame, const cv::Mat &forbidden) {
   Words above(n), below(n), sums(slots);
   Bytes bytes(slots), all(n, 255), none(n, 0);
   // Rows of tissue before the erosion, as many as it looks at: row y lies at y modulo their number.
-  const int side = 2 * reach + 1;
-  std::vector<Bytes> tissue(static_cast<std::size_t>(side), Bytes(n));
+  std::vector<Bytes> tissue(side, Bytes(n));
   const auto tissue_at = [&](int y) {
     return y < 0 || y >= size.height ? all.data() : tissue[static_cast<std::size_t>(y % side)].data();
   };
@@ -127,10 +126,9 @@ void GlareWeights::build(const WorkFrame &frame, const cv::Mat &forbidden) {
   for (int y = 0; y < reach && y < size.height; ++y) mark(y);
   for (int y = 0; y < size.height; ++y) {
     if (y + reach < size.height) mark(y + reach);
-    const std::uint8_t *around[5];
+    const std::uint8_t *around[side];
     for (int k = 0; k < side; ++k) around[k] = tissue_at(y + k - reach);
-    erode_row(around, reach, forbidden.empty() ? none.data() : forbidden.ptr(y), size.width, bytes.data(),
-              levels_[0].ptr(y));
+    erode_row(around, forbidden.empty() ? none.data() : forbidden.ptr(y), size.width, bytes.data(), levels_[0].ptr(y));
     done[0] = y + 1;
     for (std::size_t l = 1; l < Pyramid::levels; ++l) {
       const cv::Mat &fine = levels_[l - 1];

@@ -53,7 +53,7 @@ Series series_of(const score::Recording &tracks, const Span &span) {
     series.times.push_back(time);
     series.frames.push_back(frame.frame);
     for (const Feature &feature : frame.features) {
-      if (!score::claims(feature.state)) continue;
+      if (!claims_position(feature.state)) continue;
       if (std::abs(feature.x) > farthest || std::abs(feature.y) > farthest)
         throw InputError(tracks.file, frame.line,
                          "feature " + std::to_string(feature.id) + " is claimed far outside any picture");

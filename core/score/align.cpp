@@ -170,7 +170,7 @@ Sample compare(const TruthPoint &point, const LastReports::Report &report, std::
   Sample sample;
   sample.presence = point.presence;
   sample.reported = report.index != absent && report.index == index;
-  sample.claimed = sample.reported && claims(report.feature.state);
+  sample.claimed = sample.reported && claims_position(report.feature.state);
   sample.confidence = sample.reported ? report.feature.confidence : 0;
   const cv::Point2d difference = report.position() - point.position;
   if (std::isfinite(difference.x) && std::isfinite(difference.y)) {

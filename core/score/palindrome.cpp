@@ -10,7 +10,7 @@ namespace {
 const Feature *claim_of(const TrackFrame &frame, FeatureId id) {
   const auto found = std::lower_bound(frame.features.begin(), frame.features.end(), id,
                                       [](const Feature &feature, FeatureId wanted) { return feature.id < wanted; });
-  return found != frame.features.end() && found->id == id && claims(found->state) ? &*found : nullptr;
+  return found != frame.features.end() && found->id == id && claims_position(found->state) ? &*found : nullptr;
 }
 
 double distance(const Feature &a, const Feature &b) {
@@ -44,7 +44,7 @@ PalindromeScore score_palindrome(const Recording &tracks) {
   PalindromeScore score;
   score.frames = length;
   for (const Feature &start : tracks.frames.front().features) {
-    if (!claims(start.state)) continue;
+    if (!claims_position(start.state)) continue;
     ++score.features;
     for (std::size_t i = 0; i < (length + 1) / 2; ++i) {
       const std::size_t mirror = length - 1 - i;

@@ -69,9 +69,4 @@ struct Recording {
   std::vector<TrackFrame> frames;
 };
 
-/// Whether a state claims a position.
-inline bool claims(FeatureState state) {
-  return state == FeatureState::learning || state == FeatureState::tracked;
-}
-
 }  // namespace csd::score

@@ -143,26 +143,26 @@ bool blank(const CsdFrame &frame) {
   return contrast(frame.pyramid.level(Pyramid::levels - 1)) < least_contrast;
 }
 
-bool Recall::seen(const Scene &scene, const NeighbourField &present) {
-  return static_cast<double>(present.size(scene.chart)) > handful * static_cast<double>(scene.field.size());
+bool Recall::seen(const Scene &scene, const NeighbourField &present, double share) {
+  return static_cast<double>(present.size(scene.chart)) > handful * share * static_cast<double>(scene.field.size());
 }
 
-bool Recall::nothing(const NeighbourField &present) const {
-  return std::none_of(scenes_.begin(), scenes_.end(), [&](const Scene &s) { return seen(s, present); });
+bool Recall::nothing(const NeighbourField &present, double share) const {
+  return std::none_of(scenes_.begin(), scenes_.end(), [&](const Scene &s) { return seen(s, present, share); });
 }
 
-bool Recall::wanted(const Scene &scene, const NeighbourField &present) const {
-  if (seen(scene, present)) return false;
-  return nothing(present) || std::any_of(scenes_.begin(), scenes_.end(),
-                                         [&](const Scene &s) { return s.chart > scene.chart && seen(s, present); });
+bool Recall::wanted(const Scene &scene, const NeighbourField &present, double share) const {
+  if (seen(scene, present, share)) return false;
+  const auto later = [&](const Scene &s) { return s.chart > scene.chart && seen(s, present, share); };
+  return nothing(present, share) || std::any_of(scenes_.begin(), scenes_.end(), later);
 }
 
-bool Recall::due(const CsdFrame &frame, const NeighbourField &present) {
-  if (nothing(present)) last_nothing_ = frame.time;
+bool Recall::due(const CsdFrame &frame, const NeighbourField &present, double share) {
+  if (nothing(present, share)) last_nothing_ = frame.time;
   if (frame.time - last_nothing_ > settles) return false;
   std::int64_t gone = -1;
   for (const auto &s : scenes_)
-    if (wanted(s, present)) gone = gone < 0 ? frame.time - s.time : std::min(gone, frame.time - s.time);
+    if (wanted(s, present, share)) gone = gone < 0 ? frame.time - s.time : std::min(gone, frame.time - s.time);
   if (gone < 0) return false;
   const auto pause = std::clamp(static_cast<std::int64_t>(tries_while_gone * static_cast<double>(gone)), try_every,
                                 try_at_least_every);
@@ -175,14 +175,14 @@ void Recall::forget(int chart) {
   std::erase_if(scenes_, [chart](const Scene &s) { return s.chart == chart; });
 }
 
-int Recall::find(const CsdFrame &frame, const NeighbourField &present, NeighbourField &found) {
+int Recall::find(const CsdFrame &frame, const NeighbourField &present, double share, NeighbourField &found) {
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
   describe(frame.pyramid.level(1), frame.weights.level(1), keypoints, descriptors);
   if (descriptors.rows < 2) return -1;
   const cv::BFMatcher matcher(cv::NORM_L2);
   for (auto scene = scenes_.rbegin(); scene != scenes_.rend(); ++scene) {
-    if (!wanted(*scene, present)) continue;
+    if (!wanted(*scene, present, share)) continue;
     if (!scene->described) describe(scene->picture, scene->mask, scene->keypoints, scene->descriptors);
     scene->described = true;
     if (scene->descriptors.empty()) continue;

@@ -41,11 +41,12 @@ class Recall {
   void forget(int chart);
   /// Is it time to look for a chart that `present` has hardly a point of? Eight times a second at first, more rarely
   /// the longer it has been gone, and not while the picture is blank. Where something is seen, only for what was seen
-  /// before that, and only for ten seconds: then it is another scene for good.
-  bool due(const CsdFrame &frame, const NeighbourField &present);
+  /// before that, and only for ten seconds: then it is another scene for good. `share`, 0…1: of the points, that were
+  /// looked at in this frame; the others are no evidence.
+  bool due(const CsdFrame &frame, const NeighbourField &present, double share = 1);
   /// A chart that was remembered, that `present` has hardly a point of, and that this frame shows: its points go to
   /// `found`. Takes some 20 ms. Returns the chart, or −1.
-  int find(const CsdFrame &frame, const NeighbourField &present, NeighbourField &found);
+  int find(const CsdFrame &frame, const NeighbourField &present, double share, NeighbourField &found);
 
  private:
   struct Scene {
@@ -58,9 +59,9 @@ class Recall {
     cv::Mat descriptors;  ///< of keypoints, once they were needed
     bool described = false;
   };
-  static bool seen(const Scene &scene, const NeighbourField &present);
-  bool nothing(const NeighbourField &present) const;
-  bool wanted(const Scene &scene, const NeighbourField &present) const;
+  static bool seen(const Scene &scene, const NeighbourField &present, double share);
+  bool nothing(const NeighbourField &present, double share) const;
+  bool wanted(const Scene &scene, const NeighbourField &present, double share) const;
   void describe(const cv::Mat &level, const cv::Mat &mask, std::vector<cv::KeyPoint> &keypoints, cv::Mat &descriptors);
 
   cv::Ptr<cv::SIFT> sift_;

@@ -34,7 +34,9 @@ constexpr std::int64_t trial = second / 2;  // a new point's, before its neighbo
 constexpr double trial_deviation = 1.5;     // of its offset, at most
 constexpr std::int64_t young_lost_for = second / 2, lost_for = 10 * second;
 
-constexpr std::size_t least_looks = 24;            // in a frame, whatever the budget: a map stands on 14
+// Looks in a frame, whatever the budget: at points that were visible, and some at others, to find again what comes
+// back; more where fewer than a map stands on are seen, lest the scene seem to be gone when something comes in front.
+constexpr std::size_t least_looks = 24, least_at_visible = 18, more_looks = 96;
 constexpr double first_looks = 0.6, looks = 0.85;  // of the budget, from its begin; the rest is for anchors
 
 /// Cells of the picture, and how many points each has.
@@ -97,24 +99,32 @@ void SupportPoints::look(const CsdFrame &frame) {
       const double u = a->point.urgency(frame), v = b->point.urgency(frame);
       return u != v ? u > v : place(a) < place(b);
     });
-    // Those that maps may stand on come first, however many new ones there are.
+    // Those that maps may stand on come first, however many new or hidden ones there are.
     auto first = turns_.begin();
-    for (auto s = first; s != turns_.end() && first - turns_.begin() < static_cast<std::ptrdiff_t>(least_looks); ++s)
-      if ((*s)->established) std::rotate(first++, s, s + 1);
+    for (auto s = first; s != turns_.end() && first - turns_.begin() < static_cast<std::ptrdiff_t>(least_at_visible);
+         ++s)
+      if ((*s)->established && (*s)->point.visible()) std::rotate(first++, s, s + 1);
   }
   const auto budget = frame.budget.share(first_looks);
   ++frames_;
-  for (std::size_t i = 0; i < turns_.size(); ++i) {
-    auto &s = *turns_[i];
-    const bool late = i >= least_looks && budget.spent();
+  std::size_t looks = 0, sure = 0, late = 0;
+  for (auto *s : turns_) {
     // Every other frame, and of those beside each other not both in one.
-    const bool rests = !late && s.established && (s.id + frames_) % 2 == 0 && s.point.may_rest(frame);
-    s.waits = late || rests;
-    if (late)
-      s.point.pass();
-    else
-      rests ? s.point.rest() : s.point.look(frame);
+    const bool rests = s->established && (s->id + frames_) % 2 == 0 && s->point.may_rest(frame);
+    const bool enough = looks >= (sure < NeighbourField::most ? more_looks : least_looks);
+    s->waits = rests || (enough && budget.spent());
+    if (!s->waits) {
+      s->point.look(frame);
+      ++looks;
+      sure += s->point.sure();
+    } else if (rests) {
+      s->point.rest();
+    } else {
+      s->point.pass();
+      ++late;
+    }
   }
+  share_ = 1 - static_cast<double>(late) / static_cast<double>(std::max<std::size_t>(turns_.size(), 1));
 }
 
 void SupportPoints::collect() {
@@ -153,7 +163,7 @@ void SupportPoints::sum_up(const CsdFrame &frame) {
 /// A chart that nothing is seen of: where the whole picture says that its points are, do they agree?
 void SupportPoints::recall(const CsdFrame &frame) {
   NeighbourField found;
-  const int chart = recall_.find(frame, field_, found);
+  const int chart = recall_.find(frame, field_, share_, found);
   if (chart < 0) return;
   for (auto &s : points_) {
     if (s.point.chart() != chart) continue;
@@ -182,13 +192,13 @@ void SupportPoints::follow(const CsdFrame &frame) {
   look(frame);
   collect();
   for (auto &s : points_) s.point.meet(frame, field_, s.id);
-  const bool due = recall_.due(frame, field_);
+  const bool due = recall_.due(frame, field_, share_);
   const auto budget = frame.budget.share(looks);
-  for (std::size_t i = 0; i < turns_.size(); ++i) {
-    auto &s = *turns_[i];
-    if (s.waits) continue;
-    s.waits = i >= least_looks && !s.point.sure() && budget.spent();
-    s.waits ? s.point.pass() : s.point.look_again(frame, due);
+  std::size_t looks_again = 0;
+  for (auto *s : turns_) {
+    if (s->waits) continue;
+    s->waits = looks_again++ >= least_looks && !s->point.sure() && budget.spent();
+    s->waits ? s->point.pass() : s->point.look_again(frame, due);
   }
   // What has no map has looked for itself alone: chance likenesses don't agree on a motion.
   collect();

@@ -57,6 +57,7 @@ class SupportPoints {
   int chart_ = -1;
   std::size_t next_id_ = 0, frames_ = 0;
   std::int64_t last_sure_ = 0, last_begin_ = 0;
+  double share_ = 1;                 // of the points, that had their turn in this frame
   std::vector<Support *> turns_;     // scratch: by falling urgency
   std::vector<double> changes_;      // scratch
   std::vector<cv::Point2d> near_;    // scratch

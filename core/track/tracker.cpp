@@ -27,10 +27,6 @@ constexpr std::int64_t replenish_every = second / 2;  // detection costs as much
 
 constexpr double least_contrast = 1;  // grey levels, of a picture worth looking for features in
 
-bool claims_position(FeatureState state) {
-  return state == FeatureState::learning || state == FeatureState::tracked;
-}
-
 struct Request {
   FeatureId id;
   cv::Point2d position;

@@ -19,11 +19,14 @@ using FeatureId = std::uint32_t;
 inline constexpr FeatureId no_feature = 0xffffffffu;  ///< "failed", never an id
 inline constexpr std::size_t max_points = 10000;      ///< as many as a user may give
 
-/// What is known about a feature in a frame. Only `learning` and `tracked` claim a position.
+/// What is known about a feature in a frame. `learning` and `tracked` claim that it is where its x and y are.
 enum class FeatureState : std::uint8_t { learning, tracked, occluded, lost, out, ended };
 inline constexpr std::size_t feature_states = 6;
 /// "learning", "tracked", … : the words of the metadata schema.
 std::string_view state_name(FeatureState state);
+inline bool claims_position(FeatureState state) {
+  return state == FeatureState::learning || state == FeatureState::tracked;
+}
 
 struct Feature {
   FeatureId id = 0;

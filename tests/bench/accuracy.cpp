@@ -2,13 +2,13 @@
 // How well an algorithm tracks simulated tissue: the loop for whoever changes one. Simulator, Tracker and scores in one
 // process, no pipeline; what is published comes from pipelines/experiments.
 //   csd-accuracy [--algorithm csd] [--frames 500] [--features 100] [--seeds 1-2] [--keep DIR] [--worst N] [--clips DIR]
-//                [--budget MS] [--list] [SEQUENCE...]
+//                [--budget N] [--list] [SEQUENCE...]
 // prints a row for each sequence and seed. With --clips (or $CSDTRACK_CLIPS) also sequences whose texture is a picture
 // of real tissue, compressed as recorders do (by ffmpeg). With --keep, rendered sequences are kept in DIR as raw I420
 // beside their truth, for the next run: rendering costs ten times what tracking does. --worst lists the features that
 // erred most. hidden: the share of hidden samples that is claimed; seen: of these claims, the share within 5 px of the
-// truth; (last): of the last fifth. --budget: of a frame; another line says of what waited how much was right. --list
-// names the sequences and ends.
+// truth; (last): of the last fifth. --budget: a frame's, where each look at the clock takes 1, so it is the same on
+// every machine; another line says of what waited how much was right. --list names the sequences and ends.
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -74,7 +74,7 @@ struct Options {
   AlgorithmKind algorithm = AlgorithmKind::csd;
   std::uint64_t frames = 500, first_seed = 1, last_seed = 1;
   std::size_t features = 100, worst = 0;
-  double budget = 0;  // of a frame, ms
+  std::int64_t budget = 0;  // of a frame, in looks at the clock
   bool list = false;
   std::string keep, clips;
   std::vector<Sequence> wanted;
@@ -183,7 +183,8 @@ Row track(const Rendered &rendered, const Options &options, score::Clip &clip) {
   settings.points_from_start = true;
   settings.learn_synchronously = true;
   settings.content_area = ContentArea::full;
-  settings.frame_budget = std::llround(options.budget * second / 1000);
+  settings.frame_budget = options.budget;
+  settings.clock = [looks = std::int64_t{0}]() mutable { return looks++; };
   ThreadPool pool(1);
   Tracker tracker(settings, pool);
   std::vector<StartPoint> starts;
@@ -216,7 +217,7 @@ Row track(const Rendered &rendered, const Options &options, score::Clip &clip) {
                                                                       : score::Presence::out;
       const auto &feature = tracks.features.at(f);  // by ascending id, as clip.ids
       sample.reported = true;
-      sample.claimed = score::claims(feature.state);
+      sample.claimed = claims_position(feature.state);
       sample.dx = feature.x - truth.x;
       sample.dy = feature.y - truth.y;
       sample.confidence = feature.confidence;
@@ -316,7 +317,7 @@ Options parse(int argc, char **argv) {
     } else if (name == "--worst") {
       options.worst = std::stoull(value());
     } else if (name == "--budget") {
-      options.budget = std::stod(value());
+      options.budget = std::stol(value());
     } else if (name == "--keep") {
       options.keep = value();
     } else if (name == "--clips") {

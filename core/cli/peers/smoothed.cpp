@@ -44,7 +44,7 @@ class SmoothedCsd2012 final : public Peer {
     }
     std::vector<Report> reports;
     for (const auto &f : tracker_->process(view, picture.running_time, picture.duration).features)
-      reports.push_back({{f.x, f.y}, f.state == FeatureState::learning || f.state == FeatureState::tracked});
+      reports.push_back({{f.x, f.y}, claims_position(f.state)});
     return reports;
   }
 

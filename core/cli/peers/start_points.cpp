@@ -31,7 +31,7 @@ StartPoints first_of(const score::Recording &tracks) {
     throw score::InputError(tracks.file, 0, "has no frame 0");
   StartPoints points{{}, {}, tracks.width, tracks.height};
   for (const Feature &feature : tracks.frames.front().features) {
-    if (!score::claims(feature.state)) continue;
+    if (!claims_position(feature.state)) continue;
     points.ids.push_back(feature.id);
     points.positions.emplace_back(feature.x, feature.y);
   }

@@ -78,20 +78,19 @@ TEST(FrameRows, KernelsAreTheirScalarTwins) {
 }
 
 TEST(FrameRows, ErosionIsItsScalarTwin) {
-  for (int n = 1; n <= longest; ++n)
-    for (int reach = 0; reach <= 2; ++reach) {
-      SCOPED_TRACE(testing::Message() << n << " reach " << reach);
-      auto bytes = noise<std::uint8_t>(6, n, static_cast<unsigned>(n));
-      for (auto &row : bytes)
-        for (auto &v : row) v = v < 20 ? 0 : 255;
-      for (auto &v : bytes[5]) v = static_cast<std::uint8_t>(255 - v);
-      const auto rows = pointers(bytes);
-      const auto erode = [&](auto f) {
-        return result<std::uint8_t, std::uint8_t>(
-            [&](std::uint8_t *s, std::uint8_t *out) { f(rows.data(), reach, rows[5], n, s, out); }, n, n);
-      };
-      ASSERT_EQ(erode(erode_row), erode(scalar::erode_row));
-    }
+  for (int n = 1; n <= longest; ++n) {
+    SCOPED_TRACE(n);
+    auto bytes = noise<std::uint8_t>(6, n, static_cast<unsigned>(n));
+    for (auto &row : bytes)
+      for (auto &v : row) v = v < 20 ? 0 : 255;
+    for (auto &v : bytes[5]) v = static_cast<std::uint8_t>(255 - v);
+    const auto rows = pointers(bytes);
+    const auto erode = [&](auto f) {
+      return result<std::uint8_t, std::uint8_t>(
+          [&](std::uint8_t *s, std::uint8_t *out) { f(rows.data(), rows[5], n, s, out); }, n, n);
+    };
+    ASSERT_EQ(erode(erode_row), erode(scalar::erode_row));
+  }
 }
 
 TEST(FrameRows, LargestValuesFit) {

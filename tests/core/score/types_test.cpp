@@ -11,12 +11,5 @@ TEST(ScoreTypes, AnErrorNamesTheFileAndTheLineWhereThereIsOne) {
   EXPECT_STREQ(InputError("a.csv", 0, "is empty").what(), "a.csv: is empty");
 }
 
-TEST(ScoreTypes, OnlyLearningAndTrackedClaimAPosition) {
-  EXPECT_TRUE(claims(FeatureState::learning));
-  EXPECT_TRUE(claims(FeatureState::tracked));
-  for (const auto state : {FeatureState::occluded, FeatureState::lost, FeatureState::out, FeatureState::ended})
-    EXPECT_FALSE(claims(state)) << static_cast<int>(state);
-}
-
 }  // namespace
 }  // namespace csd::score

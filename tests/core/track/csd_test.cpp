@@ -48,7 +48,7 @@ cv::Mat swaying(int frame) {
 }
 
 bool claims(const Feature &f) {
-  return f.state == FeatureState::learning || f.state == FeatureState::tracked;
+  return claims_position(f.state);
 }
 
 double error(const Feature &f, cv::Point2d start, int frame) {

@@ -91,7 +91,7 @@ TEST_F(RecallTest, FindsAChartHoweverTheViewHasTurnedAndZoomed) {
   const auto frame = show(turned(motion), 4);
   ASSERT_TRUE(recall_.due(frame, {}));
   NeighbourField found;
-  ASSERT_EQ(recall_.find(frame, {}, found), 0);
+  ASSERT_EQ(recall_.find(frame, {}, 1, found), 0);
   EXPECT_EQ(found.size(0), 48u);
   for (const cv::Point2d p : {cv::Point2d(160, 120), {120, 90}, {200, 150}})
     EXPECT_LT(cv::norm(found.map_at(p, 0, 0.5)(p) - motion(p)), 2);
@@ -101,7 +101,7 @@ TEST_F(RecallTest, AnotherSceneIsNotTaken) {
   recall_.remember(show(turned({}), 1), grid(0), 0);
   const auto frame = show(MovingScene({320, 240}, 9).render({}), 4);
   NeighbourField found;
-  EXPECT_EQ(recall_.find(frame, {}, found), -1);
+  EXPECT_EQ(recall_.find(frame, {}, 1, found), -1);
 }
 
 TEST_F(RecallTest, KeepsTheLastFrameInWhichMostWasSeen) {
@@ -114,7 +114,7 @@ TEST_F(RecallTest, KeepsTheLastFrameInWhichMostWasSeen) {
   recall_.remember(show(dim, 3.5), grid(0), 0);  // fading out
   const auto frame = show(turned(aside), 4);
   NeighbourField found;
-  ASSERT_EQ(recall_.find(frame, {}, found), 0);
+  ASSERT_EQ(recall_.find(frame, {}, 1, found), 0);
   EXPECT_EQ(found.size(0), 48u);
   EXPECT_LT(cv::norm(found.map_at({160, 120}, 0, 0.5)({160, 120}) - cv::Point2d(160, 120)), 1);
 }
@@ -132,6 +132,8 @@ TEST_F(RecallTest, IsDueEverMoreRarelyAndNeverInTheDark) {
   EXPECT_EQ(tries(2, 3, cv::Mat(240, 320, CV_8UC3, cv::Scalar(3, 2, 4)), {}), 0);
   EXPECT_NEAR(tries(3, 4, picture, {}), 8, 1);
   EXPECT_NEAR(tries(4, 5, picture, grid(0, 4)), 8, 1) << "so few may be chance likenesses";
+  EXPECT_FALSE(recall_.due(show(picture, 5.2), grid(0, 4), 0.5)) << "many, for half of the looks";
+  EXPECT_TRUE(recall_.due(show(picture, 5.3), grid(0, 4), 1));
   EXPECT_NEAR(tries(101, 103, picture, {}), 2, 1) << "one a second after 100 s";
   // Another scene: for ten seconds the first may still come back.
   recall_.remember(show(picture, 103), grid(1), 1);

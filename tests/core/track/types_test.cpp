@@ -21,5 +21,12 @@ TEST(Types, HaveTheWordsOfTheSchema) {
   EXPECT_EQ(algorithm_name(AlgorithmKind::sift), "sift");
 }
 
+TEST(Types, OnlyLearningAndTrackedClaimAPosition) {
+  EXPECT_TRUE(claims_position(FeatureState::learning));
+  EXPECT_TRUE(claims_position(FeatureState::tracked));
+  for (const auto state : {FeatureState::occluded, FeatureState::lost, FeatureState::out, FeatureState::ended})
+    EXPECT_FALSE(claims_position(state)) << state_name(state);
+}
+
 }  // namespace
 }  // namespace csd
