@@ -23,10 +23,10 @@ constexpr int small_lines = 120;  // of the copy that is looked at
 }  // namespace
 
 void find_tools(const WorkFrame &frame, cv::Mat &mask) {
-  cv::Mat bgr, small;
-  frame.gather_bgr({{}, frame.size()}, bgr);
-  const int shrink = std::max(1, static_cast<int>(std::lround(static_cast<double>(bgr.rows) / small_lines)));
-  cv::resize(bgr, small, {std::max(1, bgr.cols / shrink), std::max(1, bgr.rows / shrink)}, 0, 0, cv::INTER_AREA);
+  WorkFrame copy;
+  copy.load(frame.view(), small_lines);
+  cv::Mat small;
+  copy.gather_bgr({{}, copy.size()}, small);
   cv::blur(small, small, {3, 3});
 
   std::array<int, 256> histogram{};

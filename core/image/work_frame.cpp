@@ -57,13 +57,13 @@ RowReader rgb_luma_reader(const FrameView &view) {
 
 }  // namespace
 
-void WorkFrame::load(const FrameView &view) {
+void WorkFrame::load(const FrameView &view, int most) {
   if (view.width < 1 || view.rows < 1 || view.row_step < 1 || !view.component[0].data)
     throw std::invalid_argument("WorkFrame: a view without pixels");
   view_ = source_ = view;
   yuv_ = YuvCoefficients::make(view.kr, view.kb, view.full_range);
 
-  const int lines = std::min(max_lines, view.rows);
+  const int lines = std::min(most, view.rows);
   scale_y_ = static_cast<double>(view.rows) / lines;
   const double picture_scale = scale_y_ * view.row_step;
   const int columns = std::max(1, static_cast<int>(std::lround(view.width / picture_scale)));

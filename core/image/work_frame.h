@@ -33,11 +33,12 @@ class WorkFrame {
   WorkFrame(const WorkFrame &) = delete;
   WorkFrame &operator=(const WorkFrame &) = delete;
 
-  /// Takes the next frame. The pixels of `view` must stay valid until the last use of this object, or the next load().
-  /// Throws std::invalid_argument if the view has no pixels.
-  void load(const FrameView &view);
+  /// Takes the next frame, at most `most` lines high. The pixels of `view` must stay valid until the last use of this
+  /// object, or the next load(). Throws std::invalid_argument if the view has no pixels.
+  void load(const FrameView &view, int most = max_lines);
 
-  const cv::Mat &luma() const { return luma_; }  ///< CV_8UC1, working size
+  const FrameView &view() const { return view_; }  ///< what load() was given
+  const cv::Mat &luma() const { return luma_; }    ///< CV_8UC1, working size
   cv::Size size() const { return luma_.size(); }
   cv::Size picture_size() const { return {view_.width, view_.height}; }
 
