@@ -46,7 +46,7 @@ void find_tools(const WorkFrame &frame, cv::Mat &mask) {
 
   const int limit = std::min(most_saturation, part_of_median * median / 100);
   cv::Mat grey = saturation < limit;
-  cv::dilate(grey, grey, cv::getStructuringElement(cv::MORPH_RECT, {5, 5}));
+  cv::dilate(grey, grey, cv::getStructuringElement(cv::MORPH_RECT, {7, 7}));
   cv::resize(grey, mask, frame.size(), 0, 0, cv::INTER_NEAREST);
 }
 

@@ -12,6 +12,11 @@ constexpr double most_hidden = 0.499;          // confidence of what is not clai
 
 }  // namespace
 
+bool Life::started_falsely() const {
+  return !given && reported && reported_as == FeatureState::learning && feature.fresh &&
+         (feature.state == FeatureState::occluded || feature.state == FeatureState::lost);
+}
+
 void Life::apply(const Claim &claim, std::int64_t time) {
   const auto state = feature.state;
   const bool finite = std::isfinite(claim.position.x) && std::isfinite(claim.position.y);

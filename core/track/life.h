@@ -21,6 +21,10 @@ struct Life {
   bool reported = false;        ///< in an earlier frame
   FeatureState reported_as = FeatureState::learning;
 
+  /// Detection put it where it was hidden before it was learnt: most likely at the edge of a tool or a highlight, which
+  /// moves against the tissue. An anchor of both would be found on the tool again later.
+  bool started_falsely() const;
+
   /// What the algorithm says of the frame at `time` (ns) becomes the feature's state, position and confidence.
   void apply(const Claim &claim, std::int64_t time);
 };

@@ -57,6 +57,8 @@ struct Tracker::Impl {
   void begin(FeatureId id, cv::Point2d position, bool given, const FrameContext *context);
   void show(Life &life, const FrameContext &context);
   void begin_given(const FrameContext *context);
+  bool replenishes() const { return settings.replenish && algorithm->replenishes(); }
+  void drop_false_starts();
   void detect_more(const FrameContext &context);
   void end(Life &life);
   void report(cv::Size size);
@@ -203,12 +205,11 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
   if (!settings.points.empty() || settings.points_from_start) return;
   const auto alive = std::count_if(lives.begin(), lives.end(),
                                    [](const Life &l) { return !l.given && l.feature.state != FeatureState::ended; });
-  const bool replenishes = settings.replenish && algorithm->replenishes();
   const auto wanted = static_cast<std::ptrdiff_t>(settings.max_features) -
-                      (replenishes ? alive : static_cast<std::ptrdiff_t>(detected));
+                      (replenishes() ? alive : static_cast<std::ptrdiff_t>(detected));
   if (wanted <= 0) return;
   if (detected > 0) {
-    if (!replenishes && time - first_detection >= settle_for) return;
+    if (!replenishes() && time - first_detection >= settle_for) return;
     if (time - last_detection < replenish_every) return;
   }
   last_detection = time;
@@ -262,6 +263,12 @@ void Tracker::Impl::leave_graphics(const FrameContext &context) {
         cv::norm(cv::Point2d(life.feature.x, life.feature.y) - life.start) < still &&
         content_area.contains(context.frame.to_work(life.start)))
       end(life);
+}
+
+void Tracker::Impl::drop_false_starts() {
+  if (!replenishes()) return;
+  for (auto &life : lives)
+    if (life.started_falsely()) end(life);
 }
 
 void Tracker::Impl::forget_old() {
@@ -332,6 +339,7 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
                                time, clock.jumped(), budget};
     follow(context);
     leave_graphics(context);
+    drop_false_starts();
     forget_old();
     for (auto &life : lives) show(life, context);
     begin_given(&context);

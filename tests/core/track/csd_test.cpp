@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <opencv2/imgproc.hpp>
 
 #include "track/moving_scene.h"
@@ -292,6 +293,34 @@ TEST(Csd, ReplenishesAndForgets) {
       for (const auto &f : tracks.features) EXPECT_TRUE(f.id >= first && claims(f)) << f.id;
     }
   }
+}
+
+/// Of 30 detected features, where those began that have ended after 40 frames; from frame `begin` the left half is
+/// covered.
+std::vector<double> ended_when_covered(int begin, bool replenish) {
+  Settings settings = at({});
+  settings.max_features = 30;
+  settings.replenish = replenish;
+  std::map<FeatureId, double> starts;
+  std::vector<double> ended;
+  for (const auto &tracks : run(settings, 40, [&](int i) {
+         cv::Mat bgr = swaying(i);
+         if (i >= begin) bgr(cv::Rect(0, 0, 160, 240)).setTo(cv::Scalar(70, 90, 150));
+         return bgr;
+       }))
+    for (const auto &f : tracks.features) {
+      starts.emplace(f.id, f.x);
+      if (f.state == FeatureState::ended) ended.push_back(starts[f.id]);
+    }
+  return ended;
+}
+
+TEST(Csd, WhatIsHiddenWhileItIsLearntEndsAndOthersBegin) {
+  const auto ended = ended_when_covered(5, true);
+  EXPECT_GE(ended.size(), 8u);
+  for (const double x : ended) EXPECT_LT(x, 175);
+  EXPECT_TRUE(ended_when_covered(20, true).empty()) << "learnt before";
+  EXPECT_TRUE(ended_when_covered(5, false).empty()) << "no others would begin";
 }
 
 TEST(Csd, NoFeatureBeginsOnATool) {

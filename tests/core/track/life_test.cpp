@@ -33,6 +33,28 @@ TEST(Life, HiddenIsOccludedForASecondAndLostAfterThat) {
   EXPECT_EQ(life.feature.y, 80);
 }
 
+TEST(Life, WhatIsHiddenWhileItIsLearntStartedFalsely) {
+  const auto hidden_after = [](Kind before, bool given, bool fresh, Kind now = Kind::hidden) {
+    Life life;
+    life.given = given;
+    life.apply({0, before, {100, 100}, 1}, 0);
+    life.reported = true;
+    life.reported_as = life.feature.state;
+    EXPECT_FALSE(life.started_falsely());
+    Claim claim{0, now, {100, 100}};
+    claim.fresh = fresh;
+    life.apply(claim, frame);
+    return life.started_falsely();
+  };
+  EXPECT_TRUE(hidden_after(Kind::learning, false, true));
+  EXPECT_TRUE(hidden_after(Kind::learning, false, true, Kind::lost));
+  EXPECT_FALSE(hidden_after(Kind::tracked, false, true)) << "something came in front";
+  EXPECT_FALSE(hidden_after(Kind::learning, true, true)) << "the user's";
+  EXPECT_FALSE(hidden_after(Kind::learning, false, false)) << "nobody looked";
+  EXPECT_FALSE(hidden_after(Kind::learning, false, true, Kind::out));
+  EXPECT_FALSE(hidden_after(Kind::learning, false, true, Kind::tracked));
+}
+
 TEST(Life, WhatLeavesThePictureIsOutUntilItIsSeenAgain) {
   auto life = seen_at({319, 100});
   life.apply({0, Kind::out, {321, 100}}, frame);
