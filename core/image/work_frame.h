@@ -15,7 +15,7 @@
 
 namespace csd {
 
-/// The picture as the tracker works on it: at most 576 lines, 8 bit, isotropic.
+/// The picture as the tracker works on it: 576 lines at most, if load() is not told otherwise, 8 bit, isotropic.
 ///
 /// One working pixel covers scale() × scale() picture pixels. A field has half the picture's lines, so its working
 /// image is half as wide as the picture too. Luma is the Y plane itself where that is 8 bit, contiguous in x and not
@@ -33,8 +33,8 @@ class WorkFrame {
   WorkFrame(const WorkFrame &) = delete;
   WorkFrame &operator=(const WorkFrame &) = delete;
 
-  /// Takes the next frame, at most `most` lines high. The pixels of `view` must stay valid until the last use of this
-  /// object, or the next load(). Throws std::invalid_argument if the view has no pixels.
+  /// Takes the next frame, at most `most` ≥ 1 lines high. The pixels of `view` must stay valid until the last use of
+  /// this object, or the next load(). Throws std::invalid_argument if the view has no pixels.
   void load(const FrameView &view, int most = max_lines);
 
   const FrameView &view() const { return view_; }  ///< what load() was given

@@ -35,9 +35,10 @@ struct Claim {
   };
   FeatureId id = 0;
   Kind kind = Kind::hidden;
-  cv::Point2d position;   ///< picture pixels; in: the last one, out: where it is (hidden: a prediction)
-  double confidence = 1;  ///< of `learning` and `tracked`, at least .5; of `hidden`: below that, if anything is known
-  bool fresh = true;      ///< false: the frame's budget was spent before the feature could be looked for
+  cv::Point2d position;     ///< picture pixels; in: the last one, out: where it is (hidden: a prediction)
+  double confidence = 1;    ///< of `learning` and `tracked`, at least .5; of `hidden`: below that, if anything is known
+  bool fresh = true;        ///< false: the frame's budget was spent before the feature could be looked for
+  bool surrounded = false;  ///< the tissue around it was seen: what is hidden then is hidden by itself
 };
 
 /// How positions are found: csd-2012 or one of the baselines. The Tracker owns one, tells it which features there are,

@@ -88,6 +88,7 @@ void Csd::report(const Query &query, const CsdFrame &frame, const WorkFrame &wor
   const bool clear = support_.surroundings().blur < most_blur;
   claim.confidence = clear ? point.confidence() : 0;
   claim.fresh = !query.waits;
+  claim.surrounded = clear && point.map();
   if (point.visible() && clear)
     claim.kind = point.learning() ? Claim::Kind::learning : Claim::Kind::tracked;
   else

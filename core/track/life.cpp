@@ -13,8 +13,15 @@ constexpr double most_hidden = 0.499;          // confidence of what is not clai
 }  // namespace
 
 bool Life::started_falsely() const {
-  return !given && reported && reported_as == FeatureState::learning && feature.fresh &&
+  return !given && reported && reported_as == FeatureState::learning && feature.fresh && surrounded &&
          (feature.state == FeatureState::occluded || feature.state == FeatureState::lost);
+}
+
+void Life::end() {
+  feature.state = FeatureState::ended;
+  feature.confidence = 0;
+  feature.x = claimed.x;
+  feature.y = claimed.y;
 }
 
 void Life::apply(const Claim &claim, std::int64_t time) {
@@ -22,6 +29,7 @@ void Life::apply(const Claim &claim, std::int64_t time) {
   const bool finite = std::isfinite(claim.position.x) && std::isfinite(claim.position.y);
   feature.confidence = 0;
   feature.fresh = claim.fresh;
+  surrounded = claim.surrounded;
   switch (claim.kind) {
     case Claim::Kind::learning:
     case Claim::Kind::tracked:

@@ -20,10 +20,14 @@ struct Life {
   std::int64_t last_claim = 0;  ///< when a position was last claimed
   bool reported = false;        ///< in an earlier frame
   FeatureState reported_as = FeatureState::learning;
+  bool surrounded = false;  ///< the last claim's
 
-  /// Detection put it where it was hidden before it was learnt: most likely at the edge of a tool or a highlight, which
-  /// moves against the tissue. An anchor of both would be found on the tool again later.
+  /// Detection put it where it alone was hidden before it was learnt: most likely at the edge of a tool or a highlight,
+  /// which moves against the tissue. An anchor of both would be found on the tool again later.
   bool started_falsely() const;
+
+  /// Nothing more will be told of it.
+  void end();
 
   /// What the algorithm says of the frame at `time` (ns) becomes the feature's state, position and confidence.
   void apply(const Claim &claim, std::int64_t time);

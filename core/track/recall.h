@@ -43,7 +43,7 @@ class Recall {
   /// the longer it has been gone, and not while the picture is blank. Where something is seen, only for what was seen
   /// before that, and only for ten seconds: then it is another scene for good. `share`, 0…1: of the points, that were
   /// looked at in this frame; the others are no evidence.
-  bool due(const CsdFrame &frame, const NeighbourField &present, double share = 1);
+  bool due(const CsdFrame &frame, const NeighbourField &present, double share);
   /// A chart that was remembered, that `present` has hardly a point of, and that this frame shows: its points go to
   /// `found`. Takes some 20 ms. Returns the chart, or −1.
   int find(const CsdFrame &frame, const NeighbourField &present, double share, NeighbourField &found);

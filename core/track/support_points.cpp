@@ -107,15 +107,15 @@ void SupportPoints::look(const CsdFrame &frame) {
   }
   const auto budget = frame.budget.share(first_looks);
   ++frames_;
-  std::size_t looks = 0, sure = 0, late = 0;
+  std::size_t looked = 0, sure = 0, late = 0;
   for (auto *s : turns_) {
     // Every other frame, and of those beside each other not both in one.
     const bool rests = s->established && (s->id + frames_) % 2 == 0 && s->point.may_rest(frame);
-    const bool enough = looks >= (sure < NeighbourField::most ? more_looks : least_looks);
-    s->waits = rests || (enough && budget.spent());
+    const bool few = sure < NeighbourField::most && s->point.visible();
+    s->waits = rests || (looked >= (few ? more_looks : least_looks) && budget.spent());
     if (!s->waits) {
       s->point.look(frame);
-      ++looks;
+      ++looked;
       sure += s->point.sure();
     } else if (rests) {
       s->point.rest();

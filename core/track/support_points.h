@@ -23,7 +23,7 @@ class SupportPoints {
   /// Follows the points into the frame; then field() and the others speak of it. Past the frame's budget those wait
   /// that are least urgent, but for the few without which there would be no map.
   void follow(const CsdFrame &frame);
-  /// Drops points that are gone for good, begins new ones where none are. `forbidden` as FrameContext's.
+  /// Drops points that are gone for good, begins new ones where none are.
   void replenish(const CsdFrame &frame);
   void clear();
   /// The stream has jumped: no point is visible until it has been found again.

@@ -25,11 +25,18 @@ namespace {
 constexpr std::int64_t settle_for = 2 * second;
 constexpr std::int64_t replenish_every = second / 2;  // detection costs as much as ten frames of tracking
 
+constexpr std::int64_t shun_for = 5 * second;  // where a feature began falsely none begins
+
 constexpr double least_contrast = 1;  // grey levels, of a picture worth looking for features in
 
 struct Request {
   FeatureId id;
   cv::Point2d position;
+};
+
+struct FalseStart {
+  cv::Point2d position;
+  std::int64_t time;
 };
 
 struct Known {
@@ -76,6 +83,7 @@ struct Tracker::Impl {
   std::vector<Request> asked;  // points to begin in this frame
   std::vector<StartPoint> offered;
   std::vector<FeatureId> unasked;  // features to end in this frame
+  std::vector<FalseStart> false_starts;
   Tracks tracks;
   cv::Size last_size, last_work_size;
   bool stream_begun = false;         // the given points have begun
@@ -122,18 +130,15 @@ void Tracker::Impl::take_requests() {
 
 void Tracker::Impl::end(Life &life) {
   if (life.feature.state == FeatureState::ended) return;
-  life.feature.state = FeatureState::ended;
-  life.feature.confidence = 0;
+  life.end();
   algorithm->end(life.feature.id);
 }
 
 void Tracker::Impl::end_all() {
-  for (auto &life : lives) {
-    life.feature.state = FeatureState::ended;
-    life.feature.confidence = 0;
-  }
+  for (auto &life : lives) life.end();
   algorithm->forget();
   content_area.reset();
+  false_starts.clear();
   stream_begun = false;
   detected = 0;
 }
@@ -234,6 +239,7 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
   for (const auto &life : lives)
     if (life.feature.state != FeatureState::ended)
       taken.push_back(context.frame.to_work({life.feature.x, life.feature.y}));
+  for (const auto &start : false_starts) taken.push_back(context.frame.to_work(start.position));
   if (cv::countNonZero(forbidden) == forbidden.size().area()) return;
   // Nothing stands out of the noise: the detectors need 40 ms to find that out, and would on each frame.
   cv::Scalar mean, deviation;
@@ -267,8 +273,12 @@ void Tracker::Impl::leave_graphics(const FrameContext &context) {
 
 void Tracker::Impl::drop_false_starts() {
   if (!replenishes()) return;
+  std::erase_if(false_starts, [this](const FalseStart &f) { return time - f.time >= shun_for; });
   for (auto &life : lives)
-    if (life.started_falsely()) end(life);
+    if (life.started_falsely()) {
+      end(life);
+      false_starts.push_back({{life.feature.x, life.feature.y}, time});
+    }
 }
 
 void Tracker::Impl::forget_old() {

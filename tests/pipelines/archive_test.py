@@ -239,9 +239,11 @@ class Archive(harness.Case):
             done = files(self.out)
             self.assertFalse((self.out / "two.mkv.jsonl").exists())
             if hard:
+                os.kill(job, signal.SIGSTOP)  # or a slow machine asks after it is done
                 process.kill()  # GNU parallel goes on, and keeps others away
                 process.communicate()
                 refused = run(*FEW, videos, self.out)
+                os.kill(job, signal.SIGCONT)
                 self.assertEqual(refused.returncode, 1)
                 self.assertRegex(refused.stderr, "^archive: another run works on '.*': wait for it, or end it\n$")
                 machines.wait(lambda: (self.out / "two.mkv.json").exists())

@@ -47,7 +47,7 @@ TEST(Tools, AreGreyAmongColouredTissue) {
     EXPECT_FALSE(at(mask, far));
     EXPECT_FALSE(at(mask, {320, 60})) << "pale tissue";
     // With a margin: a point at a tool's outline sticks to the tool.
-    EXPECT_TRUE(at(mask, {450, shaft.y - 4}));
+    EXPECT_TRUE(at(mask, {450, shaft.y - 8}));
     EXPECT_FALSE(at(mask, {450, shaft.y - 20}));
     EXPECT_FALSE(at(mask, {450, shaft.br().y + 20}));
   }

@@ -439,7 +439,7 @@ TEST(Csd2012, NoiseAndFlatPicturesGiveNothingThatIsNotANumber) {
     ASSERT_EQ(tracks.features.size(), 4u);
     for (const auto &f : tracks.features) {
       EXPECT_TRUE(std::isfinite(f.x) && std::isfinite(f.y) && std::isfinite(f.confidence));
-      EXPECT_EQ(f.confidence > 0, f.state == FeatureState::learning || f.state == FeatureState::tracked);
+      EXPECT_EQ(f.confidence > 0, claims_position(f.state));
     }
     EXPECT_EQ(tracks.features[3].state, FeatureState::out);
   }

@@ -295,32 +295,49 @@ TEST(Csd, ReplenishesAndForgets) {
   }
 }
 
-/// Of 30 detected features, where those began that have ended after 40 frames; from frame `begin` the left half is
-/// covered.
-std::vector<double> ended_when_covered(int begin, bool replenish) {
+/// 40 frames of 30 detected features; each picture is changed by `change`.
+std::vector<Tracks> detected(bool replenish, const std::function<void(int, cv::Mat &)> &change) {
   Settings settings = at({});
   settings.max_features = 30;
   settings.replenish = replenish;
-  std::map<FeatureId, double> starts;
-  std::vector<double> ended;
-  for (const auto &tracks : run(settings, 40, [&](int i) {
-         cv::Mat bgr = swaying(i);
-         if (i >= begin) bgr(cv::Rect(0, 0, 160, 240)).setTo(cv::Scalar(70, 90, 150));
-         return bgr;
-       }))
-    for (const auto &f : tracks.features) {
-      starts.emplace(f.id, f.x);
-      if (f.state == FeatureState::ended) ended.push_back(starts[f.id]);
-    }
-  return ended;
+  return run(settings, 40, [&](int i) {
+    cv::Mat bgr = swaying(i);
+    change(i, bgr);
+    return bgr;
+  });
 }
 
-TEST(Csd, WhatIsHiddenWhileItIsLearntEndsAndOthersBegin) {
-  const auto ended = ended_when_covered(5, true);
-  EXPECT_GE(ended.size(), 8u);
-  for (const double x : ended) EXPECT_LT(x, 175);
-  EXPECT_TRUE(ended_when_covered(20, true).empty()) << "learnt before";
-  EXPECT_TRUE(ended_when_covered(5, false).empty()) << "no others would begin";
+/// Where those began that have ended.
+std::vector<double> ended(const std::vector<Tracks> &all) {
+  std::map<FeatureId, double> starts;
+  std::vector<double> out;
+  for (const auto &tracks : all)
+    for (const auto &f : tracks.features) {
+      starts.emplace(f.id, f.x);
+      if (f.state == FeatureState::ended) out.push_back(starts[f.id]);
+    }
+  return out;
+}
+
+TEST(Csd, WhatAloneIsHiddenWhileItIsLearntEndsAndOthersBegin) {
+  const auto covered_from = [](int begin) {
+    return [begin](int i, cv::Mat &bgr) {
+      if (i >= begin) bgr(cv::Rect(0, 0, 160, 240)).setTo(cv::Scalar(70, 90, 150));
+    };
+  };
+  const auto all = detected(true, covered_from(5));
+  const auto gone = ended(all);
+  EXPECT_GE(gone.size(), 8u);
+  for (const double x : gone) EXPECT_LT(x, 175);
+  EXPECT_GE(std::count_if(all.back().features.begin(), all.back().features.end(),
+                          [](const Feature &f) { return f.id >= 30 && f.x > 150 && claims(f); }),
+            5);
+  EXPECT_TRUE(ended(detected(true, covered_from(20))).empty()) << "learnt before";
+  EXPECT_TRUE(ended(detected(false, covered_from(5))).empty()) << "no others would begin";
+  const auto black = [](int i, cv::Mat &bgr) {
+    if (i >= 5 && i < 8) bgr.setTo(cv::Scalar::all(3));
+  };
+  EXPECT_TRUE(ended(detected(true, black)).empty()) << "all is hidden";
 }
 
 TEST(Csd, NoFeatureBeginsOnATool) {

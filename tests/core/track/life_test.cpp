@@ -33,8 +33,18 @@ TEST(Life, HiddenIsOccludedForASecondAndLostAfterThat) {
   EXPECT_EQ(life.feature.y, 80);
 }
 
+TEST(Life, TheEndIsWhereItWasClaimedLast) {
+  auto life = seen_at({100, 100});
+  life.apply({0, Kind::hidden, {120, 90}, 0.3}, frame);
+  life.end();
+  EXPECT_EQ(life.feature.state, FeatureState::ended);
+  EXPECT_EQ(life.feature.confidence, 0);
+  EXPECT_EQ(life.feature.x, 100);
+  EXPECT_EQ(life.feature.y, 100);
+}
+
 TEST(Life, WhatIsHiddenWhileItIsLearntStartedFalsely) {
-  const auto hidden_after = [](Kind before, bool given, bool fresh, Kind now = Kind::hidden) {
+  const auto hidden_after = [](Kind before, bool given, bool fresh, Kind now = Kind::hidden, bool surrounded = true) {
     Life life;
     life.given = given;
     life.apply({0, before, {100, 100}, 1}, 0);
@@ -43,6 +53,7 @@ TEST(Life, WhatIsHiddenWhileItIsLearntStartedFalsely) {
     EXPECT_FALSE(life.started_falsely());
     Claim claim{0, now, {100, 100}};
     claim.fresh = fresh;
+    claim.surrounded = surrounded;
     life.apply(claim, frame);
     return life.started_falsely();
   };
@@ -53,6 +64,7 @@ TEST(Life, WhatIsHiddenWhileItIsLearntStartedFalsely) {
   EXPECT_FALSE(hidden_after(Kind::learning, false, false)) << "nobody looked";
   EXPECT_FALSE(hidden_after(Kind::learning, false, true, Kind::out));
   EXPECT_FALSE(hidden_after(Kind::learning, false, true, Kind::tracked));
+  EXPECT_FALSE(hidden_after(Kind::learning, false, true, Kind::hidden, false)) << "so is all around it";
 }
 
 TEST(Life, WhatLeavesThePictureIsOutUntilItIsSeenAgain) {

@@ -89,7 +89,7 @@ TEST_F(RecallTest, FindsAChartHoweverTheViewHasTurnedAndZoomed) {
   auto motion = turn(100, 0.8, {});
   motion.shift = cv::Point2d(170, 110) - motion({160, 120});
   const auto frame = show(turned(motion), 4);
-  ASSERT_TRUE(recall_.due(frame, {}));
+  ASSERT_TRUE(recall_.due(frame, {}, 1));
   NeighbourField found;
   ASSERT_EQ(recall_.find(frame, {}, 1, found), 0);
   EXPECT_EQ(found.size(0), 48u);
@@ -122,7 +122,7 @@ TEST_F(RecallTest, KeepsTheLastFrameInWhichMostWasSeen) {
 TEST_F(RecallTest, IsDueEverMoreRarelyAndNeverInTheDark) {
   const auto tries = [&](double from, double to, const cv::Mat &bgr, const NeighbourField &present) {
     int n = 0;
-    for (double t = from; t < to; t += 1 / fps) n += recall_.due(show(bgr, t), present);
+    for (double t = from; t < to; t += 1 / fps) n += recall_.due(show(bgr, t), present, 1);
     return n;
   };
   const auto picture = turned({});

@@ -74,15 +74,17 @@ TEST_F(Support, NoneBeginsOnATool) {
 
 TEST_F(Support, HoweverLittleTimeThereIsWhatIsVisibleCarriesTheMaps) {
   const FrameBudget::Clock clock = [now = std::int64_t{0}]() mutable { return now++; };
-  const cv::Rect three_quarters(0, 0, 240, 240);
-  const cv::Mat cover = MovingScene({320, 240}, 9).render({})(three_quarters);
+  const cv::Mat cover = MovingScene({320, 240}, 9).render({});
   for (int i = 0; i <= 40; ++i) show_scene({0.5 * i, 0});
-  for (int i = 41; i <= 70; ++i) {
-    cv::Mat bgr = scene_.render({0.5 * i, 0});
-    if (i > 50) cover.copyTo(bgr(three_quarters));
+  for (int i = 41; i <= 110; ++i) {
+    const double x = 0.25 * (i + 40);
+    cv::Mat bgr = scene_.render({x, 0});
+    // Comes in from the left, until a sixth of the picture is left.
+    const cv::Rect hidden(0, 0, std::min(5 * (i - 50), 265), 240);
+    if (i > 50) cover(hidden).copyTo(bgr(hidden));
     show(bgr, FrameBudget(1, clock));
     EXPECT_GE(support_.field().size(), 5u) << "as many as make the scene believed, in frame " << i;
-    EXPECT_NEAR(moved({270, 120}).x, 270 + 0.5 * i, 0.5) << i;
+    EXPECT_NEAR(moved({270, 120}).x, 270 + x, 0.5) << i;
   }
 }
 
