@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "cli/json.h"
 
+#include <charconv>
+#include <cstdint>
+
 namespace csd::cli {
 namespace {
 
@@ -48,14 +51,20 @@ class Guard {
   }
 
   void number() {
+    const char *const sign = &text_[at_];
     if (text_[at_] == '-') ++at_;
     const std::size_t begin = at_;
     while (at_ < text_.size() && is_digit(text_[at_])) ++at_;
     if (at_ - begin > most_digits) return refuse("a number has more than 19 digits");
     if (at_ - begin > 1 && text_[begin] == '0') return refuse("a number begins with 0");
+    const std::size_t end = at_;
     // The rest is json-glib's to judge.
     constexpr std::string_view rest = "0123456789.eE+-";
     while (at_ < text_.size() && rest.find(text_[at_]) != std::string_view::npos) ++at_;
+    // Of these json-glib makes others: the sign turns (1.6), or the nearest of 64 bits (1.10).
+    std::int64_t value = 0;
+    if (at_ == end && std::from_chars(sign, text_.data() + end, value).ec == std::errc::result_out_of_range)
+      refuse("a whole number of more than 64 bits");
   }
 
   void other(char c) {

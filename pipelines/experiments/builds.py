@@ -74,9 +74,14 @@ def processor():
     return f"{found[1] if found else platform.machine()}, {os.cpu_count()} threads"
 
 
+def release():
+    """What the sources call themselves, where they are no repository."""
+    return re.search(r"^project\(.*?\bversion: '([^']+)'", (ROOT / "meson.build").read_text(), re.M | re.S)[1]
+
+
 def versions():
     """{what: which} of the repository and the system as they are now."""
-    found = [("csdtrack", output("git", "describe", "--always", "--dirty", "--abbrev=10")),
+    found = [("csdtrack", output("git", "describe", "--always", "--dirty", "--abbrev=10") or release()),
             ("GStreamer", output("pkg-config", "--modversion", "gstreamer-1.0")),
             ("OpenCV", output("pkg-config", "--modversion", "opencv4")),
             ("compiler", output("g++", "--version").splitlines()[0] if shutil.which("g++") else ""),

@@ -16,6 +16,7 @@ import zlib
 import builds
 import gi
 import tracking  # of pipelines/lib
+from caps import first_structure  # of pipelines/lib
 
 gi.require_version("GstVideo", "1.0")
 from gi.repository import Gst, GstVideo  # noqa: E402
@@ -30,7 +31,7 @@ class Picture:
         self.info = GstVideo.VideoInfo.new_from_caps(caps)
         rate = (self.info.fps_n, self.info.fps_d) if self.info.fps_n > 0 else (25, 1)
         self.period = Gst.SECOND * rate[1] // rate[0]  # ns, where timestamps don't say it
-        colours = caps.get_structure(0).get_string("colorimetry")
+        colours = first_structure(caps).get_string("colorimetry")
         # Whole frames, also where they are interlaced: backward, the fields would come in the wrong order.
         self.caps = (f"video/x-raw,format=I420,width={self.info.width},height={self.info.height},framerate={rate[0]}/{rate[1]},"
                      f"interlace-mode=progressive{f',colorimetry={colours}' if colours else ''}")
@@ -101,7 +102,7 @@ class Decoding:
 
     def _stream(self, _decodebin, pad):
         sink = self._pipeline.get_by_name("convert").get_static_pad("sink")
-        name = (pad.get_current_caps() or pad.query_caps(None)).get_structure(0).get_name()
+        name = first_structure(pad.get_current_caps() or pad.query_caps(None)).get_name()
         if name == "video/x-raw" and not sink.is_linked():
             self._video = pad.link(sink) == Gst.PadLinkReturn.OK
 

@@ -1,18 +1,17 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Prints the latency of a live pipeline with and without csdtrack, by GStreamer's latency tracer: see --help.
+"""Prints the latency of a live pipeline with and without csdtrack: see --help.
 
     SOURCE ! queue ! csdtrack ! fakesink
     SOURCE ! queue ! fakesink
 
-by turns. The tracer writes, for each frame, how long it took from the source's pad to the sink's.
+by turns. Probes note when each frame passes the source's pad and the sink's. GStreamer's tracer `latency` says the same, but that of 1.26.2
+(Debian 13) stops every pipeline: a deadlock, mended since.
 """
 
 import argparse
 import math
-import os
-import pathlib
 import re
-import tempfile
+import time
 
 import command
 import sources
@@ -21,7 +20,7 @@ EPILOG = """
 SOURCE is one of those of pipelines/live that are live and send their frames themselves: /dev/videoN, decklink, decklink:N, simulate,
 simulate:SCENARIO, test:UYVY, test:v210.
 
-The latency of a frame is what GStreamer's tracer `latency` says: the time from when it leaves the source to when it comes to the sink. The
+The latency of a frame is the time from when it leaves the source to when it comes to the sink. The
 second row has csdtrack in between, with the preset live-low-latency (docs/elements.md); nothing else differs. The first second of each round,
 in which devices settle and features are learnt, is not counted. Numbers hold for this machine, with what else runs on it.
 
@@ -50,12 +49,32 @@ def parse(arguments):
     return options
 
 
-def latencies(log):
-    """{name of the sink: [(time of the record, latency), ...]}, ns, of the tracer's records."""
-    found = {}
-    for sink, latency, time in re.findall(r" latency, .*sink-element=\(string\)([^,]+),.* time=\(guint64\)(\d+), ts=\(guint64\)(\d+);", log):
-        found.setdefault(sink, []).append((int(time), int(latency)))
-    return found
+class Probes:
+    """When the frames of a pipeline left its source, and how long they took to the sink."""
+
+    def __init__(self, pipeline, sink):
+        from runner import Gst
+        self._left = {}     # ns, by PTS
+        self.arrivals = []  # (when, latency), ns
+        self._go_on = Gst.PadProbeReturn.OK
+        found, source = pipeline.iterate_sources().next()
+        assert found == Gst.IteratorResult.OK
+        source.get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER, self._leaves)
+        sink.get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._comes)
+
+    def _leaves(self, _pad, info):
+        self._left[info.get_buffer().pts] = time.monotonic_ns()
+        return self._go_on
+
+    def _comes(self, _pad, info):
+        now = time.monotonic_ns()
+        left = self._left.pop(info.get_buffer().pts, None)
+        if left is not None:
+            self.arrivals.append((now, now - left))
+        return self._go_on
+
+    def latencies(self):
+        return [latency for now, latency in self.arrivals if now >= self.arrivals[0][0] + SETTLE]
 
 
 def percentile(values, part):
@@ -73,27 +92,22 @@ def table(measured):
 def main():
     options = command.options(parse)
     begin = sources.begin(options.source)
-    with tempfile.TemporaryDirectory(prefix="csdtrack-") as folder:
-        # GStreamer reads these once, when it starts.
-        log = pathlib.Path(folder) / "tracer.log"
-        os.environ.update(GST_TRACERS="latency(flags=pipeline)", GST_DEBUG="GST_TRACER:7", GST_DEBUG_FILE=str(log), GST_DEBUG_NO_COLOR="1")
-        import runner
-        for turn in range(options.rounds * 2):
-            between = "csdtrack name=csdtrack ! " if turn % 2 else ""
-            # Not leaky, and no waiting for the clock: what csdtrack does not keep up with waits in the queue, and is seen as latency.
-            run = runner.Run("latency", f"{begin} ! {command.FRAMES} ! {between} "
-                                        f"fakesink sync=false name=round{turn}", counted=(f"round{turn}",))
-            if between:
-                runner.configure(run.element("csdtrack"), options.preset, {}, options.set)
-            run.play(options.source, options.seconds)
-            if run.told:
-                break
-        measured = {kind: [] for kind in KINDS}
-        for sink, records in latencies(log.read_text()).items():
-            measured[KINDS[int(sink.removeprefix("round")) % 2]] += [latency for time, latency in records if time >= records[0][0] + SETTLE]
-        if not all(measured.values()):
-            raise command.Failure(f"{options.source}: too few frames came: give more --seconds")
-        print(table(measured))
+    import runner
+    measured = {kind: [] for kind in KINDS}
+    for turn in range(options.rounds * 2):
+        between = "csdtrack name=csdtrack ! " if turn % 2 else ""
+        # Not leaky, and no waiting for the clock: what csdtrack does not keep up with waits in the queue, and is seen as latency.
+        run = runner.Run("latency", f"{begin} ! {command.FRAMES} ! {between} fakesink sync=false name=sink", counted=("sink",))
+        if between:
+            runner.configure(run.element("csdtrack"), options.preset, {}, options.set)
+        probes = Probes(run.pipeline, run.element("sink"))
+        run.play(options.source, options.seconds)
+        measured[KINDS[turn % 2]] += probes.latencies()
+        if run.told:
+            break
+    if not all(measured.values()):
+        raise command.Failure(f"{options.source}: too few frames came: give more --seconds")
+    print(table(measured))
 
 
 command.run("latency", main)

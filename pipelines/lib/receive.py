@@ -20,6 +20,7 @@ import re
 import threading
 
 import command
+from caps import first_structure
 
 EPILOG = """
 URL is one of
@@ -98,7 +99,7 @@ class Receiver:
 
     def select(self, _source, number, caps):
         """Which streams of a session are wanted: the first video, the first tracks. Sound is not."""
-        what = caps.get_structure(0)
+        what = first_structure(caps)
         kind = {"video": "picture"}.get(what.get_string("media"))
         # The caps are told as rtpgstpay writes them, base64.
         if what.get_string("encoding-name") == "X-GST" and base64.b64decode(what.get_string("caps") or "").startswith(b"application/x-ndjson"):
@@ -109,7 +110,7 @@ class Receiver:
         # All streams have been selected before one of them has a pad.
         with self._lock:  # each stream's is added from a thread of its own
             built = self.build()
-        media = pad.get_current_caps().get_structure(0).get_string("media")
+        media = first_structure(pad.get_current_caps()).get_string("media")
         pad.link(self._run.element("video").get_static_pad("sink") if media == "video" else built.get_static_pad("lines"))
 
     def build(self):

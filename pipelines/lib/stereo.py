@@ -15,6 +15,7 @@ import re
 
 import command
 import sources
+from caps import first_structure
 
 EPILOG = sources.LISTED + """
 LEFT and RIGHT are one SOURCE each: two cards, two cameras, two files. OUT is a folder; it gets left.jsonl and right.jsonl, a line of JSON for
@@ -73,7 +74,7 @@ def main():
 
     def lay_out(pad, _spec):
         if pad.get_current_caps():
-            run.element("both").get_static_pad("sink_1").set_property("xpos", pad.get_current_caps().get_structure(0).get_int("width").value)
+            run.element("both").get_static_pad("sink_1").set_property("xpos", first_structure(pad.get_current_caps()).get_int("width").value)
 
     if options.display:
         run.element("left").get_static_pad("src").connect("notify::caps", lay_out)

@@ -101,7 +101,7 @@ class Session:
             self._waits = out or self._waits and buffer.has_flags(Gst.BufferFlags.DELTA_UNIT)
         if out or name == "video" and self._waits:
             return
-        buffer = buffer.copy()
+        buffer = buffer.copy_deep()  # what copy() gives gst-python 1.26 takes for another's, and lets no time be set
         buffer.pts, buffer.dts = time - self._begin[0] + self._begin[1], Gst.CLOCK_TIME_NONE
         source.emit("push-sample", Gst.Sample.new(buffer, sample.get_caps(), None, None))
 

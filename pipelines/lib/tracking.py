@@ -16,6 +16,7 @@ import threading
 import time
 
 import gi
+from caps import first_structure
 
 gi.require_version("Gst", "1.0")
 from gi.repository import GLib, GObject, Gst  # noqa: E402
@@ -153,7 +154,7 @@ class Job:
         source.set_property("features", self.track.get_property("max-features"))
         self.track.set_property("points", "truth")
         caps = Gst.Caps.from_string(SIMULATED)
-        _known, over, under = caps.get_structure(0).get_fraction("framerate")
+        _known, over, under = first_structure(caps).get_fraction("framerate")
         self.duration = Gst.util_uint64_scale(source.get_property("num-buffers"), under * Gst.SECOND, over)
         tee = self._make("tee")
         self._chain(source, self._make("capsfilter", caps=caps), tee, self.track)
@@ -170,7 +171,7 @@ class Job:
 
     def _decode_further(self, _decodebin, _pad, caps):
         """False where the sound, once parsed, can be copied into the mp4 as it is."""
-        structure = caps.get_structure(0)
+        structure = first_structure(caps)
         parsed = any(structure.has_field(f) and structure.get_boolean(f)[1] for f in ("framed", "parsed"))
         needs_parsing = structure.get_name() in ("audio/mpeg", "audio/x-ac3")
         return not (copied(caps) and (parsed or not needs_parsing))
@@ -179,7 +180,7 @@ class Job:
         """decodebin shows all streams of the file before it lets data flow, so mp4mux learns of all in time."""
         try:
             caps = pad.get_current_caps() or pad.query_caps(None)
-            name = caps.get_structure(0).get_name()
+            name = first_structure(caps).get_name()
             if name == "video/x-raw" and not self.track.get_static_pad("sink").is_linked():
                 self._video_stream(pad, caps)
             elif name.startswith("audio/"):
@@ -194,7 +195,7 @@ class Job:
         self._feeds.append(sink)
 
     def _video_stream(self, pad, caps):
-        known, over, under = caps.get_structure(0).get_fraction("pixel-aspect-ratio")
+        known, over, under = first_structure(caps).get_fraction("pixel-aspect-ratio")
         if known and (over <= 0 or under <= 0):  # avidemux makes -1/1 of some files, which no encoder takes
             convert = self._make("capssetter", caps=Gst.Caps.from_string("video/x-raw, pixel-aspect-ratio=1/1"))
         elif caps.can_intersect(self.track.get_static_pad("sink").query_caps(None)):
@@ -237,7 +238,7 @@ class Job:
         if event.type == Gst.EventType.SEGMENT:
             event.copy_segment(self._segment)
         if event.type == Gst.EventType.CAPS and not self.picture:
-            structure = event.parse_caps().get_structure(0)
+            structure = first_structure(event.parse_caps())
             width, height = structure.get_int("width")[1], structure.get_int("height")[1]
             self.picture = f"{width}×{height} {structure.get_string('format')}"
             if min(width, height) < 16:

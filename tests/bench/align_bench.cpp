@@ -95,7 +95,7 @@ void coarse_and_fine(benchmark::State &state, Align run, Kind kind) {
           run(s.pyramid, s.glare, s.anchors[i].level(1), 1, s.start[i], {}, AlignModel::similarity, coarse_precision);
       AlignPrior prior;
       prior.position = coarse.information * .25;
-      const Alignment fine =
+      Alignment fine =
           run(s.pyramid, s.glare, s.anchors[i].level(0), 0, coarse.state, prior, AlignModel::affine, fine_precision);
       benchmark::DoNotOptimize(fine.zncc);
     }

@@ -21,7 +21,7 @@ void frame(benchmark::State &state, AlgorithmKind algorithm) {
   std::size_t i = 0;
   const auto next = [&] {
     const auto pts = static_cast<std::int64_t>(i) * second / 25;
-    benchmark::DoNotOptimize(tracker.process(frames[i++ % frames.size()].view, pts).frame);
+    benchmark::DoNotOptimize(tracker.process(frames[i++ % frames.size()].view, pts).features.data());
   };
   next();  // detection
   for (auto _ : state) next();

@@ -48,7 +48,7 @@ void load(benchmark::State &state, const Scene &scene) {
   WorkFrame frame;
   for (auto _ : state) {
     frame.load(scene.packed.view);
-    benchmark::DoNotOptimize(frame.luma().data);
+    benchmark::DoNotOptimize(frame.luma().ptr());
   }
 }
 
@@ -58,7 +58,7 @@ void pyramid(benchmark::State &state, const Scene &scene) {
   Pyramid levels;
   for (auto _ : state) {
     levels.build(frame.luma());
-    benchmark::DoNotOptimize(levels.level(4).data);
+    benchmark::DoNotOptimize(levels.level(4).ptr());
   }
 }
 
@@ -71,7 +71,7 @@ void glare(benchmark::State &state, const Scene &scene) {
     frame.load(scene.packed.view);
     state.ResumeTiming();
     weights.build(frame, scene.forbidden);
-    benchmark::DoNotOptimize(weights.level(4).data);
+    benchmark::DoNotOptimize(weights.level(4).ptr());
   }
 }
 
@@ -83,7 +83,7 @@ void all(benchmark::State &state, const Scene &scene) {
     frame.load(scene.packed.view);
     levels.build(frame.luma());
     weights.build(frame, scene.forbidden);
-    benchmark::DoNotOptimize(weights.level(4).data);
+    benchmark::DoNotOptimize(weights.level(4).ptr());
   }
 }
 

@@ -34,7 +34,7 @@ void load(benchmark::State &state, test::Layout layout, Size size) {
   WorkFrame frame;
   for (auto _ : state) {
     frame.load(packed.view);
-    benchmark::DoNotOptimize(frame.luma().data);
+    benchmark::DoNotOptimize(frame.luma().ptr());
   }
 }
 

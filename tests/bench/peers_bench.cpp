@@ -40,7 +40,7 @@ void csd_frame(benchmark::State &state) {
   std::size_t i = 0;
   const auto next = [&] {
     const auto pts = static_cast<std::int64_t>(i) * second / 25;
-    benchmark::DoNotOptimize(tracker.process(frames[i++ % frames.size()].view, pts).frame);
+    benchmark::DoNotOptimize(tracker.process(frames[i++ % frames.size()].view, pts).features.data());
   };
   while (i < 50) next();  // the anchors are made
   for (auto _ : state) next();

@@ -40,7 +40,7 @@ void truth(benchmark::State &state) {
 void start(benchmark::State &state, csd::sim::Style style) {
   csd::sim::SimSettings settings;
   settings.style = style;
-  for (auto _ : state) benchmark::DoNotOptimize(csd::sim::Simulator(settings).settings().seed);
+  for (auto _ : state) benchmark::DoNotOptimize(csd::sim::Simulator(settings));
 }
 
 const int registered = [] {

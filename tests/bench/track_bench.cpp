@@ -98,7 +98,7 @@ void gather_and_search_41(benchmark::State &state) {
   const cv::Point at(131, 97);
   for (auto _ : state) {
     frame.gather({at.x - 30, at.y - 30, 61, 61}, tree->space(), channel);
-    const auto result = search(*tree, channel, {at.x - 30, at.y - 30}, {{at.x - 20, at.y - 20, 41, 41}, 1}, {at, 10});
+    auto result = search(*tree, channel, {at.x - 30, at.y - 30}, {{at.x - 20, at.y - 20, 41, 41}, 1}, {at, 10});
     benchmark::DoNotOptimize(result.weighted);
   }
   state.counters["nodes"] = static_cast<double>(tree->nodes().size());
@@ -111,7 +111,7 @@ void search_whole_picture(benchmark::State &state) {
   to_space(scene().render({0, 0}), tree->space(), channel);
   cv::copyMakeBorder(channel, bordered, 10, 10, 10, 10, cv::BORDER_REPLICATE);
   for (auto _ : state) {
-    const auto result = search_coarse_to_fine(*tree, bordered, {-10, -10}, {{0, 0, 640, 480}, 2}, {{131, 97}});
+    auto result = search_coarse_to_fine(*tree, bordered, {-10, -10}, {{0, 0, 640, 480}, 2}, {{131, 97}});
     benchmark::DoNotOptimize(result.weighted);
   }
 }

@@ -85,11 +85,13 @@ inline Buffer allocate(const GstVideoInfo &info, unsigned padding = 0, std::uint
 }
 
 /// Converts one frame into another of the same size.
-inline void convert(const GstVideoInfo &from, GstBuffer *source, const GstVideoInfo &to, GstBuffer *destination) {
-  GstVideoConverter *converter =
-      gst_video_converter_new(&from, &to,
-                              gst_structure_new("config", GST_VIDEO_CONVERTER_OPT_DITHER_METHOD,
-                                                GST_TYPE_VIDEO_DITHER_METHOD, GST_VIDEO_DITHER_NONE, nullptr));
+inline void convert(const GstVideoInfo &from, GstBuffer *source, const GstVideoInfo &to, GstBuffer *destination,
+                    GstVideoChromaMode chroma = GST_VIDEO_CHROMA_MODE_FULL) {
+  GstVideoConverter *converter = gst_video_converter_new(
+      &from, &to,
+      gst_structure_new("config", GST_VIDEO_CONVERTER_OPT_DITHER_METHOD, GST_TYPE_VIDEO_DITHER_METHOD,
+                        GST_VIDEO_DITHER_NONE, GST_VIDEO_CONVERTER_OPT_CHROMA_MODE, GST_TYPE_VIDEO_CHROMA_MODE, chroma,
+                        nullptr));
   Frame in(from, source, GST_MAP_READ), out(to, destination, GST_MAP_WRITE);
   gst_video_converter_frame(converter, &in, &out);
   gst_video_converter_free(converter);

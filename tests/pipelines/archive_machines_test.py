@@ -115,14 +115,17 @@ class Machines(harness.Case):
         self.addCleanup(cluster.stop)
         process = self.start(self.out, "--slurm", environment=cluster.environment)
         job = machines.job_at_work(self.out, "long.mkv")
+        os.kill(job, signal.SIGSTOP)  # until the next run waits for it: it would be done within a second
         process.terminate()
         _, said = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 130)
         self.assertRegex(said, r"^archive: the cluster goes on: the same command follows it, 'scancel \d+' ends it\n")
         self.assertTrue(pathlib.Path(f"/proc/{job}").exists())
-        code, told, said = self.run_archive(self.out, "--slurm", environment=cluster.environment)
-        self.assertIn("an earlier run's jobs are still in the cluster", told)
-        self.check_all_done(code, said)
+        process = self.start(self.out, "--slurm", environment=cluster.environment)
+        self.assertIn("an earlier run's jobs are still in the cluster", process.stdout.readline())
+        os.kill(job, signal.SIGCONT)
+        told, said = process.communicate(timeout=400)
+        self.check_all_done(process.returncode, said)
         self.assertNotIn("long.mkv", told)  # it was not done a second time
 
 

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""pipelines/latency: what the tracer's records say, and that csdtrack's time is in it."""
+"""pipelines/latency: what it prints, and that csdtrack's time is in it."""
 
 import os
 import pathlib

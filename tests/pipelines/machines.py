@@ -173,6 +173,8 @@ MaxArraySize={array}
 NodeName={host} NodeAddr=127.0.0.1 CPUs=2 State=UNKNOWN
 PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 """)
+        # As here, nothing is confined: from 23.02 on slurmd wants to see cgroups mounted else.
+        (folder / "cgroup.conf").write_text("CgroupPlugin=cgroup/v1\n")
         self.environment = {**os.environ, "SLURM_CONF": str(folder / "slurm.conf")}
         # --force: below a folder like /tmp, where others may write.
         self.serve(paths["munged"], "--foreground", "--force", f"--key-file={folder}/munge.key", f"--socket={folder}/munge.socket",

@@ -85,7 +85,6 @@ TEST(ReadLine, EachDefectIsNamed) {
   EXPECT_EQ(with("4294967294", "0"), "feature 0 after feature 0");
   EXPECT_EQ(with("false", "0"), "`fresh` is neither true nor false");
   EXPECT_EQ(with("520000000", "-520000000"), "`stream_time` is no whole number from 0");
-  EXPECT_EQ(with("520000000", "9223372036854775808"), "`stream_time` is no whole number from 0");
   EXPECT_EQ(with("640", "1048577"), "`width` is no whole number from 0 to 1048576");
   EXPECT_EQ(with("größe", std::string(1001, 'x')), "`source` is longer than 1000 bytes");
   EXPECT_EQ(with("\"track\"", "\"truth\""), "a truth's states are tracked, occluded and out, not lost");
@@ -101,6 +100,12 @@ TEST(ReadLine, EachDefectIsNamed) {
 TEST(ReadLine, WhatIsNoJsonIsRefused) {
   EXPECT_EQ(with("12,", "99999999999999999999,"), "is no JSON: a number has more than 19 digits");
   EXPECT_EQ(with("-1,", "-99999999999999999999,"), "is no JSON: a number has more than 19 digits");
+  EXPECT_EQ(with("520000000", "9223372036854775807"), "none");
+  EXPECT_EQ(with("520000000", "9223372036854775808"), "is no JSON: a whole number of more than 64 bits");
+  EXPECT_EQ(with("520000000", "-9223372036854775809"), "is no JSON: a whole number of more than 64 bits");
+  EXPECT_EQ(with("520000000", "-9223372036854775808"), "`stream_time` is no whole number from 0");
+  EXPECT_EQ(with("1e2", "9223372036854775808"), "is no JSON: a whole number of more than 64 bits");
+  EXPECT_EQ(with("1e2", "9223372036854775808.5"), "`y` is beyond 1048576 pixels");
   EXPECT_EQ(with("12,", "012,"), "is no JSON: a number begins with 0");
   EXPECT_EQ(with("12,", "0x12,"), "is no JSON: unexpected character 'x'");
   EXPECT_EQ(with("12,", "/*13*/12,"), "is no JSON: unexpected character '/'");
