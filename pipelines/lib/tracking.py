@@ -384,13 +384,14 @@ def copied(caps):
 
 def settable_properties():
     """For each property of csdtrack that --set takes: name, values, default and what it is, as text."""
-    for spec in Gst.ElementFactory.make("csdtrack").list_properties():
+    track = Gst.ElementFactory.make("csdtrack")
+    for spec in track.list_properties():
         if not spec.flags & GObject.ParamFlags.WRITABLE or spec.name in KEPT:
             continue
         default, minimum = spec.default_value, getattr(spec, "minimum", None)
         if spec.value_type.is_a(GObject.TYPE_ENUM):
-            values = " | ".join(v.value_nick for v in spec.enum_class.__enum_values__.values())
-            default = default.value_nick
+            values = " | ".join(v.value_nick for v in enum_values(track, spec))
+            default = track.get_property(spec.name).value_nick  # spec's is a number with PyGObject 3.50
         elif spec.value_type == GObject.TYPE_BOOLEAN:
             values, default = "true | false", str(default).lower()
         elif minimum is not None:
@@ -400,6 +401,11 @@ def settable_properties():
         if spec.name in PRESET:
             default += f"; quickstart: {PRESET[spec.name]}"
         yield spec.name, values, default, spec.blurb
+
+
+def enum_values(element, spec):
+    # By a value: with PyGObject 3.50 spec.enum_class is GLib's structure, not the class in Python.
+    return type(element.get_property(spec.name)).__enum_values__.values()
 
 
 def set_checked(element, name, text):
@@ -414,7 +420,7 @@ def set_checked(element, name, text):
         element.set_property(name, text)
         return
     if spec.value_type.is_a(GObject.TYPE_ENUM):
-        choices = {v.value_nick: v for v in spec.enum_class.__enum_values__.values()}
+        choices = {v.value_nick: v for v in enum_values(element, spec)}
         if text not in choices:
             raise Failure(f"'{text}' is no value for {name}: it is one of {', '.join(choices)}")
         element.set_property(name, choices[text])
