@@ -52,6 +52,12 @@ def make_folder(folder):
         raise Failure(f"can't write into '{folder}': give a folder where you may write")
 
 
+def check_window(sink, option):
+    """autovideosink without a display ends the whole process in some versions of GStreamer."""
+    if sink == "autovideosink" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise Failure(f"there is no display for a window (DISPLAY and WAYLAND_DISPLAY are empty): give a sink that needs none with {option}")
+
+
 def quoted(text):
     """A value in the text of a pipeline."""
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -21,7 +21,7 @@ SOURCE is one of those of pipelines/live that are live and send their frames the
 simulate:SCENARIO, test:UYVY, test:v210.
 
 The latency of a frame is the time from when it leaves the source to when it comes to the sink. The
-second row has csdtrack in between, with the preset live-low-latency (docs/elements.md); nothing else differs. The first second of each round,
+second row has csdtrack in between, with the preset live-low-latency (docs/pipelines.md); nothing else differs. The first second of each round,
 in which devices settle and features are learnt, is not counted. Numbers hold for this machine, with what else runs on it.
 
 Exit code: 0 if it was measured, 1 if not (one line says why), 2 for wrong use.

@@ -17,7 +17,7 @@ import sources
 
 EPILOG = sources.LISTED + """
 In the window a click adds a point, a click with the right button removes the nearest, the key r begins anew. Close the window or press
-Ctrl-C to end. What csdtrack is told: the preset live-low-latency (docs/elements.md), overlay=draw, navigation=true.
+Ctrl-C to end. What csdtrack is told: the preset live-low-latency (docs/pipelines.md), overlay=draw, navigation=true.
 
 Exit code: 0 if a picture was shown, 1 if not (one line says why), 2 for wrong use.
 """
@@ -42,6 +42,7 @@ def parse(arguments):
 
 def main():
     options = command.options(parse)
+    command.check_window(options.sink, "--sink")
     import runner
     begin = sources.begin(options.source)
     # leaky: what is old is of no use.

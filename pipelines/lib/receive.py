@@ -17,7 +17,10 @@ import argparse
 import base64
 import pathlib
 import re
+import socket
 import threading
+import time
+import urllib.parse
 
 import command
 from caps import first_structure
@@ -31,7 +34,9 @@ URL is one of
 TRACKS gets a line of JSON for each frame (docs/metadata.md). If the stream brings tracks along, as that of pipelines/stream does, its lines are
 written as they were sent, byte for byte, and nothing is tracked; their times are then the sender's. Else csdtrack tracks here.
 
-What csdtrack is told: the preset live-low-latency (docs/elements.md). To record the video too, give the URL to pipelines/record.
+What csdtrack is told: the preset live-low-latency (docs/pipelines.md). To record the video too, give the URL to pipelines/record.
+
+An RTSP server that isn't up yet is waited for, ten seconds.
 
 Exit code: 0 if a picture came, 1 if not (one line says why; the lines that came until then are there), 2 for wrong use.
 """
@@ -59,6 +64,8 @@ def parse(arguments):
     return options
 
 
+PATIENCE = 10  # seconds, with a sender that isn't there yet
+
 # What is too old is of no use, as in pipelines/live.
 FRAMES = f"{command.FRAMES} leaky=downstream"
 
@@ -84,6 +91,22 @@ def consumers(options, carried):
         return f"{text} fakesink name=picture sync=false async=false"
     # A frame waits for its line, but not so long that it comes late itself.
     return f"{text} csdtrackdec name=picture overlay=draw max-wait={options.latency * 500_000} ! {window} l. ! {command.LINES} ! picture.text"
+
+
+def await_sender(url):
+    """Who starts sender and receiver together need not know which is up first."""
+    at = urllib.parse.urlsplit(url)
+    address = at.hostname, at.port or (322 if at.scheme.startswith("rtsps") else 554)
+    end = time.monotonic() + PATIENCE
+    while True:
+        try:
+            return socket.create_connection(address, timeout=PATIENCE).close()
+        except ConnectionRefusedError as error:
+            if time.monotonic() > end:
+                raise command.Failure(f"nobody serves RTSP at {address[0]}:{address[1]}: start the sender, or give its URL") from error
+            time.sleep(0.2)
+        except OSError as error:
+            raise command.Failure(f"{address[0]}:{address[1]} can't be reached ({error.strerror or error})") from error
 
 
 class Receiver:
@@ -147,6 +170,9 @@ def main():
     configure(runner, Gst.ElementFactory.make("csdtrack"), options)  # what is wrong is said before a connection is made
     if options.display and not Gst.ElementFactory.find(options.display):
         raise command.Failure(f"there is no element '{options.display}' for the window: give another with --display")
+    command.check_window(options.display, "--display")
+    if options.url.startswith("rtsp"):
+        await_sender(options.url)
     run = runner.Run("receive", f"{source(options)} decodebin name=video ! video/x-raw ! {FRAMES} name=frames", counted=("frames",))
     receiver = Receiver(runner, run, options)
     session = run.element("in")

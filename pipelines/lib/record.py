@@ -3,14 +3,16 @@
 
     SOURCE ! tee ─ queue ! x264enc ! h264parse ! splitmuxsink          00000.mkv, 00001.mkv, …
              tee ─ queue ! csdtrack ! tee ─ queue ! csdtrackenc        00000.jsonl, 00001.jsonl, …
-                                      tee ─ queue ! videoconvert ! DISPLAY
+                                      tee ─ queue ! appsink ──► appsrc ! videoconvert ! DISPLAY
 
 The recording is clean, and nothing that happens to the tracks can harm it: csdtrack looks at the same buffers in a branch of its own, whose
 queue drops what is too old where the source is live, and whose lines this program writes, not an element whose error would stop the pipeline.
+The window is a pipeline of its own, for the same reason.
 """
 
 import argparse
 import collections
+import contextlib
 import os
 import pathlib
 import re
@@ -25,10 +27,10 @@ OUT is a folder; it gets 00000.mkv, 00001.mkv, … and beside each its tracks: 0
 (docs/metadata.md). The files' times go on from one to the next, and a line's stream_time is its frame's. Numbers go on where OUT has some.
 
 The tracks can't harm the recording: if their disk is full or gone there is one warning, and the recording goes on; if tracking is too slow for
-a live source, frames are recorded that were not tracked. A line is written when it is sure into which file its frame goes: a killed recorder
-lacks the lines of those frames alone that its recording lacks too.
+a live source, frames are recorded that were not tracked. A line is written as soon as its frame was tracked: a killed recorder leaves those of
+all frames that it recorded and tracked, and of some that were still in the encoder.
 
-What csdtrack is told: the preset laparoscopy-1080p (docs/elements.md), so on-error=pass.
+What csdtrack is told: the preset laparoscopy-1080p (docs/pipelines.md), so on-error=pass.
 
 Exit code: 0 if all was recorded, 1 if not (one line says why; what was recorded until then is there), 2 for wrong use.
 """
@@ -59,63 +61,107 @@ def parse(arguments):
 class Sidecar:
     """Lines of tracks, into the file beside the one that their frame was recorded in.
 
-    A group of pictures goes into a file as a whole. When one begins, splitmuxsink has decided about all but the last one before. So a line
-    waits until the group after its own has ended; that is some seconds of lines at most.
+    A line is written at once, to the newest file: a killed recorder leaves one for each frame that it has recorded. The encoder holds frames
+    back, though, so lines are there before it is known where the next file begins. Then what belongs into that is moved. A group of pictures
+    goes into a file as a whole, and when one begins, splitmuxsink has decided about all but the last one before: earlier lines stay.
     """
 
-    def __init__(self, folder):
+    def __init__(self, folder, first):
         self._folder = folder
-        self._waiting = collections.deque()  # (running time, line)
-        self._files = collections.deque()    # (first running time, name), of which the first is open
-        self._groups = (0, 0)                # begin of this group and of the one before
+        self._name = first           # of the newest file
         self._file = None
+        self._unsure = collections.deque()  # (running time, offset, line): what may belong into the next file
+        self._size = 0
+        self._group = 0              # begin of the last group of pictures
         self._lock = threading.Lock()
         self.failure = None
 
     def line(self, time, text):
-        with self._lock:
-            if not self.failure:
-                self._waiting.append((time, text))
+        with self._lock, self._guarded():
+            if self.failure:
+                return
+            if self._file is None:
+                self._open(self._name)
+            self._unsure.append((time, self._size, text))
+            self._write(text)
 
     def opened(self, time, name):
         """A file of the recording begins with the frame of this running time."""
-        with self._lock:
-            self._files.append((time, pathlib.Path(name).with_suffix(".jsonl").name))
+        name = pathlib.Path(name).with_suffix(".jsonl").name
+        with self._lock, self._guarded():
+            if self.failure or name == self._name:
+                return
+            self._name = name
+            moved = [entry for entry in self._unsure if entry[0] >= time]
+            before = self._file
+            self._unsure.clear()
+            self._open(name)
+            for begin, _, text in moved:
+                self._unsure.append((begin, self._size, text))
+                self._write(text)
+            if before is not None:
+                if moved:  # after they were written elsewhere: rather twice than never
+                    os.ftruncate(before, moved[0][1])
+                os.close(before)
 
     def group(self, time):
         """A group of pictures begins."""
         with self._lock:
-            self._groups = (time, self._groups[0])
-            self._write(self._groups[1])
+            while self._unsure and self._unsure[0][0] < self._group:
+                self._unsure.popleft()
+            self._group = time
 
     def end(self):
         with self._lock:
-            self._write(float("inf"))
             if self._file is not None:
                 os.close(self._file)
+                self._file = None
 
-    def _write(self, until):
-        """What is earlier. A file that can't be written ends the tracks, and nothing else."""
+    def _open(self, name):
+        self._file = os.open(self._folder / name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
+        self._size = 0
+
+    def _write(self, text):
+        while text:  # unbuffered: what a killed recorder wrote is there
+            written = os.write(self._file, text)
+            self._size += written
+            text = text[written:]
+
+    @contextlib.contextmanager
+    def _guarded(self):
+        """A file that can't be written ends the tracks, and nothing else."""
         try:
-            while self._waiting and self._waiting[0][0] < until and self._files and not self.failure:
-                while len(self._files) > 1 and self._waiting[0][0] >= self._files[1][0]:
-                    self._files.popleft()
-                    self._close()
-                if self._file is None:
-                    self._file = os.open(self._folder / self._files[0][1], os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
-                rest = self._waiting[0][1]
-                while rest:  # unbuffered: what a killed recorder wrote is there
-                    rest = rest[os.write(self._file, rest):]
-                self._waiting.popleft()
+            yield
         except OSError as error:
             self.failure = f"'{error.filename or self._folder}': {error.strerror}"
-            self._waiting.clear()
+            self._unsure.clear()
             print(f"record: warning: the tracks end here, the recording goes on: {self.failure}", file=sys.stderr, flush=True)
 
-    def _close(self):
-        if self._file is not None:
-            os.close(self._file)
-            self._file = None
+
+class Window:
+    """A pipeline of its own: a window that is closed, or has never been there, ends itself and not the recording."""
+
+    def __init__(self, runner, sink):
+        self._gst = runner.Gst
+        # The newest frames, as they come: a window is for looking, now.
+        self._run = runner.Run("record", f"appsrc name=in is-live=true format=time do-timestamp=true max-buffers=2 leaky-type=downstream ! "
+                                         f"videoconvert ! {sink} sync=false", counted=())
+        self._bus = self._run.pipeline.get_bus()
+        self._gone = False
+        self._run.pipeline.set_state(self._gst.State.PLAYING)
+
+    def show(self, sample):
+        if self._gone:
+            return
+        if error := self._bus.pop_filtered(self._gst.MessageType.ERROR):
+            self._gone = True
+            self._run.pipeline.set_state(self._gst.State.NULL)
+            print(f"record: warning: the window is gone, the recording goes on: {error.parse_error()[0].message}", file=sys.stderr, flush=True)
+        else:
+            self._run.element("in").emit("push-sample", sample)
+
+    def close(self):
+        self._run.pipeline.set_state(self._gst.State.NULL)
 
 
 def first_number(folder):
@@ -126,6 +172,7 @@ def first_number(folder):
 def main():
     options = command.options(parse)
     begin = sources.begin(options.source)
+    command.check_window(options.display, "--display")
     command.make_folder(options.out)
     tracks = options.tracks or options.out
     command.make_folder(tracks)
@@ -142,12 +189,14 @@ def main():
            f"in. ! {command.FRAMES} name=look ! csdtrack name=csdtrack ! tee name=t " \
            f"t. ! {bounded} ! csdtrackenc ! application/x-ndjson ! appsink name=lines sync=false async=false max-buffers=0 emit-signals=true"
     if options.display:
-        text += f" t. ! {command.FRAMES} leaky=downstream ! videoconvert ! {options.display}"
+        text += f" t. ! {command.FRAMES} leaky=downstream ! appsink name=shown sync=false async=false max-buffers=2 drop=true emit-signals=true"
     run = runner.Run("record", text)
     track, files = run.element("csdtrack"), run.element("files")
     runner.configure(track, options.preset, {"overlay": "draw" if options.display else "none"}, options.set)
-    sidecar, number = Sidecar(tracks), first_number(options.out)
+    number = first_number(options.out)
+    sidecar = Sidecar(tracks, f"{number:05}.jsonl")
 
+    window = Window(runner, options.display) if options.display else None
     files.connect("format-location", lambda _, fragment: str(options.out / f"{number + fragment:05}.mkv"))
 
     def line(sink):
@@ -157,6 +206,13 @@ def main():
         return Gst.FlowReturn.OK
 
     run.element("lines").connect("new-sample", line)
+
+    def shown(sink):
+        window.show(sink.emit("pull-sample"))
+        return Gst.FlowReturn.OK
+
+    if window:
+        run.element("shown").connect("new-sample", shown)
 
     def group(pad, info):
         buffer = info.get_buffer()
@@ -178,6 +234,8 @@ def main():
         run.play(options.source, options.seconds, on_live=lambda: run.element("look").set_property("leaky", "downstream"))
     finally:
         sidecar.end()
+        if window:
+            window.close()
     runner.say_cost(track)
 
 

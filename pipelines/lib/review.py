@@ -38,6 +38,7 @@ def main():
     for file, what in ((options.video, "the path of a video"), (options.tracks, "the path of its tracks")):
         if not file.is_file():
             raise command.Failure(f"there is no file '{file}': give {what}")
+    command.check_window(options.sink, "--sink")
     import runner
     run = runner.Run("review", f"filesrc location={command.quoted(str(options.video))} ! decodebin ! csdtrackdec name=csdtrack overlay=draw "
                                f"location={command.quoted(str(options.tracks))} ! videoconvert ! {options.sink}")

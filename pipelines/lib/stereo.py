@@ -24,7 +24,7 @@ cameras that nothing keeps in step differ by less than a frame. So match lines b
 
 A live source that is too fast for the machine loses frames before they are tracked, each side by itself; files lose none.
 
-What csdtrack is told, both: the preset live-low-latency (docs/elements.md).
+What csdtrack is told, both: the preset live-low-latency (docs/pipelines.md).
 
 Exit code: 0 if both were tracked, 1 if not (one line says why; the lines that were written until then are there), 2 for wrong use.
 """
@@ -52,6 +52,7 @@ def main():
     options = command.options(parse)
     begins = {"left": sources.begin(options.left), "right": sources.begin(options.right)}
     command.make_folder(options.out)
+    command.check_window(options.display, "--display")
     import runner
     text = ""
     for side, begin in begins.items():

@@ -25,7 +25,7 @@ the video. Tracking begins with this program and goes on whoever looks: ids are 
 It is served to this machine alone; --address 0.0.0.0 serves it to all who reach this machine. Neither password nor encryption keeps the
 picture from them: that is for the network to do.
 
-What csdtrack is told: the preset live-low-latency (docs/elements.md). A file is served once, at its own pace, from the start of this program on.
+What csdtrack is told: the preset live-low-latency (docs/pipelines.md). A file is served once, at its own pace, from the start of this program on.
 
 Exit code: 0 if a picture was served, 1 if not (one line says why), 2 for wrong use.
 """

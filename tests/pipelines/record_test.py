@@ -104,19 +104,39 @@ class Record(harness.Case):
             self.assertRegex(done.stderr, "^record: warning: the tracks end here, the recording goes on: .*(No space|directory)")
             self.assertEqual(stream_of(out), whole)
 
+    def test_a_window_that_fails_ends_alone(self):
+        done = run("--display", "filesink", self.video, self.out)  # which wants a location
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stderr, "^record: warning: the window is gone, the recording goes on: .*\n$")
+        self.assertEqual(self.check_together(1), 130)
+        nowhere = {**ENVIRONMENT, "DISPLAY": "", "WAYLAND_DISPLAY": ""}
+        done = subprocess.run([RECORD, "--no-install", "--display", "--", self.video, self.tmp / "nothing"], capture_output=True, text=True, env=nowhere)
+        self.check_refused(done, 1, "record: there is no display for a window")
+        self.assertFalse((self.tmp / "nothing").exists())
+
     def test_what_is_killed_leaves_the_lines_of_what_was_recorded(self):
-        recorder = subprocess.Popen([RECORD, "--no-install", "--segment", "60", "simulate", self.out], env=ENVIRONMENT, start_new_session=True,
-                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        tracks = self.out / "00000.jsonl"
-        for _ in range(600):
-            if tracks.exists() and tracks.stat().st_size:
-                break
-            time.sleep(0.1)
-        os.killpg(recorder.pid, signal.SIGKILL)
-        recorder.wait()
-        lines = harness.read_lines(tracks, torn=True)
-        self.assertGreater(len(lines), 10)
-        self.assertEqual([line["frame"] for line in lines], list(range(len(lines))))
+        # As fast as it goes, killed in the second and in the third file.
+        for files in (2, 3):
+            out = self.out / str(files)
+            recorder = subprocess.Popen([RECORD, "--no-install", "--segment", "2", "simulate", out], env=ENVIRONMENT, start_new_session=True,
+                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            last = out / f"{files - 1:05}.mkv"
+            for _ in range(600):
+                if last.exists() and last.stat().st_size > 50_000:
+                    break
+                time.sleep(0.1)
+            os.killpg(recorder.pid, signal.SIGKILL)
+            recorder.wait()
+            lines = [line for video in sorted(out.glob("*.mkv")) for line in harness.read_lines(video.with_suffix(".jsonl"), torn=video == last)]
+            self.assertEqual(len(list(out.glob("*.jsonl"))), files)
+            recorded = {time for video in out.glob("*.mkv") for time in frame_times(video)}
+            tracked = {round(line["stream_time"] / 1e6) for line in lines}
+            self.assertGreater(len(recorded), 50)
+            # The source is live: what its queue dropped has no line, but not the last ones.
+            self.assertGreaterEqual(max(tracked), max(recorded))
+            for video in sorted(out.glob("*.mkv"))[:-1]:
+                self.assertLessEqual({round(line["stream_time"] / 1e6) for line in harness.read_lines(video.with_suffix(".jsonl"))},
+                                     set(frame_times(video)), video.name)
 
     def test_what_is_wrong_is_said_in_a_line(self):
         file = self.tmp / "file"

@@ -100,6 +100,15 @@ class Stream(harness.Case):
         self.assertEqual(stream.wait(60), 0)
         harness.check_tracks(self, harness.read_lines(self.sent))
 
+    def test_who_receives_may_be_there_first(self):
+        port = free_port()
+        receiver = self.start(*command("receive", "--seconds", 1, f"rtsp://127.0.0.1:{port}/csdtrack", self.got))
+        time.sleep(2)
+        self.assertIsNone(receiver.poll())
+        self.stream("--port", port, "simulate")
+        self.assertEqual(receiver.wait(60), 0)
+        self.assertTrue(harness.read_lines(self.got))
+
     def test_a_line_has_its_frame_s_time(self):
         def picture(number):
             made = scene.picture(number).copy()
@@ -172,7 +181,7 @@ class Stream(harness.Case):
                 ("stream", ("nothing.mp4",), 1, "no file"), ("stream", ("/dev/video99",), 1, "no device"), ("stream", ("--port", "x"), 2, "--port"),
                 ("stream", ("--port", "65536"), 2, "--port"), ("stream", ("--path", "a/b"), 2, "--path"), ("stream", ("--bitrate", "0"), 2, "--bitrate"),
                 ("stream", ("--tracks", self.tmp), 2, "folder"), ("stream", ("--port", 0, "--preset", "fast"), 1, "live-low-latency"),
-                ("receive", (f"rtsp://127.0.0.1:{nobody}/x", self.got), 1, "open"), ("receive", ("in.mkv", self.got), 2, "rtsp://"),
+                ("receive", (f"rtsp://127.0.0.1:{nobody}/x", self.got), 1, f"nobody serves RTSP at 127.0.0.1:{nobody}"), ("receive", ("in.mkv", self.got), 2, "rtsp://"),
                 ("receive", ("rtsp://x/y",), 2, "TRACKS"), ("receive", ("rtsp://x/y", self.tmp), 2, "folder"),
                 ("receive", ("--set", "foo=1", "rtsp://x/y", self.got), 1, "'foo'"), ("receive", ("--latency", "-1", "rtsp://x/y", self.got), 2, "--latency"),
                 ("receive", ("--display", "nosuchsink", "rtsp://x/y", self.got), 1, "nosuchsink")):

@@ -123,7 +123,7 @@ class Page(harness.Case):
 
     @needs("matplotlib")
     def test_the_beating_heart(self):
-        command, = re.findall(r"^    python3 docs/(python/\S+\.py) (\S+)$", PAGE, re.MULTILINE)
+        command, = re.findall(r"^    /usr/bin/python3 docs/(python/\S+\.py) (\S+)$", PAGE, re.MULTILINE)
         done = subprocess.run([sys.executable, DOCS / command[0], command[1], "6"], cwd=self.tmp, capture_output=True, text=True,
                               timeout=5 * HANGS)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
