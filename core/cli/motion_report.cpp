@@ -163,7 +163,9 @@ std::string as_text(const MotionReport &report) {
                 std::to_string(one.agreeing) + " of " + std::to_string(one.judged), or_dash(harmonics_of(one.rhythm))});
     scene.rows.push_back(std::move(row));
   }
-  text += motion.scene_rhythms.empty() ? "No rhythm of the scene\n" : as_text(scene);
+  text += motion.scene_rhythms.empty()
+              ? "No rhythm of the scene stands out from noise: --false-alarm 1 lists what is highest all the same\n"
+              : as_text(scene);
   Table features{"Features",
                  {{"feature", "usually", "/min", "Hz", "period s", "amplitude px", "direction °", "explained",
                    "false alarm", "harmonics", "claimed s", "farthest px", "speed px/s"}}};

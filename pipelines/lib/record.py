@@ -26,6 +26,8 @@ EPILOG = sources.LISTED + """
 OUT is a folder; it gets 00000.mkv, 00001.mkv, … and beside each its tracks: 00000.jsonl holds a line of JSON for each frame of 00000.mkv
 (docs/metadata.md). The files' times go on from one to the next, and a line's stream_time is its frame's. Numbers go on where OUT has some.
 
+A file is recorded as fast as that goes, any other source as its pictures come.
+
 The tracks can't harm the recording: if their disk is full or gone there is one warning, and the recording goes on; if tracking is too slow for
 a live source, frames are recorded that were not tracked. A line is written as soon as its frame was tracked: a killed recorder leaves those of
 all frames that it recorded and tracked, and of some that were still in the encoder.
