@@ -96,7 +96,10 @@ def consumers(options, carried):
 def await_sender(url):
     """Who starts sender and receiver together need not know which is up first."""
     at = urllib.parse.urlsplit(url)
-    address = at.hostname, at.port or (322 if at.scheme.startswith("rtsps") else 554)
+    try:
+        address = at.hostname, at.port or (322 if at.scheme.startswith("rtsps") else 554)
+    except ValueError as error:
+        raise command.Failure(f"'{url}': {error}") from error
     end = time.monotonic() + PATIENCE
     while True:
         try:

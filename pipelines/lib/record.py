@@ -84,8 +84,7 @@ class Sidecar:
                 return
             if self._file is None:
                 self._open(self._name)
-            self._unsure.append((time, self._size, text))
-            self._write(text)
+            self._put(time, text)
 
     def opened(self, time, name):
         """A file of the recording begins with the frame of this running time."""
@@ -99,8 +98,7 @@ class Sidecar:
             self._unsure.clear()
             self._open(name)
             for begin, _, text in moved:
-                self._unsure.append((begin, self._size, text))
-                self._write(text)
+                self._put(begin, text)
             if before is not None:
                 if moved:  # after they were written elsewhere: rather twice than never
                     os.ftruncate(before, moved[0][1])
@@ -123,7 +121,8 @@ class Sidecar:
         self._file = os.open(self._folder / name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
         self._size = 0
 
-    def _write(self, text):
+    def _put(self, time, text):
+        self._unsure.append((time, self._size, text))
         while text:  # unbuffered: what a killed recorder wrote is there
             written = os.write(self._file, text)
             self._size += written

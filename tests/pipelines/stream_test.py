@@ -181,7 +181,8 @@ class Stream(harness.Case):
                 ("stream", ("nothing.mp4",), 1, "no file"), ("stream", ("/dev/video99",), 1, "no device"), ("stream", ("--port", "x"), 2, "--port"),
                 ("stream", ("--port", "65536"), 2, "--port"), ("stream", ("--path", "a/b"), 2, "--path"), ("stream", ("--bitrate", "0"), 2, "--bitrate"),
                 ("stream", ("--tracks", self.tmp), 2, "folder"), ("stream", ("--port", 0, "--preset", "fast"), 1, "live-low-latency"),
-                ("receive", (f"rtsp://127.0.0.1:{nobody}/x", self.got), 1, f"nobody serves RTSP at 127.0.0.1:{nobody}"), ("receive", ("in.mkv", self.got), 2, "rtsp://"),
+                ("receive", (f"rtsp://127.0.0.1:{nobody}/x", self.got), 1, f"nobody serves RTSP at 127.0.0.1:{nobody}"), ("receive", ("rtsp://x:y/z", self.got), 1, "Port"),
+                ("receive", ("in.mkv", self.got), 2, "rtsp://"),
                 ("receive", ("rtsp://x/y",), 2, "TRACKS"), ("receive", ("rtsp://x/y", self.tmp), 2, "folder"),
                 ("receive", ("--set", "foo=1", "rtsp://x/y", self.got), 1, "'foo'"), ("receive", ("--latency", "-1", "rtsp://x/y", self.got), 2, "--latency"),
                 ("receive", ("--display", "nosuchsink", "rtsp://x/y", self.got), 1, "nosuchsink")):
