@@ -95,7 +95,7 @@ TrackFile::TrackFile(const std::string &path) : path_(path) {
     throw TrackSourceError(errno == ENOENT ? Kind::not_found : Kind::unreadable,
                            "The file of tracks " + quoted(path) + " can't be read: " + system_words(errno) +
                                ". Set location to a .jsonl file that csdtrackenc has written.");
-  struct stat status {};
+  struct stat status = {};
   if (fstat(fd_, &status) == 0 && S_ISREG(status.st_mode)) return;
   close(fd_);
   throw TrackSourceError(Kind::unreadable, quoted(path) +
@@ -133,7 +133,7 @@ std::size_t TrackFile::read_at(std::int64_t offset, char *to, std::size_t size) 
 }
 
 std::int64_t TrackFile::size() const {
-  struct stat status {};
+  struct stat status = {};
   return fstat(fd_, &status) == 0 ? status.st_size : 0;
 }
 

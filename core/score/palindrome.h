@@ -10,13 +10,13 @@ inline constexpr double returned_pixels = 2, apart_pixels = 5;  ///< at 576 line
 /// What a video says that was played forward and then backward, for which nobody knows the truth: each image is seen
 /// twice, the features are where they were. Shares of nothing are unknown.
 struct PalindromeScore {
-  std::size_t frames = 0;    ///< there and back
-  std::size_t features = 0;  ///< that are claimed in the first frame; no other counts
-  std::size_t claims = 0;    ///< of features · frames
-  std::size_t pairs = 0;     ///< claims of one feature on both visits of an image
-  std::size_t apart = 0;     ///< pairs more than 5 px · max(1, H/576) apart
-  std::size_t returned = 0;  ///< features claimed in the last frame at most 2 px · max(1, H/576) from the start
-  std::size_t falsely_returned = 0;  ///< features claimed there more than 5 px · max(1, H/576) from the start
+  std::size_t frames = 0;            ///< there and back
+  std::size_t features = 0;          ///< that are claimed in the first frame; no other counts
+  std::size_t claims = 0;            ///< of features · frames
+  std::size_t pairs = 0;             ///< claims of one feature on both visits of an image
+  std::size_t apart = 0;             ///< pairs more than 5 px · max(1, H/576) apart
+  std::size_t returned = 0;          ///< features claimed in the last frame ≤ 2 px · max(1, H/576) from the start
+  std::size_t falsely_returned = 0;  ///< features claimed there > 5 px · max(1, H/576) from it
 
   double claimed_share() const { return share(claims, features * frames); }
   double apart_share() const { return share(apart, pairs); }

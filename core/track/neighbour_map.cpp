@@ -197,9 +197,7 @@ NeighbourMap NeighbourField::inverse_map_at(cv::Point2d position, int chart, dou
   return fit_nearest(
       points_.size(), position, unit, std::numeric_limits<double>::infinity(),
       [&](std::size_t i) { return points_[i].chart != chart ? -1 : squared(points_[i].at.to - position); },
-      [&](std::size_t i) {
-        return Correspondence{points_[i].at.to, points_[i].at.from};
-      });
+      [&](std::size_t i) { return points_[i].at.reversed(); });
 }
 
 cv::Matx22d position_covariance(const cv::Matx22d &information) {

@@ -15,6 +15,8 @@ namespace csd {
 /// Where tissue that lies at `from` is seen now.
 struct Correspondence {
   cv::Point2d from, to;
+
+  Correspondence reversed() const { return {to, from}; }
 };
 
 /// The motion of a patch of tissue, as the points around it agree on: to = linear·from + shift.

@@ -279,7 +279,7 @@ class Job:
         self.pipeline.set_state(Gst.State.NULL)
         bus.remove_signal_watch()
         if self._failure is None and self.frames == 0:
-            self._failure = f"'{self.video}' has no frame that could be decoded: is the file complete?"
+            self._failure = no_frame(self.video)
         if self._failure is not None:
             raise Failure(self._failure)
         self.cut_short = self.cut_short or breaks_off(self.video, self.position, self.duration)
@@ -448,6 +448,10 @@ def breaks_off(video, position, duration):
             f"{duration / Gst.SECOND:.1f} s: is the file complete?")
 
 
+def no_frame(video):
+    return f"'{video}' has no frame that could be decoded: is the file complete?"
+
+
 def explain(video, out, tracker, element, error, debug, missing):
     """One line for a user, from an error message of GStreamer."""
     if element == "filesink" or error.matches(Gst.ResourceError.quark(), Gst.ResourceError.NO_SPACE_LEFT):
@@ -459,6 +463,8 @@ def explain(video, out, tracker, element, error, debug, missing):
         return f"{element}: {error.message}"
     if element == "qtdemux" and ("moov" in debug or "incomplete" in error.message):
         return no_index(video)
+    if element == "decodebin" and "without buffers" in debug:  # GStreamer 1.26; 1.22 ends such a file like any other
+        return no_frame(video)
     if missing:
         return f"'{video}' needs a {missing[0]} that this machine does not have: install it, or convert the video to H.264"
     if error.matches(Gst.StreamError.quark(), Gst.StreamError.TYPE_NOT_FOUND) or error.matches(

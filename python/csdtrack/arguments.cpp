@@ -79,7 +79,8 @@ std::size_t choice(py::handle value, const char *name, const std::vector<std::st
 std::vector<cv::Point2d> given_points(py::handle value) {
   if (value.is_none()) return {};
   const std::string advice = ": give N rows of x, y in pixels";
-  const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(value);
+  using Rows = py::array_t<double, py::array::c_style | py::array::forcecast>;
+  const auto array = Rows::ensure(value);
   if (!array) throw py::type_error("points is no array of numbers" + advice);
   if (array.size() == 0)
     throw py::value_error(

@@ -30,11 +30,8 @@ TEST(TruthTable, SortsAndFillsGaps) {
 TEST(TruthTable, RefusesWhatIsThereTwiceOrChanges) {
   TruthTable table("truth");
   table.add(9, no_time, 5, {Presence::visible, {1, 2}}, 1);
-  EXPECT_EQ(input_error("truth",
-                        [&] {
-                          table.add(9, no_time, 5, {Presence::visible, {1, 2}}, 7);
-                        }),
-            ":7: feature 5 a second time in frame 9");
+  const auto again = [&] { table.add(9, no_time, 5, {Presence::visible, {1, 2}}, 7); };
+  EXPECT_EQ(input_error("truth", again), ":7: feature 5 a second time in frame 9");
   table.size(640, 480, 1);
   table.size(640, 480, 2);
   EXPECT_EQ(input_error("truth", [&] { table.size(640, 360, 3); }), ":3: the picture's size changes");

@@ -90,9 +90,8 @@ TEST(Score, OfTheTruthItself) {
 
 TEST(Score, OfATrackerThatNeverMoves) {
   // 256×256, so TAP-Vid's pixels are the picture's. 11 frames: the errors are 0, 1, … 10.
-  const TrackerScore found = score_of(moving(256, 256, 1, 11), [](FeatureId id, const TruthPoint &, auto) {
-    return at(id, {10, 10});
-  });
+  const auto still = [](FeatureId id, const TruthPoint &, auto) { return at(id, {10, 10}); };
+  const TrackerScore found = score_of(moving(256, 256, 1, 11), still);
   EXPECT_DOUBLE_EQ(found.headline[sensitivity], 6. / 11) << "0…5 px";
   EXPECT_DOUBLE_EQ(found.headline[k], 5. / 11);
   EXPECT_DOUBLE_EQ(found.curve[1].paper.sensitivity, 3. / 11) << "0, 1 and 2 px";
