@@ -14,8 +14,14 @@ constexpr double min_eigenvalue = 1e-4;  // mean over the window, OpenCV's scale
 
 void RecursiveTracker::build(const cv::Mat &luma) {
   // The input is never reused: its pixels belong to a buffer that is gone by the next frame.
-  cv::buildOpticalFlowPyramid(luma, current_, {window_, window_}, levels, true, cv::BORDER_REFLECT_101,
-                              cv::BORDER_CONSTANT, false);
+  current_valid_ = false;
+  try {
+    cv::buildOpticalFlowPyramid(luma, current_, {window_, window_}, levels, true, cv::BORDER_REFLECT_101,
+                                cv::BORDER_CONSTANT, false);
+  } catch (...) {
+    current_.clear();  // half made, OpenCV 4.6 would read where nothing is the next time
+    throw;
+  }
   current_valid_ = true;
 }
 
