@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// csdtrack while others talk to it: properties, signals, stats and states from two threads as frames flow. What is
-// asserted is little: the tsan set-up looks on.
+// csdtrack while others talk to it: properties, signals, stats and states from two to four threads as frames flow. What
+// is asserted is little: the tsan set-up looks on.
+//
+// CSDTRACK_OPERATIONS=N: so many are made by four threads at full speed (2000).
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdlib>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "csdtrack_harness.h"
 
@@ -111,14 +117,140 @@ GST_START_TEST(states_change_while_another_thread_talks) {
 }
 GST_END_TEST
 
+namespace {
+
+/// A pipeline from a test picture to nowhere, with `track` in it.
+GstElement *pipeline_of(const std::string &track, int buffers = -1) {
+  const std::string launch = "videotestsrc pattern=ball num-buffers=" + std::to_string(buffers) +
+                             " ! video/x-raw,format=GRAY8,width=160,height=120 ! " + track + " ! fakesink";
+  GstElement *pipeline = gst_parse_launch(launch.c_str(), nullptr);
+  fail_unless(pipeline != nullptr);
+  return pipeline;
+}
+
+void change_state(GstElement *pipeline, unsigned round) {
+  constexpr GstState states[] = {GST_STATE_PLAYING, GST_STATE_PAUSED, GST_STATE_PLAYING, GST_STATE_READY,
+                                 GST_STATE_PLAYING, GST_STATE_NULL,   GST_STATE_PLAYING};
+  const GstState wanted = states[round % std::size(states)];
+  fail_unless(gst_element_set_state(pipeline, wanted) != GST_STATE_CHANGE_FAILURE);
+  fail_unless(gst_element_get_state(pipeline, nullptr, nullptr, 60 * GST_SECOND) != GST_STATE_CHANGE_FAILURE);
+  if (wanted == GST_STATE_PLAYING)
+    gst_element_seek_simple(pipeline, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH,
+                            static_cast<gint64>(round % 9 * GST_SECOND));
+}
+
+void set_properties(GstElement *track, unsigned round) {
+  g_object_set(track, "post-messages", round % 3, "message-interval", static_cast<guint64>(round % 2 * 50000000),
+               "overlay", round % 3, "attach-roi", round % 2, "attach-meta", round % 2, "navigation", round % 2,
+               nullptr);
+}
+
+void read_properties(GstElement *track) {
+  guint n = 0;
+  GParamSpec **specs = g_object_class_list_properties(G_OBJECT_GET_CLASS(track), &n);
+  for (guint i = 0; i < n; ++i) {
+    if (!(specs[i]->flags & G_PARAM_READABLE)) continue;
+    GValue value = G_VALUE_INIT;
+    g_value_init(&value, specs[i]->value_type);
+    g_object_get_property(G_OBJECT(track), specs[i]->name, &value);
+    g_value_unset(&value);
+  }
+  g_free(specs);
+}
+
+void emit_signals(GstElement *track, unsigned round) {
+  guint id = 0;
+  g_signal_emit_by_name(track, "add-point", 10. + round % 140, 10. + round % 100, &id);
+  if (round % 3) g_signal_emit_by_name(track, "remove-point", id);
+  if (round % 50 == 49) g_signal_emit_by_name(track, "reset");
+}
+
+}  // namespace
+
+GST_START_TEST(four_threads_at_full_speed) {
+  constexpr const char *algorithms[] = {"csd", "csd-2012", "lk"};
+  const char *wanted = g_getenv("CSDTRACK_OPERATIONS");
+  const unsigned operations = wanted ? static_cast<unsigned>(std::atol(wanted)) : 2000;
+  GstElement *pipeline =
+      pipeline_of(std::string("csdtrack name=t max-features=6 n-threads=2 algorithm=") + algorithms[__i__]);
+  GstElement *track = gst_bin_get_by_name(GST_BIN(pipeline), "t");
+  GstBus *bus = gst_element_get_bus(pipeline);
+  const unsigned changes = std::max(14u, operations / 500);  // of state, each of which takes long
+  std::atomic<unsigned> done = 0, states = 0;
+  const auto until_done = [&](auto &&act) {
+    return std::thread([&, act] {
+      for (unsigned round = 0; done < operations || states < changes; ++round, ++done) act(round);
+    });
+  };
+  std::vector<std::thread> threads;
+  threads.push_back(until_done([&](unsigned round) { set_properties(track, round); }));
+  threads.push_back(until_done([&](unsigned round) { emit_signals(track, round); }));
+  threads.push_back(until_done([&](unsigned) { read_properties(track); }));
+  threads.push_back(until_done([&](unsigned round) {
+    change_state(pipeline, round);
+    ++states;
+    while (GstMessage *message = gst_bus_pop(bus)) {
+      fail_unless(GST_MESSAGE_TYPE(message) != GST_MESSAGE_ERROR);
+      gst_message_unref(message);
+    }
+  }));
+  for (auto &thread : threads) thread.join();
+  g_print("%s: %u operations, %u of them changes of state\n", algorithms[__i__], done.load(), states.load());
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(bus);
+  gst_object_unref(track);
+  gst_object_unref(pipeline);
+}
+GST_END_TEST
+
+/// To the end of the stream; no frame is missing.
+static void plays_to_its_end(GstElement *pipeline, int elements, guint64 frames) {
+  fail_unless(gst_element_set_state(pipeline, GST_STATE_PLAYING) != GST_STATE_CHANGE_FAILURE);
+  GstBus *bus = gst_element_get_bus(pipeline);
+  GstMessage *end = gst_bus_timed_pop_filtered(bus, 200 * GST_SECOND,
+                                               static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_ERROR));
+  fail_unless(end != nullptr && GST_MESSAGE_TYPE(end) == GST_MESSAGE_EOS);
+  gst_message_unref(end);
+  gst_object_unref(bus);
+  for (int i = 0; i < elements; ++i) {
+    GstElement *track = gst_bin_get_by_name(GST_BIN(pipeline), ("t" + std::to_string(i)).c_str());
+    fail_unless_equals_uint64(stat(track, "frames"), frames);
+    gst_object_unref(track);
+  }
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(pipeline);
+}
+
+GST_START_TEST(eight_elements_in_a_process) {
+  constexpr const char *algorithms[] = {"csd", "csd-2012", "lk", "sift"};
+  std::string branches = "tee name=s";
+  for (int i = 0; i < 8; ++i)
+    branches += std::string(i ? " ! fakesink s." : "") + " ! queue ! csdtrack max-features=5 n-threads=2 name=t" +
+                std::to_string(i) + " algorithm=" + algorithms[i % 4];
+  plays_to_its_end(pipeline_of(branches, 20), 8, 20);
+}
+GST_END_TEST
+
+GST_START_TEST(any_number_of_threads) {
+  for (const char *algorithm : {"csd", "csd-2012"})
+    plays_to_its_end(
+        pipeline_of("csdtrack name=t0 max-features=20 n-threads=" + std::to_string(__i__) + " algorithm=" + algorithm,
+                    12),
+        1, 12);
+}
+GST_END_TEST
+
 static Suite *csdtrack_threads_suite() {
   Suite *suite = suite_create("csdtrack_threads");
   TCase *tc = tcase_create("threads");
-  tcase_set_timeout(tc, 240);
+  tcase_set_timeout(tc, 3000);
   suite_add_tcase(suite, tc);
   tcase_add_test(tc, lk_is_talked_to);
   tcase_add_test(tc, csd_2012_is_talked_to_as_it_learns);
   tcase_add_test(tc, states_change_while_another_thread_talks);
+  tcase_add_loop_test(tc, four_threads_at_full_speed, 0, 3);
+  tcase_add_test(tc, eight_elements_in_a_process);
+  tcase_add_loop_test(tc, any_number_of_threads, 1, 17);
   return suite;
 }
 
