@@ -64,6 +64,11 @@ def parse(arguments):
         parser.error("--list OUT stands alone")
     if not options.list and not options.out:
         parser.error("give LIST and OUT")
+    if options.out and os.path.exists(options.out):
+        if not os.path.isdir(options.out):
+            parser.error(f"'{options.out}' is a file: give a folder as OUT")
+        if os.path.exists(options.videos) and os.path.samefile(options.videos, options.out):
+            parser.error(f"'{options.out}' can't be LIST and OUT at once: give another OUT")
     if options.jobs is not None and options.jobs < 1:
         parser.error(f"--jobs: {options.jobs} is not at least 1")
     options.hosts = [host.strip() for host in (options.ssh or "").split(",") if host.strip()]
@@ -84,14 +89,19 @@ def find(source, out):
             folders[:] = sorted(f for f in folders if not f.startswith(".") and os.path.join(folder, f) != out)
             paths += [os.path.join(folder, f) for f in sorted(files) if not f.startswith(".") and os.path.splitext(f)[1].lower() in VIDEOS]
     else:
-        if source.suffix.lower() in VIDEOS:
-            raise command.Failure(f"'{source}' is a video: give its folder, or a text file with the paths of videos")
         try:
-            text = source.read_text(encoding="utf-8", errors="surrogateescape")
+            with open(source, encoding="utf-8", errors="surrogateescape") as file:
+                text = file.read(100_000)
+                text += "" if "\0" in text else file.read()  # of a long video the beginning is enough
         except OSError as error:
             raise command.Failure(f"can't read '{source}' ({error.strerror}): give a folder of videos, or a text file with their paths") from error
+        if "\0" in text:
+            raise command.Failure(f"'{source}' is no text: give a folder of videos, or a text file with their paths")
         base = pathlib.Path(os.path.abspath(source.parent))
         paths = [os.path.abspath(base / line) for line in text.split("\n") if line.strip() and not line.startswith("#")]
+        if paths and not any(map(os.path.exists, paths)):
+            raise command.Failure(f"'{source}' is no list of videos: nothing is there of what its lines name, such as "
+                                  f"'{archive_index.shown(archive_index.plain(paths[0]))}'")
     if not paths:
         raise command.Failure(f"'{source}' names no video: see --help")
     return {os.path.relpath(path, base) if pathlib.Path(path).is_relative_to(base) else path.lstrip("/"): path for path in paths}
@@ -140,6 +150,8 @@ def compare(options, index, version, text):
             why = "its name is no UTF-8: rename it"
         elif not found:
             why = f"there is no file '{path}': correct the list, or bring it back"
+        elif not found[0]:
+            why = f"'{path}' is empty: copy it again, or remove it"
         else:
             jobs.append({"name": name, "video": path, "size": found[0]})
         rows.append(dict.fromkeys(archive_index.COLUMNS) | identity | {
@@ -316,7 +328,7 @@ def main():
         for line in (*archive_index.table(rows), *archive_index.statistics(rows)):
             print(line)
         return
-    if not options.videos.exists():
+    if not os.path.exists(options.videos):
         raise command.Failure(f"there is no '{options.videos}': give a folder of videos, or a text file with their paths")
     options.out = pathlib.Path(os.path.abspath(options.out))
     version, text, properties = settings(options.preset, options.set)

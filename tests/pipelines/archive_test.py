@@ -276,9 +276,17 @@ class Archive(harness.Case):
         videos, empty, file = self.copy("one.mkv"), self.tmp / "empty", self.tmp / "file"
         empty.mkdir()
         file.write_text("")
-        for arguments, code, words in (((videos, file), 1, "another OUT"), (("nothing", self.out), 1, "no 'nothing'"), ((videos,), 2, "LIST and OUT"),
+        letter, moved, unknown = self.tmp / "letter", self.tmp / "moved.txt", self.tmp / "unknown"
+        letter.write_text("Dear reader,\nthis is no list\n")
+        moved.write_text("nowhere/one.mkv\n")
+        shutil.copy(videos / "one.mkv", unknown)
+        for arguments, code, words in (((videos, file), 2, "'.*file' is a file: give a folder"), ((moved, moved), 2, "is a file: give a folder"),
+                                       ((videos, videos), 2, "LIST and OUT at once"),
+                                       ((letter, self.out), 1, "^archive: '.*letter' is no list of videos: .* '.*/Dear reader,'\n$"),
+                                       ((moved, self.out), 1, "moved.txt' is no list of videos: .* '.*/nowhere/one.mkv'\n$"),
+                                       ((unknown, self.out), 1, "is no text: give a folder"), (("nothing", self.out), 1, "no 'nothing'"), ((videos,), 2, "LIST and OUT"),
                                        ((empty, self.out), 1, "names no video"), ((file, self.out), 1, "names no video"),
-                                       ((videos / "one.mkv", self.out), 1, "is a video: give its folder"), ((videos, self.out, "--jobs", "0"), 2, "--jobs"),
+                                       ((videos / "one.mkv", self.out), 1, "is no text: give a folder"), ((videos, self.out, "--jobs", "0"), 2, "--jobs"),
                                        ((videos, self.out, "--set", "max-features=many"), 1, "takes no max-features=many"),
                                        ((videos, self.out, "--set", "attach-meta=false"), 1, "attach-meta"),
                                        ((videos, self.out, "--preset", "none"), 1, "no preset 'none': .*archive"),
