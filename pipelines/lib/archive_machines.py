@@ -110,6 +110,11 @@ class Slurm:
         self._ids = folder / "slurm-arrays"
         self._rest = range(0)
         self._plan = None
+        config = self._ask("scontrol", "show", "config")
+        if config is None:
+            raise command.Failure("no Slurm cluster answers here: run this where 'scontrol ping' finds one, or without --slurm")
+        found = re.search(r"^MaxArraySize\s*=\s*(\d+)", config, re.M)
+        self._most = int(found.group(1)) if found else 1001
 
     def earlier(self):
         """Tasks of an earlier run that are still there."""
@@ -120,9 +125,6 @@ class Slurm:
     def start(self, plan, count):
         self._ids.unlink(missing_ok=True)
         self._plan, self._rest = plan, range(count)
-        config = self._ask("scontrol", "show", "config")
-        found = re.search(r"^MaxArraySize\s*=\s*(\d+)", config or "", re.M)
-        self._most = int(found.group(1)) if found else 1001
         self._submit()
 
     def working(self):
