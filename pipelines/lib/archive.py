@@ -282,6 +282,7 @@ def run(options, own, lock, version, text, properties):
         path.unlink(missing_ok=True)
     names, jobs, rows = compare(options, index, version, text)
     index.put(rows)
+    index.forget(options.out, set(names))
     if jobs:
         if not options.slurm:
             hosts = archive_machines.answering(options.hosts, options.out, version) if options.hosts else []

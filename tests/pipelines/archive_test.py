@@ -258,6 +258,20 @@ class Archive(harness.Case):
                 self.assertEqual({name: row["status"] for name, row in index(self.out).items()}, {"one.mkv": "done", "two.mkv": "unfinished"})
         self.assertEqual(list(self.out.glob(".*.unfinished")), [])
         harness.check_tracks(self, harness.read_lines(self.out / "two.mkv.jsonl"), 400)
+    def test_a_video_that_is_gone(self):
+        videos = self.copy("one.mkv", "three.MP4")
+        (videos / "empty.mkv").touch()
+        self.assertEqual(run(*FEW, videos, self.out).returncode, 1)
+        self.assertRegex(index(self.out)["empty.mkv"]["error"], "^'.*/empty.mkv' is empty: ")
+        self.assertNotIn("video is gone", run("--list", self.out).stdout)
+        (videos / "one.mkv").unlink()
+        (videos / "empty.mkv").unlink()
+        self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
+        self.assertEqual({name: row["status"] for name, row in index(self.out).items()}, {"one.mkv": "done", "three.MP4": "done"})
+        self.assertEqual(re.findall("(\\S+): its video is gone\n", run("--list", self.out).stdout), ["one.mkv"])
+        (self.out / "one.mkv.jsonl").unlink()
+        self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
+        self.assertEqual(list(index(self.out)), ["three.MP4"])
 
     def test_what_is_not_the_videos_fault_is_not_put_down_to_it(self):
         videos = self.copy("one.mkv", "three.MP4")
