@@ -8,6 +8,7 @@ results that they leave beside the tracks into the index (archive_index.py), and
 import argparse
 import contextlib
 import fcntl
+import glob
 import json
 import os
 import pathlib
@@ -253,10 +254,28 @@ def prepare(out):
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError as error:
-        raise command.Failure(f"another run works on '{out}': wait for it, or end it") from error
+        told = os.read(lock, 1000).decode(errors="replace").split()
+        os.close(lock)
+        host, *processes = [os.uname().nodename, *holders(own / "lock")]
+        if not processes:  # of another machine, or another user
+            host, *processes = told or ["?", "?"]
+        processes = " ".join(processes)
+        raise command.Failure(f"another run works on '{out}': wait for it, or end it with 'kill {processes}' on {host}") from error
     except OSError:
-        pass  # a file system without locks
+        return own, lock  # a file system without locks
+    os.ftruncate(lock, os.pwrite(lock, f"{os.uname().nodename} {os.getpid()}\n".encode(), 0))
     return own, lock
+
+
+def holders(path):
+    """The processes of this machine that have a file open, but not those that they started: the run, or what it left if it was killed."""
+    parents = {}
+    for link in glob.iglob("/proc/[0-9]*/fd/*"):
+        with contextlib.suppress(OSError):
+            process = link.split("/")[2]
+            if os.readlink(link) == os.path.realpath(path):
+                parents[process] = pathlib.Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[1]
+    return [process for process, parent in parents.items() if parent not in parents]
 
 
 def tidy(out):

@@ -242,14 +242,13 @@ class Archive(harness.Case):
                 os.kill(job, signal.SIGSTOP)  # or a slow machine asks after it is done
                 process.kill()  # GNU parallel goes on, and keeps others away
                 process.communicate()
-                refused = run(*FEW, videos, self.out)
+                self.assertIn("/parallel\0", self.refused(videos))
                 os.kill(job, signal.SIGCONT)
-                self.assertEqual(refused.returncode, 1)
-                self.assertRegex(refused.stderr, "^archive: another run works on '.*': wait for it, or end it\n$")
                 machines.wait(lambda: (self.out / "two.mkv.json").exists())
                 machines.wait(lambda: run("--list", self.out).returncode == 0 and run(*FEW, videos, self.out).returncode == 0)
                 self.assertEqual(made_again(self.out, done), {"two.mkv.jsonl"})
             else:
+                self.assertIn("/archive.py\0", self.refused(videos))
                 process.terminate()
                 self.assertEqual(process.wait(timeout=60), 130)
                 process.communicate()
@@ -258,6 +257,39 @@ class Archive(harness.Case):
                 self.assertEqual({name: row["status"] for name, row in index(self.out).items()}, {"one.mkv": "done", "two.mkv": "unfinished"})
         self.assertEqual(list(self.out.glob(".*.unfinished")), [])
         harness.check_tracks(self, harness.read_lines(self.out / "two.mkv.jsonl"), 400)
+
+    def hold(self, job):
+        os.kill(job, signal.SIGSTOP)
+
+        def let_go():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(job, signal.SIGCONT)
+
+        self.addCleanup(let_go)
+
+    def refused(self, videos):
+        """While another run works on OUT: the command of the process that is said to be in the way."""
+        done = run(*FEW, videos, self.out)
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, f"^archive: another run works on '.*': wait for it, or end it with 'kill \\d+' on {re.escape(os.uname().nodename)}\n$")
+        self.kill = re.search("kill (\\d+)", done.stderr).group(1)
+        return pathlib.Path(f"/proc/{self.kill}/cmdline").read_text()
+
+    def test_what_a_killed_run_left_can_be_ended(self):
+        videos = self.copy()
+        shutil.copy(self.long, videos)
+        process = start(*FEW, videos, self.out)
+        job = machines.job_at_work(self.out, "long.mkv")
+        self.hold(job)
+        process.kill()
+        process.communicate()
+        self.refused(videos)
+        os.kill(int(self.kill), signal.SIGTERM)
+        machines.wait(lambda: not pathlib.Path(f"/proc/{job}").exists() and not pathlib.Path(f"/proc/{self.kill}").exists())
+        self.assertFalse((self.out / "long.mkv.jsonl").exists())
+        self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
+        self.assertEqual(list(self.out.glob(".*.unfinished")), [])
+
     def test_a_video_that_is_gone(self):
         videos = self.copy("one.mkv", "three.MP4")
         (videos / "empty.mkv").touch()
