@@ -38,11 +38,12 @@ at the same paths. Slurm's sbatch reads SBATCH_PARTITION, SBATCH_ACCOUNT, SBATCH
 
 What csdtrack is told: the preset archive (docs/pipelines.md), and n-threads=1, for videos are tracked side by side.
 
-Exit code: 0 if every video of LIST is done, 1 if not (one line says why; --list has the errors), 2 for wrong use.
+Exit code: 0 if every video of LIST is done, 1 if not (one line says why; --list has the errors), 2 for wrong use, 130 if told to end.
 """
 
 ROUNDS = 2  # how often a job is given out that leaves no result, where GNU parallel doesn't see to it
 MACHINES = ("n-threads",)  # what does not change the tracks
+FOUNDED = 30  # seconds of work before it is said how much is left
 
 
 def parse(arguments):
@@ -169,7 +170,8 @@ class Progress:
     def __init__(self, jobs, folder):
         self._sizes = [max(job["size"], 1) for job in jobs]
         self._folder = folder
-        self._begun = time.monotonic()
+        self._told = {}  # by number: how much of a video is done, 0 … 1, or why its job gave up
+        self._begun = None  # in a cluster work may begin hours later
         self._through = 0
         self._bytes = 0
         self._terminal = sys.stdout.isatty()
@@ -177,21 +179,27 @@ class Progress:
     def row(self, number, row):
         self._through += 1
         self._bytes += self._sizes[number]
+        self._told.pop(number, None)
         how = f"{row['frames']} frames, {row['frames'] / max(row['seconds'], 1e-3):.1f} a second" if row["status"] == "done" else \
             f"{row['status']}: {archive_index.shown(row['error'])}"
         self._clear()
-        print(f"{self._state({})}  {archive_index.shown(row['name'])}: {how}", flush=True)
+        print(f"{self._state()}  {archive_index.shown(row['name'])}: {how}", flush=True)
 
-    def show(self):
-        if not self._terminal:
-            return
-        under_way = {}
+    def look(self):
+        """Hears what the jobs tell. Returns why some gave up: {number: text}."""
+        self._told = {}
         with contextlib.suppress(OSError):
             for name in os.listdir(self._folder):
                 with contextlib.suppress(OSError, ValueError):
-                    under_way[int(name)] = float((self._folder / name).read_text())
-        self._clear()
-        print(f"{self._state(under_way)}, {len(under_way)} under way", end="", flush=True)
+                    self._told[int(name)] = json.loads((self._folder / name).read_text())
+        if self._told and self._begun is None:
+            self._begun = time.monotonic()
+        return {number: told for number, told in self._told.items() if isinstance(told, str)}
+
+    def show(self):
+        if self._terminal:
+            self._clear()
+            print(f"{self._state()}, {len(self._shares())} under way", end="", flush=True)
 
     def end(self):
         self._clear()
@@ -200,12 +208,16 @@ class Progress:
         if self._terminal:
             print("\r\033[K", end="")
 
-    def _state(self, under_way):
+    def _shares(self):
+        return {number: told for number, told in self._told.items() if isinstance(told, float)}
+
+    def _state(self):
         """By the bytes of the videos: how long they are is known when they have been read."""
-        sure = self._bytes + sum(share * self._sizes[number] for number, share in under_way.items())
+        sure = self._bytes + sum(share * self._sizes[number] for number, share in self._shares().items())
+        spent = time.monotonic() - self._begun if self._begun else 0
         left = ""
-        if 0 < sure < sum(self._sizes):
-            left = f", {archive_index.clock((time.monotonic() - self._begun) * (sum(self._sizes) / sure - 1))} left"
+        if spent > FOUNDED and 0 < sure < sum(self._sizes):
+            left = f", {archive_index.clock(spent * (sum(self._sizes) / sure - 1))} left"
         return f"{self._through} of {len(self._sizes)}{left}"
 
 
@@ -309,30 +321,49 @@ def run(options, own, lock, version, text, properties):
         progress = Progress(jobs, own / "progress")
         plan = {"out": str(options.out), "version": version, "settings": text, "properties": properties, "jobs": jobs}
         gatherer = Gatherer(options.out, jobs, plan, index, progress)
+        ended = None
         try:
             for _ in range(ROUNDS if options.slurm else 1):
                 if gatherer.open:
                     work(machines, gatherer, progress, plan, own / f"plan-{time.time_ns()}.json")
-            tidy(options.out)
+        except (KeyboardInterrupt, archive_index.Full) as error:
+            ended = error
         finally:
-            machines.stop()
             progress.end()
-        lost = f"its job ended without a result: see '{own / 'log'}'"
-        index.put(index.rows[archive_index.plain(jobs[number]["name"])] | {"error": lost} for number in gatherer.open)
+            why = progress.look()  # before they are told to end
+            alone = machines.stop(isinstance(ended, archive_index.Full))
+            if alone:
+                tidy(options.out)
+        gatherer.look()
+        if not ended:
+            why = dict.fromkeys(gatherer.open, f"its job ended without a result: see '{own / 'log'}'") | why
+        index.put(index.rows[archive_index.plain(jobs[number]["name"])] | {"error": why[number]} for number in gatherer.open & why.keys())
+        if isinstance(ended, KeyboardInterrupt) and alone:
+            done = sum(index.rows[name]["status"] == "done" for name in names)
+            print(f"archive: ended: {done} of {len(names)} videos are done, the same command does the rest", file=sys.stderr, flush=True)
+        if ended:
+            raise ended
     return [index.rows[name] for name in names]
 
 
 def work(machines, gatherer, progress, plan, path):
-    """Hands out all jobs that are open, and gathers until none works any more."""
+    """Hands out all jobs that are open, and gathers until none works any more. Raises archive_index.Full as soon as a job says it."""
+
+    def look():
+        gatherer.look()
+        full = archive_index.Full(plan["out"])
+        if str(full) in progress.look().values():
+            raise full
+
     plan["order"] = sorted(gatherer.open)
     archive_index.whole(path, json.dumps(plan))
     machines.start(path, len(plan["order"]))
     while machines.working():
         begun = time.monotonic()
-        gatherer.look()
+        look()
         progress.show()
         time.sleep(max(machines.PAUSE, 20 * (time.monotonic() - begun)))  # many videos take long to look at
-    gatherer.look()
+    look()
     path.unlink()
 
 
@@ -357,7 +388,7 @@ def main():
         own, lock = prepare(options.out)
         rows = run(options, own, lock, version, text, properties)
     except OSError as error:
-        raise command.Failure(f"'{error.filename or options.out}': {error.strerror}") from error
+        raise archive_index.failure(error, options.out) from error
     for line in archive_index.statistics(rows):
         print(line)
     not_done = sum(row["status"] != "done" for row in rows)

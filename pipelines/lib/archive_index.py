@@ -4,6 +4,7 @@
 One process writes the index: SQLite's locks can't be relied on over NFS. Who tracks a video leaves a result file beside its tracks.
 """
 
+import errno
 import json
 import os
 import sqlite3
@@ -34,6 +35,21 @@ COLUMNS = {
     "tracks_mtime": "INTEGER",   # of the tracks, s since 1970
 }
 IDENTITY = ("version", "settings", "size", "mtime")  # what a result depends on: if one of them changes, it is out of date
+
+
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
+
+
+class Full(command.Failure):
+    """It makes no sense to go on."""
+
+    def __init__(self, out):
+        super().__init__(f"can't write into '{out}' (the disk is full): make room or give another OUT")
+
+
+def failure(error, out):
+    """What to say of an OSError."""
+    return Full(out) if error.errno in NO_ROOM else command.Failure(f"'{error.filename or out}': {error.strerror}")
 
 
 def tracks_of(out, name):
