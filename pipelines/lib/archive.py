@@ -373,8 +373,8 @@ def interrupted(*_):
 
 def main():
     options = command.options(parse)
-    signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     if options.list:
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)
         rows = archive_index.Index(options.list, make=False).rows.values()
         for line in (*archive_index.table(rows), *archive_index.statistics(rows)):
             print(line)
@@ -383,10 +383,15 @@ def main():
         raise command.Failure(f"there is no '{options.videos}': give a folder of videos, or a text file with their paths")
     options.out = pathlib.Path(os.path.abspath(options.out))
     version, text, properties = settings(options.preset, options.set)
-    signal.signal(signal.SIGTERM, interrupted)
+    for number in (signal.SIGTERM, signal.SIGHUP):  # else GNU parallel would be left alone
+        if signal.getsignal(number) != signal.SIG_IGN:  # nohup
+            signal.signal(number, interrupted)
     try:
         own, lock = prepare(options.out)
         rows = run(options, own, lock, version, text, properties)
+    except BrokenPipeError as error:  # | head; what is not yet written must not be tried once more
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise KeyboardInterrupt from error
     except OSError as error:
         raise archive_index.failure(error, options.out) from error
     for line in archive_index.statistics(rows):

@@ -60,7 +60,9 @@ class Parallel:
 
     def stop(self, _useless):
         if not self.working():
-            return
+            return True
+        for number in (signal.SIGINT, signal.SIGTERM):  # impatience would leave GNU parallel alone
+            signal.signal(number, signal.SIG_IGN)
         for _ in range(2):  # the second time it ends its jobs
             self._process.send_signal(signal.SIGTERM)
             with contextlib.suppress(subprocess.TimeoutExpired):

@@ -3,6 +3,7 @@
 """pipelines/archive on this machine: what is done, what is done again, and what is left alone."""
 
 import contextlib
+import fcntl
 import json
 import os
 import pathlib
@@ -276,6 +277,25 @@ class Archive(harness.Case):
         self.assertRegex(done.stderr, f"^archive: another run works on '.*': wait for it, or end it with 'kill \\d+' on {re.escape(os.uname().nodename)}\n$")
         self.kill = re.search("kill (\\d+)", done.stderr).group(1)
         return pathlib.Path(f"/proc/{self.kill}/cmdline").read_text()
+
+    def test_no_one_works_on_for_a_reader_or_terminal_that_is_gone(self):
+        videos = self.copy("one.mkv")
+        shutil.copy(self.long, videos / "two.mkv")
+        for gone in ("reader", "terminal"):
+            process = start(*FEW, "--jobs", 1, "--redo", "all", videos, self.out)
+            if gone == "reader":
+                process.stdout.close()  # the line on one.mkv is the first that it can't write
+                process.stdout = None
+            else:
+                machines.job_at_work(self.out, "two.mkv")
+                process.send_signal(signal.SIGHUP)
+            _, said = process.communicate(timeout=60)
+            self.assertEqual(process.returncode, 130, gone)
+            self.assertNotIn("Broken", said)
+            self.assertEqual(list(self.out.glob(".*.unfinished")), [])
+            self.assertFalse((self.out / "two.mkv.json").exists())
+            with open(self.out / ".archive" / "lock") as lock:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
     def test_what_a_killed_run_left_can_be_ended(self):
         videos = self.copy()
