@@ -8,6 +8,7 @@ results that they leave beside the tracks into the index (archive_index.py), and
 import argparse
 import contextlib
 import fcntl
+import glob
 import json
 import os
 import pathlib
@@ -37,11 +38,12 @@ at the same paths. Slurm's sbatch reads SBATCH_PARTITION, SBATCH_ACCOUNT, SBATCH
 
 What csdtrack is told: the preset archive (docs/pipelines.md), and n-threads=1, for videos are tracked side by side.
 
-Exit code: 0 if every video of LIST is done, 1 if not (one line says why; --list has the errors), 2 for wrong use.
+Exit code: 0 if every video of LIST is done, 1 if not (one line says why; --list has the errors), 2 for wrong use, 130 if told to end.
 """
 
 ROUNDS = 2  # how often a job is given out that leaves no result, where GNU parallel doesn't see to it
 MACHINES = ("n-threads",)  # what does not change the tracks
+FOUNDED = 30  # seconds of work before it is said how much is left
 
 
 def parse(arguments):
@@ -64,6 +66,11 @@ def parse(arguments):
         parser.error("--list OUT stands alone")
     if not options.list and not options.out:
         parser.error("give LIST and OUT")
+    if options.out and os.path.exists(options.out):
+        if not os.path.isdir(options.out):
+            parser.error(f"'{options.out}' is a file: give a folder as OUT")
+        if os.path.exists(options.videos) and os.path.samefile(options.videos, options.out):
+            parser.error(f"'{options.out}' can't be LIST and OUT at once: give another OUT")
     if options.jobs is not None and options.jobs < 1:
         parser.error(f"--jobs: {options.jobs} is not at least 1")
     options.hosts = [host.strip() for host in (options.ssh or "").split(",") if host.strip()]
@@ -84,14 +91,19 @@ def find(source, out):
             folders[:] = sorted(f for f in folders if not f.startswith(".") and os.path.join(folder, f) != out)
             paths += [os.path.join(folder, f) for f in sorted(files) if not f.startswith(".") and os.path.splitext(f)[1].lower() in VIDEOS]
     else:
-        if source.suffix.lower() in VIDEOS:
-            raise command.Failure(f"'{source}' is a video: give its folder, or a text file with the paths of videos")
         try:
-            text = source.read_text(encoding="utf-8", errors="surrogateescape")
+            with open(source, encoding="utf-8", errors="surrogateescape") as file:
+                text = file.read(100_000)
+                text += "" if "\0" in text else file.read()  # of a long video the beginning is enough
         except OSError as error:
             raise command.Failure(f"can't read '{source}' ({error.strerror}): give a folder of videos, or a text file with their paths") from error
+        if "\0" in text:
+            raise command.Failure(f"'{source}' is no text: give a folder of videos, or a text file with their paths")
         base = pathlib.Path(os.path.abspath(source.parent))
         paths = [os.path.abspath(base / line) for line in text.split("\n") if line.strip() and not line.startswith("#")]
+        if paths and not any(map(os.path.exists, paths)):
+            raise command.Failure(f"'{source}' is no list of videos: nothing is there of what its lines name, such as "
+                                  f"'{archive_index.shown(archive_index.plain(paths[0]))}'")
     if not paths:
         raise command.Failure(f"'{source}' names no video: see --help")
     return {os.path.relpath(path, base) if pathlib.Path(path).is_relative_to(base) else path.lstrip("/"): path for path in paths}
@@ -140,6 +152,8 @@ def compare(options, index, version, text):
             why = "its name is no UTF-8: rename it"
         elif not found:
             why = f"there is no file '{path}': correct the list, or bring it back"
+        elif not found[0]:
+            why = f"'{path}' is empty: copy it again, or remove it"
         else:
             jobs.append({"name": name, "video": path, "size": found[0]})
         rows.append(dict.fromkeys(archive_index.COLUMNS) | identity | {
@@ -156,7 +170,8 @@ class Progress:
     def __init__(self, jobs, folder):
         self._sizes = [max(job["size"], 1) for job in jobs]
         self._folder = folder
-        self._begun = time.monotonic()
+        self._told = {}  # by number: how much of a video is done, 0 … 1, or why its job gave up
+        self._begun = None  # in a cluster work may begin hours later
         self._through = 0
         self._bytes = 0
         self._terminal = sys.stdout.isatty()
@@ -164,21 +179,27 @@ class Progress:
     def row(self, number, row):
         self._through += 1
         self._bytes += self._sizes[number]
+        self._told.pop(number, None)
         how = f"{row['frames']} frames, {row['frames'] / max(row['seconds'], 1e-3):.1f} a second" if row["status"] == "done" else \
             f"{row['status']}: {archive_index.shown(row['error'])}"
         self._clear()
-        print(f"{self._state({})}  {archive_index.shown(row['name'])}: {how}", flush=True)
+        print(f"{self._state()}  {archive_index.shown(row['name'])}: {how}", flush=True)
 
-    def show(self):
-        if not self._terminal:
-            return
-        under_way = {}
+    def look(self):
+        """Hears what the jobs tell. Returns why some gave up: {number: text}."""
+        self._told = {}
         with contextlib.suppress(OSError):
             for name in os.listdir(self._folder):
                 with contextlib.suppress(OSError, ValueError):
-                    under_way[int(name)] = float((self._folder / name).read_text())
-        self._clear()
-        print(f"{self._state(under_way)}, {len(under_way)} under way", end="", flush=True)
+                    self._told[int(name)] = json.loads((self._folder / name).read_text())
+        if self._told and self._begun is None:
+            self._begun = time.monotonic()
+        return {number: told for number, told in self._told.items() if isinstance(told, str)}
+
+    def show(self):
+        if self._terminal:
+            self._clear()
+            print(f"{self._state()}, {len(self._shares())} under way", end="", flush=True)
 
     def end(self):
         self._clear()
@@ -187,12 +208,16 @@ class Progress:
         if self._terminal:
             print("\r\033[K", end="")
 
-    def _state(self, under_way):
+    def _shares(self):
+        return {number: told for number, told in self._told.items() if isinstance(told, float)}
+
+    def _state(self):
         """By the bytes of the videos: how long they are is known when they have been read."""
-        sure = self._bytes + sum(share * self._sizes[number] for number, share in under_way.items())
+        sure = self._bytes + sum(share * self._sizes[number] for number, share in self._shares().items())
+        spent = time.monotonic() - self._begun if self._begun else 0
         left = ""
-        if 0 < sure < sum(self._sizes):
-            left = f", {archive_index.clock((time.monotonic() - self._begun) * (sum(self._sizes) / sure - 1))} left"
+        if spent > FOUNDED and 0 < sure < sum(self._sizes):
+            left = f", {archive_index.clock(spent * (sum(self._sizes) / sure - 1))} left"
         return f"{self._through} of {len(self._sizes)}{left}"
 
 
@@ -241,10 +266,28 @@ def prepare(out):
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError as error:
-        raise command.Failure(f"another run works on '{out}': wait for it, or end it") from error
+        told = os.read(lock, 1000).decode(errors="replace").split()
+        os.close(lock)
+        host, *processes = [os.uname().nodename, *holders(own / "lock")]
+        if not processes:  # of another machine, or another user
+            host, *processes = told or ["?", "?"]
+        processes = " ".join(processes)
+        raise command.Failure(f"another run works on '{out}': wait for it, or end it with 'kill {processes}' on {host}") from error
     except OSError:
-        pass  # a file system without locks
+        return own, lock  # a file system without locks
+    os.ftruncate(lock, os.pwrite(lock, f"{os.uname().nodename} {os.getpid()}\n".encode(), 0))
     return own, lock
+
+
+def holders(path):
+    """The processes of this machine that have a file open, but not those that they started: the run, or what it left if it was killed."""
+    parents = {}
+    for link in glob.iglob("/proc/[0-9]*/fd/*"):
+        with contextlib.suppress(OSError):
+            process = link.split("/")[2]
+            if os.readlink(link) == os.path.realpath(path):
+                parents[process] = pathlib.Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[1]
+    return [process for process, parent in parents.items() if parent not in parents]
 
 
 def tidy(out):
@@ -270,6 +313,7 @@ def run(options, own, lock, version, text, properties):
         path.unlink(missing_ok=True)
     names, jobs, rows = compare(options, index, version, text)
     index.put(rows)
+    index.forget(options.out, set(names))
     if jobs:
         if not options.slurm:
             hosts = archive_machines.answering(options.hosts, options.out, version) if options.hosts else []
@@ -277,30 +321,49 @@ def run(options, own, lock, version, text, properties):
         progress = Progress(jobs, own / "progress")
         plan = {"out": str(options.out), "version": version, "settings": text, "properties": properties, "jobs": jobs}
         gatherer = Gatherer(options.out, jobs, plan, index, progress)
+        ended = None
         try:
             for _ in range(ROUNDS if options.slurm else 1):
                 if gatherer.open:
                     work(machines, gatherer, progress, plan, own / f"plan-{time.time_ns()}.json")
-            tidy(options.out)
+        except (KeyboardInterrupt, archive_index.Full) as error:
+            ended = error
         finally:
-            machines.stop()
             progress.end()
-        lost = f"its job ended without a result: see '{own / 'log'}'"
-        index.put(index.rows[archive_index.plain(jobs[number]["name"])] | {"error": lost} for number in gatherer.open)
+            why = progress.look()  # before they are told to end
+            alone = machines.stop(isinstance(ended, archive_index.Full))
+            if alone:
+                tidy(options.out)
+        gatherer.look()
+        if not ended:
+            why = dict.fromkeys(gatherer.open, f"its job ended without a result: see '{own / 'log'}'") | why
+        index.put(index.rows[archive_index.plain(jobs[number]["name"])] | {"error": why[number]} for number in gatherer.open & why.keys())
+        if isinstance(ended, KeyboardInterrupt) and alone:
+            done = sum(index.rows[name]["status"] == "done" for name in names)
+            print(f"archive: ended: {done} of {len(names)} videos are done, the same command does the rest", file=sys.stderr, flush=True)
+        if ended:
+            raise ended
     return [index.rows[name] for name in names]
 
 
 def work(machines, gatherer, progress, plan, path):
-    """Hands out all jobs that are open, and gathers until none works any more."""
+    """Hands out all jobs that are open, and gathers until none works any more. Raises archive_index.Full as soon as a job says it."""
+
+    def look():
+        gatherer.look()
+        full = archive_index.Full(plan["out"])
+        if str(full) in progress.look().values():
+            raise full
+
     plan["order"] = sorted(gatherer.open)
     archive_index.whole(path, json.dumps(plan))
     machines.start(path, len(plan["order"]))
     while machines.working():
         begun = time.monotonic()
-        gatherer.look()
+        look()
         progress.show()
         time.sleep(max(machines.PAUSE, 20 * (time.monotonic() - begun)))  # many videos take long to look at
-    gatherer.look()
+    look()
     path.unlink()
 
 
@@ -310,22 +373,27 @@ def interrupted(*_):
 
 def main():
     options = command.options(parse)
-    signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     if options.list:
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)
         rows = archive_index.Index(options.list, make=False).rows.values()
         for line in (*archive_index.table(rows), *archive_index.statistics(rows)):
             print(line)
         return
-    if not options.videos.exists():
+    if not os.path.exists(options.videos):
         raise command.Failure(f"there is no '{options.videos}': give a folder of videos, or a text file with their paths")
     options.out = pathlib.Path(os.path.abspath(options.out))
     version, text, properties = settings(options.preset, options.set)
-    signal.signal(signal.SIGTERM, interrupted)
+    for number in (signal.SIGTERM, signal.SIGHUP):  # else GNU parallel would be left alone
+        if signal.getsignal(number) != signal.SIG_IGN:  # nohup
+            signal.signal(number, interrupted)
     try:
         own, lock = prepare(options.out)
         rows = run(options, own, lock, version, text, properties)
+    except BrokenPipeError as error:  # | head; what is not yet written must not be tried once more
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise KeyboardInterrupt from error
     except OSError as error:
-        raise command.Failure(f"'{error.filename or options.out}': {error.strerror}") from error
+        raise archive_index.failure(error, options.out) from error
     for line in archive_index.statistics(rows):
         print(line)
     not_done = sum(row["status"] != "done" for row in rows)

@@ -4,6 +4,7 @@
 One process writes the index: SQLite's locks can't be relied on over NFS. Who tracks a video leaves a result file beside its tracks.
 """
 
+import errno
 import json
 import os
 import sqlite3
@@ -34,6 +35,21 @@ COLUMNS = {
     "tracks_mtime": "INTEGER",   # of the tracks, s since 1970
 }
 IDENTITY = ("version", "settings", "size", "mtime")  # what a result depends on: if one of them changes, it is out of date
+
+
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
+
+
+class Full(command.Failure):
+    """It makes no sense to go on."""
+
+    def __init__(self, out):
+        super().__init__(f"can't write into '{out}' (the disk is full): make room or give another OUT")
+
+
+def failure(error, out):
+    """What to say of an OSError."""
+    return Full(out) if error.errno in NO_ROOM else command.Failure(f"'{error.filename or out}': {error.strerror}")
 
 
 def tracks_of(out, name):
@@ -114,14 +130,24 @@ class Index:
 
     def put(self, rows):
         rows = list(rows)
+        self._change(f"INSERT OR REPLACE INTO videos VALUES ({', '.join(':' + name for name in COLUMNS)})", rows)
+        self.rows.update((row["name"], row) for row in rows)
+
+    def forget(self, out, names):
+        """Away with what is none of these names and has neither video nor tracks any more."""
+        gone = [name for name in self.rows.keys() - names if not stamp(self.rows[name]["video"]) and not stamp(tracks_of(out, name))]
+        self._change("DELETE FROM videos WHERE name = ?", [(name,) for name in gone])
+        for name in gone:
+            del self.rows[name]
+
+    def _change(self, statement, rows):
         if not rows:
             return
         try:
             with self._base:
-                self._base.executemany(f"INSERT OR REPLACE INTO videos VALUES ({', '.join(':' + name for name in COLUMNS)})", rows)
+                self._base.executemany(statement, rows)
         except sqlite3.Error as error:
             raise self._failure(error) from error
-        self.rows.update((row["name"], row) for row in rows)
 
     def _failure(self, error):
         return command.Failure(f"can't use '{self._path}' ({error}): make room, or remove it; it is made again from the results beside the tracks")
@@ -149,7 +175,8 @@ def table(rows):
     lines = [("status", "length", "frames", "fps", "features", "claims", "way", "video")]
     for row in rows:
         way = ways.setdefault((row["version"], row["settings"]), len(ways) + 1)
-        name = shown(row["name"]) + "".join(f": {shown(row[key])}" for key in ("error", "note") if row[key])
+        gone = row["status"] == "done" and not stamp(row["video"]) and "its video is gone"
+        name = shown(row["name"]) + "".join(f": {shown(note)}" for note in (row["error"], row["note"], gone) if note)
         if row["status"] == "done":
             lines.append((row["status"], clock(row["duration"]), str(row["frames"]), f"{row['frames'] / max(row['seconds'], 1e-3):.1f}",
                           str(row["features"]), share(row["claimed"], row["frames"]), str(way), name))

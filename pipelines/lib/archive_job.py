@@ -4,12 +4,15 @@
     filesrc ! decodebin ! videoconvert ! csdtrack ! csdtrackenc ! filesink
 
 The tracks get their name when they are whole, and then the result beside them (archive_index.py). A result says that the video is done, or
-that it can't be. What isn't the video's fault (a full disk, another version here) leaves no result, a line on stderr and exit code 1.
+that it can't be. What isn't the video's fault (a full disk, another version here) leaves no result, a line on stderr and in the file that else
+says how far the job is (OUT/.archive/progress/NUMBER), and exit code 1.
 
 archive_job.py --host FOLDER: prints the version of csdtrack here; an error if the folder isn't here.
 """
 
+import contextlib
 import datetime
+import errno
 import json
 import os
 import pathlib
@@ -40,15 +43,16 @@ class Job(runner.Run):
     SILENCE = 60
     NO_PICTURE = "check that it plays, or convert it to H.264"
 
-    def __init__(self, video, unfinished, settings):
+    def __init__(self, video, out, unfinished, settings):
         # videoconvert passes on what csdtrack takes as it is.
         super().__init__("archive", "filesrc name=video ! decodebin ! videoconvert ! "
                                     "csdtrack name=csdtrack ! csdtrackenc ! application/x-ndjson ! filesink name=tracks")
-        self.video, self._out = video, unfinished.parent
+        self.video, self._out = video, out
         self.element("video").set_property("location", str(video))
         self.element("tracks").set_property("location", str(unfinished))
         runner.configure(self.element("csdtrack"), None, settings, [])
         self.videos_fault = True
+        self.full = False  # the disk of the tracks
         self.begin = None  # ns in the file, of the first frame
         self.position = 0  # ns in the file, end of the newest frame
         self.length = 0    # ns, as the file says itself; 0 if it doesn't
@@ -105,6 +109,7 @@ class Job(runner.Run):
         name = factory.get_name() if factory else ""
         if name == "filesink":
             self.videos_fault = False
+            self.full = error.matches(Gst.ResourceError.quark(), Gst.ResourceError.NO_SPACE_LEFT) or os.strerror(errno.EDQUOT) in (debug or "")
         text = tracking.explain(self.video, self._out, "csdtrack", name, error, debug or "", self._missing)
         if self.frames and name not in ("filesink", "csdtrack", "csdtrackenc"):
             text = f"'{self.video}' is damaged from frame {self.frames} on ({error.message.rstrip('.')}): repair or convert it"
@@ -125,6 +130,10 @@ def count(tracks):
     return {"frames": frames, "features": len(features), "claimed": claimed, "width": size[0], "height": size[1]}
 
 
+def told_of(out, number):
+    return out / ".archive" / "progress" / str(number)
+
+
 def track(plan, number):
     """The job `number` of all in the plan."""
     entry, out = plan["jobs"][number], pathlib.Path(plan["out"])
@@ -141,13 +150,19 @@ def track(plan, number):
     tracks = archive_index.tracks_of(out, name)
     tracks.parent.mkdir(parents=True, exist_ok=True)
     unfinished = tracks.with_name(f".{tracks.name}.{os.uname().nodename}-{os.getpid()}.unfinished")
-    told = out / ".archive" / "progress" / str(number)
+    told = told_of(out, number)
     begun = time.monotonic()
-    job = Job(video, unfinished, plan["properties"])
+    job = Job(video, out, unfinished, plan["properties"])
+
+    def tell(share):
+        with contextlib.suppress(OSError):
+            told.write_text(f"{share:.4f}")
+
+    tell(0)
     try:
         if tracking.lacks_index(video):
             raise command.Failure(tracking.no_index(video))
-        job.run(lambda share: told.write_text(f"{share:.4f}"))
+        job.run(tell)
         result.update(count(unfinished), status="done", duration=(job.position - (job.begin or 0)) / Gst.SECOND,
                       note=tracking.breaks_off(video, job.position, job.length) or None)
         with open(unfinished, "rb") as file:
@@ -155,6 +170,8 @@ def track(plan, number):
         os.replace(unfinished, tracks)
         result["tracks_size"], result["tracks_mtime"] = archive_index.stamp(tracks)
     except command.Failure as failure:
+        if job.full:
+            raise archive_index.Full(out) from failure
         if not job.videos_fault:
             raise
         # What older settings made of it must not seem to be of these.
@@ -175,10 +192,16 @@ def main():
         return
     with open(sys.argv[1], encoding="utf-8") as file:
         plan = json.load(file)
+    number = plan["order"][int(sys.argv[2])]
     try:
-        track(plan, plan["order"][int(sys.argv[2])])
-    except OSError as error:
-        raise command.Failure(f"'{error.filename or plan['out']}': {error.strerror}") from error
+        try:
+            track(plan, number)
+        except OSError as error:
+            raise archive_index.failure(error, plan["out"]) from error
+    except command.Failure as failure:
+        with contextlib.suppress(OSError):
+            told_of(pathlib.Path(plan["out"]), number).write_text(json.dumps(str(failure)))
+        raise
 
 
 if __name__ == "__main__":

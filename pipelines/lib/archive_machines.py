@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Where the jobs of an archive run: here or over ssh by GNU parallel, or in a cluster as Slurm arrays.
 
-A way of running has: start(count), jobs 0 … count − 1 of a plan · working() · stop() · PAUSE, seconds between two looks at it.
+A way of running has: start(count), jobs 0 … count − 1 of a plan · working() · stop(useless), after which it says whether no job lives;
+useless: it makes no sense that they go on · PAUSE, seconds between two looks at it.
 """
 
 import contextlib
@@ -57,9 +58,11 @@ class Parallel:
     def working(self):
         return self._process is not None and self._process.poll() is None
 
-    def stop(self):
+    def stop(self, _useless):
         if not self.working():
-            return
+            return True
+        for number in (signal.SIGINT, signal.SIGTERM):  # impatience would leave GNU parallel alone
+            signal.signal(number, signal.SIG_IGN)
         for _ in range(2):  # the second time it ends its jobs
             self._process.send_signal(signal.SIGTERM)
             with contextlib.suppress(subprocess.TimeoutExpired):
@@ -68,6 +71,7 @@ class Parallel:
             self._process.wait(20)
         except subprocess.TimeoutExpired:
             os.killpg(self._process.pid, signal.SIGKILL)
+        return True
 
 
 def answering(hosts, out, version):
@@ -110,6 +114,11 @@ class Slurm:
         self._ids = folder / "slurm-arrays"
         self._rest = range(0)
         self._plan = None
+        config = self._ask("scontrol", "show", "config")
+        if config is None:
+            raise command.Failure("no Slurm cluster answers here: run this where 'scontrol ping' finds one, or without --slurm")
+        found = re.search(r"^MaxArraySize\s*=\s*(\d+)", config, re.M)
+        self._most = int(found.group(1)) if found else 1001
 
     def earlier(self):
         """Tasks of an earlier run that are still there."""
@@ -120,9 +129,6 @@ class Slurm:
     def start(self, plan, count):
         self._ids.unlink(missing_ok=True)
         self._plan, self._rest = plan, range(count)
-        config = self._ask("scontrol", "show", "config")
-        found = re.search(r"^MaxArraySize\s*=\s*(\d+)", config or "", re.M)
-        self._most = int(found.group(1)) if found else 1001
         self._submit()
 
     def working(self):
@@ -132,10 +138,15 @@ class Slurm:
             return True
         return bool(self._tasks(ids))
 
-    def stop(self):
+    def stop(self, useless):
         ids = self._ids.read_text().split() if self._ids.exists() else []
-        if self._tasks(ids):
+        if not self._tasks(ids):
+            return True
+        if useless:
+            self._ask("scancel", *ids)
+        else:
             print(f"archive: the cluster goes on: the same command follows it, 'scancel {' '.join(ids)}' ends it", file=sys.stderr)
+        return False
 
     def _submit(self):
         part, self._rest = self._rest[:self._most], self._rest[self._most:]

@@ -110,6 +110,12 @@ class Machines(harness.Case):
         self.assertEqual(cluster.submitted(), 3)  # the third with what was killed
         self.check_nothing_to_do("--slurm", environment=cluster.environment)
 
+    def test_no_slurm(self):
+        machines.need("sbatch", "squeue", "scontrol")
+        code, told, said = self.run_archive(self.out, "--slurm", environment={**os.environ, "SLURM_CONF": "/dev/null"})
+        self.assertEqual((code, told), (1, ""))
+        self.assertRegex(said, "^archive: no Slurm cluster answers here: .*\n$")
+
     def test_slurm_goes_on_without_us(self):
         cluster = machines.Slurm(array=100)
         self.addCleanup(cluster.stop)

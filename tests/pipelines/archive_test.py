@@ -3,6 +3,7 @@
 """pipelines/archive on this machine: what is done, what is done again, and what is left alone."""
 
 import contextlib
+import fcntl
 import json
 import os
 import pathlib
@@ -107,6 +108,7 @@ class Archive(harness.Case):
             for line, begin in zip(text.splitlines()[-3:], told, strict=True):
                 self.assertTrue(line.startswith(begin), line)
         self.assertEqual(len(done.stdout.splitlines()), 4 + 3)
+        self.assertNotIn(" left", done.stdout)  # after a second nobody can know
         self.assertRegex(listed.stdout, r"\nfailed +1  broken\.mp4: .*\n")
         self.assertRegex(listed.stdout, r"\ndone +0:00:01 +30 +[0-9.]+ +\d+ +\d+\.\d % +1  one\.mkv\n")
         self.assertRegex(listed.stdout, r'done .*a folder/it\'s \{\} "two"\\n\.mkv\n')
@@ -238,26 +240,107 @@ class Archive(harness.Case):
             job = machines.job_at_work(self.out, "two.mkv")
             done = files(self.out)
             self.assertFalse((self.out / "two.mkv.jsonl").exists())
+            self.hold(job)  # or a slow machine asks after it is done; and it won't hear that it is to end
             if hard:
-                os.kill(job, signal.SIGSTOP)  # or a slow machine asks after it is done
                 process.kill()  # GNU parallel goes on, and keeps others away
                 process.communicate()
-                refused = run(*FEW, videos, self.out)
+                self.assertIn("/parallel\0", self.refused(videos))
                 os.kill(job, signal.SIGCONT)
-                self.assertEqual(refused.returncode, 1)
-                self.assertRegex(refused.stderr, "^archive: another run works on '.*': wait for it, or end it\n$")
                 machines.wait(lambda: (self.out / "two.mkv.json").exists())
                 machines.wait(lambda: run("--list", self.out).returncode == 0 and run(*FEW, videos, self.out).returncode == 0)
                 self.assertEqual(made_again(self.out, done), {"two.mkv.jsonl"})
             else:
+                self.assertIn("/archive.py\0", self.refused(videos))
                 process.terminate()
-                self.assertEqual(process.wait(timeout=60), 130)
-                process.communicate()
+                _, said = process.communicate(timeout=60)
+                self.assertEqual((process.returncode, said), (130, "archive: ended: 1 of 2 videos are done, the same command does the rest\n"))
+                self.assertEqual(list(self.out.glob(".*.unfinished")), [])
                 machines.wait(lambda: not pathlib.Path(f"/proc/{job}").exists())
                 self.assertFalse((self.out / "two.mkv.jsonl").exists() or (self.out / "two.mkv.json").exists())
                 self.assertEqual({name: row["status"] for name, row in index(self.out).items()}, {"one.mkv": "done", "two.mkv": "unfinished"})
         self.assertEqual(list(self.out.glob(".*.unfinished")), [])
         harness.check_tracks(self, harness.read_lines(self.out / "two.mkv.jsonl"), 400)
+
+    def hold(self, job):
+        os.kill(job, signal.SIGSTOP)
+
+        def let_go():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(job, signal.SIGCONT)
+
+        self.addCleanup(let_go)
+
+    def refused(self, videos):
+        """While another run works on OUT: the command of the process that is said to be in the way."""
+        done = run(*FEW, videos, self.out)
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, f"^archive: another run works on '.*': wait for it, or end it with 'kill \\d+' on {re.escape(os.uname().nodename)}\n$")
+        self.kill = re.search("kill (\\d+)", done.stderr).group(1)
+        return pathlib.Path(f"/proc/{self.kill}/cmdline").read_text()
+
+    def test_no_one_works_on_for_a_reader_or_terminal_that_is_gone(self):
+        videos = self.copy("one.mkv")
+        shutil.copy(self.long, videos / "two.mkv")
+        for gone in ("reader", "terminal"):
+            process = start(*FEW, "--jobs", 1, "--redo", "all", videos, self.out)
+            if gone == "reader":
+                process.stdout.close()  # the line on one.mkv is the first that it can't write
+                process.stdout = None
+            else:
+                machines.job_at_work(self.out, "two.mkv")
+                process.send_signal(signal.SIGHUP)
+            _, said = process.communicate(timeout=60)
+            self.assertEqual(process.returncode, 130, gone)
+            self.assertNotIn("Broken", said)
+            self.assertEqual(list(self.out.glob(".*.unfinished")), [])
+            self.assertFalse((self.out / "two.mkv.json").exists())
+            with open(self.out / ".archive" / "lock") as lock:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+    def test_what_a_killed_run_left_can_be_ended(self):
+        videos = self.copy()
+        shutil.copy(self.long, videos)
+        process = start(*FEW, videos, self.out)
+        job = machines.job_at_work(self.out, "long.mkv")
+        self.hold(job)
+        process.kill()
+        process.communicate()
+        self.refused(videos)
+        os.kill(int(self.kill), signal.SIGTERM)
+        machines.wait(lambda: not pathlib.Path(f"/proc/{job}").exists() and not pathlib.Path(f"/proc/{self.kill}").exists())
+        self.assertFalse((self.out / "long.mkv.jsonl").exists())
+        self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
+        self.assertEqual(list(self.out.glob(".*.unfinished")), [])
+
+    def test_a_full_disk_ends_it(self):
+        videos = self.copy()
+        for name in ("a.mkv", "b.mkv", "c.mkv"):
+            shutil.copy(self.long, videos / name)
+        self.out.mkdir()
+        small = ["unshare", "-rm", "sh", "-c"]
+        if subprocess.run([*small, 'mount -t tmpfs none "$0"', self.out], capture_output=True).returncode:
+            self.skipTest("no small file system can be mounted here")
+        done = subprocess.run([*small, 'mount -t tmpfs -o size=1m none "$0" && "$1" --no-install --jobs 1 "$2" "$0"; code=$?; '
+                               '"$1" --no-install --list "$0"; exit $code', self.out, ARCHIVE, videos],
+                              capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300, env=ENVIRONMENT)
+        why = f"can't write into '{self.out}' (the disk is full): make room or give another OUT"
+        self.assertEqual((done.returncode, done.stderr), (1, f"archive: {why}\n"))
+        self.assertEqual(re.findall(r"^unfinished +1  (.*)$", done.stdout, re.M), [f"a.mkv: {why}", "b.mkv: not yet tracked", "c.mkv: not yet tracked"])
+
+    def test_a_video_that_is_gone(self):
+        videos = self.copy("one.mkv", "three.MP4")
+        (videos / "empty.mkv").touch()
+        self.assertEqual(run(*FEW, videos, self.out).returncode, 1)
+        self.assertRegex(index(self.out)["empty.mkv"]["error"], "^'.*/empty.mkv' is empty: ")
+        self.assertNotIn("video is gone", run("--list", self.out).stdout)
+        (videos / "one.mkv").unlink()
+        (videos / "empty.mkv").unlink()
+        self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
+        self.assertEqual({name: row["status"] for name, row in index(self.out).items()}, {"one.mkv": "done", "three.MP4": "done"})
+        self.assertEqual(re.findall("(\\S+): its video is gone\n", run("--list", self.out).stdout), ["one.mkv"])
+        (self.out / "one.mkv.jsonl").unlink()
+        self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
+        self.assertEqual(list(index(self.out)), ["three.MP4"])
 
     def test_what_is_not_the_videos_fault_is_not_put_down_to_it(self):
         videos = self.copy("one.mkv", "three.MP4")
@@ -267,8 +350,7 @@ class Archive(harness.Case):
         self.assertRegex(done.stderr, "^archive: 1 of 2 videos not done")
         rows = index(self.out)
         self.assertEqual((rows["one.mkv"]["status"], rows["three.MP4"]["status"]), ("unfinished", "done"))
-        log = re.search("see '(.*)'", rows["one.mkv"]["error"]).group(1)
-        self.assertRegex(pathlib.Path(log).read_text(), "archive: '.*one.mkv.jsonl.*': Is a directory")
+        self.assertRegex(rows["one.mkv"]["error"], "^'.*one.mkv.jsonl.*': Is a directory")
         (self.out / "one.mkv.jsonl").rmdir()
         self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
 
@@ -276,9 +358,17 @@ class Archive(harness.Case):
         videos, empty, file = self.copy("one.mkv"), self.tmp / "empty", self.tmp / "file"
         empty.mkdir()
         file.write_text("")
-        for arguments, code, words in (((videos, file), 1, "another OUT"), (("nothing", self.out), 1, "no 'nothing'"), ((videos,), 2, "LIST and OUT"),
+        letter, moved, unknown = self.tmp / "letter", self.tmp / "moved.txt", self.tmp / "unknown"
+        letter.write_text("Dear reader,\nthis is no list\n")
+        moved.write_text("nowhere/one.mkv\n")
+        shutil.copy(videos / "one.mkv", unknown)
+        for arguments, code, words in (((videos, file), 2, "'.*file' is a file: give a folder"), ((moved, moved), 2, "is a file: give a folder"),
+                                       ((videos, videos), 2, "LIST and OUT at once"),
+                                       ((letter, self.out), 1, "^archive: '.*letter' is no list of videos: .* '.*/Dear reader,'\n$"),
+                                       ((moved, self.out), 1, "moved.txt' is no list of videos: .* '.*/nowhere/one.mkv'\n$"),
+                                       ((unknown, self.out), 1, "is no text: give a folder"), (("nothing", self.out), 1, "no 'nothing'"), ((videos,), 2, "LIST and OUT"),
                                        ((empty, self.out), 1, "names no video"), ((file, self.out), 1, "names no video"),
-                                       ((videos / "one.mkv", self.out), 1, "is a video: give its folder"), ((videos, self.out, "--jobs", "0"), 2, "--jobs"),
+                                       ((videos / "one.mkv", self.out), 1, "is no text: give a folder"), ((videos, self.out, "--jobs", "0"), 2, "--jobs"),
                                        ((videos, self.out, "--set", "max-features=many"), 1, "takes no max-features=many"),
                                        ((videos, self.out, "--set", "attach-meta=false"), 1, "attach-meta"),
                                        ((videos, self.out, "--preset", "none"), 1, "no preset 'none': .*archive"),
