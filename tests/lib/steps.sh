@@ -112,6 +112,8 @@ sanitized_build() {  # DIR SANITIZERS [TARGET] [PROGRAMS: enabled or disabled]
     -Dbuildtype=custom -Doptimization=1 -Ddebug=true -Dcpp_args=-g1 -Dc_args=-g1 -Dprograms="${4:-disabled}" -Dpeers=disabled && build_in "$1" ${3:+"$3"}
 }
 
+step_soak() { check 'soak: three minutes' "$root/tests/soak" --no-install 0.05; }
+
 step_clang() {
   # The tests' own sources are tests/long's: they are as many again.
   check 'clang' clang_syntax core gst python
