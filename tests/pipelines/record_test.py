@@ -76,6 +76,19 @@ class Record(harness.Case):
         self.assertEqual(self.check_together(3), 130)
         looked_at = review(self.out / "00001.mkv")
         self.assertEqual((looked_at.returncode, looked_at.stdout, looked_at.stderr), (0, "50 frames\n", ""))
+        # One that was tracked by itself has other stream times.
+        harness.play(f"filesrc location={self.out}/00001.mkv ! decodebin ! csdtrack ! csdtrackenc ! filesink location={self.tmp}/itself.jsonl")
+        self.assertEqual(harness.read_lines(self.tmp / "itself.jsonl")[0]["stream_time"], 0)
+        self.assertEqual(review(self.out / "00001.mkv", self.tmp / "itself.jsonl").stderr, "")
+        # Another file's tracks: of other times, of another size, of another shape.
+        small, flat = (harness.scene_video(self.tmp / f"{height}.mkv", 20, width=160, height=height) for height in (120, 80))
+        for video, lines, words in ((self.out / "00000.mkv", "00001", "they begin at 2.00 s.* first 50 frames, from 0.00 s on"),
+                                    (self.out / "00001.mkv", "00000", "they begin at 0.00 s, the video at 2.00 s"),
+                                    (self.out / "00001.mkv", "00002", "they begin at 4.00 s.* first 50 frames, from 2.00 s on"),
+                                    (small, "00000", "a picture of 320×240, the video has 160×120"), (flat, "00000", "another aspect")):
+            said = review(video, self.out / f"{lines}.jsonl")
+            self.assertEqual((said.returncode, said.stderr.count("\n")), (0, 1), said.stderr)
+            self.assertRegex(said.stderr, f"^review: warning: .*{words}")
         # Again: numbers go on, nothing is overwritten.
         before = {path: path.read_bytes() for path in self.out.iterdir()}
         self.assertEqual(run("--segment", 60, self.video, self.out).returncode, 0)
