@@ -2,13 +2,12 @@
 """What the commands of this folder share before GStreamer is there: arguments, failures, exit codes."""
 
 import argparse
+import contextlib
 import os
 import signal
 import sys
 
-
-class Failure(Exception):
-    """Nothing could be done; the text is one line that says what to change."""
+from failure import Failure, Misuse  # noqa: F401
 
 
 def positive(text):
@@ -43,13 +42,28 @@ def options(parse):
     return found
 
 
-def make_folder(folder):
+@contextlib.contextmanager
+def folders(*wanted):
+    """Makes them. After a Failure those that were made and hold nothing but empty files are gone again."""
+    made = [path for folder in wanted for path in (folder, *folder.parents) if not path.exists()]
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise Failure(f"can't write into '{folder}' ({error.strerror}): give another folder") from error
-    if not os.access(folder, os.W_OK):
-        raise Failure(f"can't write into '{folder}': give a folder where you may write")
+        for folder in wanted:
+            try:
+                folder.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise Failure(f"can't write into '{folder}' ({error.strerror}): give another folder") from error
+            if not os.access(folder, os.W_OK):
+                raise Failure(f"can't write into '{folder}': give a folder where you may write")
+        yield
+    except Failure:
+        for folder in made:
+            with contextlib.suppress(OSError):  # not empty
+                files = list(folder.iterdir())
+                if all(file.is_file() and not file.stat().st_size for file in files):
+                    for file in files:
+                        file.unlink()
+                    folder.rmdir()
+        raise
 
 
 def check_window(sink, option):
@@ -78,6 +92,6 @@ def run(name, main):
         main()
     except Failure as failure:
         print(f"{name}: {failure}", file=sys.stderr)
-        sys.exit(1)
+        sys.exit(failure.code)
     except KeyboardInterrupt:
         sys.exit(128 + signal.SIGINT)

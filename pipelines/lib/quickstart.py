@@ -13,6 +13,7 @@ import tempfile
 
 import report
 import tracking
+from failure import Failure
 
 
 @contextlib.contextmanager
@@ -26,7 +27,7 @@ def unfinished(out):
         folder = pathlib.Path(tempfile.mkdtemp(prefix=".unfinished-", dir=out))
         yield folder
     except OSError as error:
-        raise tracking.Failure(f"can't write into '{out}' ({error.strerror}): make room or give another OUT") from error
+        raise Failure(f"can't write into '{out}' ({error.strerror}): make room or give another OUT") from error
     finally:
         if folder:
             shutil.rmtree(folder, ignore_errors=True)
@@ -64,8 +65,8 @@ def main():
 
 try:
     main()
-except tracking.Failure as failure:
+except Failure as failure:
     print(f"quickstart: {failure}", file=sys.stderr)
-    sys.exit(1)
+    sys.exit(failure.code)
 except KeyboardInterrupt:  # before there was anything to end properly
     sys.exit(130)

@@ -36,7 +36,7 @@ written as they were sent, byte for byte, and nothing is tracked; their times ar
 
 What csdtrack is told: the preset live-low-latency (docs/pipelines.md). To record the video too, give the URL to pipelines/record.
 
-An RTSP server that isn't up yet is waited for, ten seconds.
+An RTSP server that isn't up yet is waited for, ten seconds. When it ends, or its connection, so does this.
 
 Exit code: 0 if a picture came, 1 if not (one line says why; the lines that came until then are there), 2 for wrong use.
 """
@@ -184,11 +184,15 @@ def main():
         session.connect("pad-added", receiver.pad_added)
     else:
         receiver.build()
-    run.play(options.url, options.seconds, harmless=("window was closed",))
+    # What rtspsrc says of a sender that has ended without a word of farewell.
+    run.play(options.url, options.seconds, harmless=("window was closed",), gone=("The server closed the connection", "Could not receive message"))
+    if run.over:
+        print("the sender's stream ended")
     if receiver.track:
         runner.say_cost(receiver.track)
     else:
-        print(f"{run.frames} frames; {receiver.lines} lines of tracks came with them")
+        print(f"{run.frames} frames; {receiver.lines} lines of tracks came with them" +
+              (" (at the begin and the end one can come without the other)" if run.frames != receiver.lines else ""))
 
 
 command.run("receive", main)

@@ -18,9 +18,11 @@ import pathlib
 import re
 import sys
 import threading
+import time
 
 import command
 import sources
+from caps import first_structure
 
 EPILOG = sources.LISTED + """
 OUT is a folder; it gets 00000.mkv, 00001.mkv, … and beside each its tracks: 00000.jsonl holds a line of JSON for each frame of 00000.mkv
@@ -30,7 +32,8 @@ A file is recorded as fast as that goes, any other source as its pictures come.
 
 The tracks can't harm the recording: if their disk is full or gone there is one warning, and the recording goes on; if tracking is too slow for
 a live source, frames are recorded that were not tracked. A line is written as soon as its frame was tracked: a killed recorder leaves those of
-all frames that it recorded and tracked, and of some that were still in the encoder.
+all frames that it recorded and tracked, and of some that were still in the encoder. In the end it says how many were tracked, and if a live
+source gave fewer than its rate promises.
 
 What csdtrack is told: the preset laparoscopy-1080p (docs/pipelines.md), so on-error=pass.
 
@@ -165,6 +168,33 @@ class Window:
         self._run.pipeline.set_state(self._gst.State.NULL)
 
 
+class Pace:
+    """How many frames a source gave, and in which time."""
+
+    def __init__(self, runner, pad):
+        self._go_on = runner.Gst.PadProbeReturn.OK
+        self.frames = 0
+        self.live = False
+        pad.add_probe(runner.Gst.PadProbeType.BUFFER, self._count)
+
+    def _count(self, pad, _info):
+        self._end = time.monotonic()
+        if not self.frames:
+            self._begin = self._end
+            _, *self._rate = first_structure(pad.get_current_caps()).get_fraction("framerate")  # over 0: it varies
+        self.frames += 1
+        return self._go_on
+
+    def say_shortage(self):
+        """Where a live source gave fewer frames than it says that it does."""
+        over, under = self._rate
+        seconds = self._end - self._begin
+        due = round(seconds * over / under) + 1 if over > 0 else 0
+        if self.live and due - self.frames > max(2, 0.02 * due):  # times of arrival vary
+            print(f"the source gave {self.frames} frames in {seconds:.1f} s, {due} were due at its {over / under:g} a second: "
+                  "it is too slow, or this machine")
+
+
 def first_number(folder):
     numbers = [int(path.stem) for path in folder.glob("*.mkv") if path.stem.isdecimal()]
     return max(numbers, default=-1) + 1
@@ -174,9 +204,12 @@ def main():
     options = command.options(parse)
     begin = sources.begin(options.source)
     command.check_window(options.display, "--display")
-    command.make_folder(options.out)
     tracks = options.tracks or options.out
-    command.make_folder(tracks)
+    with command.folders(options.out, tracks):
+        record(options, begin, tracks)
+
+
+def record(options, begin, tracks):
     import runner
     Gst = runner.Gst
     bounded = f"queue max-size-buffers=0 max-size-bytes=0 max-size-time={LATENCY}000000000"
@@ -194,6 +227,7 @@ def main():
     run = runner.Run("record", text)
     track, files = run.element("csdtrack"), run.element("files")
     runner.configure(track, options.preset, {"overlay": "draw" if options.display else "none"}, options.set)
+    pace = Pace(runner, run.element("in").get_static_pad("sink"))
     number = first_number(options.out)
     sidecar = Sidecar(tracks, f"{number:05}.jsonl")
 
@@ -231,13 +265,19 @@ def main():
         return Gst.BusSyncReply.PASS
 
     run.pipeline.get_bus().set_sync_handler(opened)
+
+    def on_live():
+        pace.live = True
+        run.element("look").set_property("leaky", "downstream")
+
     try:
-        run.play(options.source, options.seconds, on_live=lambda: run.element("look").set_property("leaky", "downstream"))
+        run.play(options.source, options.seconds, on_live=on_live)
     finally:
         sidecar.end()
         if window:
             window.close()
-    runner.say_cost(track)
+    runner.say_cost(track, pace.frames)
+    pace.say_shortage()
 
 
 command.run("record", main)

@@ -109,7 +109,7 @@ def page(job, folder, out):
     """The page to look at, in `out`: of the video as it came, for overlay.mp4 has its markers already."""
     video = folder / "clean.mp4" if job.simulated else job.video
     done = subprocess.run([os.environ["CSD_REPORT"], "--title", job.video.name, video, folder / "tracks.jsonl", out],
-                          stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)  # Ctrl-C ends this, and what was tracked stays
+                          stdin=subprocess.DEVNULL, capture_output=True, text=True)  # Ctrl-C ends this, and what was tracked stays
     if done.returncode:
         why = done.stderr.strip().splitlines() or ["ended early"]
         # The folder is still an unfinished one, whose name is nobody's business.

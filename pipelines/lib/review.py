@@ -5,14 +5,16 @@
 """
 
 import argparse
+import json
 import pathlib
 import re
+import sys
 
 import command
 
 EPILOG = """
 TRACKS is what csdtrackenc, pipelines/record or pipelines/quickstart wrote as .jsonl; without it, the file of VIDEO's name that ends with
-.jsonl. A frame has the line whose stream_time is its own (docs/elements.md).
+.jsonl. A frame has the line whose stream_time is its own (docs/elements.md). Tracks that don't fit the video's size or times are warned of.
 
 Exit code: 0 if it was shown, 1 if not (one line says why), 2 for wrong use.
 """
@@ -33,6 +35,77 @@ def parse(arguments):
     return options
 
 
+LONGEST = 8 << 20  # bytes, of a line
+FEW = 50  # frames without tracks, after which it is said
+
+
+class Fit:
+    """Brings tracks and video together in time, and says once, in a line, that they seem to be of different videos."""
+
+    def __init__(self, runner, run, tracks):
+        self._runner, self._run, self._tracks = runner, run, tracks
+        self._time, self._pts = begin_of(tracks)
+        self._frames = 0
+        self._begin = 0  # ns, of the video in its file
+        self._said = False
+        kinds, dec = runner.Gst.PadProbeType, run.element("csdtrack")
+        dec.get_static_pad("sink").add_probe(kinds.EVENT_DOWNSTREAM, self._event, dec)
+        dec.get_static_pad("src").add_probe(kinds.BUFFER, self._frame)
+
+    def _event(self, _pad, info, dec):
+        event, Gst = info.get_event(), self._runner.Gst
+        if event.type != Gst.EventType.SEGMENT:
+            return Gst.PadProbeReturn.OK
+        segment = event.parse_segment()
+        self._begin = segment.start
+        # Files of a recording begin at their time in the whole, which matroskademux calls stream time 0. Their lines keep that of the whole;
+        # those of a file that was tracked by itself have the stream time.
+        shift = segment.time - segment.start
+        if shift and self._time is not None:
+            if abs(self._time - segment.start) < abs(self._time - segment.time):
+                dec.set_property("ts-offset", shift)
+            elif self._pts is not None and abs(self._pts - segment.start) > Gst.SECOND:
+                self._say(f"they begin at {self._pts / 1e9:.2f} s, the video at {segment.start / 1e9:.2f} s")
+        return Gst.PadProbeReturn.REMOVE
+
+    def _frame(self, _pad, info):
+        Gst, buffer = self._runner.Gst, info.get_buffer()
+        self._frames += 1
+        meta = buffer.get_custom_meta("GstCsdTrackMeta") or buffer.get_custom_meta("GstCsdTruthMeta")
+        if meta is None and self._frames < FEW:
+            return Gst.PadProbeReturn.OK
+        if meta is None:
+            self._runner.GLib.idle_add(self.end)  # after what csdtrackdec warns of
+        else:
+            found = meta.get_structure()
+            tracked, shown = ("×".join(str(found.get_value(of + side)) for side in ("width", "height")) for of in ("tracked-", ""))
+            if tracked != shown:
+                self._say(f"they are of a picture of {tracked}, the video has {shown}")
+            self._said = True
+        return Gst.PadProbeReturn.REMOVE
+
+    def end(self):
+        """Of what was looked at, no frame had tracks."""
+        if not self._run.warnings:
+            begin = "have no times" if self._time is None else f"begin at {self._time / 1e9:.2f} s"
+            self._say(f"they {begin}, and none is of the first {self._frames} frames, from {self._begin / 1e9:.2f} s on")
+
+    def _say(self, why):
+        if not self._said:
+            self._said = True
+            print(f"review: warning: the tracks in '{self._tracks}' may be another video's: {why}", file=sys.stderr, flush=True)
+
+
+def begin_of(tracks):
+    """Stream time and PTS of the first line. What is wrong with it csdtrackdec says."""
+    try:
+        with open(tracks, "rb") as file:
+            line = json.loads(file.readline(LONGEST))
+        return line.get("stream_time"), line.get("pts")
+    except (ValueError, AttributeError):
+        return None, None
+
+
 def main():
     options = command.options(parse)
     for file, what in ((options.video, "the path of a video"), (options.tracks, "the path of its tracks")):
@@ -42,7 +115,9 @@ def main():
     import runner
     run = runner.Run("review", f"filesrc location={command.quoted(str(options.video))} ! decodebin ! csdtrackdec name=csdtrack overlay=draw "
                                f"location={command.quoted(str(options.tracks))} ! videoconvert ! {options.sink}")
+    fit = Fit(runner, run, options.tracks)
     run.play(options.video, options.seconds, harmless=("window was closed",))
+    fit.end()
     print(f"{run.frames} frames")
 
 

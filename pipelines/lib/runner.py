@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Runs a pipeline of these commands until it ends, is told to, or fails."""
 
-import re
 import signal
+import sys
 
 import gi
 
 import command
+from properties import check_start, set_from_text
 
 gi.require_version("Gst", "1.0")
 from gi.repository import GLib, Gst  # noqa: E402
@@ -21,34 +22,20 @@ def one_line(text):
 
 
 def configure(track, preset, properties, wished):
-    """A preset, then these properties, then what the user wishes: [(name, value)]. Raises command.Failure."""
+    """A preset, then these properties, then what the user wishes: [(name, value)]. Raises command.Misuse."""
     if preset and not track.load_preset(preset):
-        raise command.Failure(f"there is no preset '{preset}': {', '.join(track.get_preset_names())}")
+        raise command.Misuse(f"there is no preset '{preset}': {', '.join(track.get_preset_names())}")
     for name, value in [*properties.items(), *wished]:
-        spec = track.find_property(name)
-        if not spec:
-            raise command.Failure(f"csdtrack has no property '{name}': gst-inspect-1.0 csdtrack lists them")
-        try:
-            track.set_property(name, read(spec.value_type, value))
-            taken = track.get_property(name) == read(spec.value_type, value)  # else it is out of range
-        except TypeError:  # no such value, or not to be set
-            taken = False
-        if not taken:
-            raise command.Failure(f"csdtrack takes no {name}={value}: gst-inspect-1.0 csdtrack lists what it takes")
+        set_from_text(track, name, value)
+    check_start(track)
 
 
-def read(kind, text):
-    """A value of a GType from text. Raises TypeError if it is none."""
-    if kind.name == "gchararray":
-        return text
-    if not re.fullmatch(r"[\w.+-]+", text):
-        raise TypeError(text)
-    return Gst.Structure.new_from_string(f"s, v=({kind.name}){text}").get_value("v")
-
-
-def say_cost(track):
+def say_cost(track, came=None):
+    """`came`: how many frames there were, where not each was tracked."""
     stats = track.get_property("stats")
-    print(f"{stats.get_value('frames')} frames; tracking cost {stats.get_value('time-p50') / 1e6:.1f} ms a frame (p50), "
+    frames = stats.get_value("frames")
+    print(f"{frames} frames" if came in (None, frames) else f"{frames} of {came} frames were tracked", end="")
+    print(f"; tracking cost {stats.get_value('time-p50') / 1e6:.1f} ms a frame (p50), "
           f"{stats.get_value('time-p95') / 1e6:.1f} ms (p95)")
 
 
@@ -65,8 +52,11 @@ class Run:
             raise command.Failure(one_line(error.message)) from error
         self._loop = GLib.MainLoop()
         self._failure = None
-        self._harmless, self._seconds = (), None
+        self._source, self._harmless, self._gone, self._seconds = "", (), (), None
         self.told = False  # by a signal, to end
+        self._ending = False
+        self.over = False  # the source ended by itself
+        self.warnings = set()
         self._counts = dict.fromkeys(counted, 0)
 
     @property
@@ -77,11 +67,11 @@ class Run:
     def element(self, name):
         return self.pipeline.get_by_name(name)
 
-    def play(self, source, seconds=None, harmless=(), on_live=lambda: None):
+    def play(self, source, seconds=None, harmless=(), gone=(), on_live=lambda: None):
         """Until it ends, or `seconds` after the first picture. `source`: what the user calls it, "" where errors name it themselves. `harmless`:
-        parts of texts of errors that are an end like any other. Raises command.Failure, also if no picture comes from the source. `on_live`:
-        called if the source is live."""
-        self._harmless, self._seconds = harmless, seconds
+        parts of texts of errors that are an end like any other; `gone`: of errors and warnings that say that the source has ended. Raises
+        command.Failure, also if no picture comes from the source. `on_live`: called if the source is live."""
+        self._source, self._harmless, self._gone, self._seconds = str(source), harmless, gone, seconds
         for name in self._counts:
             self.element(name).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._count, name)
 
@@ -108,10 +98,11 @@ class Run:
         if not self.frames:
             self.fail(f"no picture came: {self.NO_PICTURE}")
         if self._failure:
-            raise command.Failure(f"{source}: {self._failure}" if source else self._failure)
+            raise command.Failure(self._failure)
 
     def end(self):
         """What is in the pipeline is still written. Again: at once."""
+        self._ending = True
         if not self.pipeline.send_event(Gst.Event.new_eos()):
             self._loop.quit()
         GLib.timeout_add_seconds(END, self._loop.quit)
@@ -121,8 +112,8 @@ class Run:
         self.told = True
         return self.end()
 
-    def fail(self, text):
-        self._failure = self._failure or text
+    def fail(self, text, sources_fault=True):
+        self._failure = self._failure or (f"{self._source}: {text}" if self._source and sources_fault else text)
         self._loop.quit()
 
     def _count(self, _pad, _info, name):
@@ -134,14 +125,29 @@ class Run:
 
     def _heed(self, message):
         if message.type == Gst.MessageType.EOS:
+            self.over = not self._ending
             self._loop.quit()
         elif message.type == Gst.MessageType.ERROR:
-            error, _ = message.parse_error()
-            text = one_line(error.message)
-            if any(part in text for part in self._harmless):
-                self._loop.quit()
-            else:
-                self.fail(f"{text} ({message.src.get_name()})")
+            self._error(message.src, *message.parse_error())
         elif message.type == Gst.MessageType.WARNING:
-            warning, _ = message.parse_warning()
-            print(f"{self._name}: warning: {one_line(warning.message)}", flush=True)
+            warning, debug = message.parse_warning()
+            text = one_line(warning.message)
+            # Once: a window that is too slow says every second that it is.
+            if text not in self.warnings and not any(part in (debug or "") for part in self._gone):
+                self.warnings.add(text)
+                print(f"{self._name}: warning: {text}", file=sys.stderr, flush=True)
+
+    def _error(self, element, error, debug):
+        text = one_line(error.message)
+        factory = element.get_factory() if isinstance(element, Gst.Element) else None
+        if any(part in (debug or "") for part in self._gone):
+            self.over = not self._ending
+            self._loop.quit()
+        elif any(part in text for part in self._harmless):
+            self._loop.quit()
+        elif factory and factory.get_name() == "filesink":
+            if error.matches(Gst.ResourceError.quark(), Gst.ResourceError.NO_SPACE_LEFT):
+                text = f"can't write '{element.get_property('location')}', its disk is full: make room, or name another place"
+            self.fail(text, sources_fault=False)
+        else:
+            self.fail(f"{text} ({element.get_name()})")

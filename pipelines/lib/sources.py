@@ -20,7 +20,7 @@ SOURCE is one of
 
 
 def begin(text):
-    """The begin of the pipeline, up to raw video. Raises command.Failure."""
+    """The begin of the pipeline, up to raw video. Raises command.Failure, and command.Misuse of what is no source anywhere."""
     kind, _, rest = text.partition(":")
     if text.startswith("/dev/"):
         if not os.path.exists(text):
@@ -31,13 +31,17 @@ def begin(text):
         return f"v4l2src device={command.quoted(text)} ! decodebin"
     if kind == "decklink":
         if rest and not rest.isdecimal():
-            raise command.Failure(f"decklink:{rest}: give the card's number, from 0")
+            raise command.Misuse(f"decklink:{rest}: give the card's number, from 0")
         return f"decklinkvideosrc device-number={rest or 0}"
     if kind == "simulate":
+        import properties  # GStreamer, which no other source needs here
+        scenarios = properties.choices(properties.Gst.ElementFactory.make("csdsimsrc"), "scenario")
+        if (rest or "mixed") not in scenarios:
+            raise command.Misuse(f"there is no simulate:{rest}: the scenarios are {', '.join(scenarios)}")
         return f"csdsimsrc is-live=true scenario={rest or 'mixed'} ! video/x-raw,width=640,height=480,framerate=25/1"
     if kind == "test":
         if rest not in ("UYVY", "v210"):
-            raise command.Failure(f"there is no test:{rest}: test:UYVY or test:v210")
+            raise command.Misuse(f"there is no test:{rest}: test:UYVY or test:v210")
         return f"videotestsrc is-live=true pattern=smpte horizontal-speed=2 ! video/x-raw,format={rest},width=1920,height=1080,framerate=25/1"
     if "://" in text:
         return f"uridecodebin uri={command.quoted(text)} caps=video/x-raw"

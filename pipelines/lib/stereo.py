@@ -51,8 +51,12 @@ def parse(arguments):
 def main():
     options = command.options(parse)
     begins = {"left": sources.begin(options.left), "right": sources.begin(options.right)}
-    command.make_folder(options.out)
     command.check_window(options.display, "--display")
+    with command.folders(options.out):
+        stereo(options, begins)
+
+
+def stereo(options, begins):
     import runner
     text = ""
     for side, begin in begins.items():

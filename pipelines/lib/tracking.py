@@ -17,6 +17,8 @@ import time
 
 import gi
 from caps import first_structure
+from failure import Failure, Misuse
+from properties import check_start, choices, set_from_text, settable
 
 gi.require_version("Gst", "1.0")
 from gi.repository import GLib, GObject, Gst  # noqa: E402
@@ -34,16 +36,12 @@ COPIED = (
 
 
 PRESET = {"overlay": "draw", "learning": "sync"}
-# No --set: the results depend on these, and name and parent belong to the pipeline.
-KEPT = ("attach-meta", "name", "overlay", "parent")
+# No --set: the results depend on these.
+KEPT = ("attach-meta", "overlay")
 
 SIMULATED = "video/x-raw, width=640, height=480, framerate=25/1"
 
 SILENCE = 60  # seconds without a stream, after which none is waited for
-
-
-class Failure(Exception):
-    """Nothing could be made; the text is one line that says what to change."""
 
 
 class Simulation:
@@ -105,7 +103,11 @@ class Job:
         for name, value in PRESET.items():
             Gst.util_set_object_arg(self.track, name, value)
         for assignment in properties:
-            set_checked(self.track, *assignment.split("=", 1))
+            name, value = assignment.split("=", 1)
+            if name in KEPT:
+                raise Misuse(f"{name} can't be set here, quickstart needs it as it is: leave that --set out")
+            set_from_text(self.track, name, value)
+        check_start(self.track)
         if self.simulated:
             self._simulate()
         else:
@@ -148,7 +150,7 @@ class Job:
         """The points to track, or how many to look for, are the truth's, and csdtrack has them from there."""
         source = self._make("csdsimsrc")
         for assignment in self.video.settings:
-            set_checked(source, *assignment.split("=", 1))
+            set_from_text(source, *assignment.split("=", 1))
         points = self.track.get_property("points")
         source.set_property("points", "" if points == "truth" else points)
         source.set_property("features", self.track.get_property("max-features"))
@@ -385,59 +387,22 @@ def copied(caps):
 def settable_properties():
     """For each property of csdtrack that --set takes: name, values, default and what it is, as text."""
     track = Gst.ElementFactory.make("csdtrack")
-    for spec in track.list_properties():
-        if not spec.flags & GObject.ParamFlags.WRITABLE or spec.name in KEPT:
+    for name, spec in settable(track).items():
+        if name in KEPT:
             continue
         default, minimum = spec.default_value, getattr(spec, "minimum", None)
         if spec.value_type.is_a(GObject.TYPE_ENUM):
-            values = " | ".join(v.value_nick for v in enum_values(track, spec))
-            default = track.get_property(spec.name).value_nick  # spec's is a number with PyGObject 3.50
+            values = " | ".join(choices(track, name))
+            default = track.get_property(name).value_nick  # spec's is a number with PyGObject 3.50
         elif spec.value_type == GObject.TYPE_BOOLEAN:
             values, default = "true | false", str(default).lower()
         elif minimum is not None:
             values = f"{minimum} to {spec.maximum}"
         else:
             values, default = "text", default or "empty"
-        if spec.name in PRESET:
-            default += f"; quickstart: {PRESET[spec.name]}"
-        yield spec.name, values, default, spec.blurb
-
-
-def enum_values(element, spec):
-    # By a value: with PyGObject 3.50 spec.enum_class is GLib's structure, not the class in Python.
-    return type(element.get_property(spec.name)).__enum_values__.values()
-
-
-def set_checked(element, name, text):
-    """Sets a property from text; a Failure names what is wrong with it."""
-    spec = element.find_property(name)
-    kind = element.get_factory().get_name()
-    if name in KEPT:
-        raise Failure(f"{name} can't be set here, quickstart needs it as it is: leave that --set out")
-    if spec is None or not spec.flags & GObject.ParamFlags.WRITABLE:
-        raise Failure(f"{kind} has no property '{name}' to set: see --properties")
-    if spec.value_type == GObject.TYPE_STRING:
-        element.set_property(name, text)
-        return
-    if spec.value_type.is_a(GObject.TYPE_ENUM):
-        choices = {v.value_nick: v for v in enum_values(element, spec)}
-        if text not in choices:
-            raise Failure(f"'{text}' is no value for {name}: it is one of {', '.join(choices)}")
-        element.set_property(name, choices[text])
-        return
-    if spec.value_type == GObject.TYPE_BOOLEAN:
-        if text not in ("true", "false"):
-            raise Failure(f"{name} is true or false, not '{text}'")
-        element.set_property(name, text == "true")
-        return
-    try:
-        number = float(text) if spec.value_type in (GObject.TYPE_DOUBLE, GObject.TYPE_FLOAT) else int(text)
-    except ValueError:
-        raise Failure(f"'{text}' is no value for {name}, a number (see --properties)") from None
-    low, high = getattr(spec, "minimum", None), getattr(spec, "maximum", None)
-    if low is not None and high is not None and not low <= number <= high:
-        raise Failure(f"{name} is from {low} to {high}, not {text}")
-    element.set_property(name, number)
+        if name in PRESET:
+            default += f"; quickstart: {PRESET[name]}"
+        yield name, values, default, spec.blurb
 
 
 def breaks_off(video, position, duration):

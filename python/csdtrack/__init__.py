@@ -8,6 +8,94 @@
 
 docs/python.md has more.
 """
-from ._core import ALGORITHMS, STATES, Tracker
+from . import _core
+from ._core import ALGORITHMS, STATES, __version__
 
 __all__ = ["ALGORITHMS", "STATES", "Tracker"]
+
+
+class Tracker(_core.Tracker):  # signatures are Python's, and so is what is said of arguments that don't fit them
+    """Tracks points on deforming tissue through the frames of one stream.
+
+    All arguments are keywords, and those that the GStreamer element csdtrack has too, with "-" for "_", mean the same,
+    have the same ranges and the same defaults: docs/elements.md. Times are whole nanoseconds. A Tracker may be handed
+    from thread to thread; only process() must not run twice at a time.
+    """
+
+    __slots__ = ()
+
+    def __init__(self, *, algorithm="csd", order="rgb", max_features=50, points=None, replenish=True, forget_after=10000000000,
+                 region=None, content_area="auto", patch_size=0, search_radius=0, training_time=500000000, learning="async",
+                 n_threads=0, frame_budget=0, seed=1):
+        """
+        algorithm      one of csdtrack.ALGORITHMS
+        order          "rgb", or "bgr" as OpenCV has it: of the last axis of colour frames
+        max_features   0…10000: how many features detection keeps; 0: only points that are given
+        points         N×2, x and y in pixels: track exactly these, ids 0…N-1, no detection
+        replenish      new features where old ones ended (csd only)
+        forget_after   ns: a detected feature that is lost or out for so long ends; 0: never
+        region         (x, y, width, height) in whole pixels: where detection may look; None: everywhere
+        content_area   "auto": the dark border and burnt-in graphics are left alone; "full": all is tissue
+        patch_size     0…1024 px: side of a feature's patch; 0: from the frame's height
+        search_radius  0…2048 px; 0: from the frame's height (csd-2012 only)
+        training_time  ns: how long a feature is "learning"
+        learning       "async": frames don't wait for learning; "sync": they do, and results are the same on each run
+                       (only csd-2012 learns beside the frames)
+        n_threads      0…256 learner threads; 0: one fewer than there are processors, at least 1
+        frame_budget   ns: past it the least urgent features of a frame wait; 0: none (csd only)
+        seed           of every random choice
+
+        Raises TypeError and ValueError, which say what to write instead.
+        """
+        super().__init__(algorithm, order, max_features, points, replenish, forget_after, region, content_area, patch_size,
+                         search_radius, training_time, learning, n_threads, frame_budget, seed)
+
+    def process(self, frame, pts=None, duration=None, discont=False):
+        """
+        Tracks all features into the next frame; returns them as a structured array, a row each, by ascending id.
+
+        frame     uint8, H×W (gray) or H×W×3 (colour), any strides; read in place, not changed and not kept
+        pts       when it was taken, ns; None: one duration after the last one
+        duration  ns; None: unknown, then 40 ms (25 frames a second)
+        discont   the frame does not follow on the last one. So is taken, too, a pts more than half a second off
+
+        Fields: id (uint32), x, y (float64, pixels, centres at integers, 0,0 the top left one; always finite), state (str,
+        one of csdtrack.STATES), confidence (float64, 0…1), fresh (bool). Only "learning" and "tracked" claim a position,
+        which is so exactly where confidence >= 0.5. A frame of another size begins anew, with new ids.
+
+        Other threads of Python run meanwhile. Raises TypeError and ValueError for a frame that can't be read, RuntimeError
+        where another thread's process() is at work or tracking fails; warns once where a frame is too small to track in.
+        """
+        return super().process(frame, pts, duration, discont)
+
+    def add_point(self, x, y):
+        """
+        Also tracks x, y, pixels of the next frame; returns its id. From any thread, never waits for a frame.
+
+        Raises ValueError where x or y is not finite, RuntimeError where 10000 features are tracked already.
+        """
+        return super().add_point(x, y)
+
+    def remove_point(self, id):
+        """
+        Ends a feature, given or detected, with the next frame. False if there is none of this id. From any thread.
+        """
+        return super().remove_point(id)
+
+    def reset(self):
+        """
+        Forgets the stream: with the next frame all features end, and points begin again under new ids, or detection does.
+        From any thread.
+        """
+        super().reset()
+
+    @property
+    def stats(self):
+        """dict: frames; features of the last frame by state; detected, learning_time (ns), learned, retrainings,
+        false_correspondences, queue, waited, simd: as the element's stats"""
+        return super().stats
+
+    def __repr__(self):
+        stats = self.stats
+        states = "".join(f", {stats[state]} {state}" for state in STATES if stats[state])
+        return f"<csdtrack.Tracker {self._algorithm}: {stats['frames']} frames{states}>"

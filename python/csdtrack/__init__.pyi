@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["ALGORITHMS", "STATES", "Tracker"]
+__version__: str
 
 ALGORITHMS: tuple[str, ...]
 STATES: tuple[str, ...]

@@ -64,6 +64,23 @@ std::int64_t frame_time(py::handle value, const char *name) {
   return value.is_none() ? no_time : whole(value, name, 0, any_time, std::string(time_advice) + ", or None");
 }
 
+bool truth(py::handle value, const char *name) {
+  py::detail::make_caster<bool> caster;
+  if (!caster.load(value, true))
+    throw py::type_error(std::string(name) + " is a " + type_of(value) + ", not a bool: give True or False");
+  return caster;
+}
+
+double coordinate(py::handle value, const char *name) {
+  py::detail::make_caster<double> caster;
+  if (PyBool_Check(value.ptr()) || !caster.load(value, true))
+    throw py::type_error(std::string(name) + " is a " + type_of(value) + ", not a number: give pixels");
+  const double number = caster;
+  if (!std::isfinite(number))
+    throw py::value_error(std::string(name) + "=" + text_of(value) + " is not finite: give pixels");
+  return number;
+}
+
 std::size_t choice(py::handle value, const char *name, const std::vector<std::string> &words) {
   const bool is_text = py::isinstance<py::str>(value);
   std::string all;

@@ -28,6 +28,9 @@ std::int64_t time_setting(pybind11::handle value, const char *name);
 /// Nanoseconds of a frame; None is no_time.
 std::int64_t frame_time(pybind11::handle value, const char *name);
 
+bool truth(pybind11::handle value, const char *name);         ///< what has a truth value as numbers have; no text
+double coordinate(pybind11::handle value, const char *name);  ///< pixels, finite
+
 /// Which of the words `value` is.
 std::size_t choice(pybind11::handle value, const char *name, const std::vector<std::string> &words);
 

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <stdexcept>
@@ -88,7 +87,8 @@ py::array rows_of(const Tracks &tracks, const py::dtype &type) {
 
 class PyTracker {
  public:
-  PyTracker(const Settings &settings, unsigned threads, bool bgr) : bgr_(bgr), type_(row_type()) {
+  PyTracker(const Settings &settings, unsigned threads, bool bgr)
+      : algorithm_(algorithm_name(settings.algorithm)), bgr_(bgr), type_(row_type()) {
     pool_.emplace(threads, learner_nice);
     tracker_.emplace(settings, *pool_);
   }
@@ -103,24 +103,24 @@ class PyTracker {
   PyTracker(const PyTracker &) = delete;
   PyTracker &operator=(const PyTracker &) = delete;
 
-  py::array process(const py::object &frame, const py::object &pts, const py::object &duration, bool discont) {
+  py::array process(const py::object &frame, const py::object &pts, const py::object &duration,
+                    const py::object &discont) {
     const Pixels pixels(frame, bgr_);
+    const bool anew = truth(discont, "discont");
     const std::int64_t begin = frame_time(pts, "pts"), length = frame_time(duration, "duration");
     const Turn turn(busy_);
     const Tracks *tracks = nullptr;
     {
       const py::gil_scoped_release release;
-      tracks = &follow(pixels.view(), begin, length, discont);
+      tracks = &follow(pixels.view(), begin, length, anew);
     }
     auto rows = rows_of(*tracks, type_);
     warn_if_small(*tracks);
     return rows;
   }
 
-  FeatureId add_point(double x, double y) {
-    if (!std::isfinite(x) || !std::isfinite(y))
-      throw py::value_error("x=" + std::to_string(x) + ", y=" + std::to_string(y) + " is not finite: give pixels");
-    const FeatureId id = tracker_->add_point(x, y);
+  FeatureId add_point(const py::object &x, const py::object &y) {
+    const FeatureId id = tracker_->add_point(coordinate(x, "x"), coordinate(y, "y"));
     if (id == no_feature)
       throw std::runtime_error(std::to_string(max_points) +
                                " features are tracked already, which is all that can be: remove one");
@@ -132,6 +132,8 @@ class PyTracker {
   }
 
   void reset() { tracker_->reset(); }
+
+  const std::string &algorithm() const { return algorithm_; }
 
   py::dict stats() const {
     const Stats stats = tracker_->stats();
@@ -184,6 +186,7 @@ class PyTracker {
     if (PyErr_WarnEx(PyExc_RuntimeWarning, text.c_str(), 1) != 0) throw py::error_already_set();
   }
 
+  std::string algorithm_;
   bool bgr_;
   py::dtype type_;
   cv::Size warned_;  ///< the size of which it was said that it is too small
@@ -193,12 +196,13 @@ class PyTracker {
 };
 
 std::unique_ptr<PyTracker> make_tracker(const py::object &algorithm, const py::object &order,
-                                        const py::object &max_features, const py::object &points, bool replenish,
-                                        const py::object &forget_after, const py::object &region,
-                                        const py::object &content_area, const py::object &patch_size,
-                                        const py::object &search_radius, const py::object &training_time,
-                                        const py::object &learning, const py::object &n_threads,
-                                        const py::object &frame_budget, const py::object &seed) {
+                                        const py::object &max_features, const py::object &points,
+                                        const py::object &replenish, const py::object &forget_after,
+                                        const py::object &region, const py::object &content_area,
+                                        const py::object &patch_size, const py::object &search_radius,
+                                        const py::object &training_time, const py::object &learning,
+                                        const py::object &n_threads, const py::object &frame_budget,
+                                        const py::object &seed) {
   const auto small = [](py::handle value, const char *name, std::int64_t most) {
     return static_cast<unsigned>(whole(value, name, 0, most));
   };
@@ -206,7 +210,7 @@ std::unique_ptr<PyTracker> make_tracker(const py::object &algorithm, const py::o
   s.algorithm = static_cast<AlgorithmKind>(choice(algorithm, "algorithm", words(algorithms, algorithm_word)));
   s.max_features = small(max_features, "max_features", max_points);
   s.points = given_points(points);
-  s.replenish = replenish;
+  s.replenish = truth(replenish, "replenish");
   s.forget_after = time_setting(forget_after, "forget_after");
   s.region = given_region(region);
   s.content_area = choice(content_area, "content_area", {"auto", "full"}) ? ContentArea::full : ContentArea::automatic;
@@ -221,76 +225,19 @@ std::unique_ptr<PyTracker> make_tracker(const py::object &algorithm, const py::o
 }
 
 PYBIND11_MODULE(_core, m) {
-  const Settings defaults;
+  m.attr("__version__") = CSDTRACK_VERSION;
   m.attr("STATES") = py::tuple(py::cast(words(feature_states, state_word)));
   m.attr("ALGORITHMS") = py::tuple(py::cast(words(algorithms, algorithm_word)));
 
-  py::class_<PyTracker> tracker(m, "Tracker", R"(Tracks points on deforming tissue through the frames of one stream.
-
-All arguments are keywords, and those that the GStreamer element csdtrack has too, with "-" for "_", mean the same,
-have the same ranges and the same defaults: docs/elements.md. Times are whole nanoseconds. A Tracker may be handed
-from thread to thread; only process() must not run twice at a time.)");
-  tracker.attr("__module__") = "csdtrack";
-  tracker
-      .def(py::init(&make_tracker), py::kw_only(),
-           py::arg("algorithm") = std::string(algorithm_name(defaults.algorithm)), py::arg("order") = "rgb",
-           py::arg("max_features") = defaults.max_features, py::arg("points") = py::none(),
-           py::arg("replenish") = defaults.replenish, py::arg("forget_after") = defaults.forget_after,
-           py::arg("region") = py::none(), py::arg("content_area") = "auto",
-           py::arg("patch_size") = defaults.patch_size, py::arg("search_radius") = defaults.search_radius,
-           py::arg("training_time") = defaults.training_time, py::arg("learning") = "async", py::arg("n_threads") = 0,
-           py::arg("frame_budget") = defaults.frame_budget, py::arg("seed") = defaults.seed,
-           R"(
-algorithm      one of csdtrack.ALGORITHMS
-order          "rgb", or "bgr" as OpenCV has it: of the last axis of colour frames
-max_features   0…10000: how many features detection keeps; 0: only points that are given
-points         N×2, x and y in pixels: track exactly these, ids 0…N-1, no detection
-replenish      new features where old ones ended (csd only)
-forget_after   ns: a detected feature that is lost or out for so long ends; 0: never
-region         (x, y, width, height) in whole pixels: where detection may look; None: everywhere
-content_area   "auto": the dark border and burnt-in graphics are left alone; "full": all is tissue
-patch_size     0…1024 px: side of a feature's patch; 0: from the frame's height
-search_radius  0…2048 px; 0: from the frame's height (csd-2012 only)
-training_time  ns: how long a feature is "learning"
-learning       "async": frames don't wait for learning; "sync": they do, and results are the same on each run
-               (only csd-2012 learns beside the frames)
-n_threads      0…256 learner threads; 0: one fewer than there are processors, at least 1
-frame_budget   ns: past it the least urgent features of a frame wait; 0: none (csd only)
-seed           of every random choice
-
-Raises TypeError and ValueError, which say what to write instead.)")
-      .def("process", &PyTracker::process, py::arg("frame"), py::arg("pts") = py::none(),
-           py::arg("duration") = py::none(), py::arg("discont") = false,
-           R"(
-Tracks all features into the next frame; returns them as a structured array, a row each, by ascending id.
-
-frame     uint8, H×W (gray) or H×W×3 (colour), any strides; read in place, not changed and not kept
-pts       when it was taken, ns; None: one duration after the last one
-duration  ns; None: unknown, then 40 ms (25 frames a second)
-discont   the frame does not follow on the last one. So is taken, too, a pts more than half a second off
-
-Fields: id (uint32), x, y (float64, pixels, centres at integers, 0,0 the top left one; always finite), state (str, one
-of csdtrack.STATES), confidence (float64, 0…1), fresh (bool). Only "learning" and "tracked" claim a position, which is
-so exactly where confidence >= 0.5. A frame of another size begins anew, with new ids.
-
-Other threads of Python run meanwhile. Raises TypeError and ValueError for a frame that can't be read, RuntimeError
-where another thread's process() is at work or tracking fails; warns once where a frame is too small to track in.)")
-      .def("add_point", &PyTracker::add_point, py::arg("x"), py::arg("y"),
-           R"(
-Also tracks x, y, pixels of the next frame; returns its id. From any thread, never waits for a frame.
-
-Raises ValueError where x or y is not finite, RuntimeError where 10000 features are tracked already.)")
-      .def("remove_point", &PyTracker::remove_point, py::arg("id"),
-           R"(
-Ends a feature, given or detected, with the next frame. False if there is none of this id. From any thread.)")
-      .def("reset", &PyTracker::reset,
-           R"(
-Forgets the stream: with the next frame all features end, and points begin again under new ids, or detection does.
-From any thread.)")
-      .def_property_readonly(
-          "stats", &PyTracker::stats,
-          "dict: frames; features of the last frame by state; detected, learning_time (ns), learned, retrainings, "
-          "false_correspondences, queue, waited, simd: as the element's stats");
+  // What is documented, and names and defaults of arguments, are in __init__.py's class upon this one.
+  py::class_<PyTracker>(m, "Tracker")
+      .def(py::init(&make_tracker))
+      .def("process", &PyTracker::process)
+      .def("add_point", &PyTracker::add_point)
+      .def("remove_point", &PyTracker::remove_point)
+      .def("reset", &PyTracker::reset)
+      .def_property_readonly("stats", &PyTracker::stats)
+      .def_property_readonly("_algorithm", &PyTracker::algorithm);
 }
 
 }  // namespace

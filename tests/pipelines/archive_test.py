@@ -369,9 +369,9 @@ class Archive(harness.Case):
                                        ((unknown, self.out), 1, "is no text: give a folder"), (("nothing", self.out), 1, "no 'nothing'"), ((videos,), 2, "LIST and OUT"),
                                        ((empty, self.out), 1, "names no video"), ((file, self.out), 1, "names no video"),
                                        ((videos / "one.mkv", self.out), 1, "is no text: give a folder"), ((videos, self.out, "--jobs", "0"), 2, "--jobs"),
-                                       ((videos, self.out, "--set", "max-features=many"), 1, "takes no max-features=many"),
+                                       ((videos, self.out, "--set", "max-features=many"), 2, "'many' is no value for max-features"),
                                        ((videos, self.out, "--set", "attach-meta=false"), 1, "attach-meta"),
-                                       ((videos, self.out, "--preset", "none"), 1, "no preset 'none': .*archive"),
+                                       ((videos, self.out, "--preset", "none"), 2, "no preset 'none': .*archive"),
                                        ((videos, self.out, "--ssh", ","), 2, "--ssh"), ((videos, self.out, "--ssh", "a", "--slurm"), 2, "--slurm"),
                                        (("--list", empty), 1, "no index"), (("--list", empty, videos), 2, "--list"),
                                        ((videos, self.out, "--redo", "some"), 2, "--redo")):

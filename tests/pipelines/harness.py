@@ -44,7 +44,7 @@ class Case(unittest.TestCase):
         """A command that could not do what it was told (1: it says so in one line) or was used wrongly (2)."""
         self.assertEqual(done.returncode, code, done.stderr)
         self.assertIn(words, done.stderr)
-        self.assertNotIn("Traceback", done.stderr)
+        self.assertNotRegex(done.stderr, "Traceback|Warning")
         if code == 1:
             self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
 

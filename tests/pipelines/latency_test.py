@@ -37,8 +37,8 @@ class Latency(harness.Case):
 
     def test_what_is_wrong_is_one_line(self):
         for arguments, code, words in ((("/dev/video99",), 1, "no device"), (("in.mkv",), 2, "no live source"), (("rtsp://x/y",), 2, "no live source"),
-                                       (("test:x",), 1, "test:v210"), (("--rounds", "0"), 2, "--rounds"), (("--seconds", "1"), 2, "--seconds"),
-                                       (("--rounds", "1", "--seconds", "2", "--preset", "fast", "test:UYVY"), 1, "live-low-latency")):
+                                       (("test:x",), 2, "test:v210"), (("--rounds", "0"), 2, "--rounds"), (("--seconds", "1"), 2, "--seconds"),
+                                       (("--rounds", "1", "--seconds", "2", "--preset", "fast", "test:UYVY"), 2, "live-low-latency")):
             with self.subTest(arguments=arguments):
                 self.check_refused(run(*arguments), code, words)
 

@@ -44,13 +44,38 @@ class Live(harness.Case):
 
     def test_what_is_not_there_or_wrong_is_one_line(self):
         for arguments, code, words in ((("/dev/video99",), 1, "no device /dev/video99"), (("/dev/null",), 1, "/dev/null"),
-                                       (("/dev/video99/x",), 1, "no device"), (("test:v211",), 1, "test:v210"), (("nothing.mp4",), 1, "no file"),
-                                       (("decklink:x",), 1, "number"), (("--preset", "fast"), 1, "live-low-latency"),
-                                       (("--set", "foo=1"), 1, "'foo'"), (("simulate:fog",), 1, "scenario"),
+                                       (("/dev/video99/x",), 1, "no device"), (("test:v211",), 2, "test:v210"), (("nothing.mp4",), 1, "no file"),
+                                       (("decklink:x",), 2, "number"), (("--preset", "fast"), 2, "live-low-latency"),
+                                       (("--set", "foo=1"), 2, "'foo'"), (("simulate:fog",), 2, "smoke, specular"),
+                                       (("--set", "name=x"), 2, "max-features"), (("--set", "algorithm=foo"), 2, "csd, csd-2012"),
+                                       (("--set", "max-features=-4"), 2, "live: max-features is from 0 to 10000, not -4\n"),
+                                       (("--set", "max-features=many"), 2, "from 0 to 10000"), (("--set", "replenish=x"), 2, "true or false"),
+                                       (("--set", "points=1"), 2, "live: points: "), (("--tracks", "/dev/full"), 1, "live: can't write '/dev/full'"),
                                        (("--sink", "nosuchsink"), 1, "nosuchsink"), (("--seconds", "0"), 2, "--seconds"),
                                        (("--set", "foo"), 2, "PROPERTY=VALUE")):
             with self.subTest(arguments=arguments):
                 self.check_refused(run(*(() if "--sink" in arguments else ("--sink", "fakesink")), *arguments), code, words)
+
+    def test_links_to_it_find_the_repository(self):
+        (self.tmp / "folder").symlink_to(LIVE.parent)
+        (self.tmp / "command").symlink_to(LIVE)
+        for linked in (self.tmp / "folder" / "live", self.tmp / "command"):
+            done = subprocess.run([linked, "--help"], capture_output=True, text=True, timeout=60)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_a_warning_is_said_once(self):
+        """As a window that is too slow repeats its own every second."""
+        program = """
+import runner
+from runner import GLib, Gst
+run = runner.Run("live", "videotestsrc num-buffers=5 ! csdtrack name=csdtrack ! fakesink")
+run.pipeline.set_state(Gst.State.READY)
+for text in ("late", "late", "other", "late"):
+    run.pipeline.get_bus().post(Gst.Message.new_warning(run.pipeline, GLib.Error(text, "test", 1), ""))
+run.play("")
+"""
+        done = subprocess.run([sys.executable, "-c", program], cwd=LIVE.parent / "lib", capture_output=True, text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", "live: warning: late\nlive: warning: other\n"))
 
     def test_a_file_ends_it(self):
         video = self.tmp / "video.mkv"

@@ -141,7 +141,7 @@ def refused(tmp, video, *words, out=None, options=()):
     before = contents(out)
     done = quickstart(*options, video, out)
     assert contents(out) == before, "a run that fails leaves OUT as it was"
-    assert done.returncode == 1, f"exit code {done.returncode}: {done.stdout}"
+    assert done.returncode == (2 if options else 1), f"exit code {done.returncode}: {done.stdout}"
     lines = done.stderr.strip().splitlines()
     errors = [line for line in lines if line.startswith("quickstart: ")]
     assert len(errors) == 1, done.stderr
@@ -307,8 +307,8 @@ def test_simulation_interrupted(tmp):
 
 def test_simulation_refused(tmp):
     for options, code, word in ((("--frames", "0"), 2, "--frames"), (("--frames", "x"), 2, "--frames"),
-                                (("--seed", "x"), 1, "seed"), (("--simulate", "magic"), 1, "mixed"),
-                                (("--points", "1;2"), 1, "points"), (("--simulate",), 2, "--simulate"),
+                                (("--seed", "x"), 2, "seed"), (("--simulate", "magic"), 2, "mixed"),
+                                (("--points", "1;2"), 2, "points"), (("--simulate",), 2, "--simulate"),
                                 (("--simulate", "zoom", tmp / "a.mkv", tmp / "out"), 2, "OUT")):
         done = subprocess.run(command(*options), capture_output=True, text=True, env=ENVIRONMENT,
                               stdin=subprocess.DEVNULL, timeout=300, cwd=tmp)
@@ -509,7 +509,7 @@ def test_wrong_property(tmp):
     ffmpeg(*picture(seconds=0.2), "-c:v", "ffv1", tmp / "a.mkv")
     for option, word in (("max-features=many", "max-features"), ("no-such=1", "no-such"), ("algorithm=magic", "lk")):
         done = quickstart("--set", option, tmp / "a.mkv", tmp / "out")
-        assert done.returncode == 1 and word in done.stderr, done.stderr
+        assert done.returncode == 2 and word in done.stderr, done.stderr
 
 
 def test_kept_property(tmp):

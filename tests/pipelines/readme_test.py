@@ -30,7 +30,7 @@ class Readme(Case):
         example = re.search(r"```python\n(.*?)```", README.read_text(), re.DOTALL).group(1)
         done = subprocess.run([sys.executable, "-c", example, README], capture_output=True, text=True, timeout=HANGS)
         self.assertEqual(done.returncode, 1)
-        self.assertRegex(done.stderr, r"^\S.*text file\s*$")
+        self.assertRegex(done.stderr, rf"^{re.escape(str(README))}: \S.*text file\s*$")
 
 
 if __name__ == "__main__":

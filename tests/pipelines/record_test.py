@@ -6,9 +6,11 @@ import os
 import pathlib
 import re
 import signal
+import socket
 import subprocess
 import sys
 import time
+import unittest
 
 import harness
 
@@ -20,6 +22,11 @@ ENVIRONMENT = {**os.environ, "CSDTRACK_BUILD": str(BUILD)}
 def run(*arguments):
     return subprocess.run([RECORD, "--no-install", *map(str, arguments)], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=180,
                           env=ENVIRONMENT)
+
+
+def review(*arguments):
+    return subprocess.run([SOURCE / "pipelines" / "review", "--no-install", "--sink", "fakesink", *arguments], capture_output=True, text=True,
+                          timeout=120, env=ENVIRONMENT)
 
 
 def frame_times(video):
@@ -67,9 +74,21 @@ class Record(harness.Case):
         done = run("--segment", 2, self.video, self.out)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(self.check_together(3), 130)
-        looked_at = subprocess.run([SOURCE / "pipelines" / "review", "--no-install", "--sink", "fakesink", self.out / "00001.mkv"],
-                                   capture_output=True, text=True, timeout=120, env=ENVIRONMENT)
+        looked_at = review(self.out / "00001.mkv")
         self.assertEqual((looked_at.returncode, looked_at.stdout, looked_at.stderr), (0, "50 frames\n", ""))
+        # One that was tracked by itself has other stream times.
+        harness.play(f"filesrc location={self.out}/00001.mkv ! decodebin ! csdtrack ! csdtrackenc ! filesink location={self.tmp}/itself.jsonl")
+        self.assertEqual(harness.read_lines(self.tmp / "itself.jsonl")[0]["stream_time"], 0)
+        self.assertEqual(review(self.out / "00001.mkv", self.tmp / "itself.jsonl").stderr, "")
+        # Another file's tracks: of other times, of another size, of another shape.
+        small, flat = (harness.scene_video(self.tmp / f"{height}.mkv", 20, width=160, height=height) for height in (120, 80))
+        for video, lines, words in ((self.out / "00000.mkv", "00001", "they begin at 2.00 s.* first 50 frames, from 0.00 s on"),
+                                    (self.out / "00001.mkv", "00000", "they begin at 0.00 s, the video at 2.00 s"),
+                                    (self.out / "00001.mkv", "00002", "they begin at 4.00 s.* first 50 frames, from 2.00 s on"),
+                                    (small, "00000", "a picture of 320×240, the video has 160×120"), (flat, "00000", "another aspect")):
+            said = review(video, self.out / f"{lines}.jsonl")
+            self.assertEqual((said.returncode, said.stderr.count("\n")), (0, 1), said.stderr)
+            self.assertRegex(said.stderr, f"^review: warning: .*{words}")
         # Again: numbers go on, nothing is overwritten.
         before = {path: path.read_bytes() for path in self.out.iterdir()}
         self.assertEqual(run("--segment", 60, self.video, self.out).returncode, 0)
@@ -103,6 +122,34 @@ class Record(harness.Case):
             self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
             self.assertRegex(done.stderr, "^record: warning: the tracks end here, the recording goes on: .*(No space|directory)")
             self.assertEqual(stream_of(out), whole)
+
+    @unittest.skipUnless(os.geteuid() == 0, "mounting wants root")
+    def test_a_full_disk_is_named(self):
+        disk = self.tmp / "disk"
+        disk.mkdir()
+        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", disk], capture_output=True).returncode:
+            raise unittest.SkipTest("mounting is not allowed here")
+        try:
+            self.check_refused(run("--tracks", self.out, self.video, disk / "x"), 1, f"record: can't write '{disk}/x/00000.mkv', its disk is full")
+        finally:
+            subprocess.run(["umount", disk], check=True)
+
+    def test_a_live_source_that_is_slower_than_it_says(self):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.bind(("127.0.0.1", 0))
+            uri = f"srt://127.0.0.1:{probe.getsockname()[1]}"
+        sender = subprocess.Popen(["gst-launch-1.0", "-q", *("videotestsrc is-live=true ! video/x-raw,format=I420,width=320,height=240,framerate=10/1 ! "
+                                   "capssetter caps=video/x-raw,framerate=25/1 ! x264enc tune=zerolatency key-int-max=10 ! mpegtsmux ! "
+                                   f"srtsink wait-for-connection=false uri={uri}?mode=listener").split()], stdin=subprocess.DEVNULL)
+        self.addCleanup(sender.wait)
+        self.addCleanup(sender.kill)
+        done = run("--seconds", 4, uri, self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        gave, seconds, due = re.search(r"^the source gave (\d+) frames in ([\d.]+) s, (\d+) were due at its 25 a second: .*$", done.stdout, re.M).groups()
+        self.assertLess(int(gave), 0.6 * int(due))
+        self.assertAlmostEqual(int(due), 25 * float(seconds) + 1, delta=2)
+        # A file comes as fast as it can.
+        self.assertNotIn("due", run(self.video, self.tmp / "file-is-not-live").stdout)
 
     def test_a_window_that_fails_ends_alone(self):
         done = run("--display", "filesink", self.video, self.out)  # which wants a location
@@ -144,12 +191,14 @@ class Record(harness.Case):
         for arguments, code, words in (((self.video, file), 1, "another folder|where you may write"), (("nothing", self.out), 1, "no file"),
                                        ((self.video,), 2, "OUT"), ((self.video, self.out, "--segment", "-1"), 2, "--segment"),
                                        ((self.video, self.out, "--bitrate", "0"), 2, "--bitrate"),
-                                       ((self.video, self.out, "--display", "x!y"), 2, "--display"), ((file, self.out), 1, "file")):
+                                       ((self.video, self.out, "--display", "x!y"), 2, "--display"), ((file, self.out), 1, "file"),
+                                       (("simulate", self.out, "--preset", "fast"), 2, "laparoscopy-1080p"), (("simulate", self.out, "--set", "points=1"), 2, "points")):
             with self.subTest(arguments=arguments):
                 done = run(*arguments)
                 self.assertEqual(done.returncode, code, done.stderr)
                 self.assertTrue(re.search(words, done.stderr), done.stderr)
                 self.assertNotIn("Traceback", done.stderr)
+                self.assertFalse(self.out.exists())
 
 
 if __name__ == "__main__":

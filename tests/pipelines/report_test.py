@@ -99,7 +99,7 @@ class Made(harness.Case):
 
     def make(self, video, tracks, out, *options):
         done = report(*options, video, tracks, out)
-        self.assertEqual((done.returncode, done.stdout), (0, ""), done.stderr)
+        self.assertEqual((done.returncode, done.stdout), (0, f"{out / 'index.html'}\n"), done.stderr)
         return done
 
 
@@ -127,7 +127,7 @@ class Command(Made):
         shutil.copytree(PROGRAM.parent / "report", self.tmp / "usr" / "share" / "csdtrack" / "report", ignore=shutil.ignore_patterns("__pycache__"))
         done = subprocess.run([self.tmp / "usr" / "bin" / "csd-report", self.video, self.tracks], capture_output=True, text=True, cwd=self.tmp,
                               stdin=subprocess.DEVNULL, timeout=300)
-        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "csdtrack-report/index.html\n", ""))
         self.assertTrue((self.tmp / "csdtrack-report" / "index.html").is_file())
 
     def test_refuses(self):
@@ -154,6 +154,13 @@ class Command(Made):
         self.refused(self.video, write_tracks(self.tmp / "none.jsonl", 5, lambda _: []), out, words=["no position"])
         self.assertFalse(out.exists())
         self.assertEqual(list(self.tmp.glob(".unfinished-*")), [])
+
+    def test_warns_of_tracks_that_may_be_another_video_s(self):
+        small = harness.encode(self.tmp / "small.mp4", (picture(i)[::2, ::2] for i in range(100)), *harness.H264, rate=FPS)
+        said = self.make(small, write_tracks(self.tmp / "long.jsonl", 150, features), self.tmp / "other").stderr
+        self.assertRegex(said, r"^csd-report: warning: the tracks may be another video's: .* 320×240, .* 160×120; 67% of .* 6\.0 s, .* 4\.0 s\n$")
+        self.assertIn("may be another video's", (self.tmp / "other" / "data" / "index.js").read_text())
+        self.assertEqual(self.make(self.video, self.tracks, self.tmp / "own").stderr, "")
 
     def test_out_is_replaced_only_if_it_is_a_report(self):
         out = self.tmp / "replaced"

@@ -4,8 +4,8 @@
 
 import ast
 import gc
+import inspect
 import pathlib
-import re
 import subprocess
 import sys
 import threading
@@ -330,8 +330,30 @@ class Stream(harness.Case):
             with self.subTest(name=name, value=value), self.assertRaisesRegex(kind, text):
                 csdtrack.Tracker(**{name: value})
         for x in (np.nan, np.inf):
-            with self.assertRaisesRegex(ValueError, "not finite"):
+            with self.assertRaisesRegex(ValueError, "x=.* is not finite"):
                 csdtrack.Tracker().add_point(x, 0)
+
+    def test_arguments_of_a_wrong_kind_or_number_are_named_in_a_line(self):
+        tracker = csdtrack.Tracker()
+        for call, text in ((lambda: csdtrack.Tracker("lk"), "positional"), (lambda: csdtrack.Tracker(colour=1), "unexpected keyword argument 'colour'"),
+                           (lambda: csdtrack.Tracker(replenish="no"), "replenish is a str, not a bool"), (lambda: tracker.process(), "'frame'"),
+                           (lambda: tracker.process(self.frame, discont="no"), "discont is a str, not a bool"),
+                           (lambda: tracker.add_point("1", 2), "x is a str, not a number"), (lambda: tracker.add_point(1, None), "y is a NoneType"),
+                           (lambda: tracker.add_point((1, 2)), "missing 1 required positional argument: 'y'"),
+                           (lambda: tracker.remove_point("1"), "id is a str, not an int")):
+            with self.subTest(text), self.assertRaisesRegex(TypeError, f"^[^\n]*{text}[^\n]*$"):
+                call()
+        with self.assertRaises(AttributeError):
+            tracker.max_features = 5  # which would do nothing
+        self.assertEqual(tracker.add_point(np.float32(1), np.int64(2)), 0)
+        self.assertGreater(len(csdtrack.Tracker(replenish=np.bool_(False)).process(self.frame, discont=1)), 0)
+
+    def test_says_what_it_is(self):
+        tracker = csdtrack.Tracker(algorithm="lk", points=[[100, 80], [2000, 150]])
+        self.assertEqual(repr(tracker), "<csdtrack.Tracker lk: 0 frames>")
+        tracker.process(self.frame)
+        self.assertEqual(repr(tracker), "<csdtrack.Tracker lk: 1 frames, 1 tracked, 1 out>")
+        self.assertEqual(csdtrack.__version__, Gst.Registry.get().find_plugin("csdtrack").get_version())
 
 
 class Interface(harness.Case):
@@ -365,9 +387,8 @@ class Interface(harness.Case):
         self.assertEqual(csdtrack.ALGORITHMS, tuple(v.value_nick for v in type(element.props.algorithm).__enum_values__.values()))
 
     def test_the_stub_has_the_modules_defaults(self):
-        signature = re.search(r"\(self: csdtrack\.Tracker, \*, (.*)\) -> None", csdtrack.Tracker.__init__.__doc__).group(1)
-        theirs = {name: ast.literal_eval(value) for name, value in re.findall(r"(\w+): \w+ = ('[^']*'|\w+)", signature)}
-        self.assertEqual(theirs, keywords())
+        theirs = inspect.signature(csdtrack.Tracker).parameters
+        self.assertEqual({name: parameter.default for name, parameter in theirs.items()}, keywords())
 
     def test_stubtest(self):
         if subprocess.run([sys.executable, "-c", "import mypy"], capture_output=True).returncode:

@@ -95,7 +95,7 @@ class Page(harness.Case):
             block, = (b for b in BLOCKS if mark in b)
             done = subprocess.run([sys.executable, "-c", block, __file__], capture_output=True, text=True, timeout=HANGS)
             self.assertEqual(done.returncode, 1)
-            self.assertRegex(done.stderr, r"^\S.*text file\s*$")
+            self.assertRegex(done.stderr, rf"^{re.escape(__file__)}: \S.*text file\s*$")
 
     @needs("pandas")
     def test_csv(self):

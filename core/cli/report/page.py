@@ -113,10 +113,20 @@ def fill(folder, parts, source, tracks_path, title, wanted):
         raise Failure(f"of the {len(tracks.times)} lines of '{tracks_path}' {share:.0%} have the time of a frame of the video: "
                       "are they of this video?")
     notes = []
-    if tracks.untimed:
-        notes.append(f"{tracks.untimed} lines have no stream_time and are left out")
+    begin, end = tracks.times[0] - origin, tracks.times[-1] - origin
+    doubts = []
+    if (tracks.width, tracks.height) != (source.width, source.height):
+        doubts.append(f"they are of a picture of {tracks.width}×{tracks.height}, the video has {source.width}×{source.height}")
     if share < 0.99:
-        notes.append(f"{share:.0%} of the lines have the time of a frame of the video, the others are not shown")
+        doubts.append(f"{share:.0%} of the lines have the time of a frame, the others are not shown")
+    if max(begin - shown[0], abs(end - shown[-1])) > 1:
+        doubts.append(f"they are from {begin:.1f} to {end:.1f} s, the video is from {shown[0]:.1f} to {shown[-1]:.1f} s")
+    if doubts:
+        notes.append(f"warning: the tracks may be another video's: {'; '.join(doubts)}")
+    if origin:
+        notes.append(f"note: the tracks begin at {tracks.times[0]:.2f} s; they are shown from the video's begin on")
+    if tracks.untimed:
+        notes.append(f"note: {tracks.untimed} lines have no stream_time and are left out")
 
     def page_time(seconds):
         index = tracks.by_pts.get(round(1e6 * seconds))
@@ -138,7 +148,7 @@ def fill(folder, parts, source, tracks_path, title, wanted):
         "shown": [p * (w - c) / w for p, w, c in zip(picture, whole, cut)],
         "algorithm": tracks.algorithm, "role": tracks.role, "states": track_file.STATES,
         "frames": len(tracks.times), "interval": video_file.interval_of(shown),
-        "begin": tracks.times[0] - origin, "end": tracks.times[-1] - origin,
+        "begin": begin, "end": end,
         "left": tracks.left, "top": tracks.top, "step": tracks.step,
         "chunks": [tracks.times[i] - origin for i in tracks.chunks],
         "strip": {"from": tracks.times[0] - origin, "seconds": source.seconds, "bins": track_file.BINS},
