@@ -11,6 +11,7 @@ Failure describe_current_exception() noexcept {
   Failure failure;
   try {
     try {
+      // cppcheck-suppress rethrowNoCurrentException ; only called in a catch block, as guard.h says
       throw;
     } catch (const cv::Exception &e) {
       failure.out_of_memory = e.code == cv::Error::StsNoMem;

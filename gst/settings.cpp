@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <thread>
+#include <type_traits>
 
 #include "overlay.h"
 #include "parse.h"
@@ -146,7 +147,9 @@ void install_properties(GObjectClass *klass) {
 }
 
 bool set_property(ElementSettings &s, guint id, const GValue &value) {
-  const auto as_enum = [&value]<typename Enum>(Enum &target) { target = static_cast<Enum>(g_value_get_enum(&value)); };
+  const auto as_enum = [&value](auto &target) {
+    target = static_cast<std::remove_reference_t<decltype(target)>>(g_value_get_enum(&value));
+  };
   switch (id) {
     case prop_algorithm:
       as_enum(s.algorithm);

@@ -37,7 +37,7 @@ Headlines mean_over_clips(const std::vector<Headlines> &clips) {
   return mean;
 }
 
-Interval percentiles(std::vector<double> values) {
+Interval percentiles(const std::vector<double> &values) {
   return {quantile(values, 0.025), quantile(values, 0.975)};
 }
 
