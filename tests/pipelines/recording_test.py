@@ -66,6 +66,35 @@ class Recording(harness.Case):
                 self.assertEqual(run.warnings, [])
                 self.assertTrue(run.messages)
 
+    @unittest.skipUnless(Gst.ElementFactory.find("x264enc"), "no x264enc")
+    def test_the_encoded_stream_is_the_same_from_every_format(self):
+        formats = Gst.ElementFactory.find("csdtrack").get_static_pad_templates()[0].get_caps()[0].get_value("format")
+        for number, format_ in enumerate(formats):
+            overlay = ("none", "meta")[number % 2]
+            with self.subTest(f"{format_}, overlay={overlay}"):
+                plain, tracked = (stream(f"{self.source} ! videoconvert dither=none ! video/x-raw,format={format_} ! {element} ! "
+                                         f"videoconvert dither=none ! {X264} ! {SINK}")[0]
+                                  for element in ("identity", f"csdtrack max-features=10 overlay={overlay}"))
+                self.assertEqual(len(plain), 60)
+                self.assertEqual(tracked, plain)
+
+    @unittest.skipUnless(Gst.ElementFactory.find("x264enc"), "no x264enc")
+    def test_under_load_and_past_its_budget_it_is_the_same(self):
+        plain, _ = self.encoded()
+        busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(os.cpu_count())]
+        try:
+            # A budget that is over at once: of 30 features most wait in each frame.
+            tracked, run = self.encoded(before_tee="! csdtrack name=track max-features=30 frame-budget=1 post-messages=frame",
+                                        branch="! csdtrackenc")
+        finally:
+            for process in busy:
+                process.kill()
+                process.wait()
+        self.assertEqual(tracked, plain)
+        self.assertGreater(run.element("track").get_property("stats").get_value("waited"), 0)
+        waited = [f["fresh"] for message in run.messages for f in message["features"]].count(False)
+        self.assertGreater(waited, 0, "and each frame says which")
+
     def test_drawing_in_line_is_the_one_thing_that_changes_it(self):
         plain, _ = stream(f"{self.source} ! {SINK}")
         drawn, _ = stream(f"{self.source} ! csdtrack overlay=draw ! {SINK}")
