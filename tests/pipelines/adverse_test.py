@@ -1,0 +1,115 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What a pipeline around csdtrack may suffer: downstream stands still, the clock jumps, a reader goes away. No frame is lost."""
+
+import json
+import os
+import socket
+import threading
+import time
+
+import harness
+from harness import Gst
+
+
+
+class Adverse(harness.Case):
+    def live(self, rest, element="csdtrack name=track max-features=5"):
+        run = harness.Run(f"videotestsrc name=source is-live=true pattern=ball ! "
+                          f"video/x-raw,format=GRAY8,width=160,height=120,framerate=50/1 ! {element} ! {rest}")
+        self.addCleanup(run.pipeline.set_state, Gst.State.NULL)
+        return run
+
+    def wait_for(self, condition, what):
+        end = time.monotonic() + harness.HANGS
+        while not condition():
+            self.assertLess(time.monotonic(), end, f"{what}: not in {harness.HANGS} s")
+            time.sleep(0.01)
+
+    def stop(self, run):
+        """To NULL, which must not hang."""
+        done = threading.Thread(target=run.pipeline.set_state, args=(Gst.State.NULL,), daemon=True)
+        done.start()
+        done.join(harness.HANGS)
+        self.assertFalse(done.is_alive(), "the pipeline does not stop")
+
+    def test_downstream_stands_still_and_goes_on(self):
+        run = self.live("queue max-size-buffers=3 ! fakesink name=out")
+        numbers = run.collect("out", lambda buffer: buffer.offset)
+        run.pipeline.set_state(Gst.State.PLAYING)
+        self.wait_for(lambda: len(numbers) > 10, "frames")
+        pad = run.element("out").get_static_pad("sink")
+        block = pad.add_probe(Gst.PadProbeType.BLOCK_DOWNSTREAM, lambda *_: Gst.PadProbeReturn.OK)
+        time.sleep(1)
+        before = len(numbers)
+        # It may be asked while it stands still.
+        self.assertGreater(run.element("track").get_property("stats").get_value("frames"), 0)
+        run.element("track").emit("reset")
+        pad.remove_probe(block)
+        self.wait_for(lambda: len(numbers) > before + 20, "frames after the stop")
+        self.stop(run)
+        self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))))
+
+    def test_it_ends_while_downstream_stands_still(self):
+        run = self.live("fakesink name=out")
+        numbers = run.collect("out", lambda buffer: buffer.offset)
+        run.pipeline.set_state(Gst.State.PLAYING)
+        self.wait_for(lambda: len(numbers) > 10, "frames")
+        run.element("out").get_static_pad("sink").add_probe(Gst.PadProbeType.BLOCK_DOWNSTREAM, lambda *_: Gst.PadProbeReturn.OK)
+        time.sleep(0.2)
+        self.stop(run)
+
+    def test_the_clock_jumps(self):
+        run = self.live("fakesink name=out sync=false")
+        clock = Gst.SystemClock(clock_type=Gst.ClockType.MONOTONIC, name="jumping")
+        run.pipeline.use_clock(clock)
+        seen = run.collect("out", lambda buffer: (buffer.offset, buffer.pts))
+        run.pipeline.set_state(Gst.State.PLAYING)
+        for ahead in (3600, -1800, 1):  # seconds; a clock never goes back: it stands until it has made up for them
+            count = len(seen)
+            self.wait_for(lambda: len(seen) > count + 10, f"frames before a jump by {ahead} s")
+            internal, external, rate, per = clock.get_calibration()
+            clock.set_calibration(internal, max(0, external + ahead * Gst.SECOND), rate, per)
+            time.sleep(0.1)
+            if ahead < 0:
+                clock.set_calibration(internal, external, rate, per)
+        count = len(seen)
+        self.wait_for(lambda: len(seen) > count + 10, "frames after the jumps")
+        stats = run.element("track").get_property("stats")
+        self.stop(run)
+        self.assertEqual([number for number, _ in seen], list(range(len(seen))))
+        self.assertEqual(stats.get_value("failed-frames"), 0)
+        self.assertEqual(run.warnings, [])
+
+    def test_a_reader_that_goes_away_takes_its_branch_alone(self):
+        """The tracks go into a pipe and to a socket whose readers close: with an isolating sink the frames go on."""
+        pipe, to_pipe = os.pipe()
+        run = self.live(f"tee name=t t. ! queue ! fakesink name=out t. ! queue ! csdtrackenc ! tee name=l "
+                        f"l. ! queue leaky=downstream ! appsink name=lines emit-signals=true sync=false "
+                        f"l. ! queue leaky=downstream ! multifdsink name=pipe")
+        numbers = run.collect("out", lambda buffer: buffer.offset)
+        lines = []
+
+        def take(sink):
+            buffer = sink.emit("pull-sample").get_buffer()
+            lines.append(json.loads(buffer.extract_dup(0, buffer.get_size())))
+            return Gst.FlowReturn.OK
+        run.element("lines").connect("new-sample", take)
+        server, client = socket.socketpair()
+        run.pipeline.set_state(Gst.State.PLAYING)
+        for fd in (to_pipe, server.fileno()):
+            run.element("pipe").emit("add", fd)
+        self.wait_for(lambda: len(lines) > 10, "lines")
+        os.close(pipe)
+        client.close()
+        count = len(numbers)
+        self.wait_for(lambda: len(numbers) > count + 20, "frames after the readers went")
+        self.stop(run)
+        self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))))
+        self.assertEqual([line["frame"] for line in lines], list(range(len(lines))))
+        os.close(to_pipe)
+        server.close()
+
+
+if __name__ == "__main__":
+    harness.main()
