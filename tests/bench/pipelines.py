@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What csdtrack costs whole pipelines: a 720p recording, a live 720p source, and the parts a frame passes.
+"""What csdtrack costs whole pipelines: a 720p recording, a live 720p source, the parts a frame passes, and the end.
 
-usage: tests/bench/pipelines.py [--quick]
+usage: tests/bench/pipelines.py [--quick | --end]    --end: how long a pipeline takes to stop while learners are busy, alone
 
 Nothing is asserted. The picture is a coloured texture that sways; frames are made before anything is timed and pushed
 by reference.
@@ -112,13 +112,43 @@ def element_cost(frames, properties, count):
     return [stats.get_value(name) / 1e6 for name in ("time-p50", "time-p95")]
 
 
+def times_to_stop(frames, properties, rounds):
+    """Milliseconds from PLAYING to NULL, each time while learning jobs wait, and by how many jobs that was."""
+    times, waiting = [], []
+    for _ in range(rounds):
+        pipeline = Gst.parse_launch(
+            f"appsrc name=in format=time block=true max-buffers=2 caps={CAPS} ! csdtrack name=t {properties} ! fakesink")
+        source, track = pipeline.get_by_name("in"), pipeline.get_by_name("t")
+        pipeline.set_state(Gst.State.PLAYING)
+        jobs, i = 0, 0
+        while jobs < 10 and i < 1000:
+            source.emit("push-buffer", stamped(frames, i))
+            jobs, i = track.get_property("stats").get_value("queue"), i + 1
+        start = time.monotonic()
+        pipeline.set_state(Gst.State.NULL)
+        times.append(1000 * (time.monotonic() - start))
+        waiting.append(jobs)
+    return times, waiting
+
+
+def end(frames, rounds):
+    print(f"end: milliseconds from PLAYING to NULL while learners are busy, {WIDTH}x{HEIGHT}, {rounds} times: p50 / p99 / most")
+    for properties in ("algorithm=csd max-features=1000", "algorithm=csd-2012 max-features=200", "algorithm=csd-2012 max-features=200 n-threads=4"):
+        times, waiting = times_to_stop(frames, properties, rounds)
+        p50, p99 = np.percentile(times, (50, 99))
+        print(f"  {properties:50} {p50:6.1f} / {p99:6.1f} / {max(times):6.1f}, {min(waiting)} jobs and more waited")
+
+
 def main():
-    if sys.argv[1:] not in ([], ["--quick"]):
+    if sys.argv[1:] not in ([], ["--quick"], ["--end"]):
         print(__doc__)
         return 0 if sys.argv[1:] == ["--help"] else 2
     quick = "--quick" in sys.argv
     Gst.init(None)
     frames = make_frames()
+    if "--end" in sys.argv:
+        end(frames, 200)
+        return 0
     count, rounds, seconds = (30, 1, 1) if quick else (600, 5, 20)
 
     print(f"record: {WIDTH}x{HEIGHT} I420 ! x264enc speed-preset=veryfast, {count} frames, in alternation, medians of {rounds}")
@@ -145,6 +175,7 @@ def main():
             ("+ metadata, overlay=draw", "overlay=draw")):
         p50, p95 = element_cost(frames, f"{base} {properties}", count)
         print(f"  {name:34} {p50:7.2f} / {p95:7.2f}")
+    end(frames, 3 if quick else 200)
     return 0
 
 
