@@ -12,6 +12,7 @@
 #include "cli/decimal.h"
 #include "cli/palindrome_report.h"
 #include "cli/read_input.h"
+#include "cli/read_line.h"
 #include "cli/score_plots.h"
 #include "cli/score_report.h"
 #include "score/align.h"
@@ -138,7 +139,7 @@ void print_points(const score::Truth &truth) {
 }
 
 std::string name_of(const score::Recording &tracks) {
-  return tracks.algorithm.empty() ? std::filesystem::path(tracks.file).stem().string() : tracks.algorithm;
+  return printable(tracks.algorithm.empty() ? std::filesystem::path(tracks.file).stem().string() : tracks.algorithm);
 }
 
 /// Reads the files, and lays each clip's tracks beside its truth.
@@ -175,9 +176,9 @@ class Reader {
     } else if (place_ >= clips.size()) {
       throw score::InputError(tracks.file, 0, "is one more than the tracks of the clip before");
     } else if (tracks.algorithm != algorithms_[place_]) {
-      throw score::InputError(
-          tracks.file, 0,
-          "is by '" + tracks.algorithm + "', in the clip before '" + algorithms_[place_] + "' is in its place");
+      throw score::InputError(tracks.file, 0,
+                              "is by '" + printable(tracks.algorithm) + "', in the clip before '" +
+                                  printable(algorithms_[place_]) + "' is in its place");
     }
     clips[place_++].push_back(align(truth_, tracks, options_.align, notes));
   }
@@ -198,13 +199,13 @@ class Reader {
       if (options_.names.size() != names.size())
         throw UsageError("--names: " + std::to_string(options_.names.size()) + " names for " +
                          std::to_string(names.size()) + " trackers");
-      names = options_.names;
+      std::transform(options_.names.begin(), options_.names.end(), names.begin(), printable);
       return;
     }
     const std::vector<std::string> plain = names;
     for (std::size_t i = 0; i < names.size(); ++i)
       if (std::count(plain.begin(), plain.end(), plain[i]) > 1)
-        names[i] += " (" + std::filesystem::path(files_[i]).stem().string() + ")";
+        names[i] += " (" + printable(std::filesystem::path(files_[i]).stem().string()) + ")";
   }
 
   const Options &options_;

@@ -42,7 +42,7 @@ void add_tracks(score::Recording &tracks, TrackLine &&line, std::size_t number) 
   }
   if (!line.algorithm.empty()) {
     if (!tracks.algorithm.empty() && tracks.algorithm != line.algorithm)
-      fail("is by " + line.algorithm + ", the lines before by " + tracks.algorithm);
+      fail("is by " + printable(line.algorithm) + ", the lines before by " + printable(tracks.algorithm));
     tracks.algorithm = line.algorithm;
   }
   tracks.frames.push_back({line.numbered, line.tracks.frame, line.pts, number, std::move(line.tracks.features)});

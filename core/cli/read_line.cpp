@@ -91,6 +91,17 @@ bool is_truth(std::string_view role) {
 
 }  // namespace
 
+std::string printable(std::string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    const bool long_control = c == 0xc2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xa0;
+    if (long_control) ++i;
+    out += long_control || c < 0x20 || c == 0x7f ? '?' : text[i];
+  }
+  return out;
+}
+
 TrackLine read_track_line(JsonText &json, std::string_view text) {
   if (text.size() > most_line_bytes) throw LineError("is longer than 8 MiB");
   JsonNode *const root = json.parse(text, most_values);

@@ -17,9 +17,14 @@ inline constexpr std::size_t most_line_bytes = 8 << 20;
 inline constexpr std::size_t most_line_features = 1 << 16;
 inline constexpr int most_pixels = 1 << 20;  ///< of a picture's side; |x| and |y| are no larger either
 
-/// Why a line is refused: words that follow a file's name and the line's number.
+/// Text as it may be shown: control characters (C0, DEL, C1 in UTF-8), which a terminal or gnuplot would obey, become
+/// '?'.
+std::string printable(std::string_view text);
+
+/// Why a line is refused: words that follow a file's name and the line's number. What it quotes of the line is
+/// printable().
 struct LineError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+  explicit LineError(const std::string &words) : std::runtime_error(printable(words)) {}
 };
 
 /// A line of csdtrackenc: docs/metadata.md.

@@ -21,7 +21,8 @@ namespace {
 /// More points than this in a line are drawn as means of neighbours.
 constexpr std::size_t most_points = 200;
 
-/// A string of gnuplot's: '' is a quotation mark.
+/// A string of gnuplot's: '' is a quotation mark. It ends with the line, and the next line is a command: names must be
+/// printable().
 std::string quoted(const std::string &text) {
   std::string out = "'";
   for (const char c : text) out += c == '\'' ? "''" : std::string(1, c);
@@ -139,14 +140,15 @@ std::string reliability_script(const ScoreReport &report) {
                 }));
 }
 
-void run_gnuplot(const std::string &file) {
+/// In the folder, so that its name, whatever is in it, is no part of the commands.
+void run_gnuplot(const std::string &folder, const std::string &file) {
   std::string program = "gnuplot", argument = file;
   char *arguments[] = {program.data(), argument.data(), nullptr};
   GError *error = nullptr;
   gchar *said = nullptr;
   gint status = 0;
   std::string problem;
-  if (!g_spawn_sync(nullptr, arguments, nullptr, G_SPAWN_SEARCH_PATH, nullptr, nullptr, nullptr, &said, &status,
+  if (!g_spawn_sync(folder.c_str(), arguments, nullptr, G_SPAWN_SEARCH_PATH, nullptr, nullptr, nullptr, &said, &status,
                     &error) ||
       !g_spawn_check_wait_status(status, &error)) {
     problem = std::string(error->message) + (said ? std::string("\n") + said : "");
@@ -173,7 +175,7 @@ void draw_plots(const ScoreReport &report, const std::string &folder) {
   std::filesystem::create_directories(folder);
   std::string script;
   for (const char *const figure : {"over-time", "over-threshold", "reliability"}) {
-    const std::string file = (std::filesystem::path(folder) / figure).string();
+    const std::string file = figure;
     script += plot_script(report, figure, "svg size 800,640 dynamic background '#ffffff'", file + ".svg") + "reset\n";
     script += plot_script(report, figure, "pngcairo size 1200,960 fontscale 1.2", file + ".png") + "reset\n";
   }
@@ -182,7 +184,7 @@ void draw_plots(const ScoreReport &report, const std::string &folder) {
   out << script;
   out.close();
   if (!out) throw std::runtime_error(commands + ": can't be written");
-  run_gnuplot(commands);
+  run_gnuplot(folder, "plots.gp");
 }
 
 }  // namespace csd::cli

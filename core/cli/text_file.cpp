@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <fstream>
-#include <iterator>
 #include <system_error>
 
+#include "cli/read_line.h"
 #include "score/types.h"
 
 namespace csd::cli {
@@ -24,11 +24,36 @@ std::vector<TextFile::Line> TextFile::lines() const {
   }
 }
 
-TextFile read_text_file(const std::string &name) {
+namespace {
+
+/// All of it, unless a line is longer than any may be: what isn't text is refused before it fills the memory.
+std::string content_of(const std::string &name) {
   errno = 0;
   std::ifstream in(name, std::ios::binary);
-  TextFile file{name, {std::istreambuf_iterator<char>(in), {}}, false};
-  if (!in) throw score::InputError(name, 0, "can't be read: " + std::generic_category().message(errno ? errno : EIO));
+  std::string content;
+  std::size_t number = 1, begin = 0;  // of the line that is being read
+  for (std::vector<char> chunk(1 << 20); in;) {
+    in.read(chunk.data(), static_cast<std::streamsize>(chunk.size()));
+    const auto size = static_cast<std::size_t>(in.gcount());
+    content.append(chunk.data(), size);
+    for (;;) {
+      const std::size_t end = content.find('\n', std::max(begin, content.size() - size));
+      if (std::min(end, content.size()) - begin > most_line_bytes)
+        throw score::InputError(name, number, "is longer than " + std::to_string(most_line_bytes >> 20) + " MiB");
+      if (end == std::string::npos) break;
+      begin = end + 1;
+      ++number;
+    }
+  }
+  if (!in.eof())
+    throw score::InputError(name, 0, "can't be read: " + std::generic_category().message(errno ? errno : EIO));
+  return content;
+}
+
+}  // namespace
+
+TextFile read_text_file(const std::string &name) {
+  TextFile file{name, content_of(name), false};
   if (file.content.starts_with("\xef\xbb\xbf")) file.content.erase(0, 3);
   if (file.content.find_first_not_of(" \t\r\n") == std::string::npos) throw score::InputError(name, 0, "is empty");
   file.torn = !file.content.ends_with('\n');

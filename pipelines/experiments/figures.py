@@ -36,28 +36,29 @@ class Panel:
         self.curves.append((name, style, points))
 
 
-def escaped(text):
-    return text.replace("\\", "\\\\").replace('"', '\\"')
+def quoted(text):
+    """A string of gnuplot's, in which nothing is obeyed."""
+    return "'" + "".join(c if c.isprintable() else "?" for c in text).replace("'", "''") + "'"
 
 
 def draw(path, panels, columns):
     """Panels row by row, one key for all."""
     rows = math.ceil(len(panels) / columns)
     script = [f'set terminal svg size {420 * columns},{230 * rows + 40} font "sans,11" background "#ffffff" enhanced',
-              f'set output "{escaped(str(path))}"', "set encoding utf8", "set datafile missing '?'",
+              f"set output {quoted(path.name)}", "set encoding utf8", "set datafile missing '?'",
               "set grid lt 1 lc rgb '#dddddd'",
               f'set multiplot layout {rows},{columns} title " \\n "']  # the title's room is the key's
     for i, panel in enumerate(panels):
-        script += [f'set title "{escaped(panel.title)}" noenhanced', f'set xlabel "{panel.xlabel}"', f'set ylabel "{panel.ylabel}"',
+        script += [f"set title {quoted(panel.title)} noenhanced", f'set xlabel "{panel.xlabel}"', f'set ylabel "{panel.ylabel}"',
                    "set autoscale", "unset logscale", panel.settings,
                    "set key at screen 0.5, screen 1 center top horizontal samplen 2" if i == 0 else "unset key"]
         for j, (_, _, points) in enumerate(panel.curves):
             rows_of = "\n".join(f"{x:g} {'?' if y is None else format(y, '.4f')}" for x, y in points)
             script.append(f"$c{i}_{j} << EOD\n{rows_of}\nEOD")
-        script.append("plot " + ", ".join(f'$c{i}_{j} using 1:2 with lines {style} title "{escaped(name)}" noenhanced'
+        script.append("plot " + ", ".join(f'$c{i}_{j} using 1:2 with lines {style} title {quoted(name)} noenhanced'
                                           for j, (name, style, _) in enumerate(panel.curves)))
     script.append("unset multiplot")
-    done = subprocess.run(["gnuplot"], input="\n".join(script) + "\n", capture_output=True, text=True)
+    done = subprocess.run(["gnuplot"], input="\n".join(script) + "\n", capture_output=True, text=True, cwd=path.parent)
     if done.returncode or not path.exists():
         raise builds.Failure(f"gnuplot could not draw {path.name}: {done.stderr.strip()[-500:]}")
 

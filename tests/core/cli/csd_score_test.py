@@ -235,6 +235,15 @@ class Output(Case):
         done = run("--plots", self.truth / "x", self.truth, self.a)
         self.assertEqual(done.returncode, 1)
 
+    def test_what_a_file_is_by_is_not_obeyed(self):
+        obeyed = self.tmp / "obeyed"
+        Scene(1).write_tracks(self.tmp / "hostile", algorithm=f"csd'\nsystem(\"touch {obeyed}\")\n#\x1b[2J")
+        done = run("--plots", self.tmp / "plots", "--resamples", 0, self.truth, self.tmp / "hostile")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertFalse(obeyed.exists(), "by gnuplot")
+        self.assertNotIn("\x1b", done.stdout, "by a terminal")
+        self.assertIn("csd'?system(", done.stdout)
+
     def test_plots_where_nothing_is_claimed(self):
         silent = Scene(1)
         silent.claimed[:] = False

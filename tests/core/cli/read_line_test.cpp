@@ -142,5 +142,14 @@ TEST(ReadLine, WhatFillsTheMemoryIsRefused) {
   EXPECT_EQ(error_of(std::string(line) + std::string(8 << 20, ' ')), "is longer than 8 MiB");
 }
 
+TEST(Printable, ControlCharactersAreNotObeyed) {
+  EXPECT_EQ(printable("größe 'a' {b}"), "größe 'a' {b}");
+  EXPECT_EQ(printable("a\nb\r\t\x1b[2J\x7f"), "a?b???[2J?") << "line feed, escape, delete";
+  EXPECT_EQ(printable("a\xc2\x9b"
+                      "2Jb\xc2\xa0\xc2"),
+            "a?2Jb\xc2\xa0\xc2")
+      << "the escape sequences' begin in UTF-8; a space that may not break";
+}
+
 }  // namespace
 }  // namespace csd::cli

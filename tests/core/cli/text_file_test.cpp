@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 
 #include "cli/file.h"
+#include "cli/read_line.h"
+#include "score/types.h"
 
 namespace csd::cli {
 namespace {
@@ -33,6 +35,18 @@ TEST(TextFile, AWholeFileHasNoNote) {
   std::vector<std::string> notes;
   note_torn(read_text_file(folder.write("f", "one\n")), notes);
   EXPECT_THAT(notes, IsEmpty());
+}
+
+TEST(TextFile, RefusesALineThatIsTooLongBeforeItFillsTheMemory) {
+  const TestFolder folder;
+  const std::string longest(most_line_bytes, 'x');
+  EXPECT_EQ(read_text_file(folder.write("longest", longest + "\n" + longest)).lines().size(), 1u);
+  try {
+    read_text_file(folder.write("longer", "one\n" + longest + "xy\n"));
+    ADD_FAILURE() << "nothing is refused";
+  } catch (const score::InputError &error) {
+    EXPECT_THAT(error.what(), HasSubstr("longer:2: is longer than 8 MiB"));
+  }
 }
 
 }  // namespace
