@@ -133,7 +133,7 @@ void change_state(GstElement *pipeline, unsigned round) {
                                  GST_STATE_PLAYING, GST_STATE_NULL,   GST_STATE_PLAYING};
   const GstState wanted = states[round % std::size(states)];
   fail_unless(gst_element_set_state(pipeline, wanted) != GST_STATE_CHANGE_FAILURE);
-  fail_unless(gst_element_get_state(pipeline, nullptr, nullptr, 60 * GST_SECOND) != GST_STATE_CHANGE_FAILURE);
+  fail_unless(gst_element_get_state(pipeline, nullptr, nullptr, 60 * GST_SECOND) == GST_STATE_CHANGE_SUCCESS);
   if (wanted == GST_STATE_PLAYING)
     gst_element_seek_simple(pipeline, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH,
                             static_cast<gint64>(round % 9 * GST_SECOND));
@@ -243,7 +243,7 @@ GST_END_TEST
 static Suite *csdtrack_threads_suite() {
   Suite *suite = suite_create("csdtrack_threads");
   TCase *tc = tcase_create("threads");
-  tcase_set_timeout(tc, 3000);
+  tcase_set_timeout(tc, 0);  // meson's holds
   suite_add_tcase(suite, tc);
   tcase_add_test(tc, lk_is_talked_to);
   tcase_add_test(tc, csd_2012_is_talked_to_as_it_learns);
