@@ -23,7 +23,7 @@
  * |[
  * gst-launch-1.0 filesrc location=operation.mp4 ! decodebin ! csdtrack ! tee name=t \
  *   t. ! queue ! x264enc ! mp4mux ! filesink location=copy.mp4 \
- *   t. ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 ! csdtrackenc \
+ *   t. ! csdtrackenc ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 \
  *   ! filesink location=tracks.jsonl buffer-mode=unbuffered
  * ]| Records the video as it was, and its tracks beside it. The second queue must hold what the encoder holds back.
  *

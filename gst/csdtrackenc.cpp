@@ -31,7 +31,7 @@
  * |[
  * gst-launch-1.0 filesrc location=in.mp4 ! decodebin ! csdtrack ! tee name=t \
  *   t. ! queue ! x264enc ! h264parse ! mp4mux ! filesink location=out.mp4 \
- *   t. ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 ! csdtrackenc ! text/csv \
+ *   t. ! csdtrackenc ! text/csv ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 \
  *   ! filesink location=tracks.csv buffer-mode=unbuffered
  * ]| A recording and a table beside it. The second queue only has to outlast what the encoder holds back while the
  * pipeline starts.
@@ -46,8 +46,8 @@
  * gst-launch-1.0 filesrc location=in.mp4 ! decodebin ! csdtrack ! tee name=t \
  *   matroskamux name=m ! filesink location=out.mkv \
  *   t. ! queue ! x264enc ! h264parse ! m. \
- *   t. ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 ! csdtrackenc ! m.subtitle_0
- * ]| The tracks as a subtitle track of the recording. The queue before csdtrackenc must hold more time than the encoder
+ *   t. ! csdtrackenc ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 ! m.subtitle_0
+ * ]| The tracks as a subtitle track of the recording. The queue behind csdtrackenc must hold more time than the encoder
  * holds frames back, or the muxer waits for ever.
  *
  * Since: 0.1
