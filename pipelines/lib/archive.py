@@ -326,12 +326,12 @@ def run(options, own, lock, version, text, properties):
             for _ in range(ROUNDS if options.slurm else 1):
                 if gatherer.open:
                     work(machines, gatherer, progress, plan, own / f"plan-{time.time_ns()}.json")
-        except (KeyboardInterrupt, archive_index.Full) as error:
+        except (KeyboardInterrupt, command.Full) as error:
             ended = error
         finally:
             progress.end()
             why = progress.look()  # before they are told to end
-            alone = machines.stop(isinstance(ended, archive_index.Full))
+            alone = machines.stop(isinstance(ended, command.Full))
             if alone:
                 tidy(options.out)
         gatherer.look()
@@ -347,11 +347,11 @@ def run(options, own, lock, version, text, properties):
 
 
 def work(machines, gatherer, progress, plan, path):
-    """Hands out all jobs that are open, and gathers until none works any more. Raises archive_index.Full as soon as a job says it."""
+    """Hands out all jobs that are open, and gathers until none works any more. Raises command.Full as soon as a job says it."""
 
     def look():
         gatherer.look()
-        full = archive_index.Full(plan["out"])
+        full = command.Full(plan["out"])
         if str(full) in progress.look().values():
             raise full
 

@@ -40,16 +40,9 @@ IDENTITY = ("version", "settings", "size", "mtime")  # what a result depends on:
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 
 
-class Full(command.Failure):
-    """It makes no sense to go on."""
-
-    def __init__(self, out):
-        super().__init__(f"can't write into '{out}' (the disk is full): make room or give another OUT")
-
-
 def failure(error, out):
     """What to say of an OSError."""
-    return Full(out) if error.errno in NO_ROOM else command.Failure(f"'{error.filename or out}': {error.strerror}")
+    return command.Full(out) if error.errno in NO_ROOM else command.Failure(f"'{error.filename or out}': {error.strerror}")
 
 
 def tracks_of(out, name):

@@ -12,7 +12,6 @@ archive_job.py --host FOLDER: prints the version of csdtrack here; an error if t
 
 import contextlib
 import datetime
-import errno
 import json
 import os
 import pathlib
@@ -52,7 +51,6 @@ class Job(runner.Run):
         self.element("tracks").set_property("location", str(unfinished))
         runner.configure(self.element("csdtrack"), None, settings, [])
         self.videos_fault = True
-        self.full = False  # the disk of the tracks
         self.begin = None  # ns in the file, of the first frame
         self.position = 0  # ns in the file, end of the newest frame
         self.length = 0    # ns, as the file says itself; 0 if it doesn't
@@ -109,9 +107,10 @@ class Job(runner.Run):
         name = factory.get_name() if factory else ""
         if name == "filesink":
             self.videos_fault = False
-            self.full = error.matches(Gst.ResourceError.quark(), Gst.ResourceError.NO_SPACE_LEFT) or os.strerror(errno.EDQUOT) in (debug or "")
+            self.fail(str(command.of_filesink(self._out, error, debug)))  # to the letter: it is told from others by its text
+            return
         text = tracking.explain(self.video, self._out, "csdtrack", name, error, debug or "", self._missing)
-        if self.frames and name not in ("filesink", "csdtrack", "csdtrackenc"):
+        if self.frames and name not in ("csdtrack", "csdtrackenc"):
             text = f"'{self.video}' is damaged from frame {self.frames} on ({error.message.rstrip('.')}): repair or convert it"
         self.fail(runner.one_line(text))
 
@@ -170,8 +169,6 @@ def track(plan, number):
         os.replace(unfinished, tracks)
         result["tracks_size"], result["tracks_mtime"] = archive_index.stamp(tracks)
     except command.Failure as failure:
-        if job.full:
-            raise archive_index.Full(out) from failure
         if not job.videos_fault:
             raise
         # What older settings made of it must not seem to be of these.

@@ -323,7 +323,7 @@ class Archive(harness.Case):
         done = subprocess.run([*small, 'mount -t tmpfs -o size=1m none "$0" && "$1" --no-install --jobs 1 "$2" "$0"; code=$?; '
                                '"$1" --no-install --list "$0"; exit $code', self.out, ARCHIVE, videos],
                               capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300, env=ENVIRONMENT)
-        why = f"can't write into '{self.out}' (the disk is full): make room or give another OUT"
+        why = f"can't write into '{self.out}' (the disk is full): make room or give another place"
         self.assertEqual((done.returncode, done.stderr), (1, f"archive: {why}\n"))
         self.assertEqual(re.findall(r"^unfinished +1  (.*)$", done.stdout, re.M), [f"a.mkv: {why}", "b.mkv: not yet tracked", "c.mkv: not yet tracked"])
 

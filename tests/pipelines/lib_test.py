@@ -1,0 +1,35 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""What is in pipelines/lib and the commands can't be brought to show."""
+
+import errno
+import os
+import pathlib
+import sys
+
+import harness
+from gi.repository import GLib
+from harness import Gst
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "pipelines" / "lib"))
+import failure  # noqa: E402
+import tracking  # noqa: E402
+
+
+class Lib(harness.Case):
+    def test_a_filesink_that_can_not_write(self):
+        def error(code, text="Error while writing to file \"x\"."):
+            return GLib.Error.new_literal(Gst.ResourceError.quark(), text, code)
+
+        full = "can't write into 'a  b' (the disk is full): make room or give another place"
+        for given, debug, kind, text in ((error(Gst.ResourceError.NO_SPACE_LEFT), None, failure.Full, full),
+                                         (error(Gst.ResourceError.WRITE), f"system error: {os.strerror(errno.EDQUOT)}", failure.Full, full),
+                                         (error(Gst.ResourceError.WRITE), None, failure.Failure,
+                                          "can't write into 'a  b' (Error while writing to file \"x\"): give another place")):
+            found = failure.of_filesink("a  b", given, debug)
+            self.assertEqual((type(found), str(found)), (kind, text))
+            self.assertEqual(tracking.explain("video", "a  b", "csdtrack", "filesink", given, debug or "", []), text)
+
+
+if __name__ == "__main__":
+    harness.main()
