@@ -112,18 +112,13 @@ def find(source, out):
 def settings(preset, wished):
     """csdtrack's version, and of its properties what differs from the default: as text for the index, and {name: value} for a job."""
     import archive_job  # GStreamer, from here on
+    import properties
     import runner
-    from gi.repository import GObject
     track = runner.Gst.ElementFactory.make("csdtrack")
     version = archive_job.version()
     runner.configure(track, preset, {"n-threads": "1"}, wished)
-    found = {}
-    for spec in sorted(track.list_properties(), key=lambda spec: spec.name):
-        if spec.name not in ("name", "parent") and spec.flags & GObject.ParamFlags.WRITABLE:
-            value = track.get_property(spec.name)
-            if value != spec.default_value:
-                boxed = GObject.Value(spec.value_type, value)
-                found[spec.name] = runner.Gst.value_serialize(boxed)
+    found = {name: properties.as_text(track, name) for name, spec in sorted(properties.settable(track).items())
+             if track.get_property(name) != spec.default_value}
     if "attach-meta" in found:
         raise command.Failure("attach-meta=false leaves no tracks to write: leave it out")
     return version, " ".join(f"{name}={value}" for name, value in found.items() if name not in MACHINES), found

@@ -176,6 +176,17 @@ class Archive(harness.Case):
         self.assertRegex(run(*FEW, videos, self.out).stderr, "^archive: 2 of 3 videos not done")
         self.assertFalse((self.out / "one.mkv.jsonl").exists())
 
+    def test_settings_that_are_text_reach_the_jobs(self):
+        videos = self.copy("one.mkv")
+        for wish, right in (("region=100,80,120,90", lambda f: 100 <= f["x"] <= 220 and 80 <= f["y"] <= 170),
+                            ("points=100,100;150.5,120", lambda f: (f["x"], f["y"]) == ((100, 100), (150.5, 120))[f["id"]])):
+            done = run(*FEW, "--set", wish, videos, self.out)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertIn(f" {wish}", index(self.out)["one.mkv"]["settings"])
+            features = harness.read_lines(self.out / "one.mkv.jsonl")[0]["features"]
+            self.assertGreater(len(features), 1)
+            self.assertTrue(all(map(right, features)), features)
+
     def test_a_list(self):
         listed = self.tmp / "a list.txt"
         listed.write_text(f"# of today\n{self.videos.name}/one.mkv\n\n{self.videos}/one.mkv\nnone.mkv\n")

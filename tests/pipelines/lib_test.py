@@ -13,6 +13,7 @@ from harness import Gst
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "pipelines" / "lib"))
 import failure  # noqa: E402
+import properties  # noqa: E402
 import tracking  # noqa: E402
 
 
@@ -29,6 +30,16 @@ class Lib(harness.Case):
             found = failure.of_filesink("a  b", given, debug)
             self.assertEqual((type(found), str(found)), (kind, text))
             self.assertEqual(tracking.explain("video", "a  b", "csdtrack", "filesink", given, debug or "", []), text)
+
+    def test_a_property_as_text_sets_it(self):
+        one, other = (Gst.ElementFactory.make("csdtrack") for _ in range(2))
+        for name, text in {"points": 'a "b" \\ c;\nü', "region": "10,20,100,80", "overlay": "draw", "attach-meta": "false", "attach-roi": "true",
+                           "max-features": "7", "forget-after": str(2**63 - 1)}.items():
+            properties.set_from_text(one, name, text)
+            self.assertEqual(properties.as_text(one, name), text)
+        for name in properties.settable(one):
+            properties.set_from_text(other, name, properties.as_text(one, name))
+            self.assertEqual(other.get_property(name), one.get_property(name), name)
 
 
 if __name__ == "__main__":
