@@ -7,12 +7,14 @@ import fcntl
 import json
 import os
 import pathlib
+import pty
 import re
 import shutil
 import signal
 import sqlite3
 import subprocess
 import sys
+import time
 
 import harness
 import machines
@@ -289,24 +291,47 @@ class Archive(harness.Case):
         self.kill = re.search("kill (\\d+)", done.stderr).group(1)
         return pathlib.Path(f"/proc/{self.kill}/cmdline").read_text()
 
-    def test_no_one_works_on_for_a_reader_or_terminal_that_is_gone(self):
+    def check_ended(self, *names):
+        """Nobody works any more, and of these videos nothing is there."""
+        self.assertEqual(list(self.out.glob(".*.unfinished")), [])
+        self.assertFalse([name for name in names if (self.out / f"{name}.json").exists()])
+        with open(self.out / ".archive" / "lock") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+    def test_no_one_works_on_for_a_reader_that_is_gone(self):
         videos = self.copy("one.mkv")
         shutil.copy(self.long, videos / "two.mkv")
-        for gone in ("reader", "terminal"):
-            process = start(*FEW, "--jobs", 1, "--redo", "all", videos, self.out)
-            if gone == "reader":
-                process.stdout.close()  # the line on one.mkv is the first that it can't write
-                process.stdout = None
-            else:
-                machines.job_at_work(self.out, "two.mkv")
-                process.send_signal(signal.SIGHUP)
-            _, said = process.communicate(timeout=60)
-            self.assertEqual(process.returncode, 130, gone)
-            self.assertNotIn("Broken", said)
-            self.assertEqual(list(self.out.glob(".*.unfinished")), [])
-            self.assertFalse((self.out / "two.mkv.json").exists())
-            with open(self.out / ".archive" / "lock") as lock:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        process = start(*FEW, "--jobs", 1, videos, self.out)
+        process.stdout.close()  # the line on one.mkv is the first that it can't write
+        process.stdout = None
+        _, said = process.communicate(timeout=60)
+        self.assertEqual((process.returncode, said), (130, "archive: ended: 1 of 2 videos are done, the same command does the rest\n"))
+        self.check_ended("two.mkv")
+
+    def test_no_one_works_on_for_a_terminal_that_is_gone(self):
+        videos = self.copy()
+        shutil.copy(self.long, videos)
+        process, terminal = pty.fork()
+        if not process:
+            os.execve(ARCHIVE, [str(ARCHIVE), "--no-install", *FEW, str(videos), str(self.out)], ENVIRONMENT)
+        self.hold(machines.job_at_work(self.out, "long.mkv"))
+        os.close(terminal)
+        code = machines.wait(lambda: os.waitpid(process, os.WNOHANG)[1])
+        self.assertEqual(os.waitstatus_to_exitcode(code), 130)
+        self.check_ended("long.mkv")
+
+    def test_impatience_leaves_no_one_at_work(self):
+        videos = self.copy()
+        shutil.copy(self.long, videos)
+        process = start(*FEW, videos, self.out)
+        self.hold(machines.job_at_work(self.out, "long.mkv"))  # it takes a while to end
+        while process.poll() is None:
+            for number in (signal.SIGHUP, signal.SIGTERM, signal.SIGINT):
+                process.send_signal(number)
+            time.sleep(0.05)
+        _, said = process.communicate(timeout=60)
+        self.assertEqual((process.returncode, said), (130, "archive: ended: 0 of 1 videos are done, the same command does the rest\n"))
+        self.check_ended("long.mkv")
 
     def test_what_a_killed_run_left_can_be_ended(self):
         videos = self.copy()
