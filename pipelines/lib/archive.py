@@ -364,6 +364,8 @@ def run(options, own, lock, version, text, properties):
         if not ended:
             why = dict.fromkeys(gatherer.open, f"its job ended without a result: see '{own / 'log'}'") | why
         index.put(index.rows[archive_index.plain(jobs[number]["name"])] | {"error": why[number]} for number in gatherer.open & why.keys())
+        if ended and not gatherer.open:
+            ended = None  # it came too late: the last line couldn't be read, say
         if isinstance(ended, KeyboardInterrupt) and left is None:
             done = sum(index.rows[name]["status"] == "done" for name in names)
             say(f"ended: {done} of {len(names)} videos are done, the same command does the rest")
@@ -411,8 +413,9 @@ def main():
         rows = run(options, own, lock, version, text, properties)
     except OSError as error:
         raise archive_index.failure(error, options.out) from error
-    for line in archive_index.statistics(rows):
-        print(line)
+    with contextlib.suppress(KeyboardInterrupt):  # what is done is done, whoever reads it
+        for line in archive_index.statistics(rows):
+            tell(line)
     not_done = sum(row["status"] != "done" for row in rows)
     if not_done:
         raise command.Failure(f"{not_done} of {len(rows)} videos not done: 'pipelines/archive --list {options.out}' says why")

@@ -308,6 +308,18 @@ class Archive(harness.Case):
         self.assertEqual((process.returncode, said), (130, "archive: ended: 1 of 2 videos are done, the same command does the rest\n"))
         self.check_ended("two.mkv")
 
+    def test_a_reader_that_leaves_when_all_is_done_is_no_failure(self):
+        videos = self.copy("one.mkv")
+        for lines, again in ((1, ()), (0, ()), (0, ("--redo", "all"))):  # it leaves the statistics; them again; and the line of the video
+            process = start(*FEW, *again, videos, self.out)
+            for _ in range(lines):
+                self.assertIn("one.mkv: 30 frames", process.stdout.readline())
+            process.stdout.close()
+            process.stdout = None
+            _, said = process.communicate(timeout=60)
+            self.assertEqual((process.returncode, said), (0, ""))
+            self.assertEqual(index(self.out)["one.mkv"]["status"], "done")
+
     def test_no_one_works_on_for_a_terminal_that_is_gone(self):
         videos = self.copy()
         shutil.copy(self.long, videos)
