@@ -168,8 +168,8 @@ def table(rows):
     lines = [("status", "length", "frames", "fps", "features", "claims", "way", "video")]
     for row in rows:
         way = ways.setdefault((row["version"], row["settings"]), len(ways) + 1)
-        gone = row["status"] == "done" and not stamp(row["video"]) and "its video is gone"
-        name = shown(row["name"]) + "".join(f": {shown(note)}" for note in (row["error"], row["note"], gone) if note)
+        unseen = row["status"] == "done" and not stamp(row["video"]) and "its video can't be seen from here"  # gone, or not mounted
+        name = shown(row["name"]) + "".join(f": {shown(note)}" for note in (row["error"], row["note"], unseen) if note)
         if row["status"] == "done":
             lines.append((row["status"], clock(row["duration"]), str(row["frames"]), f"{row['frames'] / max(row['seconds'], 1e-3):.1f}",
                           str(row["features"]), share(row["claimed"], row["frames"]), str(way), name))
