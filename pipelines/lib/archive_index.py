@@ -7,6 +7,7 @@ One process writes the index: SQLite's locks can't be relied on over NFS. Who tr
 import errno
 import json
 import os
+import secrets
 import sqlite3
 
 import command
@@ -53,14 +54,19 @@ def result_of(out, name):
     return out / f"{name}.json"
 
 
+def unfinished(path):
+    """A new file beside `path`, open for writing, that gets its name when it is whole. Its own says who is at work on it, but nobody can know it
+    before and put a link there. Not tempfile's: those can be read by their owner alone."""
+    return open(path.with_name(f".{path.name}.{secrets.token_hex(4)}.{os.uname().nodename}-{os.getpid()}.unfinished"), "x", encoding="utf-8")
+
+
 def whole(path, text):
     """Writes a file whole or not at all."""
-    part = path.with_name(f".{path.name}.{os.uname().nodename}-{os.getpid()}.unfinished")
-    with open(part, "w", encoding="utf-8") as file:
+    with unfinished(path) as file:
         file.write(text)
         file.flush()
         os.fsync(file.fileno())
-    os.replace(part, path)
+    os.replace(file.name, path)
 
 
 def plain(path):

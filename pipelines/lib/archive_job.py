@@ -42,13 +42,12 @@ class Job(runner.Run):
     SILENCE = 60
     NO_PICTURE = "check that it plays, or convert it to H.264"
 
-    def __init__(self, video, out, unfinished, settings):
+    def __init__(self, video, out, settings):
         # videoconvert passes on what csdtrack takes as it is.
         super().__init__("archive", "filesrc name=video ! decodebin ! videoconvert ! "
                                     "csdtrack name=csdtrack ! csdtrackenc ! application/x-ndjson ! filesink name=tracks")
         self.video, self._out = video, out
         self.element("video").set_property("location", str(video))
-        self.element("tracks").set_property("location", str(unfinished))
         runner.configure(self.element("csdtrack"), None, settings, [])
         self.videos_fault = True
         self.begin = None  # ns in the file, of the first frame
@@ -57,7 +56,8 @@ class Job(runner.Run):
         self._missing = []
         self._stalled = (0, time.monotonic())
 
-    def run(self, tell):
+    def run(self, tracks, tell):
+        self.element("tracks").set_property("location", str(tracks))
         self.element("csdtrack").get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER, self._passed)
         GLib.timeout_add_seconds(TELL, self._tick, tell)
         self.play("")
@@ -148,10 +148,11 @@ def track(plan, number):
                   started=datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"))
     tracks = archive_index.tracks_of(out, name)
     tracks.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = tracks.with_name(f".{tracks.name}.{os.uname().nodename}-{os.getpid()}.unfinished")
     told = told_of(out, number)
     begun = time.monotonic()
-    job = Job(video, out, unfinished, plan["properties"])
+    job = Job(video, out, plan["properties"])
+    with archive_index.unfinished(tracks) as file:
+        unfinished = pathlib.Path(file.name)
 
     def tell(share):
         with contextlib.suppress(OSError):
@@ -161,7 +162,7 @@ def track(plan, number):
     try:
         if tracking.lacks_index(video):
             raise command.Failure(tracking.no_index(video))
-        job.run(tell)
+        job.run(unfinished, tell)
         result.update(count(unfinished), status="done", duration=(job.position - (job.begin or 0)) / Gst.SECOND,
                       note=tracking.breaks_off(video, job.position, job.length) or None)
         with open(unfinished, "rb") as file:

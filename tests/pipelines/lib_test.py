@@ -6,12 +6,14 @@ import errno
 import os
 import pathlib
 import sys
+import unittest.mock
 
 import harness
 from gi.repository import GLib
 from harness import Gst
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "pipelines" / "lib"))
+import archive_index  # noqa: E402
 import failure  # noqa: E402
 import properties  # noqa: E402
 import tracking  # noqa: E402
@@ -40,6 +42,20 @@ class Lib(harness.Case):
         for name in properties.settable(one):
             properties.set_from_text(other, name, properties.as_text(one, name))
             self.assertEqual(other.get_property(name), one.get_property(name), name)
+
+    def test_a_file_that_is_made_whole_follows_no_link(self):
+        path, other = self.tmp / "plan.json", self.tmp / "other"
+        other.write_text("other")
+        known = self.tmp / f".plan.json.{os.uname().nodename}-{os.getpid()}.unfinished"
+        known.symlink_to(other)
+        archive_index.whole(path, "ü")
+        self.assertEqual((path.read_text(encoding="utf-8"), path.is_symlink(), other.read_text()), ("ü", False, "other"))
+        self.assertEqual(path.stat().st_mode, other.stat().st_mode)  # who may read others may read it
+        # Even of a name that was guessed.
+        known.rename(self.tmp / f".plan.json.guess.{os.uname().nodename}-{os.getpid()}.unfinished")
+        with unittest.mock.patch("secrets.token_hex", return_value="guess"), self.assertRaises(FileExistsError):
+            archive_index.whole(path, "new")
+        self.assertEqual((path.read_text(encoding="utf-8"), other.read_text()), ("ü", "other"))
 
 
 if __name__ == "__main__":
