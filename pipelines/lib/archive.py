@@ -316,7 +316,8 @@ def tidy(out):
     for folder, _folders, files in os.walk(out):
         for name in files:
             if name.startswith(".") and name.endswith(".unfinished"):
-                os.unlink(os.path.join(folder, name))
+                with contextlib.suppress(FileNotFoundError):  # a job on another machine may be at it itself
+                    os.unlink(os.path.join(folder, name))
 
 
 def run(options, own, lock, version, text, properties):
