@@ -112,18 +112,13 @@ def find(source, out):
 def settings(preset, wished):
     """csdtrack's version, and of its properties what differs from the default: as text for the index, and {name: value} for a job."""
     import archive_job  # GStreamer, from here on
+    import properties
     import runner
-    from gi.repository import GObject
     track = runner.Gst.ElementFactory.make("csdtrack")
     version = archive_job.version()
     runner.configure(track, preset, {"n-threads": "1"}, wished)
-    found = {}
-    for spec in sorted(track.list_properties(), key=lambda spec: spec.name):
-        if spec.name not in ("name", "parent") and spec.flags & GObject.ParamFlags.WRITABLE:
-            value = track.get_property(spec.name)
-            if value != spec.default_value:
-                boxed = GObject.Value(spec.value_type, value)
-                found[spec.name] = runner.Gst.value_serialize(boxed)
+    found = {name: properties.as_text(track, name) for name, spec in sorted(properties.settable(track).items())
+             if track.get_property(name) != spec.default_value}
     if "attach-meta" in found:
         raise command.Failure("attach-meta=false leaves no tracks to write: leave it out")
     return version, " ".join(f"{name}={value}" for name, value in found.items() if name not in MACHINES), found
@@ -161,6 +156,37 @@ def compare(options, index, version, text):
     return names, jobs, rows
 
 
+# ---- Being told to end ---------------------------------------------------------------------------------------------
+
+
+def heed(handler):
+    """What a wish to end does."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) != signal.SIG_IGN:  # nohup
+            signal.signal(number, handler)
+
+
+def interrupted(*_):
+    # Once: a second signal would leave GNU parallel alone, and it may already be here. Of such a one SIG_IGN would make Python complain.
+    heed(lambda *_: None)
+    raise KeyboardInterrupt
+
+
+def tell(text, end="\n"):
+    """Prints it, at once. Where nobody can read it (| head, a terminal that was closed), that is being told to end."""
+    try:
+        print(text, end=end, flush=True)
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is not yet written must not be tried once more
+        interrupted()
+
+
+def say(text):
+    """Prints it as the last words, to whoever is still there."""
+    with contextlib.suppress(OSError):
+        print(f"archive: {text}", file=sys.stderr, flush=True)
+
+
 # ---- How far it is -------------------------------------------------------------------------------------------------
 
 
@@ -174,7 +200,7 @@ class Progress:
         self._begun = None  # in a cluster work may begin hours later
         self._through = 0
         self._bytes = 0
-        self._terminal = sys.stdout.isatty()
+        self._clear = "\r\033[K" if sys.stdout.isatty() else ""
 
     def row(self, number, row):
         self._through += 1
@@ -182,8 +208,7 @@ class Progress:
         self._told.pop(number, None)
         how = f"{row['frames']} frames, {row['frames'] / max(row['seconds'], 1e-3):.1f} a second" if row["status"] == "done" else \
             f"{row['status']}: {archive_index.shown(row['error'])}"
-        self._clear()
-        print(f"{self._state()}  {archive_index.shown(row['name'])}: {how}", flush=True)
+        tell(f"{self._clear}{self._state()}  {archive_index.shown(row['name'])}: {how}")
 
     def look(self):
         """Hears what the jobs tell. Returns why some gave up: {number: text}."""
@@ -197,16 +222,11 @@ class Progress:
         return {number: told for number, told in self._told.items() if isinstance(told, str)}
 
     def show(self):
-        if self._terminal:
-            self._clear()
-            print(f"{self._state()}, {len(self._shares())} under way", end="", flush=True)
+        if self._clear:
+            tell(f"{self._clear}{self._state()}, {len(self._shares())} under way", end="")
 
     def end(self):
-        self._clear()
-
-    def _clear(self):
-        if self._terminal:
-            print("\r\033[K", end="")
+        tell(self._clear, end="")
 
     def _shares(self):
         return {number: told for number, told in self._told.items() if isinstance(told, float)}
@@ -230,16 +250,17 @@ class Gatherer:
         self.open = set(range(len(jobs)))
 
     def look(self):
-        rows = []
+        rows = {}
         for number in sorted(self.open):
             if self._mark(number) == self._before[number]:
                 continue
             row = archive_index.read_result(self._out, self._jobs[number]["name"])
             if row and (row["version"], row["settings"]) == (self._plan["version"], self._plan["settings"]):
-                self.open.remove(number)
-                self._progress.row(number, row)
-                rows.append(row)
-        self._index.put(rows)
+                rows[number] = row
+        self._index.put(rows.values())
+        self.open -= rows.keys()
+        for number, row in rows.items():  # last: there may be nobody to tell it to
+            self._progress.row(number, row)
 
     def _mark(self, number):
         """Differs once the result has been written again."""
@@ -295,7 +316,8 @@ def tidy(out):
     for folder, _folders, files in os.walk(out):
         for name in files:
             if name.startswith(".") and name.endswith(".unfinished"):
-                os.unlink(os.path.join(folder, name))
+                with contextlib.suppress(FileNotFoundError):  # a job on another machine may be at it itself
+                    os.unlink(os.path.join(folder, name))
 
 
 def run(options, own, lock, version, text, properties):
@@ -305,7 +327,7 @@ def run(options, own, lock, version, text, properties):
     if options.slurm:
         machines = archive_machines.Slurm(options.jobs, int(properties.get("n-threads", 0)), own)
         if machines.earlier():
-            print("an earlier run's jobs are still in the cluster: waiting for them", flush=True)
+            tell("an earlier run's jobs are still in the cluster: waiting for them")
             while machines.earlier():
                 time.sleep(machines.PAUSE)
     tidy(options.out)
@@ -326,32 +348,39 @@ def run(options, own, lock, version, text, properties):
             for _ in range(ROUNDS if options.slurm else 1):
                 if gatherer.open:
                     work(machines, gatherer, progress, plan, own / f"plan-{time.time_ns()}.json")
-        except (KeyboardInterrupt, archive_index.Full) as error:
+        except (KeyboardInterrupt, command.Full) as error:
             ended = error
         finally:
-            progress.end()
+            heed(signal.SIG_IGN)  # up to the exit
             why = progress.look()  # before they are told to end
-            alone = machines.stop(isinstance(ended, archive_index.Full))
-            if alone:
+            left = machines.stop(isinstance(ended, command.Full))
+            if left is None:
                 tidy(options.out)
-        gatherer.look()
+            with contextlib.suppress(KeyboardInterrupt):  # after what must be done: there may be no terminal to print to
+                progress.end()
+            if left:
+                say(left)
+        with contextlib.suppress(KeyboardInterrupt):
+            gatherer.look()
         if not ended:
             why = dict.fromkeys(gatherer.open, f"its job ended without a result: see '{own / 'log'}'") | why
         index.put(index.rows[archive_index.plain(jobs[number]["name"])] | {"error": why[number]} for number in gatherer.open & why.keys())
-        if isinstance(ended, KeyboardInterrupt) and alone:
+        if ended and not gatherer.open:
+            ended = None  # it came too late: the last line couldn't be read, say
+        if isinstance(ended, KeyboardInterrupt) and left is None:
             done = sum(index.rows[name]["status"] == "done" for name in names)
-            print(f"archive: ended: {done} of {len(names)} videos are done, the same command does the rest", file=sys.stderr, flush=True)
+            say(f"ended: {done} of {len(names)} videos are done, the same command does the rest")
         if ended:
             raise ended
     return [index.rows[name] for name in names]
 
 
 def work(machines, gatherer, progress, plan, path):
-    """Hands out all jobs that are open, and gathers until none works any more. Raises archive_index.Full as soon as a job says it."""
+    """Hands out all jobs that are open, and gathers until none works any more. Raises command.Full as soon as a job says it."""
 
     def look():
         gatherer.look()
-        full = archive_index.Full(plan["out"])
+        full = command.Full(plan["out"])
         if str(full) in progress.look().values():
             raise full
 
@@ -367,10 +396,6 @@ def work(machines, gatherer, progress, plan, path):
     path.unlink()
 
 
-def interrupted(*_):
-    raise KeyboardInterrupt
-
-
 def main():
     options = command.options(parse)
     if options.list:
@@ -383,19 +408,15 @@ def main():
         raise command.Failure(f"there is no '{options.videos}': give a folder of videos, or a text file with their paths")
     options.out = pathlib.Path(os.path.abspath(options.out))
     version, text, properties = settings(options.preset, options.set)
-    for number in (signal.SIGTERM, signal.SIGHUP):  # else GNU parallel would be left alone
-        if signal.getsignal(number) != signal.SIG_IGN:  # nohup
-            signal.signal(number, interrupted)
+    heed(interrupted)
     try:
         own, lock = prepare(options.out)
         rows = run(options, own, lock, version, text, properties)
-    except BrokenPipeError as error:  # | head; what is not yet written must not be tried once more
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise KeyboardInterrupt from error
     except OSError as error:
         raise archive_index.failure(error, options.out) from error
-    for line in archive_index.statistics(rows):
-        print(line)
+    with contextlib.suppress(KeyboardInterrupt):  # what is done is done, whoever reads it
+        for line in archive_index.statistics(rows):
+            tell(line)
     not_done = sum(row["status"] != "done" for row in rows)
     if not_done:
         raise command.Failure(f"{not_done} of {len(rows)} videos not done: 'pipelines/archive --list {options.out}' says why")

@@ -7,6 +7,7 @@ One process writes the index: SQLite's locks can't be relied on over NFS. Who tr
 import errno
 import json
 import os
+import secrets
 import sqlite3
 
 import command
@@ -40,16 +41,9 @@ IDENTITY = ("version", "settings", "size", "mtime")  # what a result depends on:
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 
 
-class Full(command.Failure):
-    """It makes no sense to go on."""
-
-    def __init__(self, out):
-        super().__init__(f"can't write into '{out}' (the disk is full): make room or give another OUT")
-
-
 def failure(error, out):
     """What to say of an OSError."""
-    return Full(out) if error.errno in NO_ROOM else command.Failure(f"'{error.filename or out}': {error.strerror}")
+    return command.Full(out) if error.errno in NO_ROOM else command.Failure(f"'{error.filename or out}': {error.strerror}")
 
 
 def tracks_of(out, name):
@@ -60,14 +54,19 @@ def result_of(out, name):
     return out / f"{name}.json"
 
 
+def unfinished(path):
+    """A new file beside `path`, open for writing, that gets its name when it is whole. Its own says who is at work on it, but nobody can know it
+    before and put a link there. Not tempfile's: those can be read by their owner alone."""
+    return open(path.with_name(f".{path.name}.{secrets.token_hex(4)}.{os.uname().nodename}-{os.getpid()}.unfinished"), "x", encoding="utf-8")
+
+
 def whole(path, text):
     """Writes a file whole or not at all."""
-    part = path.with_name(f".{path.name}.{os.uname().nodename}-{os.getpid()}.unfinished")
-    with open(part, "w", encoding="utf-8") as file:
+    with unfinished(path) as file:
         file.write(text)
         file.flush()
         os.fsync(file.fileno())
-    os.replace(part, path)
+    os.replace(file.name, path)
 
 
 def plain(path):
@@ -175,8 +174,8 @@ def table(rows):
     lines = [("status", "length", "frames", "fps", "features", "claims", "way", "video")]
     for row in rows:
         way = ways.setdefault((row["version"], row["settings"]), len(ways) + 1)
-        gone = row["status"] == "done" and not stamp(row["video"]) and "its video is gone"
-        name = shown(row["name"]) + "".join(f": {shown(note)}" for note in (row["error"], row["note"], gone) if note)
+        unseen = row["status"] == "done" and not stamp(row["video"]) and "its video can't be seen from here"  # gone, or not mounted
+        name = shown(row["name"]) + "".join(f": {shown(note)}" for note in (row["error"], row["note"], unseen) if note)
         if row["status"] == "done":
             lines.append((row["status"], clock(row["duration"]), str(row["frames"]), f"{row['frames'] / max(row['seconds'], 1e-3):.1f}",
                           str(row["features"]), share(row["claimed"], row["frames"]), str(way), name))

@@ -12,7 +12,6 @@ archive_job.py --host FOLDER: prints the version of csdtrack here; an error if t
 
 import contextlib
 import datetime
-import errno
 import json
 import os
 import pathlib
@@ -43,23 +42,22 @@ class Job(runner.Run):
     SILENCE = 60
     NO_PICTURE = "check that it plays, or convert it to H.264"
 
-    def __init__(self, video, out, unfinished, settings):
+    def __init__(self, video, out, settings):
         # videoconvert passes on what csdtrack takes as it is.
         super().__init__("archive", "filesrc name=video ! decodebin ! videoconvert ! "
                                     "csdtrack name=csdtrack ! csdtrackenc ! application/x-ndjson ! filesink name=tracks")
         self.video, self._out = video, out
         self.element("video").set_property("location", str(video))
-        self.element("tracks").set_property("location", str(unfinished))
         runner.configure(self.element("csdtrack"), None, settings, [])
         self.videos_fault = True
-        self.full = False  # the disk of the tracks
         self.begin = None  # ns in the file, of the first frame
         self.position = 0  # ns in the file, end of the newest frame
         self.length = 0    # ns, as the file says itself; 0 if it doesn't
         self._missing = []
         self._stalled = (0, time.monotonic())
 
-    def run(self, tell):
+    def run(self, tracks, tell):
+        self.element("tracks").set_property("location", str(tracks))
         self.element("csdtrack").get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER, self._passed)
         GLib.timeout_add_seconds(TELL, self._tick, tell)
         self.play("")
@@ -109,9 +107,10 @@ class Job(runner.Run):
         name = factory.get_name() if factory else ""
         if name == "filesink":
             self.videos_fault = False
-            self.full = error.matches(Gst.ResourceError.quark(), Gst.ResourceError.NO_SPACE_LEFT) or os.strerror(errno.EDQUOT) in (debug or "")
+            self.fail(str(command.of_filesink(self._out, error, debug)))  # to the letter: it is told from others by its text
+            return
         text = tracking.explain(self.video, self._out, "csdtrack", name, error, debug or "", self._missing)
-        if self.frames and name not in ("filesink", "csdtrack", "csdtrackenc"):
+        if self.frames and name not in ("csdtrack", "csdtrackenc"):
             text = f"'{self.video}' is damaged from frame {self.frames} on ({error.message.rstrip('.')}): repair or convert it"
         self.fail(runner.one_line(text))
 
@@ -149,10 +148,11 @@ def track(plan, number):
                   started=datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"))
     tracks = archive_index.tracks_of(out, name)
     tracks.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = tracks.with_name(f".{tracks.name}.{os.uname().nodename}-{os.getpid()}.unfinished")
     told = told_of(out, number)
     begun = time.monotonic()
-    job = Job(video, out, unfinished, plan["properties"])
+    job = Job(video, out, plan["properties"])
+    with archive_index.unfinished(tracks) as file:
+        unfinished = pathlib.Path(file.name)
 
     def tell(share):
         with contextlib.suppress(OSError):
@@ -162,7 +162,7 @@ def track(plan, number):
     try:
         if tracking.lacks_index(video):
             raise command.Failure(tracking.no_index(video))
-        job.run(tell)
+        job.run(unfinished, tell)
         result.update(count(unfinished), status="done", duration=(job.position - (job.begin or 0)) / Gst.SECOND,
                       note=tracking.breaks_off(video, job.position, job.length) or None)
         with open(unfinished, "rb") as file:
@@ -170,8 +170,6 @@ def track(plan, number):
         os.replace(unfinished, tracks)
         result["tracks_size"], result["tracks_mtime"] = archive_index.stamp(tracks)
     except command.Failure as failure:
-        if job.full:
-            raise archive_index.Full(out) from failure
         if not job.videos_fault:
             raise
         # What older settings made of it must not seem to be of these.

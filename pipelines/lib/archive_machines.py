@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Where the jobs of an archive run: here or over ssh by GNU parallel, or in a cluster as Slurm arrays.
 
-A way of running has: start(count), jobs 0 … count − 1 of a plan · working() · stop(useless), after which it says whether no job lives;
-useless: it makes no sense that they go on · PAUSE, seconds between two looks at it.
+A way of running has: start(count), jobs 0 … count − 1 of a plan · working() · stop(useless), called when no signal is heard any more, which
+returns None if no job lives after it, else what to say of those, if anything; useless: it makes no sense that they go on · PAUSE, seconds
+between two looks at it.
 """
 
 import contextlib
@@ -60,9 +61,7 @@ class Parallel:
 
     def stop(self, _useless):
         if not self.working():
-            return True
-        for number in (signal.SIGINT, signal.SIGTERM):  # impatience would leave GNU parallel alone
-            signal.signal(number, signal.SIG_IGN)
+            return
         for _ in range(2):  # the second time it ends its jobs
             self._process.send_signal(signal.SIGTERM)
             with contextlib.suppress(subprocess.TimeoutExpired):
@@ -71,7 +70,6 @@ class Parallel:
             self._process.wait(20)
         except subprocess.TimeoutExpired:
             os.killpg(self._process.pid, signal.SIGKILL)
-        return True
 
 
 def answering(hosts, out, version):
@@ -141,12 +139,11 @@ class Slurm:
     def stop(self, useless):
         ids = self._ids.read_text().split() if self._ids.exists() else []
         if not self._tasks(ids):
-            return True
+            return None
         if useless:
             self._ask("scancel", *ids)
-        else:
-            print(f"archive: the cluster goes on: the same command follows it, 'scancel {' '.join(ids)}' ends it", file=sys.stderr)
-        return False
+            return ""
+        return f"the cluster goes on: the same command follows it, 'scancel {' '.join(ids)}' ends it"
 
     def _submit(self):
         part, self._rest = self._rest[:self._most], self._rest[self._most:]

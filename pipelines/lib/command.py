@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 
-from failure import Failure, Misuse  # noqa: F401
+from failure import Failure, Full, Misuse, of_filesink  # noqa: F401
 
 
 def positive(text):

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """What the commands of this folder end with if they can't do what they were told."""
 
+import errno
+import os
+
 
 class Failure(Exception):
     """Nothing could be done; the text is one line that says what to change."""
@@ -12,3 +15,18 @@ class Misuse(Failure):
     """What the user wrote is no value, property or name that there is, whatever the machine."""
 
     code = 2
+
+
+class Full(Failure):
+    """There is no room left, or no more of it for this user: it makes no sense to go on."""
+
+    def __init__(self, place):
+        super().__init__(f"can't write into '{place}' (the disk is full): make room or give another place")
+
+
+def of_filesink(place, error, debug):
+    """What to raise over a filesink's error; `place`: what the user calls where it writes."""
+    from gi.repository import Gst  # who has such an error has GStreamer
+    if error.matches(Gst.ResourceError.quark(), Gst.ResourceError.NO_SPACE_LEFT) or os.strerror(errno.EDQUOT) in (debug or ""):
+        return Full(place)
+    return Failure(f"can't write into '{place}' ({' '.join(error.message.split()).rstrip('.')}): give another place")

@@ -49,6 +49,14 @@ def set_from_text(element, name, text):
     element.set_property(name, value)
 
 
+def as_text(element, name):
+    """A property as set_from_text takes it."""
+    spec, value = settable(element)[name], element.get_property(name)
+    if spec.value_type.is_a(GObject.TYPE_ENUM):
+        return value.value_nick
+    return str(value).lower() if spec.value_type == GObject.TYPE_BOOLEAN else str(value)
+
+
 def check_start(element):
     """Raises Misuse where what is set can't be: csdtrack says of some properties only when it starts."""
     before, bus = element.get_bus(), Gst.Bus.new()

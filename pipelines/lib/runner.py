@@ -146,8 +146,6 @@ class Run:
         elif any(part in text for part in self._harmless):
             self._loop.quit()
         elif factory and factory.get_name() == "filesink":
-            if error.matches(Gst.ResourceError.quark(), Gst.ResourceError.NO_SPACE_LEFT):
-                text = f"can't write '{element.get_property('location')}', its disk is full: make room, or name another place"
-            self.fail(text, sources_fault=False)
+            self.fail(str(command.of_filesink(element.get_property("location"), error, debug)), sources_fault=False)
         else:
             self.fail(f"{text} ({element.get_name()})")

@@ -17,7 +17,7 @@ import time
 
 import gi
 from caps import first_structure
-from failure import Failure, Misuse
+from failure import Failure, Misuse, of_filesink
 from properties import check_start, choices, set_from_text, settable
 
 gi.require_version("Gst", "1.0")
@@ -419,9 +419,8 @@ def no_frame(video):
 
 def explain(video, out, tracker, element, error, debug, missing):
     """One line for a user, from an error message of GStreamer."""
-    if element == "filesink" or error.matches(Gst.ResourceError.quark(), Gst.ResourceError.NO_SPACE_LEFT):
-        why = "the disk is full" if error.code == Gst.ResourceError.NO_SPACE_LEFT else error.message.rstrip(".")
-        return f"can't write into '{out}' ({why}): make room or give another OUT"
+    if element == "filesink":
+        return str(of_filesink(out, error, debug))
     if element == "filesrc":
         return f"'{video}' can't be read ({error.message.rstrip('.')}): check the file and its disk"
     if element in (tracker, "csdsimsrc", "csdtrackenc"):

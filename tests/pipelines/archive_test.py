@@ -7,12 +7,14 @@ import fcntl
 import json
 import os
 import pathlib
+import pty
 import re
 import shutil
 import signal
 import sqlite3
 import subprocess
 import sys
+import time
 
 import harness
 import machines
@@ -176,6 +178,17 @@ class Archive(harness.Case):
         self.assertRegex(run(*FEW, videos, self.out).stderr, "^archive: 2 of 3 videos not done")
         self.assertFalse((self.out / "one.mkv.jsonl").exists())
 
+    def test_settings_that_are_text_reach_the_jobs(self):
+        videos = self.copy("one.mkv")
+        for wish, right in (("region=100,80,120,90", lambda f: 100 <= f["x"] <= 220 and 80 <= f["y"] <= 170),
+                            ("points=100,100;150.5,120", lambda f: (f["x"], f["y"]) == ((100, 100), (150.5, 120))[f["id"]])):
+            done = run(*FEW, "--set", wish, videos, self.out)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertIn(f" {wish}", index(self.out)["one.mkv"]["settings"])
+            features = harness.read_lines(self.out / "one.mkv.jsonl")[0]["features"]
+            self.assertGreater(len(features), 1)
+            self.assertTrue(all(map(right, features)), features)
+
     def test_a_list(self):
         listed = self.tmp / "a list.txt"
         listed.write_text(f"# of today\n{self.videos.name}/one.mkv\n\n{self.videos}/one.mkv\nnone.mkv\n")
@@ -278,24 +291,59 @@ class Archive(harness.Case):
         self.kill = re.search("kill (\\d+)", done.stderr).group(1)
         return pathlib.Path(f"/proc/{self.kill}/cmdline").read_text()
 
-    def test_no_one_works_on_for_a_reader_or_terminal_that_is_gone(self):
+    def check_ended(self, *names):
+        """Nobody works any more, and of these videos nothing is there."""
+        self.assertEqual(list(self.out.glob(".*.unfinished")), [])
+        self.assertFalse([name for name in names if (self.out / f"{name}.json").exists()])
+        with open(self.out / ".archive" / "lock") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+    def test_no_one_works_on_for_a_reader_that_is_gone(self):
         videos = self.copy("one.mkv")
         shutil.copy(self.long, videos / "two.mkv")
-        for gone in ("reader", "terminal"):
-            process = start(*FEW, "--jobs", 1, "--redo", "all", videos, self.out)
-            if gone == "reader":
-                process.stdout.close()  # the line on one.mkv is the first that it can't write
-                process.stdout = None
-            else:
-                machines.job_at_work(self.out, "two.mkv")
-                process.send_signal(signal.SIGHUP)
+        process = start(*FEW, "--jobs", 1, videos, self.out)
+        process.stdout.close()  # the line on one.mkv is the first that it can't write
+        process.stdout = None
+        _, said = process.communicate(timeout=60)
+        self.assertEqual((process.returncode, said), (130, "archive: ended: 1 of 2 videos are done, the same command does the rest\n"))
+        self.check_ended("two.mkv")
+
+    def test_a_reader_that_leaves_when_all_is_done_is_no_failure(self):
+        videos = self.copy("one.mkv")
+        for lines, again in ((1, ()), (0, ()), (0, ("--redo", "all"))):  # it leaves the statistics; them again; and the line of the video
+            process = start(*FEW, *again, videos, self.out)
+            for _ in range(lines):
+                self.assertIn("one.mkv: 30 frames", process.stdout.readline())
+            process.stdout.close()
+            process.stdout = None
             _, said = process.communicate(timeout=60)
-            self.assertEqual(process.returncode, 130, gone)
-            self.assertNotIn("Broken", said)
-            self.assertEqual(list(self.out.glob(".*.unfinished")), [])
-            self.assertFalse((self.out / "two.mkv.json").exists())
-            with open(self.out / ".archive" / "lock") as lock:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            self.assertEqual((process.returncode, said), (0, ""))
+            self.assertEqual(index(self.out)["one.mkv"]["status"], "done")
+
+    def test_no_one_works_on_for_a_terminal_that_is_gone(self):
+        videos = self.copy()
+        shutil.copy(self.long, videos)
+        process, terminal = pty.fork()
+        if not process:
+            os.execve(ARCHIVE, [str(ARCHIVE), "--no-install", *FEW, str(videos), str(self.out)], ENVIRONMENT)
+        self.hold(machines.job_at_work(self.out, "long.mkv"))
+        os.close(terminal)
+        code = machines.wait(lambda: os.waitpid(process, os.WNOHANG)[1])
+        self.assertEqual(os.waitstatus_to_exitcode(code), 130)
+        self.check_ended("long.mkv")
+
+    def test_impatience_leaves_no_one_at_work(self):
+        videos = self.copy()
+        shutil.copy(self.long, videos)
+        process = start(*FEW, videos, self.out)
+        self.hold(machines.job_at_work(self.out, "long.mkv"))  # it takes a while to end
+        while process.poll() is None:
+            for number in (signal.SIGHUP, signal.SIGTERM, signal.SIGINT):
+                process.send_signal(number)
+            time.sleep(0.05)
+        _, said = process.communicate(timeout=60)
+        self.assertEqual((process.returncode, said), (130, "archive: ended: 0 of 1 videos are done, the same command does the rest\n"))
+        self.check_ended("long.mkv")
 
     def test_what_a_killed_run_left_can_be_ended(self):
         videos = self.copy()
@@ -323,7 +371,7 @@ class Archive(harness.Case):
         done = subprocess.run([*small, 'mount -t tmpfs -o size=1m none "$0" && "$1" --no-install --jobs 1 "$2" "$0"; code=$?; '
                                '"$1" --no-install --list "$0"; exit $code', self.out, ARCHIVE, videos],
                               capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300, env=ENVIRONMENT)
-        why = f"can't write into '{self.out}' (the disk is full): make room or give another OUT"
+        why = f"can't write into '{self.out}' (the disk is full): make room or give another place"
         self.assertEqual((done.returncode, done.stderr), (1, f"archive: {why}\n"))
         self.assertEqual(re.findall(r"^unfinished +1  (.*)$", done.stdout, re.M), [f"a.mkv: {why}", "b.mkv: not yet tracked", "c.mkv: not yet tracked"])
 
@@ -332,12 +380,12 @@ class Archive(harness.Case):
         (videos / "empty.mkv").touch()
         self.assertEqual(run(*FEW, videos, self.out).returncode, 1)
         self.assertRegex(index(self.out)["empty.mkv"]["error"], "^'.*/empty.mkv' is empty: ")
-        self.assertNotIn("video is gone", run("--list", self.out).stdout)
+        self.assertNotIn("be seen", run("--list", self.out).stdout)
         (videos / "one.mkv").unlink()
         (videos / "empty.mkv").unlink()
         self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
         self.assertEqual({name: row["status"] for name, row in index(self.out).items()}, {"one.mkv": "done", "three.MP4": "done"})
-        self.assertEqual(re.findall("(\\S+): its video is gone\n", run("--list", self.out).stdout), ["one.mkv"])
+        self.assertEqual(re.findall("(\\S+): its video can't be seen from here\n", run("--list", self.out).stdout), ["one.mkv"])
         (self.out / "one.mkv.jsonl").unlink()
         self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
         self.assertEqual(list(index(self.out)), ["three.MP4"])

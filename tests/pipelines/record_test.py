@@ -130,7 +130,7 @@ class Record(harness.Case):
         if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", disk], capture_output=True).returncode:
             raise unittest.SkipTest("mounting is not allowed here")
         try:
-            self.check_refused(run("--tracks", self.out, self.video, disk / "x"), 1, f"record: can't write '{disk}/x/00000.mkv', its disk is full")
+            self.check_refused(run("--tracks", self.out, self.video, disk / "x"), 1, f"record: can't write into '{disk}/x/00000.mkv' (the disk is full)")
         finally:
             subprocess.run(["umount", disk], check=True)
 
