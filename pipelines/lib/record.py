@@ -221,7 +221,7 @@ def record(options, begin, tracks):
            f"in. ! {bounded} name=raw ! videoconvert ! {encoder} ! h264parse ! " \
            f"splitmuxsink name=files muxer=matroskamux max-size-time={round(options.segment * 1e9)} " \
            f"in. ! {command.FRAMES} name=look ! csdtrack name=csdtrack ! tee name=t " \
-           f"t. ! {bounded} ! csdtrackenc ! application/x-ndjson ! appsink name=lines sync=false async=false max-buffers=0 emit-signals=true"
+           f"t. ! csdtrackenc ! application/x-ndjson ! {bounded} ! appsink name=lines sync=false async=false max-buffers=0 emit-signals=true"
     if options.display:
         text += f" t. ! {command.FRAMES} leaky=downstream ! appsink name=shown sync=false async=false max-buffers=2 drop=true emit-signals=true"
     run = runner.Run("record", text)
@@ -270,9 +270,17 @@ def record(options, begin, tracks):
         pace.live = True
         run.element("look").set_property("leaky", "downstream")
 
+    # These play from the start: in preroll they would keep the queues before them full, and the decoder waiting for ever, whose ALLOCATION
+    # query waits for the queues to be empty. avdec_h264 asks after some frames where the width is no multiple of 16.
+    playing = [sink for sink in (run.element("lines"), run.element("shown")) if sink]
+    for sink in playing:
+        sink.set_locked_state(True)
+        sink.set_state(Gst.State.PLAYING)
     try:
         run.play(options.source, options.seconds, on_live=on_live)
     finally:
+        for sink in playing:
+            sink.set_state(Gst.State.NULL)
         sidecar.end()
         if window:
             window.close()

@@ -96,6 +96,12 @@ class Record(harness.Case):
         for path, content in before.items():
             self.assertEqual(path.read_bytes(), content)
 
+    def test_a_width_that_is_no_multiple_of_16(self):
+        """avdec_h264 asks a second time for memory then, after some frames: who keeps it waiting stops the pipeline for ever."""
+        done = run(harness.scene_video(self.tmp / "odd.mkv", 60, width=360, height=288), self.out)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(self.check_together(1), 60)
+
     def test_live(self):
         done = run("--segment", 1, "--seconds", 4, "--display", "fakesink", "simulate:occlusion", self.out)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
