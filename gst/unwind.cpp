@@ -35,6 +35,7 @@ Resume resume_of(const char *library) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp): the ABI's name
 extern "C" [[noreturn, gnu::visibility("hidden")]] void _Unwind_Resume(Header *header) {
   if (const Resume resume = resume_of(is_of_libunwind(*header) ? "libunwind.so.8" : "libgcc_s.so.1")) resume(header);
   std::abort();

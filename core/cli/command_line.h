@@ -37,7 +37,7 @@ inline void parse_options(int argc, char **argv, const GOptionEntry *entries, co
   if (g_option_context_parse(context.get(), &argc, &argv, &error)) {
     if (!version) return;
     std::printf("%s %s\n", g_get_prgname(), CSDTRACK_VERSION);
-    std::exit(0);
+    std::exit(0);  // NOLINT(concurrency-mt-unsafe): there is one thread yet
   }
   const std::string message = error->message;
   g_error_free(error);

@@ -32,7 +32,7 @@ std::vector<Window> windows_of(const Series &series, double length) {
   std::vector<Window> windows;
   if (!(length > 0)) return windows;
   const double steps = std::ceil((whole - length) / (length / 2) - 1e-9);
-  for (double i = 0; i <= steps; ++i) {
+  for (double i = 0; i <= steps; ++i) {  // NOLINT(cert-flp30-c): whole numbers, exact
     const double from = begin + (steps > 0 ? (whole - length) * i / steps : 0);
     const auto first = std::lower_bound(series.times.begin(), series.times.end(), from),
                last = std::upper_bound(first, series.times.end(), from + length);
