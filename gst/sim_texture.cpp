@@ -26,7 +26,11 @@ using Element = std::unique_ptr<GstElement, Unreffed<void, gst_object_unref>>;
 using Sample = std::unique_ptr<GstSample, Unreffed<GstSample, gst_sample_unref>>;
 
 [[noreturn]] void fail(const std::string &file, const std::string &why) {
-  throw std::invalid_argument("texture: \"" + file + "\" " + why + ". Name a picture that GStreamer can decode.");
+  // A file's name is any bytes, a message UTF-8.
+  gchar *name = g_filename_display_name(file.c_str());
+  const std::string shown = name;
+  g_free(name);
+  throw std::invalid_argument("texture: \"" + shown + "\" " + why + ". Name a picture that GStreamer can decode.");
 }
 
 /// What the pipeline's first error says.
