@@ -17,6 +17,9 @@ void run(std::string_view bytes);
 /// Once, before the first input. Element targets start GStreamer here (elements.cpp); the parsers need nothing.
 void start();
 
+/// For where they are others': a critical of GLib's is a finding no more.
+void ignore_criticals();
+
 /// By how many bytes memory is less than what is said of it: 0, unless CSDTRACK_FUZZ_PLANT=read plants that fault.
 std::size_t planted_bytes();
 
