@@ -64,5 +64,5 @@ void csd_fuzz::run(std::string_view bytes) {
   rig.set_state(GST_STATE_PLAYING);
   rig.set_caps(video_caps(from, false));
   unsigned index = 0;
-  for (int steps = 0; steps < 24 && from.remaining_bytes() > 0; ++steps) step(from, rig, index);
+  for (int steps = 0; steps < 12 && from.remaining_bytes() > 0; ++steps) step(from, rig, index);
 }
