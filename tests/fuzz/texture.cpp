@@ -10,12 +10,11 @@
 
 namespace {
 
-/// What decodes PNG, and no more: start() has hidden all plugins. Not JPEG: jpegdec (1.22) never comes back from some 18
-/// bytes.
+/// What decodes PNG, and no more: start() has hidden all plugins. Not JPEG: jpegdec (1.22) never comes back from some
+/// 18 bytes.
 bool load_decoders() {
   csd_fuzz::ignore_criticals();  // pngdec's base class (1.22) on a picture of 2^31 bytes and more, to begin with
-  for (const char *name :
-       {"coreelements", "typefindfunctions", "playback", "app", "videoconvertscale", "png"}) {
+  for (const char *name : {"coreelements", "typefindfunctions", "playback", "app", "videoconvertscale", "png"}) {
     const std::string file = std::string(FUZZ_PLUGINS "/libgst") + name + ".so";
     GstPlugin *plugin = gst_plugin_load_file(file.c_str(), nullptr);
     if (!plugin) return false;
