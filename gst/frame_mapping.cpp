@@ -54,11 +54,49 @@ GstCaps *complete_caps(GstCaps *caps) {
   return complete;
 }
 
+/// What gst_video_frame_map() takes for a bug of its caller.
+static bool contradicts(const GstVideoMeta &meta, const GstVideoInfo &info) {
+  return meta.format != GST_VIDEO_INFO_FORMAT(&info) || meta.n_planes != GST_VIDEO_INFO_N_PLANES(&info) ||
+         meta.width < static_cast<guint>(info.width) || meta.height < static_cast<guint>(info.height) ||
+         meta.width > G_MAXINT || meta.height > G_MAXINT;
+}
+
+/// Bytes of a line of a component of a frame, from the plane's first.
+static gint64 line_bytes(const GstVideoFrame &frame, guint c) {
+  const GstVideoFormatInfo &format = *frame.info.finfo;
+  if (GST_VIDEO_FORMAT_INFO_FORMAT(&format) == GST_VIDEO_FORMAT_v210)
+    return (gint64{frame.info.width} + v210_pixels - 1) / v210_pixels * v210_bytes;
+  const gint64 width = GST_VIDEO_FORMAT_INFO_SCALE_WIDTH(&format, c, gint64{frame.info.width});
+  return component_offset(format, c) + (width - 1) * format.pixel_stride[c] + (format.depth[c] > 8 ? 2 : 1);
+}
+
+/// Whether all lines lie in the mapped memory. GStreamer (1.22) asks a GstVideoMeta for its offsets and strides, and
+/// looks only whether a plane's first byte is there.
+static bool holds_its_lines(const GstVideoFrame &frame) {
+  for (guint c = 0; c < GST_VIDEO_FRAME_N_COMPONENTS(&frame); ++c) {
+    const guint plane = GST_VIDEO_FRAME_COMP_PLANE(&frame, c);
+    const GstMapInfo &map = frame.map[plane];
+    const gint64 begin = static_cast<const guint8 *>(frame.data[plane]) - map.data;
+    const gint64 height = GST_VIDEO_FORMAT_INFO_SCALE_HEIGHT(frame.info.finfo, c, gint64{frame.info.height});
+    const gint64 last = begin + (height - 1) * GST_VIDEO_FRAME_PLANE_STRIDE(&frame, plane);
+    if (std::min(begin, last) < 0 || std::max(begin, last) + line_bytes(frame, c) > static_cast<gint64>(map.size))
+      return false;
+  }
+  return true;
+}
+
 MappedFrame::MappedFrame(const GstVideoInfo &info, GstBuffer *buffer, GstMapFlags access) {
+  const GstVideoMeta *meta = gst_buffer_get_video_meta(buffer);
+  if (meta && contradicts(*meta, info))
+    throw std::runtime_error("a frame's pixels can't be mapped: its GstVideoMeta is of another picture than its caps");
   // NO_REF: a reference of ours would make the buffer unwritable.
   const auto flags = static_cast<GstMapFlags>(access | static_cast<int>(GST_VIDEO_FRAME_MAP_FLAG_NO_REF));
   if (!gst_video_frame_map(&frame_, &info, buffer, flags))
     throw std::runtime_error("a frame's pixels can't be mapped: it is damaged, or smaller than its caps say");
+  if (frame_.meta && !holds_its_lines(frame_)) {
+    gst_video_frame_unmap(&frame_);
+    throw std::runtime_error("a frame's pixels can't be mapped: its GstVideoMeta tells of lines that it doesn't hold");
+  }
 }
 
 MappedBytes::MappedBytes(GstBuffer *buffer) : buffer_(buffer) {

@@ -68,11 +68,24 @@ struct ByteRow {
   void set(int x, unsigned v) const { line[x * pixel_stride] = static_cast<guint8>(v); }
 };
 
+/// Little-endian, wherever it lies: GStreamer's GST_READ_UINT16_LE takes a pointer for an aligned one, and a
+/// GstVideoMeta may have odd strides.
+template <typename Word>
+Word read_word(const guint8 *from) {
+  Word word = 0;
+  for (std::size_t i = 0; i < sizeof word; ++i) word = static_cast<Word>(word | static_cast<Word>(from[i]) << (8 * i));
+  return word;
+}
+template <typename Word>
+void write_word(guint8 *to, Word word) {
+  for (std::size_t i = 0; i < sizeof word; ++i) to[i] = static_cast<guint8>(word >> (8 * i));
+}
+
 struct WordRow {
   guint8 *line;
   int pixel_stride, shift;
-  unsigned get(int x) const { return static_cast<unsigned>(GST_READ_UINT16_LE(line + x * pixel_stride)) >> shift; }
-  void set(int x, unsigned v) const { GST_WRITE_UINT16_LE(line + x * pixel_stride, static_cast<guint16>(v << shift)); }
+  unsigned get(int x) const { return unsigned{read_word<guint16>(line + x * pixel_stride)} >> shift; }
+  void set(int x, unsigned v) const { write_word(line + x * pixel_stride, static_cast<guint16>(v << shift)); }
 };
 
 /// v210: six pixels are 12 samples, U0 Y0 V0 Y1 U1 Y2 V1 Y3 U2 Y4 V2 Y5, three to a 32-bit word from its low bits up.
@@ -85,11 +98,11 @@ struct V210Row {
     return component == 0 ? 2 * (x % per_group) + 1 : 4 * (x % per_group) + (component == 1 ? 0 : 2);
   }
   guint8 *word(int x) const { return line + x / per_group * 16 + position(x) / 3 * 4; }
-  unsigned get(int x) const { return (GST_READ_UINT32_LE(word(x)) >> (10 * (position(x) % 3))) & 0x3ffu; }
+  unsigned get(int x) const { return (read_word<guint32>(word(x)) >> (10 * (position(x) % 3))) & 0x3ffu; }
   void set(int x, unsigned v) const {
     const int bit = 10 * (position(x) % 3);
-    const guint32 old = GST_READ_UINT32_LE(word(x));
-    GST_WRITE_UINT32_LE(word(x), (old & ~(guint32{0x3ff} << bit)) | static_cast<guint32>(v) << bit);
+    const guint32 old = read_word<guint32>(word(x));
+    write_word(word(x), (old & ~(guint32{0x3ff} << bit)) | static_cast<guint32>(v) << bit);
   }
 };
 

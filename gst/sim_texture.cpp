@@ -26,7 +26,12 @@ using Element = std::unique_ptr<GstElement, Unreffed<void, gst_object_unref>>;
 using Sample = std::unique_ptr<GstSample, Unreffed<GstSample, gst_sample_unref>>;
 
 [[noreturn]] void fail(const std::string &file, const std::string &why) {
-  throw std::invalid_argument("texture: \"" + file + "\" " + why + ". Name a picture that GStreamer can decode.");
+  // A file's name is any bytes, a message UTF-8.
+  gchar *name = g_filename_display_name(file.c_str());
+  const std::string shown = name;
+  g_free(name);
+  throw std::invalid_argument("texture: \"" + shown + "\" " + why +
+                              ". Name a picture that GStreamer can decode, of at most 8192 × 8192 pixels.");
 }
 
 /// What the pipeline's first error says.
@@ -50,7 +55,10 @@ cv::Mat load_picture(const std::string &file) {
   // By GStreamer: the plugin links no image library of its own.
   GError *error = nullptr;
   const Pipeline pipeline(gst_parse_launch(
-      "filesrc name=file ! decodebin ! videoconvert ! video/x-raw,format=BGR ! appsink name=sink sync=false", &error));
+      // A file of a few bytes may say that it is a picture of gigabytes.
+      "filesrc name=file ! decodebin ! video/x-raw(ANY),width=[1,8192],height=[1,8192] ! videoconvert"
+      " ! video/x-raw,format=BGR ! appsink name=sink sync=false",
+      &error));
   if (error) {
     const std::string text = error->message;
     g_error_free(error);

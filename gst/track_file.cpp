@@ -2,6 +2,7 @@
 #include "track_file.h"
 
 #include <fcntl.h>
+#include <glib.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -21,8 +22,12 @@ constexpr std::size_t chunk = 64 << 10;
 /// A frame that is so much later than the last is looked for by bisection: some 50 lines, read in 10 ms.
 constexpr std::int64_t jump = 2 * second;
 
+/// A path is any bytes, a message UTF-8.
 std::string quoted(const std::string &path) {
-  return "\"" + path + "\"";
+  gchar *name = g_filename_display_name(path.c_str());
+  const std::string text = std::string("\"") + name + "\"";
+  g_free(name);
+  return text;
 }
 
 std::string system_words(int error) {
@@ -91,9 +96,10 @@ std::string unescape_markup(std::string_view markup) {
 TrackFile::TrackFile(const std::string &path) : path_(path) {
   // Not blocking: opening a pipe would wait for who writes into it.
   fd_ = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  const int error = errno;  // GLib's functions set it, too
   if (fd_ < 0)
-    throw TrackSourceError(errno == ENOENT ? Kind::not_found : Kind::unreadable,
-                           "The file of tracks " + quoted(path) + " can't be read: " + system_words(errno) +
+    throw TrackSourceError(error == ENOENT ? Kind::not_found : Kind::unreadable,
+                           "The file of tracks " + quoted(path) + " can't be read: " + system_words(error) +
                                ". Set location to a .jsonl file that csdtrackenc has written.");
   struct stat status = {};
   if (fstat(fd_, &status) == 0 && S_ISREG(status.st_mode)) return;
@@ -126,9 +132,10 @@ std::size_t TrackFile::read_at(std::int64_t offset, char *to, std::size_t size) 
   ssize_t got;
   do got = pread(fd_, to, size, offset);
   while (got < 0 && errno == EINTR);
+  const int error = errno;
   if (got < 0)
     throw TrackSourceError(Kind::unreadable, "The file of tracks " + quoted(path_) + " can't be read on: " +
-                                                 system_words(errno) + ". Look at the disk that it is on.");
+                                                 system_words(error) + ". Look at the disk that it is on.");
   return static_cast<std::size_t>(got);
 }
 

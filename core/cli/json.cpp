@@ -101,7 +101,10 @@ JsonNode *JsonText::parse(std::string_view text, std::size_t most_values) {
   GError *error = nullptr;
   if (json_parser_load_from_data(parser_.get(), text.data(), static_cast<gssize>(text.size()), &error))
     return json_parser_get_root(parser_.get());
-  error_ = std::string("is no JSON: ") + error->message;
+  // json-glib quotes the text: half a surrogate pair (\ud800) becomes bytes that are no UTF-8, which a message must be.
+  gchar *valid = g_utf8_make_valid(error->message, -1);
+  error_ = std::string("is no JSON: ") + valid;
+  g_free(valid);
   g_error_free(error);
   return nullptr;
 }

@@ -45,6 +45,9 @@ class Members {
     if (!is_value(value, G_TYPE_STRING)) throw LineError(std::string("`") + name + "` is no string");
     const std::string_view word = json_node_get_string(value);
     if (word.size() > most_name) throw LineError(std::string("`") + name + "` is longer than 1000 bytes");
+    // Half a surrogate pair (\ud800), which json-glib may let through. Metas and messages are UTF-8.
+    if (!g_utf8_validate(word.data(), static_cast<gssize>(word.size()), nullptr))
+      throw LineError(std::string("`") + name + "` holds half a character");
     return word;
   }
   JsonArray *array(const char *name) const {

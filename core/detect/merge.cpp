@@ -34,7 +34,9 @@ class Neighbours {
   }
 
  private:
-  cv::Point cell(cv::Point2d p) const { return {cvFloor(p.x / radius_), cvFloor(p.y / radius_)}; }
+  cv::Point cell(cv::Point2d p) const { return {index(p.x), index(p.y)}; }
+  /// Points that were given may lie anywhere: what is beyond any picture shares the outermost cells.
+  int index(double at) const { return cvFloor(std::clamp(at / radius_, -1e9, 1e9)); }
 
   double radius_;
   std::map<std::pair<int, int>, std::vector<cv::Point2d>> cells_;
@@ -64,9 +66,12 @@ std::vector<cv::Point2d> spread(const std::vector<cv::Point2d> &ranked, cv::Size
   const int columns = std::max(1, cvCeil(size.width / bucket));
   const int rows = std::max(1, cvCeil(size.height / bucket));
   std::vector<std::size_t> filled(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+  // Clamped before it is an int: points that were given may lie anywhere.
+  const auto index = [bucket](double at, int count) {
+    return cvFloor(std::clamp((at + 0.5) / bucket, 0.0, count - 1.0));
+  };
   const auto bucket_of = [&](cv::Point2d p) -> std::size_t & {
-    const int column = std::clamp(cvFloor((p.x + 0.5) / bucket), 0, columns - 1);
-    const int row = std::clamp(cvFloor((p.y + 0.5) / bucket), 0, rows - 1);
+    const int column = index(p.x, columns), row = index(p.y, rows);
     return filled[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column)];
   };
   for (const cv::Point2d &p : taken) ++bucket_of(p);

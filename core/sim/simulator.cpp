@@ -48,6 +48,9 @@ FrameView view_of(const cv::Mat &bgr) {
 
 /// Lines of the textures: at 576 lines and below 1.6 texels for a pixel.
 int texture_side(cv::Size size) {
+#ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
+  if (size.height <= 32) return 256;  // else a scene takes seconds to make, and fuzzing makes a hundred thousand
+#endif
   return size.height <= 576 ? 2048 : 4096;
 }
 
@@ -69,7 +72,7 @@ struct Simulator::Impl {
     if (s.effects[Effect::cut] > 0) {
       // Elsewhere: another organ, which moves in its own way.
       const auto style = static_cast<Style>((static_cast<std::size_t>(s.style) + 2) % style_count);
-      elsewhere.emplace(s.effects, s.seed + 1, tissue_texture(style, s.seed + 1, side / 2));
+      elsewhere.emplace(s.effects, s.seed + 1, tissue_texture(style, s.seed + 1, std::max(side / 2, 256)));
     }
   }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 
 #include "sim/ieee_math.h"
 #include "sim/texture_sampling.h"
@@ -138,11 +139,17 @@ void scale_pattern(cv::Mat &texture, double size, double contrast) {
   }
 }
 
+constexpr int longest_side = 16;  // of a picture, against the other
+
 PictureTexture texture_of_picture(const cv::Mat &bgr, double units, double texels_per_unit, std::uint8_t gloss,
                                   double contrast) {
   if (bgr.type() != CV_8UC3 || bgr.empty()) {
     throw std::invalid_argument("the texture must be a picture of 8-bit B, G, R (CV_8UC3) that isn't empty");
   }
+  // A line of 30000 pixels would be made a texture of gigabytes.
+  if (bgr.cols / longest_side >= bgr.rows || bgr.rows / longest_side >= bgr.cols)
+    throw std::invalid_argument("the texture must be less than " + std::to_string(longest_side) +
+                                " times as wide as high, and as high as wide");
   constexpr int half = TextureMap::granularity / 2;
   const auto side = [&](double length) { return std::max(1, static_cast<int>(length / half + 0.5)) * half; };
   const int h = side(units * texels_per_unit), w = side(units * texels_per_unit * bgr.cols / bgr.rows);

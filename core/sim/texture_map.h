@@ -70,7 +70,8 @@ struct PictureTexture {
 
 /// `bgr` (CV_8UC3) scaled (Catmull–Rom) to a height of `units` units at about `texels_per_unit`, its middle at (0, 0);
 /// `gloss` (0…255) holds for all of it; with a
-/// `contrast` below 1 its pattern fades. Throws std::invalid_argument if the picture is empty or of another type.
+/// `contrast` below 1 its pattern fades. Throws std::invalid_argument if the picture is empty, of another type, or
+/// 16 times as wide as high and more, or as high as wide.
 PictureTexture texture_of_picture(const cv::Mat &bgr, double units, double texels_per_unit, std::uint8_t gloss,
                                   double contrast);
 

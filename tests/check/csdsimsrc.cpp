@@ -3,6 +3,7 @@
 // csdsimsrc: its frames and their truth against the simulator's own, and how it behaves as a source.
 #include "sim/simulator.h"
 
+#include <glib/gstdio.h>
 #include <gst/video/video.h>
 
 #include <cmath>
@@ -13,6 +14,7 @@
 #include "csdtrackmeta.h"
 
 // Its fail() is a macro: after everything that has a function of that name.
+#include <glib/gstdio.h>
 #include <gst/check/gstcheck.h>
 #include <gst/check/gstharness.h>
 
@@ -247,6 +249,32 @@ GST_START_TEST(test_what_is_wrong_is_said) {
 }
 GST_END_TEST;
 
+GST_START_TEST(test_a_texture_by_a_name_that_is_no_utf8) {
+  // A file without a picture: of one that isn't there filesrc says so itself, in what is no UTF-8.
+  g_autofree gchar *folder = g_dir_make_tmp("csdsimsrc-XXXXXX", nullptr);
+  g_autofree gchar *file = g_build_filename(folder, "\xe9.png", nullptr);
+  fail_unless(g_file_set_contents(file, "picture", -1, nullptr));
+  GstElement *source = gst_element_factory_make("csdsimsrc", nullptr);
+  GstBus *bus = gst_bus_new();
+  gst_element_set_bus(source, bus);
+  g_object_set(source, "texture", file, nullptr);
+  gst_element_set_state(source, GST_STATE_PAUSED);
+  GstMessage *message = gst_bus_timed_pop_filtered(bus, 30 * GST_SECOND, GST_MESSAGE_ERROR);
+  fail_unless(message != nullptr);
+  GError *error = nullptr;
+  gst_message_parse_error(message, &error, nullptr);
+  fail_unless(g_utf8_validate(error->message, -1, nullptr));
+  g_error_free(error);
+  gst_message_unref(message);
+  g_remove(file);
+  g_rmdir(folder);
+  gst_element_set_state(source, GST_STATE_NULL);
+  gst_element_set_bus(source, nullptr);
+  gst_object_unref(bus);
+  gst_object_unref(source);
+}
+GST_END_TEST;
+
 GST_START_TEST(test_seek) {
   GstElement *pipeline = gst_parse_launch(
       "csdsimsrc seed=4 style=bowel features=5 ! fakesink name=sink signal-handoffs=true sync=false", nullptr);
@@ -371,6 +399,7 @@ static Suite *csdsimsrc_suite() {
   tcase_add_test(tc, test_size_rate_and_format_by_caps);
   tcase_add_test(tc, test_interlaced_is_said);
   tcase_add_test(tc, test_what_is_wrong_is_said);
+  tcase_add_test(tc, test_a_texture_by_a_name_that_is_no_utf8);
   tcase_add_test(tc, test_seek);
   tcase_add_test(tc, test_live_frames_come_at_their_time);
   tcase_add_test(tc, test_tracks_and_truth_on_one_frame);

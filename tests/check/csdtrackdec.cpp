@@ -283,6 +283,7 @@ GST_START_TEST(a_file_that_cant_be_read_is_refused_in_ready) {
        "can't be read: No such file or directory. Set location"},
       {temporary("."), GST_RESOURCE_ERROR_OPEN_READ, "is no file. Set location"},
       {pipe, GST_RESOURCE_ERROR_OPEN_READ, "link what comes by a pipe or a network to the pad text"},
+      {temporary("\xe9.jsonl"), GST_RESOURCE_ERROR_NOT_FOUND, "No such file or directory"},  // Latin-1
   };
   for (const auto &c : cases) {
     GstElement *element = gst_element_factory_make("csdtrackdec", nullptr);
@@ -293,8 +294,9 @@ GST_START_TEST(a_file_that_cant_be_read_is_refused_in_ready) {
     GstMessage *message = gst_bus_pop_filtered(bus, GST_MESSAGE_ERROR);
     GError *error = nullptr;
     gst_message_parse_error(message, &error, nullptr);
-    fail_unless(g_error_matches(error, GST_RESOURCE_ERROR, c.code));
+    fail_unless(g_error_matches(error, GST_RESOURCE_ERROR, c.code), "%s", error->message);
     assert_holds(error->message, c.text);
+    fail_unless(g_utf8_validate(error->message, -1, nullptr));
     g_error_free(error);
     gst_message_unref(message);
     gst_element_set_state(element, GST_STATE_NULL);

@@ -238,6 +238,37 @@ TEST(FrameView, LeavesOutADecodersPadding) {
   expect_scene(view, 0, 0, false, whole_frame, "padded");
 }
 
+TEST(MappedFrame, RefusesAGstVideoMetaThatLies) {
+  const GstVideoInfo info = scene::info_of(GST_VIDEO_FORMAT_I420, 64, 48);
+  const auto maps = [&info](void (*lie)(GstVideoMeta & meta)) {
+    const scene::Buffer buffer(gst_buffer_new_allocate(nullptr, info.size, nullptr));
+    gst_buffer_memset(buffer.get(), 0, 0, info.size);
+    lie(*gst_buffer_add_video_meta(buffer.get(), GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_I420, 64, 48));
+    try {
+      csd::MappedFrame(info, buffer.get(), GST_MAP_READ);
+      return true;
+    } catch (const std::runtime_error &) {
+      return false;
+    }
+  };
+  EXPECT_TRUE(maps([](GstVideoMeta &) {}));
+  EXPECT_TRUE(maps([](GstVideoMeta &meta) { meta.offset[2] = meta.offset[1]; })) << "grey";
+  EXPECT_TRUE(maps([](GstVideoMeta &meta) {
+    meta.offset[0] = 47 * 64;
+    meta.stride[0] = -64;
+  })) << "from the bottom up";
+  // Beyond the memory, before it, and what is of another picture than the caps tell.
+  EXPECT_FALSE(maps([](GstVideoMeta &meta) { ++meta.offset[2]; }));
+  EXPECT_FALSE(maps([](GstVideoMeta &meta) { meta.stride[2] = 4096; }));
+  EXPECT_FALSE(maps([](GstVideoMeta &meta) { meta.stride[0] = -64; }));
+  EXPECT_FALSE(maps([](GstVideoMeta &meta) { meta.height = 50; }));
+  EXPECT_FALSE(maps([](GstVideoMeta &meta) { meta.width = 66000; }));
+  EXPECT_FALSE(maps([](GstVideoMeta &meta) { meta.width = 62; }));
+  EXPECT_FALSE(maps([](GstVideoMeta &meta) { meta.height = G_MAXUINT; }));
+  EXPECT_FALSE(maps([](GstVideoMeta &meta) { meta.n_planes = 1; }));
+  EXPECT_FALSE(maps([](GstVideoMeta &meta) { meta.format = GST_VIDEO_FORMAT_Y444; }));
+}
+
 TEST(FrameView, KnowsMatrixAndRange) {
   const auto view_of = [](GstVideoFormat format, int height, const char *colorimetry) {
     GstVideoInfo info = scene::info_of(format, 16, height);

@@ -114,6 +114,19 @@ sanitized_build() {  # DIR SANITIZERS [TARGET] [PROGRAMS: enabled or disabled]
 
 step_soak() { check 'soak: three minutes' "$root/tests/soak" --no-install 0.05; }
 
+step_fuzz() {
+  check 'fuzz: build' fuzz_build || return
+  check 'fuzz: planted faults' "$root/tests/fuzz/run" --planted
+  check 'fuzz: seeds, regressions and some more' "$root/tests/fuzz/run"
+}
+
+# libFuzzer's programs, by clang, which alone has it.
+fuzz_build() {
+  CC=$clang_cc CXX=$clang_cxx configure "$root/build-fuzz" -Dfuzz=true -Dtests=disabled -Dbenchmarks=disabled -Dpython=disabled \
+    -Dpeers=disabled -Dprograms=enabled -Db_sanitize=address,undefined -Db_lundef=false -Dbuildtype=custom -Doptimization=1 \
+    -Ddebug=true -Dcpp_args=-g1 -Dc_args=-g1 && build_in "$root/build-fuzz" fuzz
+}
+
 step_clang() {
   # The tests' own sources are tests/long's: they are as many again.
   check 'clang' clang_syntax core gst python

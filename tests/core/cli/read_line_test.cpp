@@ -94,6 +94,10 @@ TEST(ReadLine, EachDefectIsNamed) {
                    "e"),
               StartsWith("is no JSON: "))
       << "Latin-1";
+  const std::string half_a_pair = with("größe \\\"0\\\"", "\\ud800");
+  EXPECT_EQ(with("csd", "c\\ud800d"), "`algorithm` holds half a character");
+  EXPECT_EQ(with("\"lost", "\"lo\\udc00st"), "`state` holds half a character");
+  EXPECT_TRUE(g_utf8_validate(half_a_pair.c_str(), -1, nullptr)) << half_a_pair;
 }
 
 // Each of these json-glib would take for something else, or not survive.

@@ -12,6 +12,13 @@ TEST(Merge, AlternatesByRankAndDropsNeighbours) {
   EXPECT_EQ(csd::merge_by_rank(a, b, 5, taken), expected);
 }
 
+// Whose cell is no int: undefined, as a sanitizer says.
+TEST(Merge, BearsTakenPointsBeyondAnyPicture) {
+  const std::vector<cv::Point2d> taken = {{4e307, -4e307}, {-1e12, 3}};
+  EXPECT_EQ(csd::merge_by_rank({{{3, 3}, 1}}, {}, 5, taken).size(), 1u);
+  EXPECT_EQ(csd::spread({{3, 3}}, {64, 48}, 8, 5, taken).size(), 1u);
+}
+
 TEST(Merge, SpreadTakesTheBestOfEachBucketFirst) {
   const std::vector<cv::Point2d> ranked{{1, 1}, {2, 2}, {3, 3}, {15, 1}, {1, 15}};
   EXPECT_EQ(csd::spread(ranked, {20, 20}, 10, 3), (std::vector<cv::Point2d>{{1, 1}, {15, 1}, {1, 15}}));

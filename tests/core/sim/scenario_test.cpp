@@ -61,6 +61,9 @@ TEST(Effects, ErrorsSayWhatIsWrong) {
   }
   for (const char *bad : {",", "tools,,zoom", "tools,", "=1", "Tools=1"}) EXPECT_NE(error_of(bad), "") << bad;
   EXPECT_EQ(error_of("tools=1,zoom, tools=2"), "the effect tools is named twice");
+  // It goes into messages, and those are UTF-8.
+  EXPECT_EQ(error_of("\xffx").find("no effect \"?x\"; there are"), 0u);
+  EXPECT_EQ(error_of("tools=\xe9"), "the strength of tools must be a number from 0 to 4, not \"?\"");
 }
 
 TEST(Effects, AnErrorChangesNothing) {

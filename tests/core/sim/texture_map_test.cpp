@@ -120,6 +120,13 @@ TEST(PictureTexture, PutsAPictureOnTheSurface) {
   }
   EXPECT_EQ(t.on_surface({39.5, 23.5}), cv::Point2d(0, 0));
   EXPECT_THROW(texture_of_picture(cv::Mat(), 600, 1, 0, 1), std::invalid_argument);
+  const auto line = [](int width, int height) {
+    return texture_of_picture(cv::Mat(height, width, CV_8UC3, cv::Scalar::all(9)), 64, 1, 0, 1);
+  };
+  EXPECT_THROW(line(160, 10), std::invalid_argument);
+  EXPECT_THROW(line(10, 160), std::invalid_argument);
+  EXPECT_NO_THROW(line(159, 10));
+  EXPECT_NO_THROW(line(10, 159));
   EXPECT_THROW(texture_of_picture(cv::Mat(8, 8, CV_8UC1, cv::Scalar(0)), 600, 1, 0, 1), std::invalid_argument);
 }
 

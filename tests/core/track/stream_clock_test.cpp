@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace csd {
 namespace {
 
@@ -43,6 +45,19 @@ TEST(StreamClock, JumpsByMoreThanHalfASecondAgainstWhereTheStampsWereToGoOn) {
   EXPECT_TRUE(jumps(no_time, 10541 * ms));
   EXPECT_FALSE(jumps(40 * ms, 9540 * ms));
   EXPECT_TRUE(jumps(40 * ms, 9539 * ms));
+}
+
+// Each of these would overflow 64 bits: only a sanitizer sees that, or a time that goes back.
+TEST(StreamClock, BearsDamagedStamps) {
+  constexpr auto most = std::numeric_limits<std::int64_t>::max();
+  StreamClock clock;
+  std::int64_t last = 0;
+  for (const std::int64_t pts : {std::int64_t{0}, most, std::int64_t{0}, most, -most, most}) {
+    clock.advance(pts, most, false);
+    EXPECT_GE(clock.time(), last);
+    last = clock.time();
+  }
+  EXPECT_TRUE(clock.jumped());
 }
 
 TEST(StreamClock, AJumpStandsUntilAFrameIsSeen) {

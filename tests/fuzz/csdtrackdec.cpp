@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// csdtrackdec with frames, and with lines in a file or on its pad `text`. The input: lines, a separator, numbers that
+// say what is done with them. All in one thread: a frame waits for its text no longer than a millisecond, and an
+// input's lines never fill the queue.
+#include "elements.h"
+
+namespace {
+
+using namespace csd_fuzz;
+
+/// Something linked to the pad `text`.
+class TextPad {
+ public:
+  TextPad(Rig &rig, std::string_view bytes)
+      : rig_(rig), bytes_(bytes), pad_(gst_element_request_pad_simple(rig.element(), "text")) {
+    if (!pad_) return;
+    ours_ = gst_pad_new("text", GST_PAD_SRC);
+    gst_object_ref_sink(ours_);
+    gst_pad_set_active(ours_, TRUE);
+    gst_pad_link(ours_, pad_);
+    gst_pad_push_event(ours_, gst_event_new_stream_start("t"));
+  }
+  ~TextPad() {
+    if (!pad_) return;
+    gst_pad_set_active(ours_, FALSE);
+    gst_pad_unlink(ours_, pad_);
+    gst_object_unref(ours_);
+    gst_element_release_request_pad(rig_.element(), pad_);
+    gst_object_unref(pad_);
+  }
+  TextPad(const TextPad &) = delete;
+  TextPad &operator=(const TextPad &) = delete;
+
+  void set_caps(Numbers &from) {
+    static const char *const kinds[] = {"application/x-ndjson", "text/x-raw,format=utf8",
+                                        "text/x-raw,format=pango-markup", "text/x-raw"};
+    GstCaps *caps = gst_caps_from_string(kinds[choose(from, 3)]);
+    gst_pad_push_event(ours_, gst_event_new_caps(caps));
+    gst_caps_unref(caps);
+  }
+  void begin(GstFormat format) {
+    GstSegment segment;
+    gst_segment_init(&segment, format);
+    gst_pad_push_event(ours_, gst_event_new_segment(&segment));
+  }
+  /// A line, or some bytes.
+  void push(Numbers &from) {
+    const std::size_t end = bytes_.find('\n');
+    std::size_t size = end == std::string_view::npos ? bytes_.size() : end + 1;
+    if (one_in(from, 4)) size = std::min<std::size_t>(bytes_.size(), choose(from, 255));
+    const std::size_t there = size > planted_bytes() ? size - planted_bytes() : size;
+    auto *copy = static_cast<guint8 *>(g_malloc(std::max<std::size_t>(there, 1)));
+    std::copy_n(bytes_.begin(), there, copy);
+    bytes_.remove_prefix(size);
+    GstBuffer *buffer = gst_buffer_new_wrapped_full(GST_MEMORY_FLAG_READONLY, copy, size, 0, size, copy, g_free);
+    if (one_in(from, 2)) GST_BUFFER_PTS(buffer) = one_in(from, 8) ? from.ConsumeIntegral<guint64>() : line_ * 40000000;
+    ++line_;
+    gst_pad_push(ours_, buffer);
+  }
+  void event(Numbers &from) {
+    switch (choose(from, 5)) {
+      case 0:
+        gst_pad_push_event(ours_, gst_event_new_flush_start());
+        gst_pad_push_event(ours_, gst_event_new_flush_stop(TRUE));
+        break;
+      case 1:
+        gst_pad_push_event(ours_, gst_event_new_gap(from.ConsumeIntegralInRange<guint64>(0, G_MAXUINT64 - 1),
+                                                    one_in(from, 2) ? from.ConsumeIntegral<guint64>() : 1));
+        break;
+      case 2:
+        gst_pad_push_event(ours_, gst_event_new_eos());
+        break;
+      case 3:
+        set_caps(from);
+        break;
+      default:
+        begin(one_in(from, 3) ? GST_FORMAT_BYTES : GST_FORMAT_TIME);
+    }
+  }
+
+ private:
+  Rig &rig_;
+  std::string_view bytes_;
+  GstPad *pad_, *ours_ = nullptr;
+  guint64 line_ = 0;
+};
+
+void step(Numbers &from, Rig &rig, TextPad *text, unsigned &index) {
+  switch (choose(from, 11)) {
+    case 0:
+      set_property(from, rig.element());
+      break;
+    case 1:
+      rig.some_event(from, index);
+      break;
+    case 2:
+      rig.some_query(from);
+      break;
+    case 3:
+      rig.set_caps(video_caps(from, one_in(from, 8)));
+      break;
+    case 4:
+      rig.set_state(static_cast<GstState>(GST_STATE_NULL + choose(from, GST_STATE_PLAYING - GST_STATE_NULL)));
+      break;
+    case 5:
+      get_properties(rig.element());
+      rig.renders_compositions = !rig.renders_compositions;
+      break;
+    case 6:
+      if (text) text->event(from);
+      break;
+    case 7:
+    case 8:
+      if (text) text->push(from);
+      break;
+    default:
+      rig.push(frame(from, rig.caps(), index++, one_in(from, 4)));
+  }
+}
+
+}  // namespace
+
+void csd_fuzz::run(std::string_view bytes) {
+  const auto parts = split(bytes, 2);
+  Numbers from(reinterpret_cast<const std::uint8_t *>(parts.back().data()), parts.back().size());
+  Rig rig("csdtrackdec");
+  const MemoryFile file(parts[0].substr(0, parts[0].size() - (parts.size() == 1 ? planted_bytes() : 0)));
+  const bool by_file = from.ConsumeBool();
+  static const char *const overlays[] = {"none", "draw", "meta"};
+  gst_util_set_object_arg(G_OBJECT(rig.element()), "overlay", overlays[choose(from, 2)]);
+  g_object_set(rig.element(), "max-wait", guint64{1000 * choose(from, 1)}, nullptr);
+  if (by_file) g_object_set(rig.element(), "location", file.path().c_str(), nullptr);
+  std::unique_ptr<TextPad> text;
+  if (!by_file || one_in(from, 8)) text = std::make_unique<TextPad>(rig, parts[0]);
+  rig.set_state(GST_STATE_PLAYING);
+  rig.set_caps(video_caps(from, false));
+  if (text) {
+    text->set_caps(from);
+    text->begin(GST_FORMAT_TIME);
+  }
+  unsigned index = 0;
+  for (int steps = 0; steps < 24 && from.remaining_bytes() > 0; ++steps) step(from, rig, text.get(), index);
+}

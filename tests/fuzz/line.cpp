@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// A line of .jsonl, as csdtrackdec gets one from a file or from a text track, and as the programs read it.
+#include "fuzz.h"
+#include "track_file.h"
+
+namespace {
+
+void read(csd::cli::JsonText &json, std::string_view text) {
+  try {
+    const csd::cli::TrackLine line = csd::read_frame_line(json, csd::trimmed(text));
+    csd_fuzz::expect(line.tracks.features.size() <= csd::cli::most_line_features);
+    csd_fuzz::expect(csd_fuzz::is_utf8(line.source) && csd_fuzz::is_utf8(line.algorithm));
+  } catch (const csd::cli::LineError &error) {
+    csd_fuzz::expect(csd_fuzz::is_utf8(error.what()));
+  }
+}
+
+}  // namespace
+
+void csd_fuzz::run(std::string_view text) {
+  csd::cli::JsonText json;
+  read(json, text);
+  read(json, csd::unescape_markup(text));
+}
