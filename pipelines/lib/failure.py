@@ -2,6 +2,10 @@
 """What the commands of this folder end with if they can't do what they were told."""
 
 
+def one_line(text):
+    return " ".join(text.split())
+
+
 class Failure(Exception):
     """Nothing could be done; the text is one line that says what to change."""
 

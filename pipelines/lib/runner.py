@@ -7,6 +7,7 @@ import sys
 import gi
 
 import command
+from failure import one_line
 from properties import check_start, set_from_text
 
 gi.require_version("Gst", "1.0")
@@ -17,12 +18,9 @@ Gst.init(None)
 END = 10  # seconds for what is in the pipeline to be written, once it was told to end
 
 
-def one_line(text):
-    return " ".join(text.split())
-
-
 def configure(track, preset, properties, wished):
-    """A preset, then these properties, then what the user wishes: [(name, value)]. Raises command.Misuse."""
+    """A preset, then these properties, then what the user wishes: [(name, value)]. Raises command.Misuse, and
+    command.Failure where it can't start."""
     if preset and not track.load_preset(preset):
         raise command.Misuse(f"there is no preset '{preset}': {', '.join(track.get_preset_names())}")
     for name, value in [*properties.items(), *wished]:

@@ -189,6 +189,7 @@ class Record(harness.Case):
         file = self.tmp / "file"
         file.write_text("")
         for arguments, code, words in (((self.video, file), 1, "another folder|where you may write"), (("nothing", self.out), 1, "no file"),
+                                       ((self.video, self.tmp / ("x" * 300)), 1, "too long.*another folder"), (("x" * 300, self.out), 1, "no file"),
                                        ((self.video,), 2, "OUT"), ((self.video, self.out, "--segment", "-1"), 2, "--segment"),
                                        ((self.video, self.out, "--bitrate", "0"), 2, "--bitrate"),
                                        ((self.video, self.out, "--display", "x!y"), 2, "--display"), ((file, self.out), 1, "file"),
