@@ -96,6 +96,21 @@ class Record(harness.Case):
         for path, content in before.items():
             self.assertEqual(path.read_bytes(), content)
 
+    def test_review_says_what_is_wrong_with_the_tracks(self):
+        self.assertEqual(run("--segment", 2, self.video, self.out).returncode, 0)
+        video, tracks = self.out / "00001.mkv", self.out / "wrong.jsonl"
+        first, rest = (self.out / "00001.jsonl").read_text().split("\n", 1)
+        for wrong, words in (("[" * 200_000, "nested"), (first.replace('"stream_time":2000000000', '"stream_time":"x"'), "`stream_time` is no whole number"),
+                             (first.replace('"stream_time":2000000000', f'"stream_time":{10 ** 400}'), "digits")):
+            with self.subTest(wrong[:80]):
+                self.assertNotEqual(wrong, first)
+                tracks.write_text(f"{wrong}\n{rest}")
+                self.check_refused(review(video, tracks), 1, f'Line 1 of "{tracks}": ')
+                self.assertIn(words, review(video, tracks).stderr)
+        tracks.chmod(0)
+        if not os.access(tracks, os.R_OK):  # root may read all
+            self.check_refused(review(video, tracks), 1, "wrong.jsonl")
+
     def test_live(self):
         done = run("--segment", 1, "--seconds", 4, "--display", "fakesink", "simulate:occlusion", self.out)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
