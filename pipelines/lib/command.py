@@ -44,8 +44,9 @@ def options(parse):
 
 @contextlib.contextmanager
 def folders(*wanted):
-    """Makes them. After a Failure those that were made and hold nothing but empty files are gone again."""
-    made = [path for folder in wanted for path in (folder, *folder.parents) if not path.exists()]
+    """Makes them. After a Failure those that were made and hold nothing are gone again."""
+    # os.path: what can't be looked at isn't there, and making it says why. pathlib's raises.
+    made = [path for folder in wanted for path in (folder, *folder.parents) if not os.path.exists(path)]
     try:
         for folder in wanted:
             try:
@@ -57,12 +58,8 @@ def folders(*wanted):
         yield
     except Failure:
         for folder in made:
-            with contextlib.suppress(OSError):  # not empty
-                files = list(folder.iterdir())
-                if all(file.is_file() and not file.stat().st_size for file in files):
-                    for file in files:
-                        file.unlink()
-                    folder.rmdir()
+            with contextlib.suppress(OSError):  # not empty: an empty file may be another command's, just opened
+                folder.rmdir()
         raise
 
 

@@ -5,6 +5,10 @@ import errno
 import os
 
 
+def one_line(text):
+    return " ".join(text.split())
+
+
 class Failure(Exception):
     """Nothing could be done; the text is one line that says what to change."""
 

@@ -3,7 +3,7 @@
 
 import gi
 
-from failure import Misuse
+from failure import Failure, Misuse, one_line
 
 gi.require_version("Gst", "1.0")
 from gi.repository import GObject, Gst  # noqa: E402
@@ -25,16 +25,17 @@ def choices(element, name):
 
 def set_from_text(element, name, text):
     """Raises Misuse, which names what is wrong with it."""
-    spec = settable(element).get(name)
-    if spec is None:
-        raise Misuse(f"{element.get_factory().get_name()} has no property '{name}' to set: it has {', '.join(sorted(settable(element)))}")
+    known = settable(element)
+    if name not in known:
+        raise Misuse(f"{element.get_factory().get_name()} has no property '{name}' to set: it has {', '.join(sorted(known))}")
+    spec = known[name]
     if spec.value_type == GObject.TYPE_STRING:
         value = text
     elif spec.value_type.is_a(GObject.TYPE_ENUM):
-        known = choices(element, name)
-        if text not in known:
-            raise Misuse(f"'{text}' is no value for {name}: it is one of {', '.join(known)}")
-        value = known[text]
+        values = choices(element, name)
+        if text not in values:
+            raise Misuse(f"'{text}' is no value for {name}: it is one of {', '.join(values)}")
+        value = values[text]
     elif spec.value_type == GObject.TYPE_BOOLEAN:
         if text not in ("true", "false"):
             raise Misuse(f"{name} is true or false, not '{text}'")
@@ -58,12 +59,14 @@ def as_text(element, name):
 
 
 def check_start(element):
-    """Raises Misuse where what is set can't be: csdtrack says of some properties only when it starts."""
+    """Raises Misuse where what is set can't be, which csdtrack says of some properties only when it starts, and Failure where it can't start for
+    another reason."""
     before, bus = element.get_bus(), Gst.Bus.new()
     element.set_bus(bus)
     element.set_state(Gst.State.PAUSED)
-    error = bus.pop_filtered(Gst.MessageType.ERROR)
+    message = bus.pop_filtered(Gst.MessageType.ERROR)
     element.set_state(Gst.State.NULL)
     element.set_bus(before)
-    if error:
-        raise Misuse(error.parse_error()[0].message)
+    if message:
+        error, _ = message.parse_error()
+        raise (Misuse if error.matches(Gst.ResourceError.quark(), Gst.ResourceError.SETTINGS) else Failure)(one_line(error.message))

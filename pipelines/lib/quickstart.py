@@ -20,7 +20,7 @@ from failure import Failure
 def unfinished(out):
     """A folder in OUT, hence on its file system, that is gone in the end. If OUT is still empty then, it was not there
     before either."""
-    made = [path for path in (out, *out.parents) if not path.exists()]
+    made = [path for path in (out, *out.parents) if not os.path.exists(path)]
     folder = None
     try:
         out.mkdir(parents=True, exist_ok=True)

@@ -15,6 +15,7 @@ One that brings its tracks along, as from pipelines/stream, is not:
 
 import argparse
 import base64
+import os
 import pathlib
 import re
 import socket
@@ -36,9 +37,10 @@ written as they were sent, byte for byte, and nothing is tracked; their times ar
 
 What csdtrack is told: the preset live-low-latency (docs/pipelines.md). To record the video too, give the URL to pipelines/record.
 
-An RTSP server that isn't up yet is waited for, ten seconds. When it ends, or its connection, so does this.
+An RTSP server that isn't up yet is waited for, ten seconds. When it ends, so does this.
 
-Exit code: 0 if a picture came, 1 if not (one line says why; the lines that came until then are there), 2 for wrong use.
+Exit code: 0 if a picture came, 1 if not, or if the connection was lost (one line says why; the lines that came until then are there), 2 for
+wrong use.
 """
 
 
@@ -46,7 +48,7 @@ def parse(arguments):
     parser = argparse.ArgumentParser(prog="pipelines/receive", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
                                      description="Receives video, and writes the tracks of points on the tissue in it.")
     parser.add_argument("url", metavar="URL", help="where it comes from")
-    parser.add_argument("tracks", type=pathlib.Path, metavar="TRACKS", help="the file of the tracks, .jsonl")
+    parser.add_argument("tracks", type=pathlib.Path, metavar="TRACKS", help="the file of the tracks, .jsonl; an earlier one is overwritten")
     parser.add_argument("--display", nargs="?", const="autovideosink", metavar="SINK", help="also a window with the tracks drawn in (autovideosink)")
     parser.add_argument("--latency", type=int, default=200, metavar="MS", help="how long packets are waited for (200)")
     parser.add_argument("--preset", default="live-low-latency", metavar="NAME", help="of csdtrack (live-low-latency)")
@@ -57,7 +59,7 @@ def parse(arguments):
         parser.error(f"'{options.url}' is neither rtsp://… nor srt://…: pipelines/live and pipelines/record take other sources")
     if not 0 <= options.latency <= 60_000:
         parser.error(f"--latency: {options.latency} is not from 0 to 60000")
-    if options.tracks.is_dir():
+    if os.path.isdir(options.tracks):
         parser.error(f"'{options.tracks}' is a folder: name a file for the tracks")
     if options.display and not re.fullmatch(r"[a-z0-9]+", options.display):
         parser.error(f"--display: '{options.display}' is no name of an element")
@@ -184,8 +186,8 @@ def main():
         session.connect("pad-added", receiver.pad_added)
     else:
         receiver.build()
-    # What rtspsrc says of a sender that has ended without a word of farewell.
-    run.play(options.url, options.seconds, harmless=("window was closed",), gone=("The server closed the connection", "Could not receive message"))
+    # What rtspsrc says of a sender that has ended without a word of farewell, and of a connection that was reset or timed out.
+    run.play(options.url, options.seconds, harmless=("window was closed",), gone=("The server closed the connection",), lost=("Could not receive message",))
     if run.over:
         print("the sender's stream ended")
     if receiver.track:

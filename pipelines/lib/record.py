@@ -12,9 +12,9 @@ The window is a pipeline of its own, for the same reason.
 
 import argparse
 import collections
-import contextlib
 import os
 import pathlib
+import queue
 import re
 import sys
 import threading
@@ -26,14 +26,15 @@ from caps import first_structure
 
 EPILOG = sources.LISTED + """
 OUT is a folder; it gets 00000.mkv, 00001.mkv, … and beside each its tracks: 00000.jsonl holds a line of JSON for each frame of 00000.mkv
-(docs/metadata.md). The files' times go on from one to the next, and a line's stream_time is its frame's. Numbers go on where OUT has some.
+(docs/metadata.md). The files' times go on from one to the next, and a line's stream_time is its frame's. Numbers go on where OUT or DIR has
+some: nothing is overwritten.
 
 A file is recorded as fast as that goes, any other source as its pictures come.
 
-The tracks can't harm the recording: if their disk is full or gone there is one warning, and the recording goes on; if tracking is too slow for
-a live source, frames are recorded that were not tracked. A line is written as soon as its frame was tracked: a killed recorder leaves those of
-all frames that it recorded and tracked, and of some that were still in the encoder. In the end it says how many were tracked, and if a live
-source gave fewer than its rate promises.
+The tracks can't harm the recording: if their disk is full, gone or stands still there is one warning, and the recording goes on; if tracking
+is too slow for a live source, frames are recorded that were not tracked. A line is written as soon as its frame was tracked: a killed recorder
+leaves those of all frames that it recorded and tracked, and of some that were still in the encoder. In the end it says how many were tracked,
+and if a live source gave fewer than its rate promises.
 
 What csdtrack is told: the preset laparoscopy-1080p (docs/pipelines.md), so on-error=pass.
 
@@ -41,6 +42,8 @@ Exit code: 0 if all was recorded, 1 if not (one line says why; what was recorded
 """
 
 LATENCY = 5  # seconds of raw video that may wait for the encoder's look-ahead (2 s) and a busy disk
+WAITING = 3000  # lines that may wait for a busy disk: two minutes of a camera, some 10 MB
+PATIENCE = 10  # seconds with such a disk, when all else is written
 
 
 def parse(arguments):
@@ -69,6 +72,8 @@ class Sidecar:
     A line is written at once, to the newest file: a killed recorder leaves one for each frame that it has recorded. The encoder holds frames
     back, though, so lines are there before it is known where the next file begins. Then what belongs into that is moved. A group of pictures
     goes into a file as a whole, and when one begins, splitmuxsink has decided about all but the last one before: earlier lines stay.
+
+    A thread of its own does so, for a disk may stand still, and who records must not wait for it.
     """
 
     def __init__(self, folder, first):
@@ -78,47 +83,83 @@ class Sidecar:
         self._unsure = collections.deque()  # (running time, offset, line): what may belong into the next file
         self._size = 0
         self._group = 0              # begin of the last group of pictures
+        self._jobs = queue.Queue(WAITING)
         self._lock = threading.Lock()
-        self.failure = None
+        self._failed = False
+        self._thread = threading.Thread(target=self._work, daemon=True)  # a disk that never answers must not keep the program
+        self._thread.start()
 
     def line(self, time, text):
-        with self._lock, self._guarded():
-            if self.failure:
-                return
-            if self._file is None:
-                self._open(self._name)
-            self._put(time, text)
+        self._hand_over(self._write, time, text)
 
     def opened(self, time, name):
         """A file of the recording begins with the frame of this running time."""
-        name = pathlib.Path(name).with_suffix(".jsonl").name
-        with self._lock, self._guarded():
-            if self.failure or name == self._name:
-                return
-            self._name = name
-            moved = [entry for entry in self._unsure if entry[0] >= time]
-            before = self._file
-            self._unsure.clear()
-            self._open(name)
-            for begin, _, text in moved:
-                self._put(begin, text)
-            if before is not None:
-                if moved:  # after they were written elsewhere: rather twice than never
-                    os.ftruncate(before, moved[0][1])
-                os.close(before)
+        self._hand_over(self._begin_file, time, pathlib.Path(name).with_suffix(".jsonl").name)
 
     def group(self, time):
         """A group of pictures begins."""
-        with self._lock:
-            while self._unsure and self._unsure[0][0] < self._group:
-                self._unsure.popleft()
-            self._group = time
+        self._hand_over(self._begin_group, time)
 
     def end(self):
+        """What waits is written, if the disk takes it in time."""
+        self._hand_over(None)
+        if not self._failed:
+            self._thread.join(PATIENCE)
+            if self._thread.is_alive():
+                self._fail(f"'{self._folder}': its disk stands still")
+
+    def _hand_over(self, *job):
+        if self._failed:
+            return
+        try:
+            self._jobs.put_nowait(job)
+        except queue.Full:
+            self._fail(f"'{self._folder}': its disk stands still, {WAITING} lines wait for it")
+
+    def _fail(self, why):
+        """A file that can't be written ends the tracks, and nothing else."""
         with self._lock:
-            if self._file is not None:
-                os.close(self._file)
-                self._file = None
+            failed, self._failed = self._failed, True
+        if not failed:
+            print(f"record: warning: the tracks end here, the recording goes on: {why}", file=sys.stderr, flush=True)
+
+    def _work(self):
+        try:
+            try:
+                for do, *what in iter(self._jobs.get, (None,)):
+                    if self._failed:
+                        break
+                    do(*what)
+            finally:
+                if self._file is not None:
+                    os.close(self._file)
+        except OSError as error:
+            self._fail(f"'{error.filename or self._folder}': {error.strerror}")
+
+    def _write(self, time, text):
+        if self._file is None:
+            self._open(self._name)
+        self._put(time, text)
+
+    def _begin_file(self, time, name):
+        if name == self._name:
+            return
+        self._name = name
+        moved = [entry for entry in self._unsure if entry[0] >= time]
+        before = self._file
+        self._unsure.clear()
+        self._open(name)
+        for begin, _, text in moved:
+            self._put(begin, text)
+        if before is not None:
+            if moved:  # after they were written elsewhere: rather twice than never
+                os.ftruncate(before, moved[0][1])
+            os.close(before)
+
+    def _begin_group(self, time):
+        while self._unsure and self._unsure[0][0] < self._group:
+            self._unsure.popleft()
+        self._group = time
 
     def _open(self, name):
         self._file = os.open(self._folder / name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
@@ -130,16 +171,6 @@ class Sidecar:
             written = os.write(self._file, text)
             self._size += written
             text = text[written:]
-
-    @contextlib.contextmanager
-    def _guarded(self):
-        """A file that can't be written ends the tracks, and nothing else."""
-        try:
-            yield
-        except OSError as error:
-            self.failure = f"'{error.filename or self._folder}': {error.strerror}"
-            self._unsure.clear()
-            print(f"record: warning: the tracks end here, the recording goes on: {self.failure}", file=sys.stderr, flush=True)
 
 
 class Window:
@@ -185,18 +216,20 @@ class Pace:
         self.frames += 1
         return self._go_on
 
-    def say_shortage(self):
-        """Where a live source gave fewer frames than it says that it does."""
+    def say_shortage(self, ending):
+        """Where a live source gave fewer frames than it says that it does. `ending`: when it was told to end, None if it ended by itself: what
+        came last says nothing of one that stopped long before."""
         over, under = self._rate
-        seconds = self._end - self._begin
+        seconds = (ending or self._end) - self._begin
         due = round(seconds * over / under) + 1 if over > 0 else 0
         if self.live and due - self.frames > max(2, 0.02 * due):  # times of arrival vary
             print(f"the source gave {self.frames} frames in {seconds:.1f} s, {due} were due at its {over / under:g} a second: "
                   "it is too slow, or this machine")
 
 
-def first_number(folder):
-    numbers = [int(path.stem) for path in folder.glob("*.mkv") if path.stem.isdecimal()]
+def first_number(out, tracks):
+    files = [*out.glob("*.mkv"), *tracks.glob("*.jsonl")]
+    numbers = [int(path.stem) for path in files if path.stem.isdecimal() and path.is_file()]
     return max(numbers, default=-1) + 1
 
 
@@ -228,7 +261,7 @@ def record(options, begin, tracks):
     track, files = run.element("csdtrack"), run.element("files")
     runner.configure(track, options.preset, {"overlay": "draw" if options.display else "none"}, options.set)
     pace = Pace(runner, run.element("in").get_static_pad("sink"))
-    number = first_number(options.out)
+    number = first_number(options.out, tracks)
     sidecar = Sidecar(tracks, f"{number:05}.jsonl")
 
     window = Window(runner, options.display) if options.display else None
@@ -285,7 +318,7 @@ def record(options, begin, tracks):
         if window:
             window.close()
     runner.say_cost(track, pace.frames)
-    pace.say_shortage()
+    pace.say_shortage(run.ending)
 
 
 command.run("record", main)

@@ -6,6 +6,7 @@
 
 import argparse
 import json
+import os
 import pathlib
 import re
 import sys
@@ -35,7 +36,7 @@ def parse(arguments):
     return options
 
 
-LONGEST = 8 << 20  # bytes, of a line
+LONGEST = 8 << 20  # bytes, of a line: csdtrackdec refuses a longer one (docs/elements.md)
 FEW = 50  # frames without tracks, after which it is said
 
 
@@ -56,12 +57,13 @@ class Fit:
         event, Gst = info.get_event(), self._runner.Gst
         if event.type != Gst.EventType.SEGMENT:
             return Gst.PadProbeReturn.OK
+        # After an exception PyGObject returns 0, which drops the event. Nothing here raises: times are whole and fit 63 bits.
         segment = event.parse_segment()
         self._begin = segment.start
         # Files of a recording begin at their time in the whole, which matroskademux calls stream time 0. Their lines keep that of the whole;
         # those of a file that was tracked by itself have the stream time.
         shift = segment.time - segment.start
-        if shift and self._time is not None:
+        if self._time is not None and segment.time not in (segment.start, Gst.CLOCK_TIME_NONE):
             if abs(self._time - segment.start) < abs(self._time - segment.time):
                 dec.set_property("ts-offset", shift)
             elif self._pts is not None and abs(self._pts - segment.start) > Gst.SECOND:
@@ -97,19 +99,20 @@ class Fit:
 
 
 def begin_of(tracks):
-    """Stream time and PTS of the first line. What is wrong with it csdtrackdec says."""
+    """Stream time and PTS of the first line, None for what is no time. What is wrong with it csdtrackdec says."""
     try:
         with open(tracks, "rb") as file:
             line = json.loads(file.readline(LONGEST))
-        return line.get("stream_time"), line.get("pts")
-    except (ValueError, AttributeError):
+        times = line.get("stream_time"), line.get("pts")
+    except (OSError, ValueError, AttributeError, RecursionError):
         return None, None
+    return tuple(time if type(time) is int and 0 <= time < 1 << 63 else None for time in times)
 
 
 def main():
     options = command.options(parse)
     for file, what in ((options.video, "the path of a video"), (options.tracks, "the path of its tracks")):
-        if not file.is_file():
+        if not os.path.isfile(file):
             raise command.Failure(f"there is no file '{file}': give {what}")
     command.check_window(options.sink, "--sink")
     import runner

@@ -3,10 +3,12 @@
 
 import signal
 import sys
+import time
 
 import gi
 
 import command
+from failure import one_line
 from properties import check_start, set_from_text
 
 gi.require_version("Gst", "1.0")
@@ -17,12 +19,9 @@ Gst.init(None)
 END = 10  # seconds for what is in the pipeline to be written, once it was told to end
 
 
-def one_line(text):
-    return " ".join(text.split())
-
-
 def configure(track, preset, properties, wished):
-    """A preset, then these properties, then what the user wishes: [(name, value)]. Raises command.Misuse."""
+    """A preset, then these properties, then what the user wishes: [(name, value)]. Raises command.Misuse, and
+    command.Failure where it can't start."""
     if preset and not track.load_preset(preset):
         raise command.Misuse(f"there is no preset '{preset}': {', '.join(track.get_preset_names())}")
     for name, value in [*properties.items(), *wished]:
@@ -39,6 +38,10 @@ def say_cost(track, came=None):
           f"{stats.get_value('time-p95') / 1e6:.1f} ms (p95)")
 
 
+def says(text, parts):
+    return any(part in (text or "") for part in parts)
+
+
 class Run:
     SILENCE = 10  # seconds without a first picture
     NO_PICTURE = "is it connected, and on?"
@@ -52,9 +55,9 @@ class Run:
             raise command.Failure(one_line(error.message)) from error
         self._loop = GLib.MainLoop()
         self._failure = None
-        self._source, self._harmless, self._gone, self._seconds = "", (), (), None
+        self._source, self._harmless, self._gone, self._lost, self._seconds = "", (), (), (), None
         self.told = False  # by a signal, to end
-        self._ending = False
+        self.ending = None  # when it was first told to end, by time.monotonic()
         self.over = False  # the source ended by itself
         self.warnings = set()
         self._counts = dict.fromkeys(counted, 0)
@@ -67,11 +70,12 @@ class Run:
     def element(self, name):
         return self.pipeline.get_by_name(name)
 
-    def play(self, source, seconds=None, harmless=(), gone=(), on_live=lambda: None):
-        """Until it ends, or `seconds` after the first picture. `source`: what the user calls it, "" where errors name it themselves. `harmless`:
-        parts of texts of errors that are an end like any other; `gone`: of errors and warnings that say that the source has ended. Raises
-        command.Failure, also if no picture comes from the source. `on_live`: called if the source is live."""
-        self._source, self._harmless, self._gone, self._seconds = str(source), harmless, gone, seconds
+    def play(self, source, seconds=None, harmless=(), gone=(), lost=(), on_live=lambda: None):
+        """Until it ends, or `seconds` after the first picture. `source`: what the user calls it, "" where errors name it themselves. Of errors
+        and warnings, parts of texts: `harmless` ones are an end like any other; `gone` say that the source has ended, and `lost` that its
+        connection has: then what has come is still written. Raises command.Failure, also if no picture comes from the source. `on_live`:
+        called if the source is live."""
+        self._source, self._harmless, self._gone, self._lost, self._seconds = str(source), harmless, gone, lost, seconds
         for name in self._counts:
             self.element(name).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._count, name)
 
@@ -102,7 +106,7 @@ class Run:
 
     def end(self):
         """What is in the pipeline is still written. Again: at once."""
-        self._ending = True
+        self.ending = self.ending or time.monotonic()
         if not self.pipeline.send_event(Gst.Event.new_eos()):
             self._loop.quit()
         GLib.timeout_add_seconds(END, self._loop.quit)
@@ -125,25 +129,34 @@ class Run:
 
     def _heed(self, message):
         if message.type == Gst.MessageType.EOS:
-            self.over = not self._ending
+            self.over = not self.ending
             self._loop.quit()
         elif message.type == Gst.MessageType.ERROR:
             self._error(message.src, *message.parse_error())
         elif message.type == Gst.MessageType.WARNING:
             warning, debug = message.parse_warning()
             text = one_line(warning.message)
+            if says(debug, self._gone):
+                if not self.frames:
+                    self.fail("the connection ended before a picture came")
             # Once: a window that is too slow says every second that it is.
-            if text not in self.warnings and not any(part in (debug or "") for part in self._gone):
+            elif text not in self.warnings:
                 self.warnings.add(text)
                 print(f"{self._name}: warning: {text}", file=sys.stderr, flush=True)
 
     def _error(self, element, error, debug):
         text = one_line(error.message)
         factory = element.get_factory() if isinstance(element, Gst.Element) else None
-        if any(part in (debug or "") for part in self._gone):
-            self.over = not self._ending
+        if self._failure:  # another error with the same cause
+            return
+        if self.frames and says(debug, self._gone) or self.ending and says(debug, self._lost):
+            self.over = not self.ending
             self._loop.quit()
-        elif any(part in text for part in self._harmless):
+        elif self.frames and says(debug, self._lost):
+            # The end of the stream follows behind what is still on its way.
+            self._failure = f"{self._source}: the connection was lost"
+            GLib.timeout_add_seconds(END, self._loop.quit)
+        elif says(text, self._harmless):
             self._loop.quit()
         elif factory and factory.get_name() == "filesink":
             self.fail(str(command.of_filesink(element.get_property("location"), error, debug)), sources_fault=False)

@@ -45,7 +45,6 @@ def begin(text):
         return f"videotestsrc is-live=true pattern=smpte horizontal-speed=2 ! video/x-raw,format={rest},width=1920,height=1080,framerate=25/1"
     if "://" in text:
         return f"uridecodebin uri={command.quoted(text)} caps=video/x-raw"
-    file = pathlib.Path(text)
-    if not file.is_file():
+    if not os.path.isfile(text):
         raise command.Failure(f"there is no file '{text}', and it is no source: see --help")
-    return f"filesrc location={command.quoted(str(file))} ! decodebin"
+    return f"filesrc location={command.quoted(text)} ! decodebin"

@@ -72,7 +72,8 @@ class Tracker(_core.Tracker):  # signatures are Python's, and so is what is said
         """
         Also tracks x, y, pixels of the next frame; returns its id. From any thread, never waits for a frame.
 
-        Raises ValueError where x or y is not finite, RuntimeError where 10000 features are tracked already.
+        Raises TypeError where x or y is no number, ValueError where one is not finite, RuntimeError where 10000 features are
+        tracked already.
         """
         return super().add_point(x, y)
 

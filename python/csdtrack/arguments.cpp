@@ -66,7 +66,7 @@ std::int64_t frame_time(py::handle value, const char *name) {
 
 bool truth(py::handle value, const char *name) {
   py::detail::make_caster<bool> caster;
-  if (!caster.load(value, true))
+  if (value.is_none() || !caster.load(value, true))  // the caster takes None for false
     throw py::type_error(std::string(name) + " is a " + type_of(value) + ", not a bool: give True or False");
   return caster;
 }

@@ -183,7 +183,8 @@ class PyTracker {
     warned_ = size;
     const std::string text = "a picture of " + std::to_string(size.width) + "×" + std::to_string(size.height) +
                              " pixels is smaller than a feature's patch: set patch_size lower, or give a larger one";
-    if (PyErr_WarnEx(PyExc_RuntimeWarning, text.c_str(), 1) != 0) throw py::error_already_set();
+    // 2: the line that calls __init__.py's process().
+    if (PyErr_WarnEx(PyExc_RuntimeWarning, text.c_str(), 2) != 0) throw py::error_already_set();
   }
 
   std::string algorithm_;

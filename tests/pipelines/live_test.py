@@ -50,7 +50,7 @@ class Live(harness.Case):
                                        (("--set", "name=x"), 2, "max-features"), (("--set", "algorithm=foo"), 2, "csd, csd-2012"),
                                        (("--set", "max-features=-4"), 2, "live: max-features is from 0 to 10000, not -4\n"),
                                        (("--set", "max-features=many"), 2, "from 0 to 10000"), (("--set", "replenish=x"), 2, "true or false"),
-                                       (("--set", "points=1"), 2, "live: points: "), (("--tracks", "/dev/full"), 1, "live: can't write '/dev/full'"),
+                                       (("--set", "points=1"), 2, "live: points: "), (("--tracks", "x" * 300), 1, "live: Could not open"), (("--tracks", "/dev/full"), 1, "live: can't write '/dev/full'"),
                                        (("--sink", "nosuchsink"), 1, "nosuchsink"), (("--seconds", "0"), 2, "--seconds"),
                                        (("--set", "foo"), 2, "PROPERTY=VALUE")):
             with self.subTest(arguments=arguments):
@@ -76,6 +76,30 @@ run.play("")
 """
         done = subprocess.run([sys.executable, "-c", program], cwd=LIVE.parent / "lib", capture_output=True, text=True, timeout=60)
         self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", "live: warning: late\nlive: warning: other\n"))
+
+    def test_why_it_can_t_start(self):
+        """What is set wrongly is misuse; anything else that keeps an element from starting is none. Either is one line."""
+        folder = self.tmp / "of two\nlines"
+        folder.mkdir()
+        program = """
+import sys, failure, properties
+from properties import Gst
+for name, settings in (("csdtrack", {"points": "1"}), ("csdtrack", {"points": "1,1"}), ("filesrc", {"location": sys.argv[1]})):
+    element = Gst.ElementFactory.make(name)
+    for each in settings.items():
+        element.set_property(*each)
+    try:
+        properties.check_start(element)
+        print("starts")
+    except failure.Failure as why:
+        print(why.code, why)
+"""
+        done = subprocess.run([sys.executable, "-c", program, folder], cwd=LIVE.parent / "lib", capture_output=True, text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        wrong, right, unfit = done.stdout.splitlines()
+        self.assertRegex(wrong, "^2 points: ")
+        self.assertEqual(right, "starts")
+        self.assertRegex(unfit, "^1 .*of two lines.* is a directory")
 
     def test_a_file_ends_it(self):
         video = self.tmp / "video.mkv"

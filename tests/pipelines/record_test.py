@@ -102,6 +102,28 @@ class Record(harness.Case):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(self.check_together(1), 60)
 
+    def test_review_says_what_is_wrong_with_the_tracks(self):
+        self.assertEqual(run("--segment", 2, self.video, self.out).returncode, 0)
+        video, tracks = self.out / "00001.mkv", self.out / "wrong.jsonl"
+        first, rest = (self.out / "00001.jsonl").read_text().split("\n", 1)
+        for wrong, words in (("[" * 200_000, "nested"), (first.replace('"stream_time":2000000000', '"stream_time":"x"'), "`stream_time` is no whole number"),
+                             (first.replace('"stream_time":2000000000', f'"stream_time":{10 ** 400}'), "digits")):
+            with self.subTest(wrong[:80]):
+                self.assertNotEqual(wrong, first)
+                tracks.write_text(f"{wrong}\n{rest}")
+                self.check_refused(review(video, tracks), 1, f'Line 1 of "{tracks}": ')
+                self.assertIn(words, review(video, tracks).stderr)
+        tracks.chmod(0)
+        if not os.access(tracks, os.R_OK):  # root may read all
+            self.check_refused(review(video, tracks), 1, "wrong.jsonl")
+
+    def test_tracks_elsewhere_are_not_overwritten(self):
+        tracks = self.tmp / "elsewhere"
+        for out in (self.out / "first", self.out / "second"):
+            self.assertEqual(run("--tracks", tracks, self.video, out).returncode, 0)
+        self.assertEqual([path.name for path in (self.out / "second").iterdir()], ["00001.mkv"])
+        self.assertEqual([len(harness.read_lines(path)) for path in sorted(tracks.iterdir())], [130, 130])
+
     def test_live(self):
         done = run("--segment", 1, "--seconds", 4, "--display", "fakesink", "simulate:occlusion", self.out)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
@@ -129,6 +151,20 @@ class Record(harness.Case):
             self.assertRegex(done.stderr, "^record: warning: the tracks end here, the recording goes on: .*(No space|directory)")
             self.assertEqual(stream_of(out), whole)
 
+    def test_a_disk_that_stands_still_does_not_hold_the_recording_up(self):
+        """As a pipe does that nobody reads: the thread that opens it waits for ever."""
+        long = self.tmp / "long.mkv"
+        harness.play("videotestsrc num-buffers=3200 pattern=black ! video/x-raw,format=I420,width=160,height=120,framerate=25/1 ! "
+                     f"x264enc speed-preset=ultrafast ! matroskamux ! filesink location={long}")
+        for video, frames, words in ((self.video, 130, "stands still\n"), (long, 3200, "3000 lines wait for it\n")):
+            tracks = self.tmp / f"pipe-{frames}"
+            tracks.mkdir()
+            os.mkfifo(tracks / "00000.jsonl")
+            done = run("--tracks", tracks, video, self.out / str(frames))
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertRegex(done.stderr, f"^record: warning: the tracks end here, the recording goes on: '{tracks}': its disk .*{words}$")
+            self.assertEqual(len(frame_times(self.out / str(frames) / "00000.mkv")), frames)
+
     @unittest.skipUnless(os.geteuid() == 0, "mounting wants root")
     def test_a_full_disk_is_named(self):
         disk = self.tmp / "disk"
@@ -139,6 +175,28 @@ class Record(harness.Case):
             self.check_refused(run("--tracks", self.out, self.video, disk / "x"), 1, f"record: can't write into '{disk}/x/00000.mkv' (the disk is full)")
         finally:
             subprocess.run(["umount", disk], check=True)
+
+    SHORTAGE = re.compile(r"^the source gave (\d+) frames in ([\d.]+) s, (\d+) were due at its 25 a second: .*$", re.M)
+
+    def test_a_live_source_that_stops(self):
+        program = """
+import sys, runner, sources
+sources.begin = lambda _: "videotestsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! valve name=valve drop-mode=forward-sticky-events"
+play = runner.Run.play
+
+def play_and_stop(run, *arguments, **options):
+    runner.GLib.timeout_add_seconds(2, run.element("valve").set_property, "drop", True)
+    play(run, *arguments, **options)
+
+runner.Run.play = play_and_stop
+import record
+"""
+        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--seconds", "6", "stops", self.out], cwd=RECORD.parent / "lib", capture_output=True, text=True,
+                              env=ENVIRONMENT, timeout=60)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertRegex(done.stdout, self.SHORTAGE)
+        gave, _, due = map(float, self.SHORTAGE.search(done.stdout).groups())
+        self.assertGreater(due - gave, 50, done.stdout)
 
     def test_a_live_source_that_is_slower_than_it_says(self):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
@@ -151,7 +209,7 @@ class Record(harness.Case):
         self.addCleanup(sender.kill)
         done = run("--seconds", 4, uri, self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
-        gave, seconds, due = re.search(r"^the source gave (\d+) frames in ([\d.]+) s, (\d+) were due at its 25 a second: .*$", done.stdout, re.M).groups()
+        gave, seconds, due = self.SHORTAGE.search(done.stdout).groups()
         self.assertLess(int(gave), 0.6 * int(due))
         self.assertAlmostEqual(int(due), 25 * float(seconds) + 1, delta=2)
         # A file comes as fast as it can.
@@ -195,6 +253,7 @@ class Record(harness.Case):
         file = self.tmp / "file"
         file.write_text("")
         for arguments, code, words in (((self.video, file), 1, "another folder|where you may write"), (("nothing", self.out), 1, "no file"),
+                                       ((self.video, self.tmp / ("x" * 300)), 1, "too long.*another folder"), (("x" * 300, self.out), 1, "no file"),
                                        ((self.video,), 2, "OUT"), ((self.video, self.out, "--segment", "-1"), 2, "--segment"),
                                        ((self.video, self.out, "--bitrate", "0"), 2, "--bitrate"),
                                        ((self.video, self.out, "--display", "x!y"), 2, "--display"), ((file, self.out), 1, "file"),

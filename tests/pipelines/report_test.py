@@ -1,13 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""csd-report and its page, opened from disk in headless Chromium: report_test.py REPOSITORY BUILD. What is drawn is compared with the
-tracks by what a screenshot shows: the videos carry their frame's number as bars."""
+"""The page that csd-report makes, opened from disk in headless Chromium: report_test.py REPOSITORY BUILD. What is drawn is compared with the
+tracks by what a screenshot shows."""
 
-import hashlib
 import io
 import json
 import math
-import os
 import pathlib
 import shutil
 import subprocess
@@ -19,13 +17,9 @@ import cv2
 import numpy as np
 
 import harness
+from reports import BAR, BITS, BUILD, ENVIRONMENT, FPS, PROGRAM, WIDTH, Made, features, position, report, state_of, write_tracks
 
-REPOSITORY, BUILD = map(pathlib.Path, sys.argv[1:3])
-PROGRAM = REPOSITORY / "core" / "cli" / "csd-report"
-ENVIRONMENT = {**os.environ, "PATH": f"{BUILD / 'core' / 'cli'}:{os.environ['PATH']}"}
 COLOURS = {"learning": (240, 228, 66), "tracked": (86, 180, 233), "occluded": (230, 159, 0)}  # docs/elements.md, Okabe and Ito's
-WIDTH, HEIGHT, FPS, FRAMES = 320, 240, 25, 750
-BITS, BAR = 10, 24  # the frame's number: bars of BAR columns in the upper 20 rows
 
 try:
     from selenium import webdriver
@@ -34,166 +28,6 @@ try:
     from selenium.webdriver.common.keys import Keys
 except ImportError:
     webdriver = None
-
-
-def position(number, frame):
-    """Where feature `number` is: a heart of 75 and a breath of 15 a minute, each feature its own way."""
-    t = frame / FPS
-    x = 60 + 70 * number + 3 * math.sin(2 * math.pi * 1.25 * t) + 8 * math.sin(2 * math.pi * 0.25 * t + number)
-    y = 90 + 40 * number + 5 * math.cos(2 * math.pi * 1.25 * t) + 6 * math.sin(2 * math.pi * 0.25 * t)
-    return round(x, 3), round(y, 3)
-
-
-def state_of(number, frame):
-    """0 is always seen; 1 is hidden for a second every ten; 2 is learnt for ever, from frame 300 to 400."""
-    if number == 1 and frame % 250 >= 225:
-        return "occluded"
-    if number == 2:
-        return "learning" if 300 <= frame <= 400 else None
-    return "tracked"
-
-
-def features(frame):
-    found = []
-    for number in range(3):
-        state = state_of(number, frame)
-        if state:
-            x, y = position(number, frame)
-            found.append({"id": number, "x": x, "y": y, "state": state, "confidence": 0.3 if state == "occluded" else 0.9})
-    return found
-
-
-def write_tracks(path, frames, of, width=WIDTH, height=HEIGHT, fps=FPS):
-    with open(path, "w") as file:
-        for frame in range(frames):
-            ns = round(frame * 1e9 / fps)
-            file.write(json.dumps({"schema": 1, "source": "csdtrack0", "role": "track", "algorithm": "csd", "frame": frame, "pts": ns,
-                                   "duration": None, "running_time": ns, "stream_time": ns, "reference": None, "width": width,
-                                   "height": height, "features": of(frame)}, separators=(",", ":")) + "\n")
-    return path
-
-
-def picture(frame):
-    made = np.full((HEIGHT, WIDTH, 3), 60, np.uint8)
-    for bit in range(BITS):
-        if frame >> bit & 1:
-            made[:20, bit * BAR:(bit + 1) * BAR] = 230
-    return made
-
-
-def report(*arguments):
-    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300,
-                          env=ENVIRONMENT)
-
-
-def contents(folder):
-    return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
-
-
-class Made(harness.Case):
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.video = harness.encode(cls.tmp / "bars.mp4", (picture(i) for i in range(FRAMES)), *harness.H264, rate=FPS)
-        cls.tracks = write_tracks(cls.tmp / "bars.jsonl", FRAMES, features)
-
-    def make(self, video, tracks, out, *options):
-        done = report(*options, video, tracks, out)
-        self.assertEqual((done.returncode, done.stdout), (0, f"{out / 'index.html'}\n"), done.stderr)
-        return done
-
-
-class Command(Made):
-    def refused(self, *arguments, code=1, words=()):
-        done = report(*arguments)
-        self.assertEqual((done.returncode, done.stdout), (code, ""), done.stderr)
-        lines = done.stderr.splitlines()
-        self.assertTrue(lines[-1].startswith("csd-report: ") and (code == 2 or len(lines) == 1), done.stderr)
-        for word in words:
-            self.assertIn(word, lines[-1])
-
-    def test_usage(self):
-        done = report("--help")
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
-        self.assertIn("TRACKS.jsonl", done.stdout)
-        for wrong in ((), (self.video,), (self.video, self.tracks, "out", "more"), ("--magic", self.video, self.tracks)):
-            self.refused(*wrong, code=2)
-
-    def test_runs_as_installed(self):
-        """From bin/, with csd-motion beside it and its parts in share/."""
-        (self.tmp / "usr" / "bin").mkdir(parents=True)
-        for program in (PROGRAM, BUILD / "core" / "cli" / "csd-motion"):
-            shutil.copy(program, self.tmp / "usr" / "bin")
-        shutil.copytree(PROGRAM.parent / "report", self.tmp / "usr" / "share" / "csdtrack" / "report", ignore=shutil.ignore_patterns("__pycache__"))
-        done = subprocess.run([self.tmp / "usr" / "bin" / "csd-report", self.video, self.tracks], capture_output=True, text=True, cwd=self.tmp,
-                              stdin=subprocess.DEVNULL, timeout=300)
-        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "csdtrack-report/index.html\n", ""))
-        self.assertTrue((self.tmp / "csdtrack-report" / "index.html").is_file())
-
-    def test_refuses(self):
-        out = self.tmp / "refused"
-        lines = self.tracks.read_text().splitlines(keepends=True)[:5]
-
-        def tracks(name, *text):
-            (self.tmp / name).write_text("".join(text))
-            return self.tmp / name
-
-        (self.tmp / "text.mp4").write_text("only words\n" * 100)
-        self.refused(self.tmp / "none.mp4", self.tracks, out, words=["no file", "none.mp4"])
-        self.refused(self.video, self.tmp, out, words=["folder"])
-        self.refused(self.tmp / "text.mp4", self.tracks, out, words=["text.mp4", "no video"])
-        self.refused(self.video, tracks("empty.jsonl"), out, words=["empty"])
-        self.refused(self.video, tracks("torn.jsonl", lines[0], lines[1][:50] + "\n", lines[2]), out, words=["torn.jsonl:2:", "JSON"])
-        self.refused(self.video, tracks("csv.jsonl", "frame,pts\n1,2\n"), out, words=["csv.jsonl:1:"])
-        self.refused(self.video, tracks("number.jsonl", "[]\n"), out, words=["number.jsonl:1:"])
-        self.refused(self.video, tracks("schema.jsonl", lines[0].replace('"schema":1', '"schema":2')), out, words=["schema 2"])
-        self.refused(self.video, tracks("state.jsonl", lines[0].replace("tracked", "magic")), out, words=["state.jsonl:1:"])
-        self.refused(self.video, tracks("back.jsonl", lines[1], lines[0]), out, words=["back.jsonl:2:", "time"])
-        self.refused(self.video, tracks("size.jsonl", *(x.replace('"height":240', '"height":180') for x in lines)), out, words=["320×180", "320×240"])
-        self.refused(self.video, write_tracks(self.tmp / "fps.jsonl", 9000, features, fps=3000), out, words=["time of a frame"])
-        self.refused(self.video, write_tracks(self.tmp / "none.jsonl", 5, lambda _: []), out, words=["no position"])
-        self.assertFalse(out.exists())
-        self.assertEqual(list(self.tmp.glob(".unfinished-*")), [])
-
-    def test_warns_of_tracks_that_may_be_another_video_s(self):
-        small = harness.encode(self.tmp / "small.mp4", (picture(i)[::2, ::2] for i in range(100)), *harness.H264, rate=FPS)
-        said = self.make(small, write_tracks(self.tmp / "long.jsonl", 150, features), self.tmp / "other").stderr
-        self.assertRegex(said, r"^csd-report: warning: the tracks may be another video's: .* 320×240, .* 160×120; 67% of .* 6\.0 s, .* 4\.0 s\n$")
-        self.assertIn("may be another video's", (self.tmp / "other" / "data" / "index.js").read_text())
-        self.assertEqual(self.make(self.video, self.tracks, self.tmp / "own").stderr, "")
-
-    def test_out_is_replaced_only_if_it_is_a_report(self):
-        out = self.tmp / "replaced"
-        out.mkdir()
-        (out / "notes.txt").write_text("of the user")
-        self.refused(self.video, self.tracks, out, words=["holds what is no report"])
-        self.assertEqual([p.name for p in out.iterdir()], ["notes.txt"])
-        (out / "notes.txt").unlink()
-        self.make(self.video, self.tracks, out)
-        shutil.copy(self.video, out / "mine.mp4")
-        self.refused(out / "mine.mp4", self.tracks, out, words=["is in"])
-        before = contents(out)
-        short = write_tracks(self.tmp / "short.jsonl", 100, features)
-        self.make(self.video, short, out, "--title", "<b>&")
-        after = contents(out)
-        self.assertNotIn(pathlib.Path("mine.mp4"), after)
-        self.assertLess(len(after), len(before))
-        self.assertIn("<title>&lt;b&gt;&amp; ", after[pathlib.Path("index.html")].decode())
-
-    def test_copies_what_browsers_play_and_converts_the_rest(self):
-        def packets(path):
-            return subprocess.run(["ffmpeg", "-v", "error", "-i", path, "-map", "0:v", "-c", "copy", "-bsf:v", "h264_mp4toannexb", "-f", "h264", "-"],
-                                  capture_output=True, check=True, stdin=subprocess.DEVNULL).stdout
-
-        self.make(self.video, self.tracks, self.tmp / "copied")
-        self.assertEqual((self.tmp / "copied" / "video.mp4").read_bytes(), self.video.read_bytes())
-        subprocess.run(["ffmpeg", "-v", "error", "-i", self.video, "-c", "copy", self.tmp / "bars.mkv"], check=True, stdin=subprocess.DEVNULL)
-        self.make(self.tmp / "bars.mkv", self.tracks, self.tmp / "remuxed")
-        self.assertEqual(hashlib.md5(packets(self.tmp / "remuxed" / "video.mp4")).digest(), hashlib.md5(packets(self.video)).digest())
-        lossless = harness.encode(self.tmp / "bars.avi", (picture(i) for i in range(50)), "-c:v", "ffv1", rate=FPS)
-        done = self.make(lossless, write_tracks(self.tmp / "fifty.jsonl", 50, features), self.tmp / "converted")
-        self.assertIn("converting the video to H.264 100%", done.stderr)
-        self.assertEqual(harness.decoded_frames(self.tmp / "converted" / "video.mp4"), 50)
 
 
 class Page(Made):

@@ -74,11 +74,15 @@ class Stereo(harness.Case):
         for arguments, code, words in (
                 (("simulate", "/dev/video99", self.out), 1, "no device /dev/video99"), (("nothing.mkv", "simulate", self.out), 1, "nothing.mkv"),
                 (("/dev/video0", "/dev/video0", self.out), 2, "two devices"), (("simulate", self.out), 2, "OUT"),
-                (("simulate", file, self.out), 1, str(file)), (("simulate", "simulate", file), 1, "another folder"), (("simulate", "simulate", self.out, "--set", "points=1"), 2, "points"),
+                (("simulate", "simulate", file), 1, "another folder"), (("simulate", "simulate", self.tmp / ("x" * 300)), 1, "too long"),
+                (("simulate", "simulate", self.out, "--set", "points=1"), 2, "points"),
                 (("simulate", "simulate", self.out, "--set", "foo=1"), 2, "'foo'"), (("simulate", "simulate", self.out, "--display", "x!y"), 2, "--display")):
             with self.subTest(arguments=arguments):
                 self.check_refused(run(*arguments), code, words)
                 self.assertFalse(self.out.exists())
+        # Files that were opened stay, for they may be another command's.
+        self.check_refused(run("simulate", file, self.out), 1, str(file))
+        self.assertEqual(sorted(path.name for path in self.out.iterdir()), ["left.jsonl", "right.jsonl"])
 
 
 if __name__ == "__main__":

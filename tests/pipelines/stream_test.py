@@ -2,13 +2,17 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """pipelines/stream and pipelines/receive: video and tracks over the network, by RTSP and SRT."""
 
+import contextlib
 import os
 import pathlib
 import signal
 import socket
+import struct
 import subprocess
 import sys
+import threading
 import time
+import urllib.parse
 
 import numpy as np
 
@@ -48,6 +52,42 @@ def free_port(kind=socket.SOCK_STREAM):
     with socket.socket(socket.AF_INET, kind) as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
+
+
+class Relay:
+    """Between a receiver and its sender, on a port of its own; a connection through it can break. `at_once`: when the sender plays."""
+
+    def __init__(self, test, to, at_once=None):
+        self._to, self._at_once = to, at_once
+        self._server = socket.create_server(("127.0.0.1", 0))
+        self._client = None
+        self.port = self._server.getsockname()[1]
+        test.addCleanup(self._server.close)
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self):
+        with contextlib.suppress(OSError):  # the end of the test
+            while True:
+                self._client = self._server.accept()[0]
+                sender = socket.create_connection(("127.0.0.1", self._to))
+                threading.Thread(target=self._pass_on, args=(self._client, sender), daemon=True).start()
+                threading.Thread(target=self._pass_on, args=(sender, self._client), daemon=True).start()
+
+    def _pass_on(self, source, target):
+        with contextlib.suppress(OSError):
+            while data := source.recv(1 << 16):
+                if self._at_once and data.startswith(b"PLAY"):
+                    self._at_once(self)
+                target.sendall(data)
+            source.close()
+
+    def reset(self):
+        self._client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        self._client.shutdown(socket.SHUT_RD)  # a thread that reads keeps it open
+        self._client.close()
+
+    def close(self):
+        self._client.shutdown(socket.SHUT_RDWR)
 
 
 class Stream(harness.Case):
@@ -109,19 +149,43 @@ class Stream(harness.Case):
         self.assertEqual(receiver.wait(60), 0)
         self.assertTrue(harness.read_lines(self.got))
 
+    def received(self, url):
+        """A receiver that has got lines and pictures."""
+        self.got.unlink(missing_ok=True)
+        receiver = self.start(*command("receive", url, self.got))
+        for _ in range(600):
+            if self.got.exists() and self.got.read_bytes().count(b"\n") > 25:
+                break
+            time.sleep(0.1)
+        return receiver
+
     def test_a_sender_that_is_gone_is_an_end(self):
         for how in signal.SIGINT, signal.SIGKILL:
             with self.subTest(how):
-                self.got.unlink(missing_ok=True)
                 sender, url = self.stream("simulate")
-                receiver = self.start(*command("receive", url, self.got))
-                for _ in range(600):
-                    if self.got.exists() and self.got.stat().st_size:
-                        break
-                    time.sleep(0.1)
+                receiver = self.received(url)
                 os.killpg(sender.pid, how)
-                self.assertRegex(receiver.stdout.read(), r"^the sender's stream ended\n\d+ frames; .*\n$")
-                self.assertEqual(receiver.wait(60), 0)
+                said = receiver.stdout.read()
+                if how == signal.SIGKILL and receiver.wait(60):  # with something unread in its socket, a reset is all that it leaves
+                    self.assertRegex(said, "^receive: .*: the connection was lost\n$")
+                else:
+                    self.assertRegex(said, r"^the sender's stream ended\n\d+ frames; .*\n$")
+                    self.assertEqual(receiver.wait(60), 0)
+
+    def test_a_connection_that_is_lost_is_none(self):
+        _, url = self.stream("simulate")
+        relay = Relay(self, urllib.parse.urlsplit(url).port)
+        receiver = self.received(f"rtsp://127.0.0.1:{relay.port}/csdtrack")
+        relay.reset()
+        self.assertEqual(receiver.stdout.read(), f"receive: rtsp://127.0.0.1:{relay.port}/csdtrack: the connection was lost\n")
+        self.assertEqual(receiver.wait(60), 1)
+        self.assertTrue(harness.read_lines(self.got))
+        # Before a picture the cause is said, be it reset or closed.
+        for end in (Relay.reset, Relay.close):
+            relay = Relay(self, urllib.parse.urlsplit(url).port, at_once=end)
+            done = run("receive", f"rtsp://127.0.0.1:{relay.port}/csdtrack", self.got)
+            self.check_refused(done, 1, f"receive: rtsp://127.0.0.1:{relay.port}/csdtrack: ")
+            self.assertNotIn("is it connected", done.stderr)
 
     def test_a_line_has_its_frame_s_time(self):
         def picture(number):

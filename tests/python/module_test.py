@@ -284,6 +284,7 @@ class Stream(harness.Case):
                 self.assertEqual(len(tracker.process(self.frame[:8, :8])), 0)
         self.assertEqual([w.category for w in caught], [RuntimeWarning])
         self.assertRegex(str(caught[0].message), "8×8.*patch_size")
+        self.assertEqual(caught[0].filename, __file__)  # whose line it is, so that another's is not hidden with it
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             with self.assertRaises(RuntimeWarning):
@@ -336,7 +337,8 @@ class Stream(harness.Case):
     def test_arguments_of_a_wrong_kind_or_number_are_named_in_a_line(self):
         tracker = csdtrack.Tracker()
         for call, text in ((lambda: csdtrack.Tracker("lk"), "positional"), (lambda: csdtrack.Tracker(colour=1), "unexpected keyword argument 'colour'"),
-                           (lambda: csdtrack.Tracker(replenish="no"), "replenish is a str, not a bool"), (lambda: tracker.process(), "'frame'"),
+                           (lambda: csdtrack.Tracker(replenish="no"), "replenish is a str, not a bool"),
+                           (lambda: csdtrack.Tracker(replenish=None), "replenish is a NoneType"), (lambda: tracker.process(), "'frame'"),
                            (lambda: tracker.process(self.frame, discont="no"), "discont is a str, not a bool"),
                            (lambda: tracker.add_point("1", 2), "x is a str, not a number"), (lambda: tracker.add_point(1, None), "y is a NoneType"),
                            (lambda: tracker.add_point((1, 2)), "missing 1 required positional argument: 'y'"),

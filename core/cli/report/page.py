@@ -151,7 +151,7 @@ def fill(folder, parts, source, tracks_path, title, wanted):
         "begin": begin, "end": end,
         "left": tracks.left, "top": tracks.top, "step": tracks.step,
         "chunks": [tracks.times[i] - origin for i in tracks.chunks],
-        "strip": {"from": tracks.times[0] - origin, "seconds": source.seconds, "bins": track_file.BINS},
+        "bins": track_file.BINS,
         "scene": [rhythm(r) for r in moved.head["scene"]["rhythms"]], "window": moved.head["window"],
         "features": [described(number, feature, told.get(number), moved.chunk_of.get(number), origin)
                      for number, feature in sorted(tracks.features.items())],
@@ -159,7 +159,8 @@ def fill(folder, parts, source, tracks_path, title, wanted):
     for name in ("report.css", "data.js", "overlay.js", "plot.js", "report.js"):
         shutil.copyfile(HERE / "page" / name, folder / name)
     page = (HERE / "page" / "index.html").read_text(encoding="utf-8")
-    (folder / "index.html").write_text(page.replace("@TITLE@", html.escape(title)).replace("@VIDEO@", path.name), encoding="utf-8")
+    (folder / "index.html").write_text(page.replace("@TITLE@", html.escape(title)).replace("@VIDEO@", path.name), encoding="utf-8",
+                                       errors="backslashreplace")
     for name in LIBRARY:
         shutil.copyfile(parts / name, folder / name)
     return notes

@@ -12,8 +12,20 @@ STATES = ("learning", "tracked", "occluded", "lost", "out", "ended")
 CLAIMS = 2  # the first two of STATES claim a position
 ABSENT = 255
 FRAMES = 250  # a chunk; with 100 features 200 kB
+SECONDS = 3600  # and no longer: its times are µs in 32 bits
 BINS = 60  # of a feature's strip of states
 MARGIN = 0.125  # of the picture, around it, that positions can have
+# What csd-motion's parser takes, too (cli/read_line.h).
+MOST_LINE_BYTES = 8 << 20
+MOST_PIXELS = 1 << 20
+MOST_ID = (1 << 32) - 2
+
+
+def whole(value, least=0, most=(1 << 63) - 1):
+    """The value, if it is such a number. Raises ValueError."""
+    if type(value) is not int or not least <= value <= most:  # a bool is an int
+        raise ValueError(f"no whole number from {least} to {most}")
+    return value
 
 
 class Feature:
@@ -47,8 +59,10 @@ class Tracks:
         size = max(1, path.stat().st_size)
         read = 0
         with open(path, "rb") as file:
-            for number, line in enumerate(file, 1):
+            for number, line in enumerate(iter(lambda: file.readline(MOST_LINE_BYTES + 1), b""), 1):
                 read += len(line)
+                if len(line.removesuffix(b"\n")) > MOST_LINE_BYTES:
+                    raise self._refuse(number, "this is longer than 8 MiB")
                 if not line.endswith(b"\n"):
                     break  # torn: the recorder was killed
                 self._line(line, number)
@@ -65,31 +79,36 @@ class Tracks:
     def _line(self, line, number):
         try:
             told = json.loads(line)
-        except ValueError:
+        except (ValueError, RecursionError):  # or brackets nested without end
             raise self._refuse(number, "this is no JSON") from None
         try:
             if told["schema"] != 1:
-                raise self._refuse(number, f"schema {told['schema']}, and 1 is known")
+                raise self._refuse(number, f"schema {told['schema']!r}, and 1 is known")
             time, pts, frame = told["stream_time"], told["pts"], told["frame"]
             if frame is None:  # a frame without metadata: nothing is known
                 return
+            whole(frame)
+            if pts is not None:
+                whole(pts)
             if time is None:
                 self.untimed += 1
                 return
             if not self.width:
-                self.width, self.height = int(told["width"]), int(told["height"])
+                self.width, self.height = whole(told["width"], 1, MOST_PIXELS), whole(told["height"], 1, MOST_PIXELS)
                 self.algorithm, self.role = str(told["algorithm"]), str(told["role"])
                 self._quantise()
             elif (told["width"], told["height"]) != (self.width, self.height):
                 raise self._refuse(number, f"the picture's size changes from {self.width}×{self.height} to {told['width']}×{told['height']}")
-            seconds = time / 1e9
+            seconds = whole(time) / 1e9
             if self.times and not seconds > self.times[-1]:
                 raise self._refuse(number, "the time doesn't go on; was the stream seeked?")
-            row = [(f["id"], float(f["x"]), float(f["y"]), STATES.index(f["state"]), float(f["confidence"])) for f in told["features"]]
-            if not all(math.isfinite(x) and math.isfinite(y) and 0 <= c <= 1 for _, x, y, _, c in row):
+            row = [(whole(f["id"], most=MOST_ID), float(f["x"]), float(f["y"]), STATES.index(f["state"]), float(f["confidence"])) for f in told["features"]]
+            if not all(abs(x) <= MOST_PIXELS and abs(y) <= MOST_PIXELS and 0 <= c <= 1 for _, x, y, _, c in row):
                 raise self._refuse(number, "a number that can't be")
         except (KeyError, TypeError, ValueError, AttributeError, OverflowError, IndexError) as error:
             raise self._refuse(number, f"this is no line of tracks ({type(error).__name__} {error})") from None
+        if self._rows and seconds - self._rows[0][0] > SECONDS:
+            self._write()
         if not self._rows:
             self.chunks.append(len(self.times))
         if pts is not None:

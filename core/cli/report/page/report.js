@@ -155,7 +155,7 @@
 
   /** A strip's colours as a gradient with hard edges. */
   function strip(feature) {
-    const { bins } = about.strip;
+    const { bins } = about;
     const stops = [];
     for (let i = 0, j; i < bins; i = j) {
       for (j = i; j < bins && feature.strip[j] === feature.strip[i]; ++j);
