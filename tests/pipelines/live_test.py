@@ -50,7 +50,7 @@ class Live(harness.Case):
                                        (("--set", "name=x"), 2, "max-features"), (("--set", "algorithm=foo"), 2, "csd, csd-2012"),
                                        (("--set", "max-features=-4"), 2, "live: max-features is from 0 to 10000, not -4\n"),
                                        (("--set", "max-features=many"), 2, "from 0 to 10000"), (("--set", "replenish=x"), 2, "true or false"),
-                                       (("--set", "points=1"), 2, "live: points: "), (("--tracks", "x" * 300), 1, "live: Could not open"), (("--tracks", "/dev/full"), 1, "live: can't write '/dev/full'"),
+                                       (("--set", "points=1"), 2, "live: points: "), (("--tracks", "x" * 300), 1, "live: can't write into 'xxx"), (("--tracks", "/dev/full"), 1, "live: can't write into '/dev/full' (the disk is full)"),
                                        (("--sink", "nosuchsink"), 1, "nosuchsink"), (("--seconds", "0"), 2, "--seconds"),
                                        (("--set", "foo"), 2, "PROPERTY=VALUE")):
             with self.subTest(arguments=arguments):
