@@ -23,7 +23,7 @@ import command
 VIDEOS = ".3gp .avi .flv .m2ts .m4v .mkv .mov .mp4 .mpeg .mpg .mts .mxf .ogv .ts .vob .webm .wmv".split()
 
 EPILOG = f"""
-LIST is a folder, of which every video is taken ({' '.join(VIDEOS)}; also in folders within),
+LIST is a folder, of which every video is taken ({' '.join(VIDEOS)}; also in folders within; each file once),
 or a text file with the path of a video on each line (relative ones are from its folder; lines that begin with # are left out).
 
 OUT gets for each video VIDEO.jsonl, its tracks, as docs/metadata.md says, and VIDEO.json, what was done and how it went; where the
@@ -82,14 +82,47 @@ def parse(arguments):
 # ---- What there is to do -------------------------------------------------------------------------------------------
 
 
-def find(source, out):
-    """{name: path} of the videos, in order. A name is the path below LIST, or the whole one."""
-    if source.is_dir():
-        base, out = pathlib.Path(os.path.abspath(source)), os.path.abspath(out)
-        paths = []
-        for folder, folders, files in os.walk(base, followlinks=True):
+def walk(base, out):
+    """The paths of a folder's videos, each folder and file once. Links come last, for they may lead back, and what is there has its own name."""
+    paths, starts, links, seen, again = [], [base], [], {}, []
+
+    def new(path):
+        try:
+            found = os.stat(path)
+        except OSError:
+            return True  # that a link leads nowhere is said later
+        first = seen.setdefault((found.st_dev, found.st_ino), path)
+        if first != path:
+            again.append((path, first))
+        return first == path
+
+    for start in starts:  # which grows
+        for folder, folders, files in os.walk(start):
+            if not new(folder):
+                folders.clear()
+                continue
             folders[:] = sorted(f for f in folders if not f.startswith(".") and os.path.join(folder, f) != out)
-            paths += [os.path.join(folder, f) for f in sorted(files) if not f.startswith(".") and os.path.splitext(f)[1].lower() in VIDEOS]
+            starts += [path for path in (os.path.join(folder, f) for f in folders) if os.path.islink(path)]
+            for file in sorted(files):
+                path = os.path.join(folder, file)
+                if file.startswith(".") or os.path.splitext(file)[1].lower() not in VIDEOS:
+                    continue
+                if os.path.islink(path):
+                    links.append(path)
+                elif new(path):
+                    paths.append(path)
+    paths += filter(new, links)
+    if again:
+        path, first = (archive_index.shown(archive_index.plain(path)) for path in again[0])
+        say(f"left out, for it is '{first}' again: '{path}'" + (f", and {len(again) - 1} more of the kind" if again[1:] else ""))
+    return paths
+
+
+def find(source, out):
+    """{name: path} of the videos. A name is the path below LIST, or the whole one."""
+    if source.is_dir():
+        base = pathlib.Path(os.path.abspath(source))
+        paths = walk(str(base), str(out))
     else:
         try:
             with open(source, encoding="utf-8", errors="surrogateescape") as file:
@@ -182,7 +215,7 @@ def tell(text, end="\n"):
 
 
 def say(text):
-    """Prints it as the last words, to whoever is still there."""
+    """Prints it on stderr, to whoever is still there."""
     with contextlib.suppress(OSError):
         print(f"archive: {text}", file=sys.stderr, flush=True)
 
