@@ -309,9 +309,8 @@ class Gatherer:
 # ---- Doing it ------------------------------------------------------------------------------------------------------
 
 
-def prepare(out):
-    """OUT's own folder, and a lock on it that lasts as long as this program or GNU parallel."""
-    own = out / ".archive"
+def prepare(out, own):
+    """Makes OUT's own folder, and returns a lock on it that lasts as long as this program or GNU parallel."""
     try:
         (own / "progress").mkdir(parents=True, exist_ok=True)
         lock = os.open(own / "lock", os.O_RDWR | os.O_CREAT, 0o666)
@@ -328,9 +327,16 @@ def prepare(out):
         processes = " ".join(processes)
         raise command.Failure(f"another run works on '{out}': wait for it, or end it with 'kill {processes}' on {host}") from error
     except OSError:
-        return own, lock  # a file system without locks
+        return lock  # a file system without locks
     os.ftruncate(lock, os.pwrite(lock, f"{os.uname().nodename} {os.getpid()}\n".encode(), 0))
-    return own, lock
+    return lock
+
+
+def remove(paths):
+    """Away with what a run made that couldn't begin, but for folders that have got something else."""
+    for path in paths:
+        with contextlib.suppress(OSError):
+            path.rmdir() if path.is_dir() else path.unlink()
 
 
 def holders(path):
@@ -353,8 +359,8 @@ def tidy(out):
                     os.unlink(os.path.join(folder, name))
 
 
-def run(options, own, lock, version, text, properties):
-    """Returns the rows of all videos of LIST."""
+def run(options, own, lock, version, text, properties, begun):
+    """Returns the rows of all videos of LIST. Calls begun() once it is clear that it can be done."""
     index = archive_index.Index(options.out)
     machines = None
     if options.slurm:
@@ -369,10 +375,11 @@ def run(options, own, lock, version, text, properties):
     names, jobs, rows = compare(options, index, version, text)
     index.put(rows)
     index.forget(options.out, set(names))
+    if jobs and not options.slurm:
+        hosts = archive_machines.answering(options.hosts, options.out, version) if options.hosts else []
+        machines = archive_machines.Parallel(options.jobs, hosts, own / "log", lock)
+    begun()
     if jobs:
-        if not options.slurm:
-            hosts = archive_machines.answering(options.hosts, options.out, version) if options.hosts else []
-            machines = archive_machines.Parallel(options.jobs, hosts, own / "log", lock)
         progress = Progress(jobs, own / "progress")
         plan = {"out": str(options.out), "version": version, "settings": text, "properties": properties, "jobs": jobs}
         gatherer = Gatherer(options.out, jobs, plan, index, progress)
@@ -442,9 +449,14 @@ def main():
     options.out = pathlib.Path(os.path.abspath(options.out))
     version, text, properties = settings(options.preset, options.set)
     heed(interrupted)
+    own = options.out / ".archive"
+    made = [path for path in (options.out / "index.sqlite", own / "lock", own / "progress", own, options.out, *options.out.parents)
+            if not os.path.exists(path)]
     try:
-        own, lock = prepare(options.out)
-        rows = run(options, own, lock, version, text, properties)
+        with contextlib.ExitStack() as undo:
+            lock = prepare(options.out, own)
+            undo.callback(remove, made)  # not before it is ours: another run may have made it
+            rows = run(options, own, lock, version, text, properties, undo.pop_all)
     except OSError as error:
         raise archive_index.failure(error, options.out) from error
     with contextlib.suppress(KeyboardInterrupt):  # what is done is done, whoever reads it

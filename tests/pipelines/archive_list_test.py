@@ -70,6 +70,32 @@ class List(harness.Case):
         (self.videos / "d.mkv").symlink_to("nothing")
         self.assertRegex(run(self.videos, self.out).stderr, "2 more of the kind\narchive: 1 of 3 videos not done")
 
+    def test_a_run_that_can_not_begin_leaves_nothing(self):
+        out = self.home / "deep" / "out"
+
+        def check(words, *arguments):
+            done = run(*arguments, out, PARALLEL_SSH="false")  # no host answers
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, words)
+
+        self.put("videos/one.mkv")
+        ways = (("sub' names no video", self.videos / "sub"), ("none of the hosts", "--ssh", "nurse", self.videos))
+        for way in ways:
+            check(*way)
+            self.assertEqual(list(self.home.iterdir()), [self.videos])
+        # What was there stays.
+        out.mkdir(parents=True)
+        (out / "notes").touch()
+        for way in ways:
+            check(*way)
+            self.assertEqual(list(out.iterdir()), [out / "notes"])
+        (out / "notes").unlink()
+        check(*ways[0])
+        self.assertEqual(list(out.parent.iterdir()), [out])
+        self.assertEqual(run(self.videos, out).returncode, 0)
+        check(*ways[0])
+        self.assertEqual({path.name for path in out.iterdir()}, {".archive", "index.sqlite", "one.mkv.json", "one.mkv.jsonl"})
+
 
 if __name__ == "__main__":
     del sys.argv[1:3]

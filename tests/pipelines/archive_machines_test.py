@@ -115,6 +115,7 @@ class Machines(harness.Case):
         code, told, said = self.run_archive(self.out, "--slurm", environment={**os.environ, "SLURM_CONF": "/dev/null"})
         self.assertEqual((code, told), (1, ""))
         self.assertRegex(said, "^archive: no Slurm cluster answers here: .*\n$")
+        self.assertFalse(self.out.exists())
 
     def test_slurm_goes_on_without_us(self):
         cluster = machines.Slurm(array=100)
