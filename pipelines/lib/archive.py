@@ -460,7 +460,7 @@ def main():
     except OSError as error:
         raise archive_index.failure(error, options.out) from error
     with contextlib.suppress(KeyboardInterrupt):  # what is done is done, whoever reads it
-        for line in archive_index.statistics(rows):
+        for line in (*archive_index.troubles(rows), *archive_index.statistics(rows)):
             tell(line)
     not_done = sum(row["status"] != "done" for row in rows)
     if not_done:
