@@ -23,7 +23,7 @@ import command
 VIDEOS = ".3gp .avi .flv .m2ts .m4v .mkv .mov .mp4 .mpeg .mpg .mts .mxf .ogv .ts .vob .webm .wmv".split()
 
 EPILOG = f"""
-LIST is a folder, of which every video is taken ({' '.join(VIDEOS)}; also in folders within),
+LIST is a folder, of which every video is taken ({' '.join(VIDEOS)}; also in folders within; each file once),
 or a text file with the path of a video on each line (relative ones are from its folder; lines that begin with # are left out).
 
 OUT gets for each video VIDEO.jsonl, its tracks, as docs/metadata.md says, and VIDEO.json, what was done and how it went; where the
@@ -82,14 +82,47 @@ def parse(arguments):
 # ---- What there is to do -------------------------------------------------------------------------------------------
 
 
-def find(source, out):
-    """{name: path} of the videos, in order. A name is the path below LIST, or the whole one."""
-    if source.is_dir():
-        base, out = pathlib.Path(os.path.abspath(source)), os.path.abspath(out)
-        paths = []
-        for folder, folders, files in os.walk(base, followlinks=True):
+def walk(base, out):
+    """The paths of a folder's videos, each folder and file once. Links come last, for they may lead back, and what is there has its own name."""
+    paths, starts, links, seen, again = [], [base], [], {}, []
+
+    def new(path):
+        try:
+            found = os.stat(path)
+        except OSError:
+            return True  # that a link leads nowhere is said later
+        first = seen.setdefault((found.st_dev, found.st_ino), path)
+        if first != path:
+            again.append((path, first))
+        return first == path
+
+    for start in starts:  # which grows
+        for folder, folders, files in os.walk(start):
+            if not new(folder):
+                folders.clear()
+                continue
             folders[:] = sorted(f for f in folders if not f.startswith(".") and os.path.join(folder, f) != out)
-            paths += [os.path.join(folder, f) for f in sorted(files) if not f.startswith(".") and os.path.splitext(f)[1].lower() in VIDEOS]
+            starts += [path for path in (os.path.join(folder, f) for f in folders) if os.path.islink(path)]
+            for file in sorted(files):
+                path = os.path.join(folder, file)
+                if file.startswith(".") or os.path.splitext(file)[1].lower() not in VIDEOS:
+                    continue
+                if os.path.islink(path):
+                    links.append(path)
+                elif new(path):
+                    paths.append(path)
+    paths += filter(new, links)
+    if again:
+        path, first = (archive_index.shown(archive_index.plain(path)) for path in again[0])
+        say(f"left out, for it is '{first}' again: '{path}'" + (f", and {len(again) - 1} more of the kind" if again[1:] else ""))
+    return paths
+
+
+def find(source, out):
+    """{name: path} of the videos. A name is the path below LIST, or the whole one."""
+    if source.is_dir():
+        base = pathlib.Path(os.path.abspath(source))
+        paths = walk(str(base), str(out))
     else:
         try:
             with open(source, encoding="utf-8", errors="surrogateescape") as file:
@@ -182,7 +215,7 @@ def tell(text, end="\n"):
 
 
 def say(text):
-    """Prints it as the last words, to whoever is still there."""
+    """Prints it on stderr, to whoever is still there."""
     with contextlib.suppress(OSError):
         print(f"archive: {text}", file=sys.stderr, flush=True)
 
@@ -276,9 +309,8 @@ class Gatherer:
 # ---- Doing it ------------------------------------------------------------------------------------------------------
 
 
-def prepare(out):
-    """OUT's own folder, and a lock on it that lasts as long as this program or GNU parallel."""
-    own = out / ".archive"
+def prepare(out, own):
+    """Makes OUT's own folder, and returns a lock on it that lasts as long as this program or GNU parallel."""
     try:
         (own / "progress").mkdir(parents=True, exist_ok=True)
         lock = os.open(own / "lock", os.O_RDWR | os.O_CREAT, 0o666)
@@ -295,9 +327,16 @@ def prepare(out):
         processes = " ".join(processes)
         raise command.Failure(f"another run works on '{out}': wait for it, or end it with 'kill {processes}' on {host}") from error
     except OSError:
-        return own, lock  # a file system without locks
+        return lock  # a file system without locks
     os.ftruncate(lock, os.pwrite(lock, f"{os.uname().nodename} {os.getpid()}\n".encode(), 0))
-    return own, lock
+    return lock
+
+
+def remove(paths):
+    """Away with what a run made that couldn't begin, but for folders that have got something else."""
+    for path in paths:
+        with contextlib.suppress(OSError):
+            path.rmdir() if path.is_dir() else path.unlink()
 
 
 def holders(path):
@@ -320,8 +359,8 @@ def tidy(out):
                     os.unlink(os.path.join(folder, name))
 
 
-def run(options, own, lock, version, text, properties):
-    """Returns the rows of all videos of LIST."""
+def run(options, own, lock, version, text, properties, begun):
+    """Returns the rows of all videos of LIST. Calls begun() once it is clear that it can be done."""
     index = archive_index.Index(options.out)
     machines = None
     if options.slurm:
@@ -336,10 +375,11 @@ def run(options, own, lock, version, text, properties):
     names, jobs, rows = compare(options, index, version, text)
     index.put(rows)
     index.forget(options.out, set(names))
+    if jobs and not options.slurm:
+        hosts = archive_machines.answering(options.hosts, options.out, version) if options.hosts else []
+        machines = archive_machines.Parallel(options.jobs, hosts, own / "log", lock)
+    begun()
     if jobs:
-        if not options.slurm:
-            hosts = archive_machines.answering(options.hosts, options.out, version) if options.hosts else []
-            machines = archive_machines.Parallel(options.jobs, hosts, own / "log", lock)
         progress = Progress(jobs, own / "progress")
         plan = {"out": str(options.out), "version": version, "settings": text, "properties": properties, "jobs": jobs}
         gatherer = Gatherer(options.out, jobs, plan, index, progress)
@@ -409,13 +449,18 @@ def main():
     options.out = pathlib.Path(os.path.abspath(options.out))
     version, text, properties = settings(options.preset, options.set)
     heed(interrupted)
+    own = options.out / ".archive"
+    made = [path for path in (options.out / "index.sqlite", own / "lock", own / "progress", own, options.out, *options.out.parents)
+            if not os.path.exists(path)]
     try:
-        own, lock = prepare(options.out)
-        rows = run(options, own, lock, version, text, properties)
+        with contextlib.ExitStack() as undo:
+            lock = prepare(options.out, own)
+            undo.callback(remove, made)  # not before it is ours: another run may have made it
+            rows = run(options, own, lock, version, text, properties, undo.pop_all)
     except OSError as error:
         raise archive_index.failure(error, options.out) from error
     with contextlib.suppress(KeyboardInterrupt):  # what is done is done, whoever reads it
-        for line in archive_index.statistics(rows):
+        for line in (*archive_index.troubles(rows), *archive_index.statistics(rows)):
             tell(line)
     not_done = sum(row["status"] != "done" for row in rows)
     if not_done:

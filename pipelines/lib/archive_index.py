@@ -189,6 +189,13 @@ def table(rows):
         yield f"way {way}: csdtrack {version} {settings}"
 
 
+def troubles(rows):
+    """A line for each video that isn't done, or is shorter than it says."""
+    for row in rows:
+        if row["error"] or row["note"]:
+            yield f"{row['status']}: {shown(row['name'])}: {shown(row['error'] or row['note'])}"
+
+
 def statistics(rows):
     rows = list(rows)
     done = [row for row in rows if row["status"] == "done"]

@@ -65,7 +65,7 @@ class Machines(harness.Case):
         before = {path: path.stat().st_mtime_ns for path in self.out.glob("*.json*")}
         code, told, said = self.run_archive(self.out, *options, environment=environment)
         self.check_all_done(code, said)
-        self.assertEqual(len(told.splitlines()), 3, told)
+        self.assertEqual(len(told.splitlines()), 1 + 3, told)
         self.assertEqual({path: path.stat().st_mtime_ns for path in self.out.glob("*.json*")}, before)
 
     def test_over_ssh(self):
@@ -78,7 +78,7 @@ class Machines(harness.Case):
         self.assertRegex(said, "^archive: warning: gone is left out: .*refused")
         self.assertEqual(len(said.splitlines()), 2, said)
         self.check_all_done(process.returncode, said)
-        self.assertEqual(len(told.splitlines()), 5 + 3, told)
+        self.assertEqual(len(told.splitlines()), 5 + 1 + 3, told)
         # A job is a login: five, one again, two to ask.
         self.assertGreaterEqual(server.sessions(), 8)
         logins = server.sessions()
@@ -106,7 +106,7 @@ class Machines(harness.Case):
         os.kill(machines.job_at_work(self.out, "long.mkv"), signal.SIGKILL)
         told, said = process.communicate(timeout=400)
         self.check_all_done(process.returncode, said)
-        self.assertEqual(len(told.splitlines()), 5 + 3, told)
+        self.assertEqual(len(told.splitlines()), 5 + 1 + 3, told)
         self.assertEqual(cluster.submitted(), 3)  # the third with what was killed
         self.check_nothing_to_do("--slurm", environment=cluster.environment)
 
@@ -115,6 +115,7 @@ class Machines(harness.Case):
         code, told, said = self.run_archive(self.out, "--slurm", environment={**os.environ, "SLURM_CONF": "/dev/null"})
         self.assertEqual((code, told), (1, ""))
         self.assertRegex(said, "^archive: no Slurm cluster answers here: .*\n$")
+        self.assertFalse(self.out.exists())
 
     def test_slurm_goes_on_without_us(self):
         cluster = machines.Slurm(array=100)

@@ -109,7 +109,8 @@ class Archive(harness.Case):
         for text in (done.stdout, listed.stdout):
             for line, begin in zip(text.splitlines()[-3:], told, strict=True):
                 self.assertTrue(line.startswith(begin), line)
-        self.assertEqual(len(done.stdout.splitlines()), 4 + 3)
+        self.assertEqual(len(done.stdout.splitlines()), 4 + 1 + 3)
+        self.assertEqual(done.stdout.splitlines()[4], f"failed: broken.mp4: {rows['broken.mp4']['error']}")
         self.assertNotIn(" left", done.stdout)  # after a second nobody can know
         self.assertRegex(listed.stdout, r"\nfailed +1  broken\.mp4: .*\n")
         self.assertRegex(listed.stdout, r"\ndone +0:00:01 +30 +[0-9.]+ +\d+ +\d+\.\d % +1  one\.mkv\n")
@@ -138,7 +139,7 @@ class Archive(harness.Case):
                              {"one.mkv": "done", "three.MP4": "done", "broken.mp4": "failed"})
             if rows and not expect and not options:
                 self.assertEqual((files(self.out), index(self.out)), (before, rows))
-                self.assertEqual(len(done.stdout.splitlines()), 3)  # the statistics alone
+                self.assertEqual(len(done.stdout.splitlines()), 1 + 3)  # what failed, and the statistics
 
         again(expect=both)
         again(expect=set())
@@ -226,8 +227,10 @@ class Archive(harness.Case):
         whole = self.long
         (videos / "cut.mkv").write_bytes(whole.read_bytes()[:whole.stat().st_size // 4])
         (videos / "cut.mp4").write_bytes((self.videos / "three.MP4").read_bytes()[:9000])
-        self.assertEqual(run(*FEW, videos, self.out).returncode, 1)
+        done = run(*FEW, videos, self.out)
+        self.assertEqual(done.returncode, 1)
         rows = index(self.out)
+        self.assertEqual(done.stdout.splitlines()[2:4], [f"done: cut.mkv: {rows['cut.mkv']['note']}", f"failed: cut.mp4: {rows['cut.mp4']['error']}"])
         self.assertEqual(rows["cut.mkv"]["status"], "done")
         self.assertRegex(rows["cut.mkv"]["note"], "has a picture up to \d\.\d s only, and says that it lasts 16.0 s")
         self.assertEqual(rows["cut.mp4"]["status"], "failed")

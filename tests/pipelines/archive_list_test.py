@@ -1,0 +1,102 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""pipelines/archive: which videos a folder has, and what is left where there is nothing to do."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import harness
+import machines
+
+SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
+
+
+def run(*arguments, **environment):
+    return subprocess.run([SOURCE / "pipelines" / "archive", "--no-install", "--set", "max-features=8", *map(str, arguments)], capture_output=True, text=True,
+                          stdin=subprocess.DEVNULL, timeout=300, env={**os.environ, "CSDTRACK_BUILD": str(BUILD), **environment})
+
+
+class List(harness.Case):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        machines.need("parallel")
+        cls.video = harness.scene_video(cls.tmp / "video.mkv", 20)
+
+    def setUp(self):
+        self.home = self.tmp / self.id().split(".")[-1]
+        self.videos, self.out = self.home / "videos", self.home / "out"
+        (self.videos / "sub").mkdir(parents=True)
+
+    def put(self, name):
+        shutil.copy(self.video, self.home / name)
+
+    def tracked(self):
+        return {str(path.relative_to(self.out)) for path in self.out.rglob("*.jsonl")}
+
+    def test_a_link_back_leads_nowhere_new(self):
+        self.put("videos/one.mkv")
+        self.put("videos/sub/two.mkv")
+        self.put("other.mkv")
+        (self.videos / "sub" / "loop").symlink_to("../..")  # where OUT is, too
+        done = run(self.videos, self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stderr, f"archive: left out, for it is '{self.videos}' again: '{self.videos}/sub/loop/videos'\n")
+        self.assertEqual(self.tracked(), {"one.mkv.jsonl", "sub/two.mkv.jsonl", "sub/loop/other.mkv.jsonl"})
+        before = {path: path.stat().st_mtime_ns for path in self.out.rglob("*.json*")}
+        self.assertEqual(run(self.videos, self.out).returncode, 0)
+        self.assertEqual({path: path.stat().st_mtime_ns for path in self.out.rglob("*.json*")}, before)
+
+    def test_each_file_and_folder_once_by_its_own_name_before_a_links(self):
+        self.put("videos/sub/two.mkv")
+        self.put("away.mkv")
+        (self.videos / "a folder").symlink_to("sub")
+        (self.videos / "a.mkv").symlink_to("sub/two.mkv")
+        (self.videos / "b.mkv").symlink_to("../away.mkv")
+        (self.videos / "c.mkv").symlink_to("../away.mkv")
+        done = run(self.videos, self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stderr, f"archive: left out, for it is '{self.videos}/sub' again: '{self.videos}/a folder', and 2 more of the kind\n")
+        self.assertEqual(self.tracked(), {"sub/two.mkv.jsonl", "b.mkv.jsonl"})
+        # Who names it, wants it; and a link to nothing is no other one's file.
+        listed = self.home / "list"
+        listed.write_text("videos/a.mkv\nvideos/sub/two.mkv\n")
+        done = run(listed, self.home / "of a list")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertTrue((self.home / "of a list" / "videos" / "a.mkv.jsonl").exists())
+        (self.videos / "d.mkv").symlink_to("nothing")
+        self.assertRegex(run(self.videos, self.out).stderr, "2 more of the kind\narchive: 1 of 3 videos not done")
+
+    def test_a_run_that_can_not_begin_leaves_nothing(self):
+        out = self.home / "deep" / "out"
+
+        def check(words, *arguments):
+            done = run(*arguments, out, PARALLEL_SSH="false")  # no host answers
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, words)
+
+        self.put("videos/one.mkv")
+        ways = (("sub' names no video", self.videos / "sub"), ("none of the hosts", "--ssh", "nurse", self.videos))
+        for way in ways:
+            check(*way)
+            self.assertEqual(list(self.home.iterdir()), [self.videos])
+        # What was there stays.
+        out.mkdir(parents=True)
+        (out / "notes").touch()
+        for way in ways:
+            check(*way)
+            self.assertEqual(list(out.iterdir()), [out / "notes"])
+        (out / "notes").unlink()
+        check(*ways[0])
+        self.assertEqual(list(out.parent.iterdir()), [out])
+        self.assertEqual(run(self.videos, out).returncode, 0)
+        check(*ways[0])
+        self.assertEqual({path.name for path in out.iterdir()}, {".archive", "index.sqlite", "one.mkv.json", "one.mkv.jsonl"})
+
+
+if __name__ == "__main__":
+    del sys.argv[1:3]
+    harness.main()
