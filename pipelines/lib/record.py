@@ -73,7 +73,8 @@ class Sidecar:
     back, though, so lines are there before it is known where the next file begins. Then what belongs into that is moved. A group of pictures
     goes into a file as a whole, and when one begins, splitmuxsink has decided about all but the last one before: earlier lines stay.
 
-    A thread of its own does so, for a disk may stand still, and who records must not wait for it.
+    A thread of its own does so, for a disk may stand still, and who records must not wait for it. Killed within moments of a file's begin, the
+    recorder may leave that file's lines in the one before.
     """
 
     def __init__(self, folder, first):

@@ -236,6 +236,7 @@ import record
                 if last.exists() and last.stat().st_size > 50_000:
                     break
                 time.sleep(0.1)
+            time.sleep(0.5)  # until then the lines of a file that has just begun may still be in the one before
             os.killpg(recorder.pid, signal.SIGKILL)
             recorder.wait()
             lines = [line for video in sorted(out.glob("*.mkv")) for line in harness.read_lines(video.with_suffix(".jsonl"), torn=video == last)]
