@@ -35,6 +35,7 @@ class Live(harness.Case):
     def test_sources(self):
         for source in ("simulate", "simulate:occlusion", "test:UYVY", "test:v210"):
             with self.subTest(source):
+                self.path.unlink(missing_ok=True)
                 done = run("--sink", "fakesink", "--seconds", 2, "--tracks", self.path, source)
                 self.assertEqual((done.returncode, done.stderr), (0, ""))
                 self.assertIn("ms a frame", done.stdout)
@@ -55,6 +56,11 @@ class Live(harness.Case):
                                        (("--set", "foo"), 2, "PROPERTY=VALUE")):
             with self.subTest(arguments=arguments):
                 self.check_refused(run(*(() if "--sink" in arguments else ("--sink", "fakesink")), *arguments), code, words)
+
+    def test_tracks_of_an_earlier_run_stay(self):
+        self.path.write_text("kept\n")
+        self.check_refused(run("--sink", "fakesink", "--seconds", 1, "--tracks", self.path, "simulate"), 2, f"'{self.path}' is there already")
+        self.assertEqual(self.path.read_text(), "kept\n")
 
     def test_links_to_it_find_the_repository(self):
         (self.tmp / "folder").symlink_to(LIVE.parent)
