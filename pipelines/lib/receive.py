@@ -184,8 +184,7 @@ def main():
         session.connect("pad-added", receiver.pad_added)
     else:
         receiver.build()
-    # What rtspsrc says of a sender that has ended without a word of farewell, and of a connection that was reset or timed out.
-    run.play(options.url, options.seconds, harmless=("window was closed",), gone=("The server closed the connection",), lost=("Could not receive message",))
+    run.play(options.url, options.seconds, harmless=("window was closed",))
     if run.over:
         print("the sender's stream ended")
     if receiver.track:

@@ -38,7 +38,7 @@ and if a live source gave fewer than its rate promises.
 
 What csdtrack is told: the preset laparoscopy-1080p (docs/pipelines.md), so on-error=pass.
 
-Exit code: 0 if all was recorded, 1 if not (one line says why; what was recorded until then is there), 2 for wrong use.
+Exit code: 0 if all was recorded, 1 if not, or if the source broke off (one line says why; what came until then is there), 2 for wrong use.
 """
 
 LATENCY = 5  # seconds of raw video that may wait for the encoder's look-ahead (2 s) and a busy disk
@@ -310,7 +310,7 @@ def record(options, begin, tracks):
         sink.set_locked_state(True)
         sink.set_state(Gst.State.PLAYING)
     try:
-        run.play(options.source, options.seconds, on_live=on_live)
+        run.play(options.source, options.seconds, through="in", on_live=on_live)
     finally:
         for sink in playing:
             sink.set_state(Gst.State.NULL)

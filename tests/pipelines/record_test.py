@@ -198,6 +198,18 @@ import record
         gave, _, due = map(float, self.SHORTAGE.search(done.stdout).groups())
         self.assertGreater(due - gave, 50, done.stdout)
 
+    def test_of_a_source_that_breaks_all_that_came_is_recorded(self):
+        """The encoder looks ahead: some frames are still in it then."""
+        program = """
+import sys, sources
+sources.begin = lambda _: "csdsimsrc ! video/x-raw,width=320,height=240,framerate=25/1 ! identity error-after=61"
+import record
+"""
+        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "breaks", self.out], cwd=RECORD.parent / "lib", capture_output=True, text=True,
+                              env=ENVIRONMENT, timeout=60)
+        self.check_refused(done, 1, "record: breaks: the source broke off (Failed after iterations as requested.)\n")
+        self.assertEqual(self.check_together(1), 60)
+
     def test_a_live_source_that_is_slower_than_it_says(self):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             probe.bind(("127.0.0.1", 0))
