@@ -250,7 +250,8 @@ def record(options, begin, tracks):
     # begin: when such a wish arrives depends on the load, and then so do the bits that are recorded.
     # A file needs no buffer model, and with one x264's threads make the bits depend on how busy the machine is.
     encoder = f"x264enc speed-preset=veryfast bitrate={options.bitrate} vbv-buf-capacity=0 key-int-max=50"
-    text = f"{begin} ! tee name=in " \
+    # single-segment: frames and lines have the times of the files, which count from the start of the recording. Those of RTSP begin elsewhere.
+    text = f"{begin} ! identity single-segment=true ! tee name=in " \
            f"in. ! {bounded} name=raw ! videoconvert ! {encoder} ! h264parse ! " \
            f"splitmuxsink name=files muxer=matroskamux max-size-time={round(options.segment * 1e9)} " \
            f"in. ! {command.FRAMES} name=look ! csdtrack name=csdtrack ! tee name=t " \

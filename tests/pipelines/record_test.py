@@ -198,6 +198,30 @@ import record
         gave, _, due = map(float, self.SHORTAGE.search(done.stdout).groups())
         self.assertGreater(due - gave, 50, done.stdout)
 
+    def test_a_source_whose_times_begin_elsewhere(self):
+        """As those of RTSP do: stream time 0 is not when the recording began."""
+        program = """
+import sys, sources
+sources.begin = lambda _: "csdsimsrc num-buffers=130 ! video/x-raw,width=320,height=240,framerate=25/1 ! identity name=late"
+import runner
+make = runner.Gst.parse_launch
+
+def late(text):
+    made = make(text)
+    if made.get_by_name("late"):
+        made.get_by_name("late").get_static_pad("src").set_offset(700_000_000)  # of running time alone
+    return made
+
+runner.Gst.parse_launch = late
+import record
+"""
+        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--segment", "2", "late", self.out], cwd=RECORD.parent / "lib",
+                              capture_output=True, text=True, env=ENVIRONMENT, timeout=60)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(self.check_together(3), 130)
+        self.assertEqual(frame_times(self.out / "00000.mkv")[0], 700)
+        self.assertEqual(review(self.out / "00001.mkv").stderr, "")
+
     def test_of_a_source_that_breaks_all_that_came_is_recorded(self):
         """The encoder looks ahead: some frames are still in it then."""
         program = """
