@@ -48,7 +48,7 @@ PATIENCE = 10  # seconds with such a disk, when all else is written
 
 def parse(arguments):
     parser = argparse.ArgumentParser(prog="pipelines/record", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
-                                     description="Records video in segments, with the tracks of points on the tissue beside each.")
+                                     description="Records video in segments, with the tracks of points on the tissue beside each. Sound is not recorded.")
     parser.add_argument("source", metavar="SOURCE", help="where the picture comes from")
     parser.add_argument("out", type=pathlib.Path, metavar="OUT", help="the folder of the recording")
     parser.add_argument("--tracks", type=pathlib.Path, metavar="DIR", help="another folder for the tracks, on another disk say")

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Runs a pipeline of these commands until it ends, is told to, or fails."""
 
+import re
 import signal
 import sys
 import time
@@ -144,6 +145,8 @@ class Run:
             if says(debug, GONE):
                 if not self.frames:
                     self.fail("the connection ended before a picture came")
+            elif warning.matches(Gst.StreamError.quark(), Gst.StreamError.CODEC_NOT_FOUND) and not re.search("'(video|image)/", text):
+                pass  # sound and the like, which nobody asked for
             # Once: a window that is too slow says every second that it is.
             elif text not in self.warnings:
                 self.warnings.add(text)
@@ -165,6 +168,10 @@ class Run:
             self._loop.quit()
         elif factory and factory.get_name() == "filesink":
             self.fail(str(command.of_filesink(element.get_property("location"), error, debug)), sources_fault=False)
+        elif factory and factory.get_name() == "csdtrackdec" and element.get_property("location"):
+            self.fail(text.partition(" Set location ")[0].rstrip(".") + ": give a .jsonl file that csdtrackenc wrote", sources_fault=False)
+        elif not self.frames and "streaming stopped" in (debug or "") and not element.sinkpads:
+            self.fail("nothing can be read from it: is it there?")  # all that souphttpsrc says of a server that isn't
         else:
             self.fail(f"{text} ({element.get_name()})")
 

@@ -113,6 +113,9 @@ class Record(harness.Case):
                 tracks.write_text(f"{wrong}\n{rest}")
                 self.check_refused(review(video, tracks), 1, f'Line 1 of "{tracks}": ')
                 self.assertIn(words, review(video, tracks).stderr)
+        tracks.write_text("time,pts\n")
+        self.check_refused(review(video, tracks), 1, f'review: Line 1 of "{tracks}": is no JSON: ')
+        self.assertRegex(review(video, tracks).stderr, ": give a .jsonl file that csdtrackenc wrote\n$")
         tracks.chmod(0)
         if not os.access(tracks, os.R_OK):  # root may read all
             self.check_refused(review(video, tracks), 1, "wrong.jsonl")
