@@ -203,18 +203,24 @@ class Pace:
     """How many frames a source gave, and in which time."""
 
     def __init__(self, runner, pad):
-        self._go_on = runner.Gst.PadProbeReturn.OK
+        self._gst = runner.Gst
+        self.position = self.duration = 0  # ns: end of the newest frame, and of the file as it says itself
         self.frames = 0
         self.live = False
         pad.add_probe(runner.Gst.PadProbeType.BUFFER, self._count)
 
-    def _count(self, pad, _info):
+    def _count(self, pad, info):
         self._end = time.monotonic()
         if not self.frames:
             self._begin = self._end
             _, *self._rate = first_structure(pad.get_current_caps()).get_fraction("framerate")  # over 0: it varies
+            known, duration = pad.peer_query_duration(self._gst.Format.TIME)
+            self.duration = duration if known else 0
         self.frames += 1
-        return self._go_on
+        buffer = info.get_buffer()
+        if buffer.pts != self._gst.CLOCK_TIME_NONE:
+            self.position = buffer.pts + (buffer.duration if buffer.duration != self._gst.CLOCK_TIME_NONE else 0)
+        return self._gst.PadProbeReturn.OK
 
     def say_shortage(self, ending):
         """Where a live source gave fewer frames than it says that it does. `ending`: when it was told to end, None if it ended by itself: what
@@ -244,6 +250,7 @@ def main():
 
 def record(options, begin, tracks):
     import runner
+    from tracking import breaks_off
     Gst = runner.Gst
     bounded = f"queue max-size-buffers=0 max-size-bytes=0 max-size-time={LATENCY}000000000"
     # key-int-max: a group of pictures of two seconds at 25 frames a second; a file ends with one. No keyframes are asked for where files
@@ -320,6 +327,9 @@ def record(options, begin, tracks):
             window.close()
     runner.say_cost(track, pace.frames)
     pace.say_shortage(run.ending)
+    torn = run.over and not pace.live and breaks_off(options.source, pace.position, pace.duration)
+    if torn:
+        print(f"record: {torn}", file=sys.stderr)
 
 
 command.run("record", main)

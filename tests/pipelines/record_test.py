@@ -225,6 +225,14 @@ import record
         self.assertEqual(frame_times(self.out / "00000.mkv")[0], 700)
         self.assertEqual(review(self.out / "00001.mkv").stderr, "")
 
+    def test_a_file_that_is_torn_is_said_to_be(self):
+        torn = self.tmp / "torn.mkv"
+        torn.write_bytes(self.video.read_bytes()[:self.video.stat().st_size // 2])
+        done = run(torn, self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stderr, rf"^record: '{torn}' has a picture up to [23]\.\d s only, and says that it lasts 5\.2 s: .*\n$")
+        self.check_together(1)
+
     def test_of_a_source_that_breaks_all_that_came_is_recorded(self):
         """The encoder looks ahead: some frames are still in it then."""
         program = """
