@@ -81,6 +81,11 @@ class Record(harness.Case):
         self.assertEqual(harness.read_lines(self.tmp / "itself.jsonl")[0]["stream_time"], 0)
         self.assertEqual(review(self.out / "00001.mkv", self.tmp / "itself.jsonl").stderr, "")
         # Another file's tracks: of other times, of another size, of another shape.
+        # Every fifth line has a frame's time where 25 frames a second meet 30.
+        fast = harness.encode(self.tmp / "fast.mkv", (harness.Scene().picture(t) for t in range(60)), *harness.H264, rate=30)
+        (self.tmp / "empty.jsonl").write_text("")
+        self.assertRegex(review(fast, self.out / "00000.jsonl").stderr, "^review: warning: .* another video's: of 50 lines 1\\d have the time of a frame\n$")
+        self.assertRegex(review(fast, self.tmp / "empty.jsonl").stderr, "^review: warning: '.*/empty.jsonl' is empty\n$")
         small, flat = (harness.scene_video(self.tmp / f"{height}.mkv", 20, width=160, height=height) for height in (120, 80))
         for video, lines, words in ((self.out / "00000.mkv", "00001", "they begin at 2.00 s.* first 50 frames, from 0.00 s on"),
                                     (self.out / "00001.mkv", "00000", "they begin at 0.00 s, the video at 2.00 s"),
