@@ -27,6 +27,14 @@ def setting(text):
     return name, value
 
 
+def check_unwritten(parser, path):
+    """A file of tracks is emptied when it is opened, before it is known whether a picture comes: an earlier run's must not be lost so."""
+    if os.path.isdir(path):
+        parser.error(f"'{path}' is a folder: name a file for the tracks")
+    if os.path.isfile(path) and os.path.getsize(path):
+        parser.error(f"'{path}' is there already: name another file for the tracks, or remove it")
+
+
 def add_common(parser):
     parser.add_argument("--set", action="append", default=[], type=setting, metavar="PROPERTY=VALUE", help="any property of csdtrack, more than once if you like")
     parser.add_argument("--no-install", action="store_true", help="install nothing; fail if something is missing")

@@ -9,7 +9,6 @@ drop any: that is pipelines/record.
 """
 
 import argparse
-import os
 import pathlib
 import re
 
@@ -29,13 +28,13 @@ def parse(arguments):
                                      description="Shows a live picture, with points on the tissue tracked in it.")
     parser.add_argument("source", nargs="?", default="simulate", metavar="SOURCE", help="where the picture comes from (simulate)")
     parser.add_argument("--sink", default="autovideosink", metavar="NAME", help="GStreamer's element for the window (autovideosink)")
-    parser.add_argument("--tracks", type=pathlib.Path, metavar="FILE", help="also write the tracks, a line of JSON a frame; an earlier FILE is overwritten")
+    parser.add_argument("--tracks", type=pathlib.Path, metavar="FILE", help="also write the tracks, a line of JSON a frame; one that holds some already is refused")
     parser.add_argument("--preset", default="live-low-latency", metavar="NAME", help="of csdtrack (live-low-latency)")
     parser.add_argument("--seconds", type=command.positive, metavar="N", help="end after so long")
     command.add_common(parser)
     options = parser.parse_args(arguments)
-    if options.tracks and os.path.isdir(options.tracks):
-        parser.error(f"'{options.tracks}' is a folder: name a file for the tracks")
+    if options.tracks:
+        command.check_unwritten(parser, options.tracks)
     if not re.fullmatch(r"[a-z0-9]+", options.sink):
         parser.error(f"--sink: '{options.sink}' is no name of an element")
     return options

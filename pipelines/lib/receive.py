@@ -15,7 +15,6 @@ One that brings its tracks along, as from pipelines/stream, is not:
 
 import argparse
 import base64
-import os
 import pathlib
 import re
 import socket
@@ -48,7 +47,7 @@ def parse(arguments):
     parser = argparse.ArgumentParser(prog="pipelines/receive", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
                                      description="Receives video, and writes the tracks of points on the tissue in it.")
     parser.add_argument("url", metavar="URL", help="where it comes from")
-    parser.add_argument("tracks", type=pathlib.Path, metavar="TRACKS", help="the file of the tracks, .jsonl; an earlier one is overwritten")
+    parser.add_argument("tracks", type=pathlib.Path, metavar="TRACKS", help="the file of the tracks, .jsonl; one that holds some already is refused")
     parser.add_argument("--display", nargs="?", const="autovideosink", metavar="SINK", help="also a window with the tracks drawn in (autovideosink)")
     parser.add_argument("--latency", type=int, default=200, metavar="MS", help="how long packets are waited for (200)")
     parser.add_argument("--preset", default="live-low-latency", metavar="NAME", help="of csdtrack (live-low-latency)")
@@ -59,8 +58,7 @@ def parse(arguments):
         parser.error(f"'{options.url}' is neither rtsp://… nor srt://…: pipelines/live and pipelines/record take other sources")
     if not 0 <= options.latency <= 60_000:
         parser.error(f"--latency: {options.latency} is not from 0 to 60000")
-    if os.path.isdir(options.tracks):
-        parser.error(f"'{options.tracks}' is a folder: name a file for the tracks")
+    command.check_unwritten(parser, options.tracks)
     if options.display and not re.fullmatch(r"[a-z0-9]+", options.display):
         parser.error(f"--display: '{options.display}' is no name of an element")
     return options
@@ -186,8 +184,7 @@ def main():
         session.connect("pad-added", receiver.pad_added)
     else:
         receiver.build()
-    # What rtspsrc says of a sender that has ended without a word of farewell, and of a connection that was reset or timed out.
-    run.play(options.url, options.seconds, harmless=("window was closed",), gone=("The server closed the connection",), lost=("Could not receive message",))
+    run.play(options.url, options.seconds, harmless=("window was closed",))
     if run.over:
         print("the sender's stream ended")
     if receiver.track:

@@ -38,7 +38,7 @@ and if a live source gave fewer than its rate promises.
 
 What csdtrack is told: the preset laparoscopy-1080p (docs/pipelines.md), so on-error=pass.
 
-Exit code: 0 if all was recorded, 1 if not (one line says why; what was recorded until then is there), 2 for wrong use.
+Exit code: 0 if all was recorded, 1 if not, or if the source broke off (one line says why; what came until then is there), 2 for wrong use.
 """
 
 LATENCY = 5  # seconds of raw video that may wait for the encoder's look-ahead (2 s) and a busy disk
@@ -48,7 +48,7 @@ PATIENCE = 10  # seconds with such a disk, when all else is written
 
 def parse(arguments):
     parser = argparse.ArgumentParser(prog="pipelines/record", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
-                                     description="Records video in segments, with the tracks of points on the tissue beside each.")
+                                     description="Records video in segments, with the tracks of points on the tissue beside each. Sound is not recorded.")
     parser.add_argument("source", metavar="SOURCE", help="where the picture comes from")
     parser.add_argument("out", type=pathlib.Path, metavar="OUT", help="the folder of the recording")
     parser.add_argument("--tracks", type=pathlib.Path, metavar="DIR", help="another folder for the tracks, on another disk say")
@@ -204,18 +204,24 @@ class Pace:
     """How many frames a source gave, and in which time."""
 
     def __init__(self, runner, pad):
-        self._go_on = runner.Gst.PadProbeReturn.OK
+        self._gst = runner.Gst
+        self.position = self.duration = 0  # ns: end of the newest frame, and of the file as it says itself
         self.frames = 0
         self.live = False
         pad.add_probe(runner.Gst.PadProbeType.BUFFER, self._count)
 
-    def _count(self, pad, _info):
+    def _count(self, pad, info):
         self._end = time.monotonic()
         if not self.frames:
             self._begin = self._end
             _, *self._rate = first_structure(pad.get_current_caps()).get_fraction("framerate")  # over 0: it varies
+            known, duration = pad.peer_query_duration(self._gst.Format.TIME)
+            self.duration = duration if known else 0
         self.frames += 1
-        return self._go_on
+        buffer = info.get_buffer()
+        if buffer.pts != self._gst.CLOCK_TIME_NONE:
+            self.position = buffer.pts + (buffer.duration if buffer.duration != self._gst.CLOCK_TIME_NONE else 0)
+        return self._gst.PadProbeReturn.OK
 
     def say_shortage(self, ending):
         """Where a live source gave fewer frames than it says that it does. `ending`: when it was told to end, None if it ended by itself: what
@@ -245,13 +251,15 @@ def main():
 
 def record(options, begin, tracks):
     import runner
+    from tracking import breaks_off
     Gst = runner.Gst
     bounded = f"queue max-size-buffers=0 max-size-bytes=0 max-size-time={LATENCY}000000000"
     # key-int-max: a group of pictures of two seconds at 25 frames a second; a file ends with one. No keyframes are asked for where files
     # begin: when such a wish arrives depends on the load, and then so do the bits that are recorded.
     # A file needs no buffer model, and with one x264's threads make the bits depend on how busy the machine is.
     encoder = f"x264enc speed-preset=veryfast bitrate={options.bitrate} vbv-buf-capacity=0 key-int-max=50"
-    text = f"{begin} ! tee name=in " \
+    # single-segment: frames and lines have the times of the files, which count from the start of the recording. Those of RTSP begin elsewhere.
+    text = f"{begin} ! identity single-segment=true ! tee name=in " \
            f"in. ! {bounded} name=raw ! videoconvert ! {encoder} ! h264parse ! " \
            f"splitmuxsink name=files muxer=matroskamux max-size-time={round(options.segment * 1e9)} " \
            f"in. ! {command.FRAMES} name=look ! csdtrack name=csdtrack ! tee name=t " \
@@ -311,7 +319,7 @@ def record(options, begin, tracks):
         sink.set_locked_state(True)
         sink.set_state(Gst.State.PLAYING)
     try:
-        run.play(options.source, options.seconds, on_live=on_live)
+        run.play(options.source, options.seconds, through="in", on_live=on_live)
     finally:
         for sink in playing:
             sink.set_state(Gst.State.NULL)
@@ -320,6 +328,9 @@ def record(options, begin, tracks):
             window.close()
     runner.say_cost(track, pace.frames)
     pace.say_shortage(run.ending)
+    torn = run.over and not pace.live and breaks_off(options.source, pace.position, pace.duration)
+    if torn:
+        print(f"record: {torn}", file=sys.stderr)
 
 
 command.run("record", main)

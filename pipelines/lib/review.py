@@ -5,10 +5,13 @@
 """
 
 import argparse
+import array
+import bisect
 import json
 import os
 import pathlib
 import re
+import statistics
 import sys
 
 import command
@@ -46,7 +49,9 @@ class Fit:
     def __init__(self, runner, run, tracks):
         self._runner, self._run, self._tracks = runner, run, tracks
         self._time, self._pts = begin_of(tracks)
-        self._frames = 0
+        self._shown = array.array("q")  # ns: which time a line must have to be a frame's
+        self._shift = 0  # ns, from a line's time to a frame's
+        self._matched = False
         self._begin = 0  # ns, of the video in its file
         self._said = False
         kinds, dec = runner.Gst.PadProbeType, run.element("csdtrack")
@@ -66,36 +71,71 @@ class Fit:
         if self._time is not None and segment.time not in (segment.start, Gst.CLOCK_TIME_NONE):
             if abs(self._time - segment.start) < abs(self._time - segment.time):
                 dec.set_property("ts-offset", shift)
-            elif self._pts is not None and abs(self._pts - segment.start) > Gst.SECOND:
+                return Gst.PadProbeReturn.REMOVE
+            self._shift = shift
+            if self._pts is not None and abs(self._pts - segment.start) > Gst.SECOND:
                 self._say(f"they begin at {self._pts / 1e9:.2f} s, the video at {segment.start / 1e9:.2f} s")
         return Gst.PadProbeReturn.REMOVE
 
     def _frame(self, _pad, info):
         Gst, buffer = self._runner.Gst, info.get_buffer()
-        self._frames += 1
+        if buffer.pts != Gst.CLOCK_TIME_NONE:
+            self._shown.append(buffer.pts + self._shift)
         meta = buffer.get_custom_meta("GstCsdTrackMeta") or buffer.get_custom_meta("GstCsdTruthMeta")
-        if meta is None and self._frames < FEW:
-            return Gst.PadProbeReturn.OK
         if meta is None:
-            self._runner.GLib.idle_add(self.end)  # after what csdtrackdec warns of
-        else:
+            if not self._matched and len(self._shown) == FEW:
+                self._runner.GLib.idle_add(self._none)  # after what csdtrackdec warns of
+            return Gst.PadProbeReturn.OK
+        if not self._matched:
+            self._matched = True
             found = meta.get_structure()
             tracked, shown = ("×".join(str(found.get_value(of + side)) for side in ("width", "height")) for of in ("tracked-", ""))
             if tracked != shown:
                 self._say(f"they are of a picture of {tracked}, the video has {shown}")
-            self._said = True
-        return Gst.PadProbeReturn.REMOVE
+        return Gst.PadProbeReturn.OK
 
     def end(self):
-        """Of what was looked at, no frame had tracks."""
-        if not self._run.warnings:
+        """Of what was shown, no frame had tracks, or one had them that are not its own: csdtrackdec takes the nearest. A recorder under load
+        leaves frames without a line, never lines without a frame: so lines are counted."""
+        if not self._matched:
+            self._none()
+            return
+        shown = sorted(self._shown)
+        # As csd-report. Matroska rounds to a millisecond.
+        near = max(1_500_000, 0.1 * statistics.median(b - a for a, b in zip(shown, shown[1:]))) if len(shown) > 1 else 0
+        hits = lines = 0
+        for time in times_of(self._tracks):
+            if time > shown[-1] + near:
+                break
+            if time >= shown[0] - near:
+                at = bisect.bisect_left(shown, time - near)
+                lines += 1
+                hits += at < len(shown) and shown[at] <= time + near
+        if 2 * hits < lines:
+            self._say(f"of {lines} lines {hits} have the time of a frame")
+
+    def _none(self):
+        if os.path.getsize(self._tracks) == 0:
+            if not self._said:
+                self._said = True
+                print(f"review: warning: '{self._tracks}' is empty", file=sys.stderr, flush=True)
+        elif not self._run.warnings:
             begin = "have no times" if self._time is None else f"begin at {self._time / 1e9:.2f} s"
-            self._say(f"they {begin}, and none is of the first {self._frames} frames, from {self._begin / 1e9:.2f} s on")
+            self._say(f"they {begin}, and none is of the first {min(len(self._shown), FEW)} frames, from {self._begin / 1e9:.2f} s on")
 
     def _say(self, why):
         if not self._said:
             self._said = True
             print(f"review: warning: the tracks in '{self._tracks}' may be another video's: {why}", file=sys.stderr, flush=True)
+
+
+def times_of(tracks):
+    """The stream times of its lines. All have been read by csdtrackdec, or will be: what is none is left out."""
+    with open(tracks, "rb") as file:
+        for line in file:
+            found = re.search(rb'"stream_time":(\d+)', line)
+            if found:
+                yield int(found[1])
 
 
 def begin_of(tracks):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Runs a pipeline of these commands until it ends, is told to, or fails."""
 
+import re
 import signal
 import sys
 import time
@@ -15,6 +16,11 @@ gi.require_version("Gst", "1.0")
 from gi.repository import GLib, Gst  # noqa: E402
 
 Gst.init(None)
+
+# What rtspsrc says of a sender that has ended without a word of farewell, and of a connection that was reset or timed out, or that it could not
+# make again.
+GONE = ("The server closed the connection",)
+LOST = ("Could not receive message", "Could not connect to server")
 
 END = 10  # seconds for what is in the pipeline to be written, once it was told to end
 
@@ -55,7 +61,7 @@ class Run:
             raise command.Failure(one_line(error.message)) from error
         self._loop = GLib.MainLoop()
         self._failure = None
-        self._source, self._harmless, self._gone, self._lost, self._seconds = "", (), (), (), None
+        self._source, self._harmless, self._through, self._seconds = "", (), "", None
         self.told = False  # by a signal, to end
         self.ending = None  # when it was first told to end, by time.monotonic()
         self.over = False  # the source ended by itself
@@ -70,12 +76,12 @@ class Run:
     def element(self, name):
         return self.pipeline.get_by_name(name)
 
-    def play(self, source, seconds=None, harmless=(), gone=(), lost=(), on_live=lambda: None):
-        """Until it ends, or `seconds` after the first picture. `source`: what the user calls it, "" where errors name it themselves. Of errors
-        and warnings, parts of texts: `harmless` ones are an end like any other; `gone` say that the source has ended, and `lost` that its
-        connection has: then what has come is still written. Raises command.Failure, also if no picture comes from the source. `on_live`:
-        called if the source is live."""
-        self._source, self._harmless, self._gone, self._lost, self._seconds = str(source), harmless, gone, lost, seconds
+    def play(self, source, seconds=None, harmless=(), through="", on_live=lambda: None):
+        """Until it ends, or `seconds` after the first picture. `source`: what the user calls it, "" where errors name it themselves. `harmless`:
+        parts of the texts of errors that are an end like any other. What has come is still written if the sender is gone or its connection is
+        lost; with `through`, the element that all pictures come through, also at any error before that. Raises command.Failure, also if no
+        picture comes from the source. `on_live`: called if the source is live."""
+        self._source, self._harmless, self._through, self._seconds = str(source), harmless, through, seconds
         for name in self._counts:
             self.element(name).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._count, name)
 
@@ -136,9 +142,11 @@ class Run:
         elif message.type == Gst.MessageType.WARNING:
             warning, debug = message.parse_warning()
             text = one_line(warning.message)
-            if says(debug, self._gone):
+            if says(debug, GONE):
                 if not self.frames:
                     self.fail("the connection ended before a picture came")
+            elif warning.matches(Gst.StreamError.quark(), Gst.StreamError.CODEC_NOT_FOUND) and not re.search("'(video|image)/", text):
+                pass  # sound and the like, which nobody asked for
             # Once: a window that is too slow says every second that it is.
             elif text not in self.warnings:
                 self.warnings.add(text)
@@ -149,16 +157,33 @@ class Run:
         factory = element.get_factory() if isinstance(element, Gst.Element) else None
         if self._failure:  # another error with the same cause
             return
-        if self.frames and says(debug, self._gone) or self.ending and says(debug, self._lost):
+        if self.frames and says(debug, GONE) or self.ending and says(debug, LOST):
             self.over = not self.ending
             self._loop.quit()
-        elif self.frames and says(debug, self._lost):
+        elif self.frames and (says(debug, LOST) or self._before(element)):
             # The end of the stream follows behind what is still on its way.
-            self._failure = f"{self._source}: the connection was lost"
+            self._failure = f"{self._source}: the {'connection was lost' if says(debug, LOST) else f'source broke off ({text})'}"
             GLib.timeout_add_seconds(END, self._loop.quit)
         elif says(text, self._harmless):
             self._loop.quit()
         elif factory and factory.get_name() == "filesink":
             self.fail(str(command.of_filesink(element.get_property("location"), error, debug)), sources_fault=False)
+        elif factory and factory.get_name() == "csdtrackdec" and element.get_property("location"):
+            self.fail(text.partition(" Set location ")[0].rstrip(".") + ": give a .jsonl file that csdtrackenc wrote", sources_fault=False)
+        elif not self.frames and "streaming stopped" in (debug or "") and not element.sinkpads:
+            self.fail("nothing can be read from it: is it there?")  # all that souphttpsrc says of a server that isn't
         else:
             self.fail(f"{text} ({element.get_name()})")
+
+    def _before(self, element):
+        """Whether it, or the bin that it is in, is the source or between that and what all pictures come through."""
+        while element.get_parent() not in (self.pipeline, None):
+            element = element.get_parent()
+        at = self._through and self.element(self._through)
+        while at:
+            pad = at.get_static_pad("sink")
+            peer = pad and pad.get_peer()
+            at = peer and peer.get_parent_element()
+            if at == element:
+                return True
+        return False

@@ -18,8 +18,8 @@ import sources
 from caps import first_structure
 
 EPILOG = sources.LISTED + """
-LEFT and RIGHT are one SOURCE each: two cards, two cameras, two files. OUT is a folder; it gets left.jsonl and right.jsonl, over earlier ones,
-a line of JSON for each frame of either (docs/metadata.md). Their running_time is by one clock: what was taken at the same time has the same, and two
+LEFT and RIGHT are one SOURCE each: two cards, two cameras, two files. OUT is a folder; it gets left.jsonl and right.jsonl, a line of JSON
+for each frame of either (docs/metadata.md); one where either holds lines already is refused. Their running_time is by one clock: what was taken at the same time has the same, and two
 cameras that nothing keeps in step differ by less than a frame. So match lines by the nearest running_time. The ids of the two are unrelated.
 
 A live source that is too fast for the machine loses frames before they are tracked, each side by itself; files lose none.
@@ -28,6 +28,9 @@ What csdtrack is told, both: the preset live-low-latency (docs/pipelines.md).
 
 Exit code: 0 if both were tracked, 1 if not (one line says why; the lines that were written until then are there), 2 for wrong use.
 """
+
+
+SIDES = ("left", "right")
 
 
 def parse(arguments):
@@ -45,12 +48,18 @@ def parse(arguments):
         parser.error(f"'{options.left}' can't be left and right at once: name two devices")
     if options.display and not re.fullmatch(r"[a-z0-9]+", options.display):
         parser.error(f"--display: '{options.display}' is no name of an element")
+    for side in SIDES:
+        command.check_unwritten(parser, file(options, side))
     return options
+
+
+def file(options, side):
+    return options.out / f"{side}.jsonl"
 
 
 def main():
     options = command.options(parse)
-    begins = {"left": sources.begin(options.left), "right": sources.begin(options.right)}
+    begins = {side: sources.begin(getattr(options, side)) for side in SIDES}
     command.check_window(options.display, "--display")
     with command.folders(options.out):
         stereo(options, begins)
@@ -63,7 +72,7 @@ def stereo(options, begins):
         # async=false: a side does not wait for the other to begin.
         text += f"{begin} ! {command.FRAMES} name={side}-in ! csdtrack name={side} ! tee name={side}-tee " \
                 f"{side}-tee. ! {command.LINES} ! csdtrackenc ! application/x-ndjson ! " \
-                f"{command.lines_file(options.out / f'{side}.jsonl')} "
+                f"{command.lines_file(file(options, side))} "
         if options.display:
             text += f"{side}-tee. ! {command.FRAMES} name={side}-show ! videoconvert ! both.sink_{'01'[side == 'right']} "
     if options.display:

@@ -45,7 +45,7 @@ def parse(arguments):
     parser.add_argument("--path", default="csdtrack", metavar="NAME", help="of the URL (csdtrack)")
     parser.add_argument("--bitrate", type=int, default=4000, metavar="KBIT", help="of the video, kbit/s (4000)")
     parser.add_argument("--overlay", action="store_true", help="draw the tracks into the picture that is served")
-    parser.add_argument("--tracks", type=pathlib.Path, metavar="FILE", help="also write the tracks here, a line of JSON a frame; an earlier FILE is overwritten")
+    parser.add_argument("--tracks", type=pathlib.Path, metavar="FILE", help="also write the tracks here, a line of JSON a frame; one that holds some already is refused")
     parser.add_argument("--preset", default="live-low-latency", metavar="NAME", help="of csdtrack (live-low-latency)")
     parser.add_argument("--seconds", type=command.positive, metavar="N", help="end after so long")
     command.add_common(parser)
@@ -56,8 +56,8 @@ def parse(arguments):
         parser.error(f"--path: '{options.path}' is more than letters, digits, _ and -")
     if not 1 <= options.bitrate <= 2_000_000:
         parser.error(f"--bitrate: {options.bitrate} is not from 1 to 2000000")
-    if options.tracks and os.path.isdir(options.tracks):
-        parser.error(f"'{options.tracks}' is a folder: name a file for the tracks")
+    if options.tracks:
+        command.check_unwritten(parser, options.tracks)
     return options
 
 

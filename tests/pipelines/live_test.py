@@ -35,6 +35,7 @@ class Live(harness.Case):
     def test_sources(self):
         for source in ("simulate", "simulate:occlusion", "test:UYVY", "test:v210"):
             with self.subTest(source):
+                self.path.unlink(missing_ok=True)
                 done = run("--sink", "fakesink", "--seconds", 2, "--tracks", self.path, source)
                 self.assertEqual((done.returncode, done.stderr), (0, ""))
                 self.assertIn("ms a frame", done.stdout)
@@ -45,6 +46,7 @@ class Live(harness.Case):
     def test_what_is_not_there_or_wrong_is_one_line(self):
         for arguments, code, words in ((("/dev/video99",), 1, "no device /dev/video99"), (("/dev/null",), 1, "/dev/null"),
                                        (("/dev/video99/x",), 1, "no device"), (("test:v211",), 2, "test:v210"), (("nothing.mp4",), 1, "no file"),
+                                       (("http://127.0.0.1:1/x",), 1, "live: http://127.0.0.1:1/x: nothing can be read from it"),
                                        (("decklink:x",), 2, "number"), (("--preset", "fast"), 2, "live-low-latency"),
                                        (("--set", "foo=1"), 2, "'foo'"), (("simulate:fog",), 2, "smoke, specular"),
                                        (("--set", "name=x"), 2, "max-features"), (("--set", "algorithm=foo"), 2, "csd, csd-2012"),
@@ -55,6 +57,11 @@ class Live(harness.Case):
                                        (("--set", "foo"), 2, "PROPERTY=VALUE")):
             with self.subTest(arguments=arguments):
                 self.check_refused(run(*(() if "--sink" in arguments else ("--sink", "fakesink")), *arguments), code, words)
+
+    def test_tracks_of_an_earlier_run_stay(self):
+        self.path.write_text("kept\n")
+        self.check_refused(run("--sink", "fakesink", "--seconds", 1, "--tracks", self.path, "simulate"), 2, f"'{self.path}' is there already")
+        self.assertEqual(self.path.read_text(), "kept\n")
 
     def test_links_to_it_find_the_repository(self):
         (self.tmp / "folder").symlink_to(LIVE.parent)

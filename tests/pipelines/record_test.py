@@ -81,6 +81,11 @@ class Record(harness.Case):
         self.assertEqual(harness.read_lines(self.tmp / "itself.jsonl")[0]["stream_time"], 0)
         self.assertEqual(review(self.out / "00001.mkv", self.tmp / "itself.jsonl").stderr, "")
         # Another file's tracks: of other times, of another size, of another shape.
+        # Every fifth line has a frame's time where 25 frames a second meet 30.
+        fast = harness.encode(self.tmp / "fast.mkv", (harness.Scene().picture(t) for t in range(60)), *harness.H264, rate=30)
+        (self.tmp / "empty.jsonl").write_text("")
+        self.assertRegex(review(fast, self.out / "00000.jsonl").stderr, "^review: warning: .* another video's: of 50 lines 1\\d have the time of a frame\n$")
+        self.assertRegex(review(fast, self.tmp / "empty.jsonl").stderr, "^review: warning: '.*/empty.jsonl' is empty\n$")
         small, flat = (harness.scene_video(self.tmp / f"{height}.mkv", 20, width=160, height=height) for height in (120, 80))
         for video, lines, words in ((self.out / "00000.mkv", "00001", "they begin at 2.00 s.* first 50 frames, from 0.00 s on"),
                                     (self.out / "00001.mkv", "00000", "they begin at 0.00 s, the video at 2.00 s"),
@@ -113,6 +118,9 @@ class Record(harness.Case):
                 tracks.write_text(f"{wrong}\n{rest}")
                 self.check_refused(review(video, tracks), 1, f'Line 1 of "{tracks}": ')
                 self.assertIn(words, review(video, tracks).stderr)
+        tracks.write_text("time,pts\n")
+        self.check_refused(review(video, tracks), 1, f'review: Line 1 of "{tracks}": is no JSON: ')
+        self.assertRegex(review(video, tracks).stderr, ": give a .jsonl file that csdtrackenc wrote\n$")
         tracks.chmod(0)
         if not os.access(tracks, os.R_OK):  # root may read all
             self.check_refused(review(video, tracks), 1, "wrong.jsonl")
@@ -197,6 +205,50 @@ import record
         self.assertRegex(done.stdout, self.SHORTAGE)
         gave, _, due = map(float, self.SHORTAGE.search(done.stdout).groups())
         self.assertGreater(due - gave, 50, done.stdout)
+
+    def test_a_source_whose_times_begin_elsewhere(self):
+        """As those of RTSP do: stream time 0 is not when the recording began."""
+        program = """
+import sys, sources
+sources.begin = lambda _: "csdsimsrc num-buffers=130 ! video/x-raw,width=320,height=240,framerate=25/1 ! identity name=late"
+import runner
+make = runner.Gst.parse_launch
+
+def late(text):
+    made = make(text)
+    if made.get_by_name("late"):
+        made.get_by_name("late").get_static_pad("src").set_offset(700_000_000)  # of running time alone
+    return made
+
+runner.Gst.parse_launch = late
+import record
+"""
+        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--segment", "2", "late", self.out], cwd=RECORD.parent / "lib",
+                              capture_output=True, text=True, env=ENVIRONMENT, timeout=60)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(self.check_together(3), 130)
+        self.assertEqual(frame_times(self.out / "00000.mkv")[0], 700)
+        self.assertEqual(review(self.out / "00001.mkv").stderr, "")
+
+    def test_a_file_that_is_torn_is_said_to_be(self):
+        torn = self.tmp / "torn.mkv"
+        torn.write_bytes(self.video.read_bytes()[:self.video.stat().st_size // 2])
+        done = run(torn, self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stderr, rf"^record: '{torn}' has a picture up to [23]\.\d s only, and says that it lasts 5\.2 s: .*\n$")
+        self.check_together(1)
+
+    def test_of_a_source_that_breaks_all_that_came_is_recorded(self):
+        """The encoder looks ahead: some frames are still in it then."""
+        program = """
+import sys, sources
+sources.begin = lambda _: "csdsimsrc ! video/x-raw,width=320,height=240,framerate=25/1 ! identity error-after=61"
+import record
+"""
+        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "breaks", self.out], cwd=RECORD.parent / "lib", capture_output=True, text=True,
+                              env=ENVIRONMENT, timeout=60)
+        self.check_refused(done, 1, "record: breaks: the source broke off (Failed after iterations as requested.)\n")
+        self.assertEqual(self.check_together(1), 60)
 
     def test_a_live_source_that_is_slower_than_it_says(self):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:

@@ -8,6 +8,7 @@ import pathlib
 import shutil
 import subprocess
 import sys
+import unittest
 
 import harness
 from reports import BUILD, ENVIRONMENT, FPS, PROGRAM, Made, features, picture, report, write_tracks
@@ -73,6 +74,21 @@ class Command(Made):
         self.refused(self.video, write_tracks(self.tmp / "none.jsonl", 5, lambda _: []), out, words=["no position"])
         self.assertFalse(out.exists())
         self.assertEqual(list(self.tmp.glob(".unfinished-*")), [])
+
+    @unittest.skipUnless(os.geteuid() == 0, "mounting wants root")
+    def test_a_full_disk_is_the_page_s(self):
+        """Be it full of the tracks, when the video is copied, or when ffmpeg writes another."""
+        boxed = self.tmp / "boxed.mkv"
+        subprocess.run(["ffmpeg", "-v", "error", "-i", self.video, "-c", "copy", boxed], check=True, stdin=subprocess.DEVNULL)
+        short, disk = write_tracks(self.tmp / "few.jsonl", 5, features), self.tmp / "disk"
+        disk.mkdir()
+        for video, tracks in ((self.video, self.tracks), (self.video, short), (boxed, short)):
+            if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=24k", "tmpfs", disk], capture_output=True).returncode:
+                raise unittest.SkipTest("mounting is not allowed here")
+            try:
+                self.refused(video, tracks, disk / "page", words=[f"csd-report: can't write into '{disk}/page' (the disk is full)"])
+            finally:
+                subprocess.run(["umount", disk], check=True)
 
     def test_names_that_are_not_utf_8(self):
         odd = os.fsdecode(b"\xff")

@@ -83,6 +83,10 @@ class Stereo(harness.Case):
         # Files that were opened stay, for they may be another command's.
         self.check_refused(run("simulate", file, self.out), 1, str(file))
         self.assertEqual(sorted(path.name for path in self.out.iterdir()), ["left.jsonl", "right.jsonl"])
+        # Lines of an earlier run are not written over, be they of one side.
+        (self.out / "right.jsonl").write_text("kept\n")
+        self.check_refused(run("simulate", "simulate", self.out, "--seconds", "1"), 2, "right.jsonl' is there already")
+        self.assertEqual((self.out / "right.jsonl").read_text(), "kept\n")
 
 
 if __name__ == "__main__":

@@ -93,6 +93,7 @@ class Relay:
 class Stream(harness.Case):
     def setUp(self):
         self.sent, self.got = self.tmp / "sent.jsonl", self.tmp / "got.jsonl"
+        self.got.unlink(missing_ok=True)
 
     def start(self, *arguments):
         process = subprocess.Popen(list(map(str, arguments)), env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True)
@@ -103,6 +104,7 @@ class Stream(harness.Case):
 
     def stream(self, *arguments):
         """Its process and its URL."""
+        self.sent.unlink(missing_ok=True)
         process = self.start(*command("stream", "--port", 0, "--tracks", self.sent, *arguments))
         url = process.stdout.readline().strip()
         self.assertRegex(url, r"^rtsp://127\.0\.0\.1:\d+/csdtrack$")
@@ -180,6 +182,9 @@ class Stream(harness.Case):
         self.assertEqual(receiver.stdout.read(), f"receive: rtsp://127.0.0.1:{relay.port}/csdtrack: the connection was lost\n")
         self.assertEqual(receiver.wait(60), 1)
         self.assertTrue(harness.read_lines(self.got))
+        self.check_refused(run("receive", f"rtsp://127.0.0.1:{relay.port}/csdtrack", self.got), 2, f"'{self.got}' is there already")
+        self.assertTrue(harness.read_lines(self.got))
+        self.got.unlink()
         # Before a picture the cause is said, be it reset or closed.
         for end in (Relay.reset, Relay.close):
             relay = Relay(self, urllib.parse.urlsplit(url).port, at_once=end)
@@ -233,7 +238,7 @@ class Stream(harness.Case):
 
     def test_other_commands_take_the_stream(self):
         _, url = self.stream("--overlay", "simulate")
-        self.receive(5, "--sink", "fakesink", "--tracks", self.got, url, program="live")
+        self.assertNotIn("ndjson", self.receive(5, "--sink", "fakesink", "--tracks", self.got, url, program="live"))  # is no picture: no matter
 
     def test_who_comes_while_another_looks_gets_the_same(self):
         _, url = self.stream("simulate")

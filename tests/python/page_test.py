@@ -91,6 +91,10 @@ class Page(harness.Case):
         self.assertIn(new.split()[-1], {f.split(":")[0] for row in rows for f in row.split()[1:]})
 
     def test_an_error_is_the_exit_text(self):
+        for block in (b for b in BLOCKS if "VideoCapture" in b):
+            done = subprocess.run([sys.executable, "-c", block, "missing.mkv"], capture_output=True, text=True, timeout=HANGS)
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr.splitlines()[-1], "^can't read .*missing.mkv$")  # OpenCV warns before
         for mark in ("get_custom_meta", "add_signal_watch"):
             block, = (b for b in BLOCKS if mark in b)
             done = subprocess.run([sys.executable, "-c", block, __file__], capture_output=True, text=True, timeout=HANGS)

@@ -2,6 +2,7 @@
 """Puts a page together: OUT/index.html, what it shows and what it needs."""
 
 import bisect
+import errno
 import html
 import os
 import pathlib
@@ -86,6 +87,11 @@ def make(video, tracks, out, title, wanted):
             shutil.rmtree(old)
         else:
             os.replace(folder, out)
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        # It may name the file that was copied.
+        raise Failure(f"can't write into '{out}' (the disk is full): make room or give another OUT") from error
     finally:
         shutil.rmtree(folder, ignore_errors=True)
     return notes

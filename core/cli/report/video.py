@@ -2,10 +2,13 @@
 """The video of a page: what a browser plays, and when its frames are shown."""
 
 import array
+import errno
 import json
+import os
 import shutil
 import statistics
 import subprocess
+import tempfile
 
 from failure import Failure, Progress
 
@@ -97,9 +100,10 @@ def prepare(video, folder, wanted):
     sound = ["-c:a", "copy" if all(s in SOUND["mp4"] for s in video.sound) else "aac"]
     command = ["ffmpeg", "-v", "error", "-nostdin", "-y", "-progress", "pipe:1", "-i", f"file:{video.path}", "-map", f"0:{video.index}",
                "-map", "0:a:0?", *how, *sound, "-movflags", "+faststart", f"file:{path}"]
+    log = tempfile.TemporaryFile("w+", errors="replace")  # elsewhere: the disk of the page may be full
     try:
         with Progress(what, wanted) as progress, subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                                                  stderr=open(folder / "ffmpeg.log", "w+"), text=True) as run:
+                                                                  stderr=log, text=True) as run:
             try:
                 for line in run.stdout:
                     name, _, value = line.partition("=")
@@ -112,9 +116,12 @@ def prepare(video, folder, wanted):
                 raise
     except FileNotFoundError:
         raise Failure("there is no ffmpeg, and this video has to be converted: install ffmpeg") from None
-    log = folder / "ffmpeg.log"
-    why = (log.read_text(errors="replace").strip().splitlines() or ["ffmpeg failed"])[-1]
-    log.unlink()
+    with log:
+        log.seek(0)
+        said = log.read().strip()
+    if os.strerror(errno.ENOSPC) in said:  # ffmpeg may end with 0 even so
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     if run.returncode:
+        why = (said.splitlines() or ["ffmpeg failed"])[-1]
         raise Failure(f"'{video.path}' can't be converted ({why})")
     return path, cut
