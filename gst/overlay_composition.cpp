@@ -24,6 +24,11 @@ struct Unref {
 };
 using Pixels = std::unique_ptr<GstBuffer, Unref>;
 
+struct UnrefComposition {
+  void operator()(GstVideoOverlayComposition *composition) const { gst_video_overlay_composition_unref(composition); }
+};
+using Composition = std::unique_ptr<GstVideoOverlayComposition, UnrefComposition>;
+
 /// A sprite as overlay rectangles take it: premultiplied, in the byte order of a native 32-bit ARGB word.
 Pixels to_pixels(const Sprite &sprite) {
   const auto width = static_cast<guint>(sprite.rgba.cols), height = static_cast<guint>(sprite.rgba.rows);
@@ -75,7 +80,7 @@ void OverlayComposition::attach(GstBuffer *buffer, const Tracks &tracks, int lef
   }
   impl_->entries.next_frame();
   GstVideoOverlayCompositionMeta *earlier = gst_buffer_get_video_overlay_composition_meta(buffer);
-  GstVideoOverlayComposition *composition = nullptr;
+  Composition composition;
   for (const Feature &feature : tracks.features) {
     if (feature.state == FeatureState::ended || !(std::abs(feature.x) < 1e6) || !(std::abs(feature.y) < 1e6)) continue;
     const Impl::Entry &entry = impl_->entry(feature, tracks.width);
@@ -86,23 +91,20 @@ void OverlayComposition::attach(GstBuffer *buffer, const Tracks &tracks, int lef
     GstVideoOverlayRectangle *rectangle = gst_video_overlay_rectangle_new_raw(
         entry.pixels.get(), left + x, top + y, static_cast<guint>(entry.size.width),
         static_cast<guint>(entry.size.height), GST_VIDEO_OVERLAY_FORMAT_FLAG_PREMULTIPLIED_ALPHA);
+    if (!composition && earlier) composition.reset(gst_video_overlay_composition_copy(earlier->overlay));
     if (composition)
-      gst_video_overlay_composition_add_rectangle(composition, rectangle);
-    else if (earlier)
-      composition = gst_video_overlay_composition_copy(earlier->overlay),
-      gst_video_overlay_composition_add_rectangle(composition, rectangle);
+      gst_video_overlay_composition_add_rectangle(composition.get(), rectangle);
     else
-      composition = gst_video_overlay_composition_new(rectangle);
+      composition.reset(gst_video_overlay_composition_new(rectangle));
     gst_video_overlay_rectangle_unref(rectangle);
   }
   if (!composition) return;
   if (earlier) {
     // Elements that render look at the first composition of a buffer only.
     gst_video_overlay_composition_unref(earlier->overlay);
-    earlier->overlay = composition;
+    earlier->overlay = composition.release();
   } else {
-    gst_buffer_add_video_overlay_composition_meta(buffer, composition);
-    gst_video_overlay_composition_unref(composition);
+    gst_buffer_add_video_overlay_composition_meta(buffer, composition.get());
   }
 }
 
