@@ -48,10 +48,14 @@ bool is_of_opencv(void *caller) {
   return dladdr(caller, &info) && info.dli_fname && std::strstr(info.dli_fname, "libopencv");
 }
 
+void *allocate_or_null(std::size_t size, std::size_t alignment, void *caller) noexcept {
+  if (counting && !is_of_opencv(caller) && fails(operator_new)) return nullptr;
+  return alignment ? std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment)
+                   : std::malloc(size ? size : 1);
+}
+
 void *allocate(std::size_t size, std::size_t alignment, void *caller) {
-  if (counting && !is_of_opencv(caller) && fails(operator_new)) throw std::bad_alloc();
-  void *memory = alignment ? std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment)
-                           : std::malloc(size ? size : 1);
+  void *memory = allocate_or_null(size, alignment, caller);
   if (!memory) throw std::bad_alloc();
   return memory;
 }
@@ -83,6 +87,12 @@ void *operator new(std::size_t size, std::align_val_t a) {
 }
 void *operator new[](std::size_t size, std::align_val_t a) {
   return allocate(size, static_cast<std::size_t>(a), __builtin_return_address(0));
+}
+void *operator new(std::size_t size, const std::nothrow_t &) noexcept {
+  return allocate_or_null(size, 0, __builtin_return_address(0));
+}
+void *operator new[](std::size_t size, const std::nothrow_t &) noexcept {
+  return allocate_or_null(size, 0, __builtin_return_address(0));
 }
 void operator delete(void *memory) noexcept {
   std::free(memory);
