@@ -30,7 +30,8 @@ check() {
   fi
 }
 
-# meson_tests NAME DIR [MESON TEST OPTIONS]: runs tests of a build folder and counts their cases.
+# meson_tests NAME DIR [MESON TEST OPTIONS]: runs tests of a build folder and counts their cases. One at a time more than there are
+# processors: many of the pipelines' wait for a clock.
 meson_tests() {
   local name=$1 dir=$2 setup='' option start=$SECONDS log
   shift 2
@@ -38,7 +39,7 @@ meson_tests() {
   log=$logs/tests-$name.log
   rm -f "$dir"/meson-logs/testlog*
   CSDTRACK_CLIPS=${CSDTRACK_CLIPS:-$root/../shared/clips} \
-    meson test -C "$dir" --no-rebuild "$@" >"$log" 2>&1 </dev/null
+    meson test -C "$dir" --no-rebuild --num-processes $((jobs + 1)) "$@" >"$log" 2>&1 </dev/null
   local -a tally
   if ! mapfile -t tally < <("$root/tests/lib/tally.py" "$dir/meson-logs" $setup 2>>"$log") || [ ${#tally[@]} = 0 ]; then
     tally=('0 1 0' 'meson test did not run')
