@@ -240,7 +240,8 @@ TEST(FrameView, LeavesOutADecodersPadding) {
 
 TEST(MappedFrame, RefusesAGstVideoMetaThatLies) {
   const GstVideoInfo info = scene::info_of(GST_VIDEO_FORMAT_I420, 64, 48);
-  const auto maps = [&info](void (*lie)(GstVideoMeta & meta)) {
+  using Lie = void (*)(GstVideoMeta &);
+  const auto maps = [&info](Lie lie) {
     const scene::Buffer buffer(gst_buffer_new_allocate(nullptr, info.size, nullptr));
     gst_buffer_memset(buffer.get(), 0, 0, info.size);
     lie(*gst_buffer_add_video_meta(buffer.get(), GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_I420, 64, 48));
