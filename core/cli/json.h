@@ -21,7 +21,9 @@ struct UnrefObject {
 /// single quotes, `var x =` and a second object behind the first.
 class JsonText {
  public:
-  JsonText() : parser_(json_parser_new_immutable()) {}
+  /// Not json_parser_new_immutable(): json-glib 1.10 (Debian 13) leaves some roots mutable, and aborts the process
+  /// then.
+  JsonText() : parser_(json_parser_new()) {}
 
   /// Gives the root; null if the text is no JSON, or has more members and elements than `most_values` (json-glib takes
   /// 200 bytes for one): error() says why.
