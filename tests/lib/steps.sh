@@ -91,8 +91,8 @@ step_tests() { meson_tests tests "$root/build" --no-suite=quickstart; }
 step_quickstart() { meson_tests quickstart "$root/build" --suite=quickstart; }
 step_leaks() { meson_tests leaks "$root/build" --setup=leaks --suite=check; }
 
-# The programs and the simulator's whole pictures are tests/long's: each a third of the time.
-step_asan() { asan_tests disabled --no-suite=whole-pictures; }
+# The programs, the simulator's whole pictures and larger sizes of csdtrack_states are tests/long's: each a good part of the time.
+step_asan() { CSDTRACK_SIZES=small asan_tests disabled --no-suite=whole-pictures; }
 
 # asan_tests PROGRAMS [MESON TEST OPTIONS]: with the programs (enabled) or without (disabled).
 asan_tests() {
