@@ -6,6 +6,7 @@
 #include <optional>
 #include <system_error>
 
+#include "track/shown_text.h"
 #include "track/types.h"
 
 namespace csd {
@@ -20,14 +21,6 @@ std::string_view trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(blanks);
   if (first == text.npos) return {};
   return text.substr(first, text.find_last_not_of(blanks) - first + 1);
-}
-
-/// The bad part in quotation marks: short, and only what is printable, for messages must be UTF-8.
-std::string shown(std::string_view part) {
-  constexpr std::size_t most = 40;
-  std::string text = "\"";
-  for (const char c : part.substr(0, most)) text += c >= ' ' && c <= '~' ? c : '?';
-  return text + (part.size() > most ? "…\"" : "\"");
 }
 
 /// std::from_chars knows no locale. It takes no plus sign; people write one.
@@ -61,8 +54,8 @@ Parsed<std::vector<cv::Point2d>> parse_points(std::string_view text) {
   if (text.empty()) return result;
 
   const auto fail = [&](std::string_view part, std::string_view why) {
-    result.error = "points: " + shown(trimmed(part)) + " (point " + std::to_string(result.value.size() + 1) + ") " +
-                   std::string(why) + ". " + std::string(points_help);
+    result.error = "points: " + shown_text(trimmed(part)) + " (point " + std::to_string(result.value.size() + 1) +
+                   ") " + std::string(why) + ". " + std::string(points_help);
     result.value.clear();
     return result;
   };
@@ -92,7 +85,7 @@ Parsed<cv::Rect> parse_region(std::string_view text) {
   if (text.empty()) return result;
 
   const auto fail = [&](std::string_view part, std::string_view why) {
-    result.error = "region: " + shown(trimmed(part)) + " " + std::string(why) + ". " + std::string(region_help);
+    result.error = "region: " + shown_text(trimmed(part)) + " " + std::string(why) + ". " + std::string(region_help);
     result.value = {};
     return result;
   };

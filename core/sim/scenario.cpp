@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "track/shown_text.h"
+
 namespace csd::sim {
 namespace {
 
@@ -83,14 +85,6 @@ std::string_view trim(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(" \t\n") + 1 - begin);
 }
 
-/// In quotation marks: short, and only what is printable, for messages must be UTF-8.
-std::string shown(std::string_view part) {
-  constexpr std::size_t most = 40;
-  std::string text = "\"";
-  for (const char c : part.substr(0, most)) text += c >= ' ' && c <= '~' ? c : '?';
-  return text + (part.size() > most ? "…\"" : "\"");
-}
-
 [[noreturn]] void fail(const std::string &what) {
   throw std::invalid_argument(what);
 }
@@ -100,7 +94,7 @@ double parse_strength(std::string_view name, std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed);
   // (The comparison is false for NaN as well.)
   if (error != std::errc{} || end != text.data() + text.size() || !(value >= 0 && value <= strongest)) {
-    fail("the strength of " + std::string(name) + " must be a number from 0 to 4, not " + shown(text));
+    fail("the strength of " + std::string(name) + " must be a number from 0 to 4, not " + shown_text(text));
   }
   return value;
 }
@@ -123,7 +117,7 @@ void Effects::set(std::string_view text) {
     const auto equals = item.find('=');
     const std::string_view name = trim(item.substr(0, equals));
     const auto effect = find(effect_names, name);
-    if (!effect) fail("no effect " + shown(name) + "; there are " + list(effect_names));
+    if (!effect) fail("no effect " + shown_text(name) + "; there are " + list(effect_names));
     if (std::exchange(named[*effect], true)) fail("the effect " + std::string(name) + " is named twice");
     result[*effect] = equals == item.npos ? 1 : parse_strength(name, trim(item.substr(equals + 1)));
   }
@@ -136,7 +130,7 @@ std::string_view scenario_name(Scenario scenario) {
 
 Scenario parse_scenario(std::string_view name) {
   const auto index = find(scenario_names, trim(name));
-  if (!index) fail("no scenario " + shown(name) + "; there are " + list(scenario_names));
+  if (!index) fail("no scenario " + shown_text(name) + "; there are " + list(scenario_names));
   return static_cast<Scenario>(*index);
 }
 
