@@ -33,6 +33,7 @@ new_root() {
   else
     folder=$(mktemp -d "${TMPDIR:-/tmp}/csdtrack-$suite.XXXXXX") || exit 1
     trap 'rm -rf --one-file-system "$folder"' EXIT
+    chmod 755 "$folder"  # it is the / of users such as munge's, whose daemon does not start otherwise
   fi
   folder=$(cd "$folder" && pwd)
   logs=${logs:-$folder.log}
