@@ -3,7 +3,6 @@
 
 import json
 import pathlib
-import shutil
 
 import claims
 import figures
@@ -185,7 +184,6 @@ def over_time(folder, name, kinds, scores):
 
 
 def draw(plan, found, folder):
-    folder.mkdir(parents=True)
     simulation = plan.sequence("simulation")
     over_time(folder, "fig7", [simulation], found.simulation)
     panels = []
@@ -315,8 +313,6 @@ def section(plan, out, path, command, _jobs):
     running.learning_cost(plan, out)  # alone: it measures time
     of_runs = [f(plan, out) for f in (running.versions, running.spent, running.by_the_clock)]
     found = Findings(plan, out)
-    pictures = page.figures_of(path)
-    drawn = pictures.with_name(f".unfinished-{pictures.name}")
-    shutil.rmtree(drawn, ignore_errors=True)
+    drawn, pictures = page.folder_for_figures(path, "paper")
     draw(plan, found, drawn)
-    return text(plan, found, command, pictures.name, *of_runs), drawn
+    return text(plan, found, command, pictures, *of_runs), drawn

@@ -98,3 +98,16 @@ def learning(path, cost):
             panel.add(search, style, points)
         panels.append(panel)
     draw(path, panels, 2)
+
+
+def reliability(path, groups):
+    """The reliability diagram of each group (name, csd-score's calibration): how often a confidence is right, and is given."""
+    panels = [Panel("reliability", "confidence", "share that is visible and within τ"),
+              Panel("reports", "confidence", "share of all reports", "set logscale y; set yrange [1e-4:1]")]
+    panels[0].add("perfect", STYLES["still"], [(0, 0), (1, 1)])
+    for (name, calibration), style in zip(groups, (STYLES["csd-2012"], STYLES["sift"])):
+        bins = [b for b in calibration["bins"] if b["reports"]]
+        reports = sum(b["reports"] for b in bins)
+        panels[0].add(name, style, [(b["confidence"], b["frequency"]) for b in bins])
+        panels[1].add(name, style, [(b["confidence"], b["reports"] / reports) for b in bins])
+    draw(path, panels, 2)

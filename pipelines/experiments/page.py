@@ -91,14 +91,13 @@ def empty(command):
     return f"\nNot run yet: `pipelines/experiments/{command}`.\n\n"
 
 
-def write(path, command, section, figures=None):
-    """The page with this section and the others as they are; whole or not at all. figures: folder that becomes the page's own."""
+def write(path, command, section, figures):
+    """The page with this section and the others as they are; whole or not at all. figures: folder that becomes the section's own."""
     kept = {**sections(path), command: f"\n{section.strip()}\n\n"}
     text = HEAD + "".join("\n{}\n{}{}\n".format(marks(c)[0], kept[c] or empty(c), marks(c)[1]) for c in COMMANDS)
     unfinished = aside(path, linked(text, path.parent))
-    if figures:
-        shutil.rmtree(figures_of(path), ignore_errors=True)
-        os.replace(figures, figures_of(path))
+    shutil.rmtree(figures_of(path, command), ignore_errors=True)
+    os.replace(figures, figures_of(path, command))
     os.replace(unfinished, path)
 
 
@@ -108,6 +107,15 @@ def linked(text, folder):
     return text if folder == docs else re.sub(r"\]\(([\w-]+\.md)", rf"]({os.path.relpath(docs, folder)}/\1", text)
 
 
-def figures_of(path):
-    """The folder of the page's figures."""
-    return pathlib.Path(path).with_suffix("")
+def figures_of(path, command):
+    """The folder of the figures in this section of the page."""
+    return pathlib.Path(path).with_suffix("") / command
+
+
+def folder_for_figures(path, command):
+    """An empty folder beside the one that it is to replace. How the page links to that: this folder's figures are not there yet."""
+    folder = figures_of(path, command)
+    drawn = folder.with_name(f".unfinished-{command}")
+    shutil.rmtree(drawn, ignore_errors=True)
+    drawn.mkdir(parents=True)
+    return drawn, f"{folder.parent.name}/{command}"

@@ -7,6 +7,7 @@ import json
 import pathlib
 import sys
 
+import figures
 import page
 import running
 import sequences
@@ -224,6 +225,13 @@ def calibration_part(found):
                   [[number(b["confidence"]), str(b["reports"]), number(b["frequency"])] for b in found["bins"] if b["reports"]]))
 
 
+def diagram_part(everything, mixed, folder, linked):
+    """The simulated sequences, and the one with everything in it by itself."""
+    figures.reliability(folder / "calibration.svg", [("all sequences", everything), ("everything mixed", mixed)])
+    return (f"Of *everything mixed* alone: {number(mixed['ece'], 4)}. How often each confidence was right, and how often it was given:\n\n"
+            f"![]({linked}/calibration.svg)\n")
+
+
 def palindromes_part(found):
     lines = []
     for name, goals in GOALS["palindromes"].items():
@@ -298,7 +306,7 @@ def check(path):
 
 
 def section(plan, out, path, command, jobs):
-    """Scores all runs. Returns the section's text, and no figures."""
+    """Scores all runs, and draws the figure. Returns the section's text and the folder of its figure."""
     versions, spent = running.versions(plan, out), running.spent(plan, out)
     previous = page.sections(path)["beyond"]
     simulated, pictures = rows_of(plan)
@@ -308,8 +316,10 @@ def section(plan, out, path, command, jobs):
         scored = list(pool.map(lambda row: score(plan, out, row[2]), simulated + pictures))
         everything, of_pictures = (pool.submit(calibration, plan, out, [s for *_, kinds in of for s in kinds]) if of else None
                                    for of in (simulated, pictures))
+    drawn, linked = page.folder_for_figures(path, "beyond")
     rows = [Row(*of, scores) for of, scores in zip(simulated + pictures, scored)]
     rows, real = rows[:len(simulated)], rows[len(simulated):]
+    mixed = rows[list(GOALS["rows"]).index("mixed")].csd["calibration"]
     features = plan.sequences[0].features
     text = f"""## csd: what it reaches
 
@@ -334,6 +344,7 @@ By sequence:
 
 {by_sequence(rows)}
 {calibration_part(everything.result())}
+{diagram_part(everything.result(), mixed, drawn, linked)}
 ### Beside the rivals
 
 δavg, AJ and OA of each rival and of csd on the features and frames that this rival was run on; p of the paired difference; *above*: in each of the three with
@@ -347,4 +358,4 @@ p < {GOALS["p"]:g}. [baselines.md](baselines.md) says how each is set. What cost
 {CLIPS[0]}
 {clips_part(plan, real, palindromes, of_pictures.result() if of_pictures else None, out, versions["csdtrack"], previous)}{CLIPS[1]}
 """
-    return text, None
+    return text, drawn

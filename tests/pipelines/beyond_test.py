@@ -93,8 +93,15 @@ class Quick(unittest.TestCase):
         found = page.sections(self.out / "evaluation.md")
         self.assertEqual(found["paper"], KEPT[0])
         self.assertEqual(page.between(found["beyond"], *reach.CLIPS, "page"), "of the clips, measured before\n")
-        self.assertEqual({p.name for p in self.out.iterdir() if p.is_dir()}, self.runs)
-        self.assertEqual([p.name for p in self.out.iterdir() if p.name.startswith(".unfinished")], [])
+        self.assertEqual({p.name for p in self.out.iterdir() if p.is_dir()}, self.runs | {"evaluation"})
+        self.assertEqual(list(self.out.rglob(".unfinished*")), [])
+
+    def test_the_reliability_diagram_is_drawn(self):
+        self.assertEqual(self.page.count("![](evaluation/beyond/calibration.svg)"), 1)
+        self.assertEqual([path.name for path in (self.out / "evaluation").rglob("*.svg")], ["calibration.svg"])
+        drawn = (self.out / "evaluation" / "beyond" / "calibration.svg").read_text()
+        for text in ("all sequences", "everything mixed", "perfect", "reliability"):
+            self.assertIn(f">{text}<", drawn)
 
     def test_goes_on_where_it_was(self):
         """What is there is not run again; what lacks a tracker is, and gives the same."""

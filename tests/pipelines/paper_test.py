@@ -114,11 +114,11 @@ class Quick(unittest.TestCase):
             self.assertEqual(below[1].split(" (p")[0], of_layout[column], "two tables, one number")
 
     def test_figures(self):
-        named = set(re.findall(r"!\[\]\(evaluation/(.*?)\)", self.page))
-        self.assertEqual(named, {path.name for path in (self.out / "evaluation").iterdir()})
+        named = set(re.findall(r"!\[\]\(evaluation/paper/(.*?)\)", self.page))
+        self.assertEqual(named, {path.name for path in (self.out / "evaluation" / "paper").iterdir()})
         self.assertLessEqual({f"fig{n}.svg" for n in (7, "7-rivals", 8, "8-rivals", 9, "9-rivals", 10, "10-rivals", 11)}, named)
         for name in named:
-            drawn = xml.etree.ElementTree.parse(self.out / "evaluation" / name)
+            drawn = xml.etree.ElementTree.parse(self.out / "evaluation" / "paper" / name)
             self.assertGreater(len(drawn.findall(".//{*}path")), 10, name)
 
     def test_links_lead_somewhere(self):
