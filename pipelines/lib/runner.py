@@ -97,9 +97,13 @@ class Run:
         for number in (signal.SIGINT, signal.SIGTERM):
             GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, self._tell)
         # A live source has no picture before it plays: that is how it is told from a file.
-        if self.pipeline.set_state(Gst.State.PAUSED) == Gst.StateChangeReturn.NO_PREROLL:
+        paused = self.pipeline.set_state(Gst.State.PAUSED)
+        if paused == Gst.StateChangeReturn.NO_PREROLL:
             on_live()
-        self.pipeline.set_state(Gst.State.PLAYING)
+        # Else when it says that it is paused: a GstBin that is told to play before may forget that it does, and then never tells that the
+        # stream has ended (GStreamer 1.22; gst-launch-1.0 stood still 8 of 20 times on a busy machine).
+        if paused != Gst.StateChangeReturn.ASYNC:
+            self.pipeline.set_state(Gst.State.PLAYING)
         try:
             self._loop.run()
         finally:
@@ -137,6 +141,8 @@ class Run:
         if message.type == Gst.MessageType.EOS:
             self.over = not self.ending
             self._loop.quit()
+        elif message.type == Gst.MessageType.ASYNC_DONE and message.src == self.pipeline:
+            self.pipeline.set_state(Gst.State.PLAYING)
         elif message.type == Gst.MessageType.ERROR:
             self._error(message.src, *message.parse_error())
         elif message.type == Gst.MessageType.WARNING:
