@@ -205,19 +205,26 @@ def interrupted(*_):
     raise KeyboardInterrupt
 
 
-def tell(text, end="\n"):
-    """Prints it, at once. Where nobody can read it (| head, a terminal that was closed), that is being told to end."""
+def told(text, file, end="\n"):
+    """Prints it, at once. Returns whether anybody can read it; if not (| head, a terminal that was closed), nothing more is said there."""
     try:
-        print(text, end=end, flush=True)
+        print(text, file=file, end=end, flush=True)
+        return True
     except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is not yet written must not be tried once more
+        # What is not yet written would be tried once more at the end of the process, and its exit code be 120.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())
+        return False
+
+
+def tell(text, end="\n"):
+    """Prints it. Where nobody can read it, that is being told to end."""
+    if not told(text, sys.stdout, end):
         interrupted()
 
 
 def say(text):
     """Prints it on stderr, to whoever is still there."""
-    with contextlib.suppress(OSError):
-        print(f"archive: {text}", file=sys.stderr, flush=True)
+    told(f"archive: {text}", sys.stderr)
 
 
 # ---- How far it is -------------------------------------------------------------------------------------------------

@@ -6,6 +6,8 @@
 namespace csd::cli {
 namespace {
 
+using testing::AllOf;
+using testing::AnyOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
@@ -95,8 +97,13 @@ TEST(ReadLine, EachDefectIsNamed) {
               StartsWith("is no JSON: "))
       << "Latin-1";
   const std::string half_a_pair = with("größe \\\"0\\\"", "\\ud800");
-  EXPECT_EQ(with("csd", "c\\ud800d"), "`algorithm` holds half a character");
-  EXPECT_EQ(with("\"lost", "\"lo\\udc00st"), "`state` holds half a character");
+  // json-glib refuses it itself from 1.10 on.
+  const auto refuses_half = [](const char *field) {
+    return AnyOf("`" + std::string(field) + "` holds half a character",
+                 AllOf(StartsWith("is no JSON: "), HasSubstr("surrogate")));
+  };
+  EXPECT_THAT(with("csd", "c\\ud800d"), refuses_half("algorithm"));
+  EXPECT_THAT(with("\"lost", "\"lo\\udc00st"), refuses_half("state"));
   EXPECT_TRUE(g_utf8_validate(half_a_pair.c_str(), -1, nullptr)) << half_a_pair;
 }
 
