@@ -22,7 +22,12 @@ namespace {
 enum class Trouble { none, opencv, memory, runtime, number, construction };
 std::atomic<Trouble> trouble = Trouble::none;
 
-void fail_as_asked() {
+/// Where it happens: one of the calls below, or csdtrack's own look at the pixels.
+enum class Stage { track, begin, finish, end, forget, statistics, pixels };
+std::atomic<Stage> stage = Stage::track;
+
+void fail_as_asked(Stage here) {
+  if (here != stage) return;
   switch (trouble) {
     case Trouble::opencv:
       CV_Error(cv::Error::StsAssert, "planted");
@@ -41,16 +46,17 @@ void fail_as_asked() {
 class Fragile : public csd::Algorithm {
  public:
   void track(const csd::FrameContext &context, std::vector<csd::Claim> &claims) override {
-    fail_as_asked();
+    fail_as_asked(Stage::track);
     for (auto &claim : claims) claim.kind = context.jumped ? csd::Claim::Kind::hidden : csd::Claim::Kind::tracked;
   }
   csd::Claim::Kind begin(csd::FeatureId, cv::Point2d, const csd::FrameContext &) override {
+    fail_as_asked(Stage::begin);
     return csd::Claim::Kind::learning;
   }
-  void end(csd::FeatureId) override {}
-  void finish(const csd::FrameContext &) override {}
-  void forget() override {}
-  void add_to(csd::Stats &) const override {}
+  void end(csd::FeatureId) override { fail_as_asked(Stage::end); }
+  void finish(const csd::FrameContext &) override { fail_as_asked(Stage::finish); }
+  void forget() override { fail_as_asked(Stage::forget); }
+  void add_to(csd::Stats &) const override { fail_as_asked(Stage::statistics); }
 };
 
 GstBuffer *noise(int width, int height, int index, int low = 0, int high = 256) {
@@ -203,6 +209,96 @@ GST_START_TEST(on_error_pass_warns_once_and_frames_go_through_untouched) {
 }
 GST_END_TEST
 
+namespace {
+
+constexpr int recorded_frames = 20, recorded_bytes = 160 * 120 * 3 / 2;
+
+/// Sets what goes wrong with the frame that comes to csdtrack: the fifth to the ninth.
+GstPadProbeReturn trouble_begins(GstPad *, GstPadProbeInfo *info, gpointer element) {
+  auto *track = static_cast<GstElement *>(element);
+  GstBuffer *frame = gst_pad_probe_info_get_buffer(info);
+  const auto index = GST_BUFFER_OFFSET(frame);
+  const bool now = index >= 4 && index < 9;
+  trouble = now ? Trouble::runtime : Trouble::none;
+  if (now && stage == Stage::pixels) gst_buffer_set_size(frame, 1000);
+  guint id = 0;
+  g_signal_emit_by_name(track, "add-point", 30. + static_cast<double>(index), 40., &id);
+  if (index > 4) g_signal_emit_by_name(track, "remove-point", id - 4);
+  if (index == 7) g_signal_emit_by_name(track, "reset");
+  GstStructure *stats = nullptr;
+  g_object_get(track, "stats", &stats, nullptr);
+  if (stats) gst_structure_free(stats);
+  return GST_PAD_PROBE_OK;
+}
+
+GstPadProbeReturn trouble_ends(GstPad *, GstPadProbeInfo *info, gpointer) {
+  if (trouble != Trouble::none && stage == Stage::pixels)
+    gst_buffer_set_size(gst_pad_probe_info_get_buffer(info), recorded_bytes);
+  return GST_PAD_PROBE_OK;
+}
+
+/// What a recorder writes with this element in its line: the encoded stream, each picture with its time.
+std::string recorded(const std::string &element, int &warnings) {
+  const std::string line = "videotestsrc num-buffers=" + std::to_string(recorded_frames) +
+                           " pattern=smpte motion=hsweep ! video/x-raw,format=I420,width=160,height=120 ! " + element +
+                           " name=track ! x264enc threads=1 pass=quant rc-lookahead=5 ! appsink name=out sync=false";
+  GError *error = nullptr;
+  GstElement *pipeline = gst_parse_launch(line.c_str(), &error);
+  fail_unless(pipeline != nullptr && error == nullptr, "%s", error ? error->message : "");
+  GstElement *track = gst_bin_get_by_name(GST_BIN(pipeline), "track");
+  GstElement *out = gst_bin_get_by_name(GST_BIN(pipeline), "out");
+  if (element != "identity")
+    for (const auto &[name, probe] : {std::pair("sink", &trouble_begins), std::pair("src", &trouble_ends)}) {
+      GstPad *pad = gst_element_get_static_pad(track, name);
+      gst_pad_add_probe(pad, GST_PAD_PROBE_TYPE_BUFFER, probe, track, nullptr);
+      gst_object_unref(pad);
+    }
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  std::string stream;
+  for (GstSample *sample = nullptr; g_signal_emit_by_name(out, "pull-sample", &sample), sample;) {
+    GstBuffer *buffer = gst_sample_get_buffer(sample);
+    GstMapInfo map;
+    gst_buffer_map(buffer, &map, GST_MAP_READ);
+    stream += std::to_string(GST_BUFFER_PTS(buffer)) + ":";
+    stream.append(reinterpret_cast<const char *>(map.data), map.size);
+    gst_buffer_unmap(buffer, &map);
+    gst_sample_unref(sample);
+  }
+  trouble = Trouble::none;
+  GstBus *bus = gst_element_get_bus(pipeline);
+  warnings = count(bus, GST_MESSAGE_WARNING);
+  fail_unless_equals_int(count(bus, GST_MESSAGE_ERROR), 0);
+  gst_object_unref(bus);
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(out);
+  gst_object_unref(track);
+  gst_object_unref(pipeline);
+  return stream;
+}
+
+}  // namespace
+
+/// What is recorded is the same to the bit, whichever stage of csdtrack fails for some frames.
+GST_START_TEST(a_recording_bears_any_stage_that_fails) {
+  GstElementFactory *x264 = gst_element_factory_find("x264enc");
+  if (!x264) return;
+  gst_object_unref(x264);
+  int warnings = 0;
+  const std::string plain = recorded("identity", warnings);
+  fail_unless(plain.size() > 1000);
+  fail_unless(recorded("identity", warnings) == plain, "the encoder itself does not repeat");
+  for (const Stage failing :
+       {Stage::track, Stage::begin, Stage::finish, Stage::end, Stage::forget, Stage::statistics, Stage::pixels}) {
+    stage = failing;
+    const bool same = recorded("csdtrack on-error=pass attach-roi=true", warnings) == plain;
+    fail_unless(same, "another stream where stage %d fails", static_cast<int>(failing));
+    // Who reads the statistics gets none, and no frame is the worse for it.
+    fail_unless_equals_int(warnings, failing == Stage::statistics ? 0 : 1);
+  }
+  stage = Stage::track;
+}
+GST_END_TEST
+
 GST_START_TEST(a_discontinuity_reaches_the_algorithm) {
   Bench b = bench_with("points", "100,100");
   const auto claimed = [&b](int index, bool discont, GstClockTime gap) {
@@ -316,11 +412,13 @@ GST_END_TEST
 
 static Suite *csdtrack_errors_suite() {
   csd::register_track_metas();
+  gst_element_register_csdtrack(nullptr);
   Suite *suite = suite_create("csdtrack_errors");
   TCase *tc = tcase_create("errors");
   suite_add_tcase(suite, tc);
   tcase_add_test(tc, an_exception_is_an_element_error);
   tcase_add_test(tc, on_error_pass_warns_once_and_frames_go_through_untouched);
+  tcase_add_test(tc, a_recording_bears_any_stage_that_fails);
   tcase_add_test(tc, a_discontinuity_reaches_the_algorithm);
   tcase_add_test(tc, an_exception_at_start_fails_the_state_change);
   tcase_add_test(tc, a_frame_without_its_pixels);
