@@ -255,7 +255,7 @@ std::string recorded(const std::string &element, int &warnings) {
     }
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   std::string stream;
-  for (GstSample *sample = nullptr; g_signal_emit_by_name(out, "pull-sample", &sample), sample;) {
+  for (GstSample *sample = nullptr; g_signal_emit_by_name(out, "try-pull-sample", 20 * GST_SECOND, &sample), sample;) {
     GstBuffer *buffer = gst_sample_get_buffer(sample);
     GstMapInfo map;
     gst_buffer_map(buffer, &map, GST_MAP_READ);

@@ -142,6 +142,40 @@ class Stream(harness.Case):
         self.assertEqual(stream.wait(60), 0)
         harness.check_tracks(self, harness.read_lines(self.sent))
 
+    def test_the_video_is_what_it_would_be_without_csdtrack(self):
+        """What is encoded for those who look: each picture's bits and times, with identity in csdtrack's place."""
+        program = """
+import hashlib, sys, runner
+plain = sys.argv.pop(1) == "plain"
+make = runner.Gst.parse_launch
+
+def seen(_, info):
+    buffer = info.get_buffer()
+    print(buffer.pts, hashlib.md5(buffer.extract_dup(0, buffer.get_size())).hexdigest())
+    return runner.Gst.PadProbeReturn.OK
+
+def parse(text):
+    made = make(text.replace("! csdtrack name", "! identity name") if plain else text)
+    assert made.get_by_name("csdtrack").get_factory().get_name() == ("identity" if plain else "csdtrack")
+    made.get_by_name("video").get_static_pad("sink").add_probe(runner.Gst.PadProbeType.BUFFER, seen)
+    return made
+
+runner.Gst.parse_launch = parse
+if plain:
+    runner.configure = runner.say_cost = lambda *_: None
+import stream
+"""
+        video = harness.scene_video(self.tmp / "served.mkv", 50, *harness.H264)
+        seen = {}
+        for which in ("plain", "tracked"):
+            # MALLOC_PERTURB_: x264 reads what it has not written (record_test.py).
+            done = subprocess.run([sys.executable, "-c", program, which, "--preset", "", "--port", "0", video], cwd=SOURCE / "pipelines" / "lib", capture_output=True,
+                                  text=True, stdin=subprocess.DEVNULL, timeout=120, env={**ENVIRONMENT, "MALLOC_PERTURB_": "165"})
+            self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+            seen[which] = [line for line in done.stdout.splitlines() if len(line.split()) == 2 and len(line.split()[1]) == 32]
+        self.assertEqual(len(seen["plain"]), 50)
+        self.assertEqual(seen["tracked"], seen["plain"])
+
     def test_who_receives_may_be_there_first(self):
         port = free_port()
         receiver = self.start(*command("receive", "--seconds", 1, f"rtsp://127.0.0.1:{port}/csdtrack", self.got))
