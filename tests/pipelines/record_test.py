@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 import unittest
 
@@ -139,28 +140,78 @@ class Record(harness.Case):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertGreater(self.check_together(len(list(self.out.glob("*.mkv"))), live=True), 5)
 
-    def test_the_tracks_cannot_harm_the_recording(self):
-        self.assertEqual(run("--segment", 2, self.video, self.out).returncode, 0)
-        whole = stream_of(self.out)
-        # What was recorded without csdtrack in the pipeline.
-        plain = self.tmp / "plain"
-        plain.mkdir()
+    def harmed(self, tracks, words):
+        """Records with tracks that something happens to: it is said in a line, and the recording is what it was. Returns its folder."""
+        out = tracks.with_name(f"{tracks.name}-recording")
+        done = run("--segment", 2, "--tracks", tracks, self.video, out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        self.assertRegex(done.stderr, f"^record: warning: the tracks end here, the recording goes on: .*({words})")
+        self.assertEqual(stream_of(out), self.whole())
+        return out
+
+    def whole(self):
+        """What is recorded when all is well."""
+        if not hasattr(type(self), "_whole"):
+            out = self.tmp / "whole"
+            self.assertEqual(run("--segment", 2, self.video, out).returncode, 0)
+            type(self)._whole = stream_of(out)
+        return self._whole
+
+    def some_tracks(self):
+        tracks = self.out / "tracks"
+        tracks.mkdir(parents=True)
+        return tracks
+
+    def test_the_recording_is_what_it_is_without_csdtrack(self):
+        self.out.mkdir()
         line = f"filesrc location={self.video} ! decodebin ! tee name=in in. ! queue ! fakesink in. ! queue ! videoconvert ! " \
                f"x264enc speed-preset=veryfast bitrate=8000 vbv-buf-capacity=0 key-int-max=50 ! h264parse ! " \
-               f"splitmuxsink muxer=matroskamux max-size-time=2000000000 location={plain}/%05d.mkv"
+               f"splitmuxsink muxer=matroskamux max-size-time=2000000000 location={self.out}/%05d.mkv"
         subprocess.run([sys.executable, "-c", f"import harness; harness.play({line!r})"], cwd=pathlib.Path(__file__).parent, env=ENVIRONMENT, check=True)
-        self.assertEqual(stream_of(plain), whole)
-        # A full disk under the tracks; then one that can't be written at all, from the second file on.
-        for harm in (lambda folder: (folder / "00000.jsonl").symlink_to("/dev/full"), lambda folder: (folder / "00001.jsonl").mkdir(parents=True)):
-            tracks = self.tmp / f"tracks-{len(list(self.tmp.iterdir()))}"
-            tracks.mkdir()
-            harm(tracks)
-            out = tracks / "recording"
-            done = run("--segment", 2, "--tracks", tracks, self.video, out)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
-            self.assertRegex(done.stderr, "^record: warning: the tracks end here, the recording goes on: .*(No space|directory)")
-            self.assertEqual(stream_of(out), whole)
+        self.assertEqual(stream_of(self.out), self.whole())
+
+    def test_tracks_that_cannot_be_written_from_the_second_file_on(self):
+        tracks = self.some_tracks()
+        (tracks / "00001.jsonl").mkdir()
+        self.harmed(tracks, "directory")
+        self.assertGreater(len(harness.read_lines(tracks / "00000.jsonl")), 40)
+
+    @unittest.skipUnless(os.geteuid() == 0, "mounting wants root")
+    def test_a_full_disk_of_the_tracks(self):
+        tracks = self.some_tracks()
+        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", tracks], capture_output=True).returncode:
+            raise unittest.SkipTest("mounting is not allowed here")
+        try:
+            self.harmed(tracks, "No space")
+            # All that there was room for, but for a last line that is torn.
+            written = (tracks / "00000.jsonl").stat().st_size
+            self.assertGreater(written, 60_000)
+            lines = harness.read_lines(tracks / "00000.jsonl", torn=True)
+            self.assertEqual([line["frame"] for line in lines], list(range(len(lines))))
+            self.assertGreater(len(lines), 5)
+        finally:
+            subprocess.run(["umount", tracks], check=True)
+
+    def test_a_disk_that_is_full_from_the_start(self):
+        tracks = self.some_tracks()
+        (tracks / "00000.jsonl").symlink_to("/dev/full")
+        self.harmed(tracks, "No space")
+
+    def test_a_reader_of_the_tracks_that_goes_away(self):
+        tracks = self.some_tracks()
+        os.mkfifo(tracks / "00000.jsonl")
+        read = []
+
+        def some_lines():
+            with open(tracks / "00000.jsonl", encoding="utf-8") as pipe:
+                read.extend(harness.parse_line(pipe.readline().rstrip("\n")) for _ in range(5))
+
+        reader = threading.Thread(target=some_lines)
+        reader.start()
+        self.harmed(tracks, "Broken pipe")
+        reader.join(30)
+        self.assertEqual([line["frame"] for line in read], list(range(5)))
 
     def test_a_disk_that_stands_still_does_not_hold_the_recording_up(self):
         """As a pipe does that nobody reads: the thread that opens it waits for ever."""
