@@ -128,8 +128,6 @@ namespace {
 
 constexpr int size = 128;
 constexpr int frames = 14;  // whose allocations may fail, but for the last
-constexpr int patience =
-    350;  // frames until something is claimed again: what lk and csd-2012 lose they forget after 10 s
 
 /// Moves by a pixel a frame, so that there is something to do.
 GstBuffer *moving(int index) {
