@@ -131,11 +131,19 @@ bool register_track_metas() {
   return registered;
 }
 
-void set_tracks(GstStructure *structure, const Tracks &tracks, const char *source, const char *algorithm) {
+namespace {
+
+/// All that may throw: before there is a structure or a meta that would be lost, or left without its fields.
+std::vector<GstCsdFeature> features_of(const Tracks &tracks) {
   std::vector<GstCsdFeature> features;
   features.reserve(tracks.features.size());
   for (const Feature &f : tracks.features)
     features.push_back({f.id, f.x, f.y, state_word(f.state), f.confidence, f.fresh});
+  return features;
+}
+
+void set(GstStructure *structure, const std::vector<GstCsdFeature> &features, const Tracks &tracks, const char *source,
+         const char *algorithm) {
   GstCsdHeader header{};
   // GstStructure refuses what isn't UTF-8, and an element may be called anything.
   const std::unique_ptr<char, decltype(&g_free)> name(g_utf8_make_valid(source, -1), g_free);
@@ -148,17 +156,21 @@ void set_tracks(GstStructure *structure, const Tracks &tracks, const char *sourc
   gst_csd_structure_set(structure, &header, features.data());
 }
 
+}  // namespace
+
 GstStructure *new_tracks_structure(const char *name, const Tracks &tracks, const char *source, const char *algorithm) {
+  const auto features = features_of(tracks);
   GstStructure *structure = gst_structure_new_empty(name);
-  set_tracks(structure, tracks, source, algorithm);
+  set(structure, features, tracks, source, algorithm);
   return structure;
 }
 
 GstCustomMeta *add_tracks(GstBuffer *buffer, const char *name, const Tracks &tracks, const char *source,
                           const char *algorithm) {
   if (!gst_meta_get_info(name)) return nullptr;
+  const auto features = features_of(tracks);
   GstCustomMeta *meta = gst_buffer_add_custom_meta(buffer, name);
-  if (meta) set_tracks(gst_custom_meta_get_structure(meta), tracks, source, algorithm);
+  if (meta) set(gst_custom_meta_get_structure(meta), features, tracks, source, algorithm);
   return meta;
 }
 

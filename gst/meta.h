@@ -18,14 +18,12 @@ namespace csd {
 /// and encoders on 1.22. With the tag `colorspace` converters drop them; with `video` alone scalers keep them unscaled.
 bool register_track_metas();
 
-/// Writes `tracks` into a structure, as metas and the bus message have it. `source` is the element's name, `algorithm`
-/// the nick. width,height and tracked-width,tracked-height are those of `tracks`.
-void set_tracks(GstStructure *structure, const Tracks &tracks, const char *source, const char *algorithm);
-
-/// A new structure `name` that holds `tracks`; for a message.
+/// A new structure `name` that holds `tracks`; for a message. `source` is the element's name, `algorithm` the nick.
+/// width,height and tracked-width,tracked-height are those of `tracks`.
 GstStructure *new_tracks_structure(const char *name, const Tracks &tracks, const char *source, const char *algorithm);
 
-/// Adds a meta `name` to a writable buffer. What is there stays. Null if the metas are not registered.
+/// Adds a meta `name` with the same fields to a writable buffer. What is there stays. Null if the metas are not
+/// registered.
 GstCustomMeta *add_tracks(GstBuffer *buffer, const char *name, const Tracks &tracks, const char *source,
                           const char *algorithm);
 

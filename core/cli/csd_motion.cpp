@@ -26,7 +26,7 @@ struct Options {
 Options parse(int argc, char **argv) {
   Options options;
   gchar **files = nullptr;
-  gdouble from = NAN, to = NAN, fps = 0, window = options.search.window, lowest = options.search.lowest,
+  gdouble from = NAN, to = NAN, fps = -INFINITY, window = options.search.window, lowest = options.search.lowest,
           highest = options.search.highest, alarm = options.search.false_alarm;
   gboolean json = FALSE, csv = FALSE, series = FALSE, progress = isatty(STDERR_FILENO) != 0;
   const GOptionEntry entries[] = {
@@ -64,10 +64,11 @@ Options parse(int argc, char **argv) {
   if (!(lowest > 0 && lowest < highest && highest <= 10))
     throw UsageError("--lowest, --highest: above 0, the lowest below the highest, that at most 10 Hz");
   if (!(alarm > 0 && alarm <= 1)) throw UsageError("--false-alarm: above 0, at most 1");
-  if (!(fps >= 0 && fps <= 100000)) throw UsageError("--fps: above 0");
+  const bool fps_given = fps != -INFINITY;
+  if (fps_given && !(fps > 0 && fps <= 100000)) throw UsageError("--fps: above 0, at most 100000");
   if (!std::isnan(from)) options.span.from = from;
   if (!std::isnan(to)) options.span.to = to;
-  options.span.fps = fps;
+  if (fps_given) options.span.fps = fps;
   options.search.window = window;
   options.search.lowest = lowest;
   options.search.highest = highest;

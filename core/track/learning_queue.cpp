@@ -2,6 +2,7 @@
 #include "track/learning_queue.h"
 
 #include <chrono>
+#include <list>
 #include <utility>
 
 namespace csd {
@@ -19,13 +20,13 @@ struct LearningQueue::Shared {
 
 struct LearningQueue::Lane::State {
   std::shared_ptr<Shared> shared;
-  std::deque<std::function<void()>> jobs;
-  bool scheduled = false;  // a take_turn() is posted or running
+  std::list<std::function<void()>> jobs;  // an empty one takes no memory, which may be short when a lane ends
+  bool scheduled = false;                 // a take_turn() is posted or running
 };
 
 LearningQueue::Lane::~Lane() {
   if (!state_) return;
-  std::deque<std::function<void()>> dropped;  // freed outside the lock
+  std::list<std::function<void()>> dropped;  // freed outside the lock
   const std::lock_guard lock(state_->shared->mutex);
   dropped.swap(state_->jobs);
   state_->shared->waiting -= dropped.size();

@@ -30,10 +30,11 @@ ThreadPool::ThreadPool(unsigned threads, int nice) {
   if (threads == 0) threads = std::max(2u, std::thread::hardware_concurrency()) - 1;
   threads_.reserve(threads);
   for (unsigned i = 0; i < threads; ++i) {
-    // A system that refuses the second thread still has the first: learning is slower, nothing fails.
+    // A system that has no thread or no memory for the second still has the first: learning is slower, nothing fails.
+    // Nor may it: a thread that runs can't be left alone.
     try {
       threads_.emplace_back([this, nice] { work(nice); });
-    } catch (const std::system_error &) {
+    } catch (...) {
       if (threads_.empty()) throw;
       break;
     }
@@ -41,11 +42,9 @@ ThreadPool::ThreadPool(unsigned threads, int nice) {
 }
 
 ThreadPool::~ThreadPool() {
-  std::deque<std::function<void()>> dropped;
   {
     const std::lock_guard lock(mutex_);
     stop_ = true;
-    dropped.swap(jobs_);
   }
   wake_.notify_all();
   for (auto &thread : threads_) thread.join();

@@ -114,8 +114,11 @@ def holds(out, row, identity):
 class Index:
     def __init__(self, out, make=True):
         path = out / "index.sqlite"
-        if not make and not path.is_file():
-            raise command.Failure(f"there is no index in '{out}': give the OUT of an earlier run")
+        try:
+            if not make and not path.is_file():
+                raise command.Failure(f"there is no index in '{out}': give the OUT of an earlier run")
+        except OSError as error:
+            raise failure(error, out) from error
         self._path = path
         try:
             self._base = sqlite3.connect(path if make else f"file:{path.absolute().as_posix().replace('%', '%25').replace('?', '%3f').replace('#', '%23')}?mode=ro",

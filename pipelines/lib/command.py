@@ -42,7 +42,8 @@ def add_common(parser):
 
 def options(parse):
     """The arguments as `parse` reads them. With --check first, that is all: the program ends."""
-    arguments = sys.argv[1:]
+    # argparse would take the next word for its value, whatever that is.
+    arguments = ["--display=autovideosink" if word == "--display" else word for word in sys.argv[1:]]
     checked = arguments[:1] == ["--check"]
     found = parse(arguments[checked:])
     if checked:

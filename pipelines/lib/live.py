@@ -4,8 +4,8 @@
     SOURCE ! queue (leaky) ! csdtrack overlay=draw navigation=true ! tee ─ queue ! videoconvert ! SINK
                                                                      tee ─ queue ! csdtrackenc ! TRACKS
 
-The first queue drops old frames where the machine is too slow: a window must not lag behind the operation. A recorder must not
-drop any: that is pipelines/record.
+Of a live source the first queue drops old frames where the machine is too slow: a window must not lag behind the operation. A recorder
+must not drop any: that is pipelines/record. A file waits for the window.
 """
 
 import argparse
@@ -45,15 +45,15 @@ def main():
     command.check_window(options.sink, "--sink")
     import runner
     begin = sources.begin(options.source)
-    # leaky: what is old is of no use.
-    text = f"{begin} ! {command.FRAMES} leaky=downstream ! csdtrack name=csdtrack ! tee name=t " \
+    text = f"{begin} ! {command.FRAMES} name=in ! csdtrack name=csdtrack ! tee name=t " \
            f"t. ! queue max-size-buffers=2 max-size-bytes=0 max-size-time=0 ! videoconvert ! {options.sink} name=sink"
     if options.tracks:
         text += f" t. ! {command.LINES} leaky=downstream ! csdtrackenc ! {command.lines_file(options.tracks)}"
     run = runner.Run("live", text)
     track = run.element("csdtrack")
     runner.configure(track, options.preset, {"overlay": "draw", "navigation": "true"}, options.set)
-    run.play(options.source, options.seconds, harmless=("window was closed",))
+    # Live, what is old is of no use. A file is decoded faster than it is shown: a queue that leaks would drop most of it.
+    run.play(options.source, options.seconds, harmless=("window was closed",), on_live=lambda: run.element("in").set_property("leaky", "downstream"))
     runner.say_cost(track)
 
 

@@ -48,7 +48,7 @@ def parse(arguments):
                                      description="Receives video, and writes the tracks of points on the tissue in it.")
     parser.add_argument("url", metavar="URL", help="where it comes from")
     parser.add_argument("tracks", type=pathlib.Path, metavar="TRACKS", help="the file of the tracks, .jsonl; one that holds some already is refused")
-    parser.add_argument("--display", nargs="?", const="autovideosink", metavar="SINK", help="also a window with the tracks drawn in (autovideosink)")
+    parser.add_argument("--display", metavar="SINK", help="also a window with the tracks drawn in; without =SINK autovideosink")
     parser.add_argument("--latency", type=int, default=200, metavar="MS", help="how long packets are waited for (200)")
     parser.add_argument("--preset", default="live-low-latency", metavar="NAME", help="of csdtrack (live-low-latency)")
     parser.add_argument("--seconds", type=command.positive, metavar="N", help="end after so long")

@@ -54,7 +54,7 @@ def parse(arguments):
     parser.add_argument("--tracks", type=pathlib.Path, metavar="DIR", help="another folder for the tracks, on another disk say")
     parser.add_argument("--segment", type=command.positive, default=600, metavar="SECONDS", help="length of a file at most, whole groups of pictures (600)")
     parser.add_argument("--bitrate", type=int, default=8000, metavar="KBIT", help="of the video, kbit/s (8000)")
-    parser.add_argument("--display", nargs="?", const="autovideosink", metavar="SINK", help="also a window with the tracks drawn in (autovideosink)")
+    parser.add_argument("--display", metavar="SINK", help="also a window with the tracks drawn in; without =SINK autovideosink")
     parser.add_argument("--preset", default="laparoscopy-1080p", metavar="NAME", help="of csdtrack (laparoscopy-1080p)")
     parser.add_argument("--seconds", type=command.positive, metavar="N", help="end after so long")
     command.add_common(parser)

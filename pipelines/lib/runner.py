@@ -172,6 +172,10 @@ class Run:
             GLib.timeout_add_seconds(END, self._loop.quit)
         elif says(text, self._harmless):
             self._loop.quit()
+        elif error.matches(Gst.StreamError.quark(), Gst.StreamError.TYPE_NOT_FOUND) or error.matches(Gst.StreamError.quark(), Gst.StreamError.WRONG_TYPE):
+            self.fail("isn't a video that GStreamer knows: give a video file")
+        elif factory and factory.get_name() == "filesrc":
+            self.fail(f"'{element.get_property('location')}' can't be read: {text}", sources_fault=False)
         elif factory and factory.get_name() == "filesink":
             self.fail(str(command.of_filesink(element.get_property("location"), error, debug)), sources_fault=False)
         elif factory and factory.get_name() == "csdtrackdec" and element.get_property("location"):

@@ -39,7 +39,7 @@ def parse(arguments):
     parser.add_argument("left", metavar="LEFT", help="where the left picture comes from")
     parser.add_argument("right", metavar="RIGHT", help="where the right picture comes from")
     parser.add_argument("out", type=pathlib.Path, metavar="OUT", help="the folder of the tracks")
-    parser.add_argument("--display", nargs="?", const="autovideosink", metavar="SINK", help="also a window, both side by side (autovideosink)")
+    parser.add_argument("--display", metavar="SINK", help="also a window, both side by side; without =SINK autovideosink")
     parser.add_argument("--preset", default="live-low-latency", metavar="NAME", help="of csdtrack (live-low-latency)")
     parser.add_argument("--seconds", type=command.positive, metavar="N", help="end after so long")
     command.add_common(parser)

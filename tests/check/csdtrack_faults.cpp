@@ -179,6 +179,9 @@ Outcome live(const char *algorithm) {
       gst_buffer_map(same, &map, GST_MAP_READ);
       gst_check_buffer_data(out, map.data, map.size);
       gst_buffer_unmap(same, &map);
+      GstCsdHeader header;
+      const GstStructure *said = gst_buffer_get_csd_tracks(out, GST_CSD_TRACK_META_NAME, nullptr);
+      fail_unless(!said || gst_csd_structure_get_header(said, &header), "frame %d has half a meta", i);
       if (i + 1 == frames)
         for (const auto &[id, state] : states(out)) outcome.claimed += state == "tracked" || state == "learning";
       gst_buffer_unref(same);

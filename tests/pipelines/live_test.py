@@ -113,6 +113,9 @@ for name, settings in (("csdtrack", {"points": "1"}), ("csdtrack", {"points": "1
         harness.play(f"csdsimsrc num-buffers=30 ! video/x-raw,width=320,height=240 ! x264enc ! matroskamux ! filesink location={video}")
         done = run("--sink", "fakesink", "--tracks", self.path, video)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
+        # However fast it is decoded, no frame of it is dropped.
+        self.assertEqual([line["frame"] for line in harness.read_lines(self.path)], list(range(30)))
+        self.assertRegex(done.stdout, "^30 frames;")
 
     @unittest.skipUnless(shutil.which("Xvfb") and shutil.which("xdotool"), "needs Xvfb and xdotool")
     def test_clicks_in_a_real_window(self):

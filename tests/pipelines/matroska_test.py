@@ -3,6 +3,8 @@
 """Tracks inside the recording: a text track in Matroska, out again with ffmpeg, in parts, and the video beside it untouched."""
 
 import json
+import pathlib
+import re
 import subprocess
 
 import harness
@@ -96,6 +98,16 @@ class Matroska(harness.Case):
             shown, text = streams(part)
             self.assertEqual(shown["nb_read_packets"], text["nb_read_packets"])
         self.assertEqual(b"".join(map(lines, parts)), sidecar.read_bytes().replace(b"\n", b""))
+
+    def test_the_documented_line_for_parts(self):
+        page = (pathlib.Path(__file__).resolve().parents[2] / "docs" / "metadata.md").read_text()
+        line, = re.findall(r"^    gst-launch-1\.0 -e (.*splitmuxsink[^`]*?subtitle_0)$", page, re.M | re.S)
+        self.assertEqual(line.count("location=X"), 1)
+        folder = self.tmp / "documented"
+        folder.mkdir()
+        harness.Run(line.replace("\\\n", " ").replace("location=X", f"location={self.tmp / 'in.mkv'}").replace("%05d", f"{folder}/%05d")).to_end()
+        shown, text = streams(folder / "00000.mkv")
+        self.assertEqual((int(shown["nb_read_packets"]), int(text["nb_read_packets"])), (FRAMES, FRAMES))
 
 
 if __name__ == "__main__":

@@ -136,7 +136,7 @@ class Record(harness.Case):
         self.assertEqual([len(harness.read_lines(path)) for path in sorted(tracks.iterdir())], [130, 130])
 
     def test_live(self):
-        done = run("--segment", 1, "--seconds", 4, "--display", "fakesink", "simulate:occlusion", self.out)
+        done = run("--segment", 1, "--seconds", 4, "--display=fakesink", "simulate:occlusion", self.out)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertGreater(self.check_together(len(list(self.out.glob("*.mkv"))), live=True), 5)
 
@@ -322,12 +322,12 @@ import record
         self.assertNotIn("due", run(self.video, self.tmp / "file-is-not-live").stdout)
 
     def test_a_window_that_fails_ends_alone(self):
-        done = run("--display", "filesink", self.video, self.out)  # which wants a location
+        done = run("--display=filesink", self.video, self.out)  # which wants a location
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertRegex(done.stderr, "^record: warning: the window is gone, the recording goes on: .*\n$")
         self.assertEqual(self.check_together(1), 130)
         nowhere = {**ENVIRONMENT, "DISPLAY": "", "WAYLAND_DISPLAY": ""}
-        done = subprocess.run([RECORD, "--no-install", "--display", "--", self.video, self.tmp / "nothing"], capture_output=True, text=True, env=nowhere)
+        done = subprocess.run([RECORD, "--no-install", "--display", self.video, self.tmp / "nothing"], capture_output=True, text=True, env=nowhere)
         self.check_refused(done, 1, "record: there is no display for a window")
         self.assertFalse((self.tmp / "nothing").exists())
 
@@ -363,7 +363,7 @@ import record
                                        ((self.video, self.tmp / ("x" * 300)), 1, "too long.*another folder"), (("x" * 300, self.out), 1, "no file"),
                                        ((self.video,), 2, "OUT"), ((self.video, self.out, "--segment", "-1"), 2, "--segment"),
                                        ((self.video, self.out, "--bitrate", "0"), 2, "--bitrate"),
-                                       ((self.video, self.out, "--display", "x!y"), 2, "--display"), ((file, self.out), 1, "file"),
+                                       ((self.video, self.out, "--display=x!y"), 2, "--display"), ((file, self.out), 1, "file"),
                                        (("simulate", self.out, "--preset", "fast"), 2, "laparoscopy-1080p"), (("simulate", self.out, "--set", "points=1"), 2, "points")):
             with self.subTest(arguments=arguments):
                 done = run(*arguments)

@@ -50,7 +50,7 @@ class Stereo(harness.Case):
             self.assertAlmostEqual(lines[-1]["features"][0]["x"], 160 + 49 // 4, delta=1)
 
     def test_live_with_a_window(self):
-        process = subprocess.Popen([*STEREO, "--display", "fakesink", "simulate", "simulate:smoke", self.out], env=ENVIRONMENT, start_new_session=True,
+        process = subprocess.Popen([*STEREO, "--display=fakesink", "simulate", "simulate:smoke", self.out], env=ENVIRONMENT, start_new_session=True,
                                    stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         self.addCleanup(process.stderr.close)
         self.addCleanup(process.wait)
@@ -76,7 +76,7 @@ class Stereo(harness.Case):
                 (("/dev/video0", "/dev/video0", self.out), 2, "two devices"), (("simulate", self.out), 2, "OUT"),
                 (("simulate", "simulate", file), 1, "another folder"), (("simulate", "simulate", self.tmp / ("x" * 300)), 1, "too long"),
                 (("simulate", "simulate", self.out, "--set", "points=1"), 2, "points"),
-                (("simulate", "simulate", self.out, "--set", "foo=1"), 2, "'foo'"), (("simulate", "simulate", self.out, "--display", "x!y"), 2, "--display")):
+                (("simulate", "simulate", self.out, "--set", "foo=1"), 2, "'foo'"), (("simulate", "simulate", self.out, "--display=x!y"), 2, "--display")):
             with self.subTest(arguments=arguments):
                 self.check_refused(run(*arguments), code, words)
                 self.assertFalse(self.out.exists())

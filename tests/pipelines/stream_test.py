@@ -128,7 +128,7 @@ class Stream(harness.Case):
     def test_lines_come_byte_for_byte(self):
         stream, url = self.stream("simulate:occlusion")
         # Twice: the session of the first is gone when the second comes. The second has a window, in which lines are put back on frames.
-        for more in ((), ("--display", "fakesink")):
+        for more in ((), ("--display=fakesink",)):
             said = self.receive(30, *more, url, self.got)
             got, sent = self.got.read_bytes(), self.sent.read_bytes().splitlines(keepends=True)
             places = [sent.index(line) for line in got.splitlines(keepends=True)]
@@ -155,6 +155,7 @@ def seen(_, info):
     return runner.Gst.PadProbeReturn.OK
 
 def parse(text):
+    text = text.replace("x264enc", "x264enc threads=1")  # of several and with its buffer model the bits depend on the load
     made = make(text.replace("! csdtrack name", "! identity name") if plain else text)
     assert made.get_by_name("csdtrack").get_factory().get_name() == ("identity" if plain else "csdtrack")
     made.get_by_name("video").get_static_pad("sink").add_probe(runner.Gst.PadProbeType.BUFFER, seen)
@@ -263,7 +264,7 @@ import stream
         srt = free_port(socket.SOCK_DGRAM)
         self.start("gst-launch-1.0", "-q", *("csdsimsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! x264enc tune=zerolatency "
                                              f"key-int-max=10 ! mpegtsmux ! srtsink wait-for-connection=false uri=srt://127.0.0.1:{srt}?mode=listener").split())
-        for url, more in ((f"rtsp://127.0.0.1:{port}/live", ()), (f"srt://127.0.0.1:{srt}", ("--display", "fakesink"))):
+        for url, more in ((f"rtsp://127.0.0.1:{port}/live", ()), (f"srt://127.0.0.1:{srt}", ("--display=fakesink",))):
             with self.subTest(url):
                 self.assertIn("ms a frame", self.receive(20, "--set", "max-features=10", *more, url, self.got))
                 lines = harness.read_lines(self.got)
@@ -302,7 +303,7 @@ import stream
                 ("receive", ("in.mkv", self.got), 2, "rtsp://"),
                 ("receive", ("rtsp://x/y",), 2, "TRACKS"), ("receive", ("rtsp://x/y", self.tmp), 2, "folder"),
                 ("receive", ("--set", "foo=1", "rtsp://x/y", self.got), 2, "'foo'"), ("receive", ("--latency", "-1", "rtsp://x/y", self.got), 2, "--latency"),
-                ("receive", ("--display", "nosuchsink", "rtsp://x/y", self.got), 1, "nosuchsink")):
+                ("receive", ("--display=nosuchsink", "rtsp://x/y", self.got), 1, "nosuchsink")):
             with self.subTest(name, arguments=arguments):
                 self.check_refused(run(name, *arguments), code, words)
 

@@ -250,7 +250,7 @@ class Wrong(Case):
     def test_usage(self):
         for arguments in ((), (self.tracks, self.tracks), ("--json", "--csv", self.tracks), ("--series", self.tracks),
                           ("--from", "5", "--to", "4", self.tracks), ("--from", "inf", self.tracks),
-                          ("--window", "4", self.tracks), ("--window", "nan", self.tracks), ("--fps", "-1", self.tracks),
+                          ("--window", "4", self.tracks), ("--window", "nan", self.tracks), ("--fps", "-1", self.tracks), ("--fps", "0", self.tracks),
                           ("--lowest", "3", "--highest", "2", self.tracks), ("--highest", "1000", self.tracks),
                           ("--false-alarm", "0", self.tracks), ("--nonsense", self.tracks)):
             done = run(*arguments)
