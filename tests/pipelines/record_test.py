@@ -141,14 +141,13 @@ class Record(harness.Case):
         self.assertGreater(self.check_together(len(list(self.out.glob("*.mkv"))), live=True), 5)
 
     def harmed(self, tracks, words):
-        """Records with tracks that something happens to: it is said in a line, and the recording is what it was. Returns its folder."""
+        """Records with tracks that something happens to: it is said in a line, and the recording is what it was."""
         out = tracks.with_name(f"{tracks.name}-recording")
         done = run("--segment", 2, "--tracks", tracks, self.video, out)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
         self.assertRegex(done.stderr, f"^record: warning: the tracks end here, the recording goes on: .*({words})")
         self.assertEqual(stream_of(out), self.whole())
-        return out
 
     def whole(self):
         """What is recorded when all is well."""
