@@ -3,12 +3,14 @@
 
 #include <glib.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <vector>
 
 namespace csd::cli {
@@ -42,6 +44,11 @@ inline void parse_options(int argc, char **argv, const GOptionEntry *entries, co
   const std::string message = error->message;
   g_error_free(error);
   throw UsageError(message);
+}
+
+/// Standard output took not all; errno says why.
+[[noreturn]] inline void throw_unwritten() {
+  throw std::runtime_error("the output can't be written: " + std::generic_category().message(errno));
 }
 
 /// What a program's main() returns: 0, 1 if `run` throws, 2 for a UsageError. `run(notes)` leaves in `notes` what its

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 
 #include "cli/command_line.h"
 #include "cli/motion_report.h"
@@ -23,10 +24,12 @@ struct Options {
   bool json = false, csv = false, series = false, progress = false;
 };
 
+constexpr gdouble absent = -INFINITY;  // of an option
+
 Options parse(int argc, char **argv) {
   Options options;
   gchar **files = nullptr;
-  gdouble from = NAN, to = NAN, fps = -INFINITY, window = options.search.window, lowest = options.search.lowest,
+  gdouble from = absent, to = absent, fps = absent, window = options.search.window, lowest = options.search.lowest,
           highest = options.search.highest, alarm = options.search.false_alarm;
   gboolean json = FALSE, csv = FALSE, series = FALSE, progress = isatty(STDERR_FILENO) != 0;
   const GOptionEntry entries[] = {
@@ -58,17 +61,17 @@ Options parse(int argc, char **argv) {
   if (!one) throw UsageError("takes one file of TRACKS; csd-motion --help tells more");
   if (json && csv) throw UsageError("one of --json and --csv");
   if (series && !json && !csv) throw UsageError("--series goes with --json or --csv");
-  if (std::isinf(from) || std::isinf(to)) throw UsageError("--from, --to: seconds");
-  if (from > to) throw UsageError("--from is after --to");
+  for (const gdouble time : {from, to})
+    if (time != absent && !std::isfinite(time)) throw UsageError("--from, --to: seconds");
+  if (to != absent && from > to) throw UsageError("--from is after --to");
   if (!(window >= 5 && window <= 120)) throw UsageError("--window: from 5 to 120 seconds");
   if (!(lowest > 0 && lowest < highest && highest <= 10))
     throw UsageError("--lowest, --highest: above 0, the lowest below the highest, that at most 10 Hz");
   if (!(alarm > 0 && alarm <= 1)) throw UsageError("--false-alarm: above 0, at most 1");
-  const bool fps_given = fps != -INFINITY;
-  if (fps_given && !(fps > 0 && fps <= 100000)) throw UsageError("--fps: above 0, at most 100000");
-  if (!std::isnan(from)) options.span.from = from;
-  if (!std::isnan(to)) options.span.to = to;
-  if (fps_given) options.span.fps = fps;
+  if (fps != absent && !(fps > 0 && fps <= 100000)) throw UsageError("--fps: above 0, at most 100000");
+  if (from != absent) options.span.from = from;
+  if (to != absent) options.span.to = to;
+  if (fps != absent) options.span.fps = fps;
   options.search.window = window;
   options.search.lowest = lowest;
   options.search.highest = highest;
@@ -98,6 +101,8 @@ score::Recording as_tracks(const score::Truth &truth) {
 }
 
 motion::Series read_series(const Options &options, std::vector<std::string> &notes) {
+  if (std::filesystem::is_directory(options.file))
+    throw score::InputError(options.file, 0, "is a folder: give a file of tracks");
   Input input = read_input(options.file, notes);
   if (const auto *truth = std::get_if<score::Truth>(&input)) return series_of(as_tracks(*truth), options.span);
   return series_of(std::get<score::Recording>(input), options.span);
@@ -119,8 +124,7 @@ class Progress {
 };
 
 void write(std::string_view text) {
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size())
-    throw std::runtime_error("the output can't be written");
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) throw_unwritten();
 }
 
 void run(Options options, std::vector<std::string> &notes) {
@@ -144,7 +148,7 @@ void run(Options options, std::vector<std::string> &notes) {
     write_series_csv(report, write);
   else
     write(options.csv ? as_csv(report) : as_text(report));
-  if (std::fflush(stdout) != 0) throw std::runtime_error("the output can't be written");
+  if (std::fflush(stdout) != 0) throw_unwritten();
 }
 
 int main(int argc, char **argv) {

@@ -228,8 +228,7 @@ PalindromeReport palindromes(const Options &options, std::vector<std::string> &n
 }
 
 void write(const std::string &text) {
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
-    throw std::runtime_error("the output can't be written");
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) throw_unwritten();
 }
 
 void run(const Options &options, std::vector<std::string> &notes) {

@@ -28,9 +28,18 @@ class Full(Failure):
         super().__init__(f"can't write into '{place}' (the disk is full): make room or give another place")
 
 
+def no_video(error):
+    """Whether a GLib.Error says that what was read is no video."""
+    from gi.repository import Gst  # who has such an error has GStreamer
+    return any(error.matches(Gst.StreamError.quark(), code) for code in (Gst.StreamError.TYPE_NOT_FOUND, Gst.StreamError.WRONG_TYPE))
+
+
+NO_VIDEO = "isn't a video that GStreamer knows: give a video file"  # after what was read
+
+
 def of_filesink(place, error, debug):
     """What to raise over a filesink's error; `place`: what the user calls where it writes."""
-    from gi.repository import Gst  # who has such an error has GStreamer
+    from gi.repository import Gst
     if error.matches(Gst.ResourceError.quark(), Gst.ResourceError.NO_SPACE_LEFT) or os.strerror(errno.EDQUOT) in (debug or ""):
         return Full(place)
     return Failure(f"can't write into '{place}' ({' '.join(error.message.split()).rstrip('.')}): give another place")

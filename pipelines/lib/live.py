@@ -52,8 +52,7 @@ def main():
     run = runner.Run("live", text)
     track = run.element("csdtrack")
     runner.configure(track, options.preset, {"overlay": "draw", "navigation": "true"}, options.set)
-    # Live, what is old is of no use. A file is decoded faster than it is shown: a queue that leaks would drop most of it.
-    run.play(options.source, options.seconds, harmless=("window was closed",), on_live=lambda: run.element("in").set_property("leaky", "downstream"))
+    run.play(options.source, options.seconds, harmless=("window was closed",), leaky=("in",))
     runner.say_cost(track)
 
 

@@ -207,7 +207,6 @@ class Pace:
         self._gst = runner.Gst
         self.position = self.duration = 0  # ns: end of the newest frame, and of the file as it says itself
         self.frames = 0
-        self.live = False
         pad.add_probe(runner.Gst.PadProbeType.BUFFER, self._count)
 
     def _count(self, pad, info):
@@ -224,12 +223,12 @@ class Pace:
         return self._gst.PadProbeReturn.OK
 
     def say_shortage(self, ending):
-        """Where a live source gave fewer frames than it says that it does. `ending`: when it was told to end, None if it ended by itself: what
+        """Where a source gave fewer frames than it says that it does. `ending`: when it was told to end, None if it ended by itself: what
         came last says nothing of one that stopped long before."""
         over, under = self._rate
         seconds = (ending or self._end) - self._begin
         due = round(seconds * over / under) + 1 if over > 0 else 0
-        if self.live and due - self.frames > max(2, 0.02 * due):  # times of arrival vary
+        if due - self.frames > max(2, 0.02 * due):  # times of arrival vary
             print(f"the source gave {self.frames} frames in {seconds:.1f} s, {due} were due at its {over / under:g} a second: "
                   "it is too slow, or this machine")
 
@@ -308,10 +307,6 @@ def record(options, begin, tracks):
 
     run.pipeline.get_bus().set_sync_handler(opened)
 
-    def on_live():
-        pace.live = True
-        run.element("look").set_property("leaky", "downstream")
-
     # These play from the start: in preroll they would keep the queues before them full, and the decoder waiting for ever, whose ALLOCATION
     # query waits for the queues to be empty. avdec_h264 asks after some frames where the width is no multiple of 16.
     playing = [sink for sink in (run.element("lines"), run.element("shown")) if sink]
@@ -319,7 +314,7 @@ def record(options, begin, tracks):
         sink.set_locked_state(True)
         sink.set_state(Gst.State.PLAYING)
     try:
-        run.play(options.source, options.seconds, through="in", on_live=on_live)
+        run.play(options.source, options.seconds, through="in", leaky=("look",))
     finally:
         for sink in playing:
             sink.set_state(Gst.State.NULL)
@@ -327,8 +322,9 @@ def record(options, begin, tracks):
         if window:
             window.close()
     runner.say_cost(track, pace.frames)
-    pace.say_shortage(run.ending)
-    torn = run.over and not pace.live and breaks_off(options.source, pace.position, pace.duration)
+    if run.live:
+        pace.say_shortage(run.ending)
+    torn = run.over and not run.live and breaks_off(options.source, pace.position, pace.duration)
     if torn:
         print(f"record: {torn}", file=sys.stderr)
 

@@ -9,7 +9,7 @@ import time
 import gi
 
 import command
-from failure import one_line
+from failure import NO_VIDEO, no_video, one_line
 from properties import check_start, set_from_text
 
 gi.require_version("Gst", "1.0")
@@ -64,6 +64,7 @@ class Run:
         self._source, self._harmless, self._through, self._seconds = "", (), "", None
         self.told = False  # by a signal, to end
         self.ending = None  # when it was first told to end, by time.monotonic()
+        self.live = False  # known from before the first frame
         self.over = False  # the source ended by itself
         self.warnings = set()
         self._counts = dict.fromkeys(counted, 0)
@@ -76,11 +77,12 @@ class Run:
     def element(self, name):
         return self.pipeline.get_by_name(name)
 
-    def play(self, source, seconds=None, harmless=(), through="", on_live=lambda: None):
+    def play(self, source, seconds=None, harmless=(), through="", leaky=()):
         """Until it ends, or `seconds` after the first picture. `source`: what the user calls it, "" where errors name it themselves. `harmless`:
         parts of the texts of errors that are an end like any other. What has come is still written if the sender is gone or its connection is
         lost; with `through`, the element that all pictures come through, also at any error before that. Raises command.Failure, also if no
-        picture comes from the source. `on_live`: called if the source is live."""
+        picture comes from the source. `leaky`: the queues that drop frames if the source is live, for what is old is of no use then. A file is
+        read faster than it is shown: of that they would drop most."""
         self._source, self._harmless, self._through, self._seconds = str(source), harmless, through, seconds
         for name in self._counts:
             self.element(name).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._count, name)
@@ -99,7 +101,9 @@ class Run:
         # A live source has no picture before it plays: that is how it is told from a file.
         paused = self.pipeline.set_state(Gst.State.PAUSED)
         if paused == Gst.StateChangeReturn.NO_PREROLL:
-            on_live()
+            self.live = True
+            for name in leaky:
+                self.element(name).set_property("leaky", "downstream")
         # Else when it says that it is paused: a GstBin that is told to play before may forget that it does, and then never tells that the
         # stream has ended (GStreamer 1.22; gst-launch-1.0 stood still 8 of 20 times on a busy machine).
         if paused != Gst.StateChangeReturn.ASYNC:
@@ -172,16 +176,17 @@ class Run:
             GLib.timeout_add_seconds(END, self._loop.quit)
         elif says(text, self._harmless):
             self._loop.quit()
-        elif error.matches(Gst.StreamError.quark(), Gst.StreamError.TYPE_NOT_FOUND) or error.matches(Gst.StreamError.quark(), Gst.StreamError.WRONG_TYPE):
-            self.fail("isn't a video that GStreamer knows: give a video file")
+        elif no_video(error):
+            self.fail(NO_VIDEO)
         elif factory and factory.get_name() == "filesrc":
-            self.fail(f"'{element.get_property('location')}' can't be read: {text}", sources_fault=False)
+            place = element.get_property("location")
+            self.fail(text if place in text else f"'{place}' can't be read: {text}", sources_fault=False)
         elif factory and factory.get_name() == "filesink":
             self.fail(str(command.of_filesink(element.get_property("location"), error, debug)), sources_fault=False)
         elif factory and factory.get_name() == "csdtrackdec" and element.get_property("location"):
             self.fail(text.partition(" Set location ")[0].rstrip(".") + ": give a .jsonl file that csdtrackenc wrote", sources_fault=False)
-        elif not self.frames and "streaming stopped" in (debug or "") and not element.sinkpads:
-            self.fail("nothing can be read from it: is it there?")  # all that souphttpsrc says of a server that isn't
+        elif not self.frames and not element.sinkpads and ("streaming stopped" in (debug or "") or says(text, ("Could not open resource",))):
+            self.fail("nothing can be read from it: is it there?")  # that is all that souphttpsrc and rtspsrc say of a server that isn't
         else:
             self.fail(f"{text} ({element.get_name()})")
 

@@ -45,6 +45,8 @@ def begin(text):
         return f"videotestsrc is-live=true pattern=smpte horizontal-speed=2 ! video/x-raw,format={rest},width=1920,height=1080,framerate=25/1"
     if "://" in text:
         return f"uridecodebin uri={command.quoted(text)} caps=video/x-raw"
+    if os.path.isdir(text):
+        raise command.Failure(f"'{text}' is a folder: give a video file")
     if not os.path.isfile(text):
         raise command.Failure(f"there is no file '{text}', and it is no source: see --help")
     return f"filesrc location={command.quoted(text)} ! decodebin"

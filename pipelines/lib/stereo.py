@@ -81,18 +81,15 @@ def stereo(options, begins):
     for side in begins:
         runner.configure(run.element(side), options.preset, {"overlay": "draw" if options.display else "none"}, options.set)
 
-    def leak():
-        """What is old is of no use; and a side whose picture waits for the other's in the window is tracked on."""
-        for name in [f"{side}-in" for side in begins] + [f"{side}-show" for side in begins if options.display]:
-            run.element(name).set_property("leaky", "downstream")
-
     def lay_out(pad, _spec):
         if pad.get_current_caps():
             run.element("both").get_static_pad("sink_1").set_property("xpos", first_structure(pad.get_current_caps()).get_int("width").value)
 
     if options.display:
         run.element("left").get_static_pad("src").connect("notify::caps", lay_out)
-    run.play(f"{options.left}, {options.right}", options.seconds, harmless=("window was closed",), on_live=leak)
+    # -show: a side whose picture waits for the other's in the window is tracked on.
+    leaky = [f"{side}-{queue}" for side in begins for queue in (["in", "show"] if options.display else ["in"])]
+    run.play(f"{options.left}, {options.right}", options.seconds, harmless=("window was closed",), leaky=leaky)
     for side in begins:
         print(f"{side}: ", end="")
         runner.say_cost(run.element(side))

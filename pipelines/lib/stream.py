@@ -168,7 +168,7 @@ def main():
         raise command.Failure("there is no GStreamer RTSP server: install gir1.2-gst-rtsp-server-1.0, or leave out --no-install") from error
     from gi.repository import GstRtspServer, GstVideo
     sink = "appsink sync=true emit-signals=true max-buffers=3"
-    # leaky before tracking, as in pipelines/live: what is old is of no use. Behind it nothing is dropped: each frame has its line.
+    # Frames are dropped before tracking only (`in`, if the source is live): each frame behind it has its line.
     text = f"{begin} ! {command.FRAMES} name=in ! csdtrack name=csdtrack ! tee name=t " \
            f"t. ! {command.FRAMES} ! videoconvert ! x264enc tune=zerolatency speed-preset=veryfast bitrate={options.bitrate} key-int-max={KEYFRAMES} ! " \
            f"video/x-h264,profile=main ! h264parse config-interval=-1 ! video/x-h264,stream-format=byte-stream,alignment=au ! {sink} name=video " \
@@ -199,7 +199,7 @@ def main():
         run.element(name).connect("new-sample", sample)
     print(f"rtsp://{options.address}:{port}/{options.path}", flush=True)
     try:
-        run.play(options.source, options.seconds, on_live=lambda: run.element("in").set_property("leaky", "downstream"))
+        run.play(options.source, options.seconds, leaky=("in",))
     finally:
         server.end()
     runner.say_cost(track)

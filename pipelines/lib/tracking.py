@@ -17,7 +17,7 @@ import time
 
 import gi
 from caps import first_structure
-from failure import Failure, Misuse, of_filesink
+from failure import NO_VIDEO, Failure, Misuse, no_video, of_filesink
 from properties import check_start, choices, set_from_text, settable
 
 gi.require_version("Gst", "1.0")
@@ -431,7 +431,6 @@ def explain(video, out, tracker, element, error, debug, missing):
         return no_frame(video)
     if missing:
         return f"'{video}' needs a {missing[0]} that this machine does not have: install it, or convert the video to H.264"
-    if error.matches(Gst.StreamError.quark(), Gst.StreamError.TYPE_NOT_FOUND) or error.matches(
-            Gst.StreamError.quark(), Gst.StreamError.WRONG_TYPE):
-        return f"'{video}' isn't a video that GStreamer knows: give a video file"
+    if no_video(error):
+        return f"'{video}' {NO_VIDEO}"
     return f"'{video}' can't be decoded ({error.message.rstrip('.')}): check that it plays, or convert it to H.264"

@@ -46,6 +46,8 @@ class Live(harness.Case):
     def test_what_is_not_there_or_wrong_is_one_line(self):
         for arguments, code, words in ((("/dev/video99",), 1, "no device /dev/video99"), (("/dev/null",), 1, "/dev/null"),
                                        (("/dev/video99/x",), 1, "no device"), (("test:v211",), 2, "test:v210"), (("nothing.mp4",), 1, "no file"),
+                                       (("/usr",), 1, "live: '/usr' is a folder: give a video file"),
+                                       (("rtsp://127.0.0.1:1/x",), 1, "live: rtsp://127.0.0.1:1/x: nothing can be read from it"),
                                        (("http://127.0.0.1:1/x",), 1, "live: http://127.0.0.1:1/x: nothing can be read from it"),
                                        (("decklink:x",), 2, "number"), (("--preset", "fast"), 2, "live-low-latency"),
                                        (("--set", "foo=1"), 2, "'foo'"), (("simulate:fog",), 2, "smoke, specular"),

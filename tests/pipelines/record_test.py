@@ -17,9 +17,7 @@ import harness
 
 SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
 RECORD = SOURCE / "pipelines" / "record"
-# x264 (164) reads memory before it writes it: without the same bytes in all that is fresh, processes of a busy machine
-# record other bits at times, with csdtrack or without.
-ENVIRONMENT = {**os.environ, "CSDTRACK_BUILD": str(BUILD), "MALLOC_PERTURB_": "165"}
+ENVIRONMENT = {**os.environ, "CSDTRACK_BUILD": str(BUILD), **harness.SAME_MEMORY}
 
 
 def run(*arguments):

@@ -72,6 +72,7 @@ class Command(Made):
         self.refused(self.video, tracks("size.jsonl", *(x.replace('"height":240', '"height":180') for x in lines)), out, words=["320×180", "320×240"])
         self.refused(self.video, write_tracks(self.tmp / "fps.jsonl", 9000, features, fps=3000), out, words=["time of a frame"])
         self.refused(self.video, write_tracks(self.tmp / "none.jsonl", 5, lambda _: []), out, words=["no position"])
+        self.refused(self.video, self.tracks, pathlib.Path("/dev/null/page"), words=["can't write into '/dev/null'"])
         self.assertFalse(out.exists())
         self.assertEqual(list(self.tmp.glob(".unfinished-*")), [])
 

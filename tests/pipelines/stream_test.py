@@ -169,9 +169,8 @@ import stream
         video = harness.scene_video(self.tmp / "served.mkv", 50, *harness.H264)
         seen = {}
         for which in ("plain", "tracked"):
-            # MALLOC_PERTURB_: x264 reads what it has not written (record_test.py).
             done = subprocess.run([sys.executable, "-c", program, which, "--preset", "", "--port", "0", video], cwd=SOURCE / "pipelines" / "lib", capture_output=True,
-                                  text=True, stdin=subprocess.DEVNULL, timeout=120, env={**ENVIRONMENT, "MALLOC_PERTURB_": "165"})
+                                  text=True, stdin=subprocess.DEVNULL, timeout=120, env={**ENVIRONMENT, **harness.SAME_MEMORY})
             self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
             seen[which] = [line for line in done.stdout.splitlines() if len(line.split()) == 2 and len(line.split()[1]) == 32]
         self.assertEqual(len(seen["plain"]), 50)

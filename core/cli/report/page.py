@@ -75,8 +75,12 @@ def make(video, tracks, out, title, wanted):
     parts = library()
     motion.program()
     source = video_file.Video(video)
-    out.absolute().parent.mkdir(parents=True, exist_ok=True)
-    folder = pathlib.Path(tempfile.mkdtemp(prefix=".unfinished-", dir=out.absolute().parent))
+    parent = out.absolute().parent
+    try:
+        parent.mkdir(parents=True, exist_ok=True)
+        folder = pathlib.Path(tempfile.mkdtemp(prefix=".unfinished-", dir=parent))
+    except OSError as error:
+        raise Failure(f"can't write into '{parent}' ({error.strerror}): give another OUT") from error
     try:
         folder.chmod(0o777 & ~umask())
         notes = fill(folder, parts, source, tracks, title, wanted)

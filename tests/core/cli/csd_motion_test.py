@@ -221,6 +221,8 @@ class Wrong(Case):
         done = run(self.tmp / "absent")
         self.assertEqual(done.returncode, 1)
         self.assertIn("absent: can't be read: No such file", done.stderr)
+        done = run(self.tmp)
+        self.assertEqual((done.returncode, done.stderr), (1, f"csd-motion: {self.tmp}: is a folder: give a file of tracks\n"))
         self.refused("", "is empty")
         self.refused("hello\n", "neither JSON nor a header")
         self.refused(b"\x00\xff\xfe\x00" * 50 + b"\n", "neither JSON nor a header")
@@ -249,7 +251,7 @@ class Wrong(Case):
 
     def test_usage(self):
         for arguments in ((), (self.tracks, self.tracks), ("--json", "--csv", self.tracks), ("--series", self.tracks),
-                          ("--from", "5", "--to", "4", self.tracks), ("--from", "inf", self.tracks),
+                          ("--from", "5", "--to", "4", self.tracks), ("--from", "inf", self.tracks), ("--to", "nan", self.tracks),
                           ("--window", "4", self.tracks), ("--window", "nan", self.tracks), ("--fps", "-1", self.tracks), ("--fps", "0", self.tracks),
                           ("--lowest", "3", "--highest", "2", self.tracks), ("--highest", "1000", self.tracks),
                           ("--false-alarm", "0", self.tracks), ("--nonsense", self.tracks)):
@@ -262,7 +264,7 @@ class Wrong(Case):
             done = subprocess.run([os.environ["CSD_MOTION"], "--json", "--series", self.tracks], stdout=full,
                                   stderr=subprocess.PIPE, text=True)
         self.assertEqual(done.returncode, 1)
-        self.assertIn("can't be written", done.stderr)
+        self.assertIn("can't be written: No space left on device", done.stderr)
 
     def test_a_comma_in_the_locale_changes_nothing(self):
         plain = run("--csv", self.tracks).stdout
