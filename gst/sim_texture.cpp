@@ -6,6 +6,8 @@
 #include <memory>
 #include <stdexcept>
 
+#include "file_name.h"
+
 namespace csd {
 namespace {
 
@@ -26,11 +28,7 @@ using Element = std::unique_ptr<GstElement, Unreffed<void, gst_object_unref>>;
 using Sample = std::unique_ptr<GstSample, Unreffed<GstSample, gst_sample_unref>>;
 
 [[noreturn]] void fail(const std::string &file, const std::string &why) {
-  // A file's name is any bytes, a message UTF-8.
-  gchar *name = g_filename_display_name(file.c_str());
-  const std::string shown = name;
-  g_free(name);
-  throw std::invalid_argument("texture: \"" + shown + "\" " + why +
+  throw std::invalid_argument("texture: " + quoted(file) + " " + why +
                               ". Name a picture that GStreamer can decode, of at most 8192 × 8192 pixels.");
 }
 

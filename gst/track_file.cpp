@@ -2,7 +2,6 @@
 #include "track_file.h"
 
 #include <fcntl.h>
-#include <glib.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -11,6 +10,8 @@
 #include <charconv>
 #include <system_error>
 #include <utility>
+
+#include "file_name.h"
 
 namespace csd {
 
@@ -21,14 +22,6 @@ using Kind = TrackSourceError::Kind;
 constexpr std::size_t chunk = 64 << 10;
 /// A frame that is so much later than the last is looked for by bisection: some 50 lines, read in 10 ms.
 constexpr std::int64_t jump = 2 * second;
-
-/// A path is any bytes, a message UTF-8.
-std::string quoted(const std::string &path) {
-  gchar *name = g_filename_display_name(path.c_str());
-  const std::string text = std::string("\"") + name + "\"";
-  g_free(name);
-  return text;
-}
 
 std::string system_words(int error) {
   return std::generic_category().message(error);
