@@ -88,9 +88,8 @@ TEST(Align, FindsPositionAndShape) {
     mean += exact / textures;
     mean_with_noise += noisy / textures;
     // What is stretched was smoothed less, too.
-    const cv::Matx22d other =
-        similarity(rng.uniform(-3., 3.)) *
-        cv::Matx22d(1 + rng.uniform(-.05, .05), rng.uniform(-.05, .05), 0, 1 + rng.uniform(-.05, .05));
+    const auto some = [&] { return rng.uniform(-.05, .05); };
+    const cv::Matx22d other = similarity(rng.uniform(-3., 3.)) * cv::Matx22d(1 + some(), some(), 0, 1 + some());
     EXPECT_LT(error_of(k, other, 0, vague()), .04) << k;
     EXPECT_LT(error_of(k, other, 2, vague()), .1) << k;
   }
