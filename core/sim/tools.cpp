@@ -14,6 +14,9 @@ namespace {
 constexpr std::uint64_t stream_tools = 600;
 constexpr float shadow_x = 13, shadow_y = 17, shadow_soft = 22, shadow_depth = 0.5F;  // pixels at 480 lines
 
+// Pixels. What is thinner covers nothing to speak of, and its rods' lengths drown in the last digit of their ends.
+constexpr float thinnest = 0.05F;
+
 /// 0…1 over an edge of one pixel.
 float coverage(float outside) {
   return clamp01(0.5F - outside);
@@ -46,6 +49,7 @@ Tools::Tools(double time, double strength, std::uint64_t seed, cv::Size size)
   const float w = static_cast<float>(size.width), h = static_cast<float>(size.height);
   const double thickness = strength <= 1 ? std::sqrt(strength) : std::min(strength, 2.0);
   const auto radius = static_cast<float>(29 * thickness) * scale_;
+  if (radius < thinnest) return;
   // By turns, overlapping; each sweeps to and fro while it is in.
   for (std::size_t i = 0; i < std::size(instruments); ++i) {
     const Instrument &it = instruments[i];

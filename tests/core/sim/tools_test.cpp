@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 namespace csd::sim {
@@ -62,6 +63,25 @@ TEST(Tools, HideWhatTheyCoverAndShadeWhatTheyDoNot) {
     EXPECT_GT(shaded, 2000);
     EXPECT_GT(far, 50000);
   }
+}
+
+// A fuzzer found it: joints of an instrument with a hair's thickness fell together, and the picture became NaN.
+TEST(Tools, FadeToNothing) {
+  double before = 1;
+  for (const double strength : {1e-2, 1e-5, 1e-8, 1e-12, 1e-14, 1e-17, 1e-30, 1e-310}) {
+    double most = 0;
+    for (double t = 2; t < 20; t += 3) {
+      const Canvas c = drawn(Tools(t, strength, 1, size));
+      for (std::size_t k = 0; k < 3; ++k)
+        for (int y = 0; y < size.height; ++y)
+          ASSERT_TRUE(std::all_of(c.row(k, y), c.row(k, y) + size.width, [](float v) { return std::isfinite(v); }))
+              << strength << ' ' << t << ' ' << y;
+      most = std::max(most, covered(t, strength));
+    }
+    EXPECT_LE(most, before) << strength;
+    before = most;
+  }
+  EXPECT_EQ(before, 0);
 }
 
 TEST(Tools, SweepOverTheMiddle) {
