@@ -46,7 +46,6 @@ class Surface {
 
   Moment at(double time) const;
 
-  double lowest() const { return -130; }   ///< nothing is ever below this, units
   double reach() const { return reach_; }  ///< no point is ever farther than this from its (u, v), units, sideways
 
  private:

@@ -60,7 +60,7 @@ Taps taps(int from, int to) {
 
 }  // namespace
 
-TextureMap::TextureMap(const cv::Mat &texture, double texels_per_unit) : texels_per_unit_(texels_per_unit) {
+TextureMap::TextureMap(const cv::Mat &texture, double texels_per_unit) {
   if (texture.type() != CV_8UC4 || texture.empty() || texture.cols % granularity != 0 ||
       texture.rows % granularity != 0 || !(texels_per_unit > 0)) {
     throw std::invalid_argument("a texture is CV_8UC4, with sides that are multiples of 64");

@@ -27,8 +27,6 @@ class TextureMap {
   /// Throws std::invalid_argument.
   TextureMap(const cv::Mat &texture, double texels_per_unit);
 
-  double texels_per_unit() const { return texels_per_unit_; }
-  cv::Size size() const { return levels_.empty() ? cv::Size() : cv::Size(levels_[0].width, levels_[0].height); }
 
   /// B, G, R and gloss, 0…255, at (u, v) units for a pixel of 2^`units_log2` units.
   std::array<float, 4> sample(float u, float v, float units_log2) const;
@@ -46,7 +44,6 @@ class TextureMap {
   };
 
  private:
-  double texels_per_unit_ = 1;
   float bias_ = 0;
   std::vector<Level> levels_;
   std::vector<std::vector<std::uint8_t>> data_;  // of the levels

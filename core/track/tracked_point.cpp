@@ -66,7 +66,6 @@ TrackedPoint::TrackedPoint(const CsdFrame &frame, cv::Point2d position, Purpose 
       state_{position, frame.patch * cv::Matx22d::eye()},
       begun_(frame.time),
       last_sample_(frame.time),
-      last_seen_(frame.time),
       last_look_(frame.time) {
   fine_.state = state_;
   medians_.resize(Anchor::coarsest + 1);
@@ -286,7 +285,6 @@ void TrackedPoint::decide(const CsdFrame &frame, const Surroundings &around) {
   if (visible_) {
     velocity_ = before && !again_ ? (fine_.state.position - state_.position) * (1 / frame.steps) : cv::Point2d();
     state_ = fine_.state;
-    last_seen_ = frame.time;
   } else {
     sure_ = false;
     velocity_ = {};

@@ -97,7 +97,6 @@ class TrackedPoint {
   cv::Point2d seen_at() const { return fine_.state.position; }       ///< of a sure point, in this frame
   cv::Point2d expected_at() const { return prediction().position; }  ///< by the neighbours' map
   int chart() const { return chart_; }                               ///< −1: none
-  cv::Point2d reference() const { return reference_; }
   cv::Point2d own_reference() const { return reference_ + offset_.offset(); }
   const NeighbourOffset &offset() const { return offset_; }
   const NeighbourMap &map() const { return map_; }
@@ -107,7 +106,6 @@ class TrackedPoint {
   /// How much more of the finest level's contrast is gone than of the next coarser one's, ln: smoke dims both alike, a
   /// wet lens takes fine detail first. 0 where contrast is as usual; nothing of what doesn't look like the point.
   std::optional<double> blur() const;
-  std::int64_t last_seen() const { return last_seen_; }
 
  private:
   AffineState prediction() const { return offset_.predict(map_, reference_); }
@@ -126,7 +124,7 @@ class TrackedPoint {
   Anchor anchor_;
   std::array<double, Anchor::coarsest - Anchor::finest + 1> unmasked_{};  ///< share of the anchor's levels
   std::vector<AnchorMedian> medians_;                                     ///< while it is learning: levels 0…2
-  std::int64_t begun_, last_sample_, last_seen_, last_look_;
+  std::int64_t begun_, last_sample_, last_look_;
 
   int chart_ = -1;
   cv::Point2d reference_;

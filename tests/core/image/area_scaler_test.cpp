@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "core/simd_targets.h"
+
 namespace csd {
 namespace {
 
@@ -76,7 +78,7 @@ TEST(ScaleArea, RowsDoNotDependOnTheRange) {
   EXPECT_EQ(cv::norm(at_once, in_parts, cv::NORM_INF), 0);
 }
 
-TEST(ScaleArea, KernelsAreTheirScalarTwins) {
+void kernels_are_their_scalar_twins() {
   const cv::Mat in = noise({203, 8});
   const AreaAxis axis(203, 0, 77);
   for (int n = 1; n < 200; ++n)
@@ -95,6 +97,10 @@ TEST(ScaleArea, KernelsAreTheirScalarTwins) {
   blend_columns(axis, 0, 80, wide.ptr<std::uint16_t>(), 208, 208, scratch.data(), fast.data, 80);
   scalar::blend_columns(axis, 0, 80, wide.ptr<std::uint16_t>(), 208, 208, scratch.data(), slow.data, 80);
   EXPECT_EQ(cv::norm(fast, slow, cv::NORM_INF), 0);
+}
+
+TEST(ScaleArea, KernelsAreTheirScalarTwins) {
+  test::on_all_targets(kernels_are_their_scalar_twins);
 }
 
 }  // namespace

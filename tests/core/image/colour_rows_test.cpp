@@ -8,6 +8,8 @@
 #include <random>
 #include <vector>
 
+#include "core/simd_targets.h"
+
 namespace csd {
 namespace {
 
@@ -25,7 +27,7 @@ struct Matrix {
 };
 constexpr Matrix matrices[] = {{0.299, 0.114}, {0.2126, 0.0722}, {0.2627, 0.0593}};  // BT.601, BT.709, BT.2020
 
-TEST(ColourRows, KernelsAreTheirScalarTwins) {
+void kernels_are_their_scalar_twins() {
   const Bytes a = noise(220, 1), b = noise(220, 2), c = noise(220, 3);
   for (int n = 0; n < 200; ++n)
     for (const int at : {0, 1, 5}) {
@@ -61,6 +63,10 @@ TEST(ColourRows, KernelsAreTheirScalarTwins) {
         ASSERT_EQ(fast, slow) << n;
       }
     }
+}
+
+TEST(ColourRows, KernelsAreTheirScalarTwins) {
+  test::on_all_targets(kernels_are_their_scalar_twins);
 }
 
 /// Every Y, U and V; the formula of BT.601 §2.5 and its successors in double.

@@ -7,6 +7,8 @@
 #include <random>
 #include <vector>
 
+#include "core/simd_targets.h"
+
 namespace csd {
 namespace {
 
@@ -37,7 +39,7 @@ std::vector<Out> result(Kernel kernel, int n, int count) {
 
 constexpr int longest = 150;  // more than two vectors of 64 bytes
 
-TEST(FrameRows, KernelsAreTheirScalarTwins) {
+void kernels_are_their_scalar_twins() {
   using u8 = std::uint8_t;
   using u16 = std::uint16_t;
   for (int n = 1; n <= longest; ++n) {
@@ -77,7 +79,11 @@ TEST(FrameRows, KernelsAreTheirScalarTwins) {
   }
 }
 
-TEST(FrameRows, ErosionIsItsScalarTwin) {
+TEST(FrameRows, KernelsAreTheirScalarTwins) {
+  test::on_all_targets(kernels_are_their_scalar_twins);
+}
+
+void erosion_is_its_scalar_twin() {
   for (int n = 1; n <= longest; ++n) {
     SCOPED_TRACE(n);
     auto bytes = noise<std::uint8_t>(6, n, static_cast<unsigned>(n));
@@ -93,7 +99,11 @@ TEST(FrameRows, ErosionIsItsScalarTwin) {
   }
 }
 
-TEST(FrameRows, LargestValuesFit) {
+TEST(FrameRows, ErosionIsItsScalarTwin) {
+  test::on_all_targets(erosion_is_its_scalar_twin);
+}
+
+void largest_values_fit() {
   const std::vector<std::vector<std::uint8_t>> bytes(5, std::vector<std::uint8_t>(longest, 255));
   const std::vector<std::vector<std::uint16_t>> words(5, std::vector<std::uint16_t>(longest, 65535));
   std::vector<std::uint16_t> out(longest), scratch(longest + row_slack);
@@ -102,6 +112,10 @@ TEST(FrameRows, LargestValuesFit) {
   EXPECT_EQ(out, std::vector<std::uint16_t>(longest, 255 * 256));
   shrink_row(pointers(words).data(), longest, wide.data(), out.data());
   EXPECT_TRUE(std::all_of(out.begin(), out.begin() + longest / 2, [](int v) { return v == 65535; }));
+}
+
+TEST(FrameRows, LargestValuesFit) {
+  test::on_all_targets(largest_values_fit);
 }
 
 /// Limits between two rows: at the first (part 0), at the second (65535), half-way; what equals a limit is tissue.

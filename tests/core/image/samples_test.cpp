@@ -8,11 +8,12 @@
 #include <vector>
 
 #include "core/picture.h"
+#include "core/simd_targets.h"
 
 namespace csd {
 namespace {
 
-TEST(ReadSamples, IsItsScalarTwinAtAnyPlaceAndLength) {
+void is_its_scalar_twin() {
   cv::Mat bgr(3, 151, CV_8UC3);
   cv::RNG(5).fill(bgr, cv::RNG::UNIFORM, 0, 256);
   for (const auto layout : test::all_layouts) {
@@ -29,6 +30,10 @@ TEST(ReadSamples, IsItsScalarTwinAtAnyPlaceAndLength) {
         }
     }
   }
+}
+
+TEST(ReadSamples, IsItsScalarTwinAtAnyPlaceAndLength) {
+  test::on_all_targets(is_its_scalar_twin);
 }
 
 TEST(ReadSamples, DeepSamplesAreRoundedToNearest) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <span>
 
+#include "core/simd_targets.h"
 #include "test_node.h"
 
 namespace csd {
@@ -47,7 +48,7 @@ TEST(NodeSamples, FewerSamplesAfterMoreLeaveNothingBehind) {
   expect_turned(f, {}, others.first(1));
 }
 
-TEST(NodeSamples, TransposesAsThePlainTwin) {
+void transposes_as_the_plain_twin() {
   Random random(3);
   std::array<std::array<std::uint8_t, 48>, 16> rows;
   std::array<const std::uint8_t *, 16> pointers;
@@ -63,6 +64,10 @@ TEST(NodeSamples, TransposesAsThePlainTwin) {
     for (std::size_t p = 0; p < 48; ++p)
       for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(plain[p * 32 + i], i < count ? rows[i][p] : 0);
   }
+}
+
+TEST(NodeSamples, TransposesAsThePlainTwin) {
+  test::on_all_targets(transposes_as_the_plain_twin);
 }
 
 }  // namespace

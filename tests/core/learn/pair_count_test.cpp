@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdlib>
 
+#include "core/simd_targets.h"
 #include "learn/random.h"
 
 namespace csd {
@@ -53,7 +54,7 @@ TEST(PairCount, ByHand) {
 }
 
 // Lengths around vectors, around the padding, and beyond the 255 vectors that a byte lane can count.
-TEST(PairCount, AgreesWithThePlainTwinOnEveryLength) {
+void agrees_with_the_plain_twin() {
   std::uint64_t seed = 1;
   std::vector<std::array<std::size_t, 2>> lengths;
   for (std::size_t n = 0; n <= 130; n += n < 3 ? 1 : 13) lengths.push_back({n, 131 - n});
@@ -69,6 +70,10 @@ TEST(PairCount, AgreesWithThePlainTwinOnEveryLength) {
       count_pairs_scalar(f.node, pairs, plain);
       EXPECT_EQ(simd, plain) << n << " " << m << " " << levels;
     }
+}
+
+TEST(PairCount, AgreesWithThePlainTwinOnEveryLength) {
+  test::on_all_targets(agrees_with_the_plain_twin);
 }
 
 }  // namespace

@@ -9,6 +9,8 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "core/simd_targets.h"
+
 namespace csd::sim {
 namespace {
 
@@ -103,7 +105,7 @@ TEST(TextureSampling, IsTrilinear) {
   }
 }
 
-TEST(TextureSampling, VectorsGiveTheBitsOfPlainArithmetic) {
+void vectors_give_the_bits_of_plain_arithmetic() {
   cv::RNG rng(4);
   const auto noise = [&](int, int, int) { return rng.uniform(0, 256); };
   const Texels a(32, 16, 1.6F, noise), b(16, 8, 0.8F, noise), c(8, 4, 0.4F, noise);
@@ -120,6 +122,10 @@ TEST(TextureSampling, VectorsGiveTheBitsOfPlainArithmetic) {
   EXPECT_EQ(vectors, scalar);
   EXPECT_NE(scalar[0], untouched);
   EXPECT_EQ(scalar[3], untouched) << "shows nothing";
+}
+
+TEST(TextureSampling, VectorsGiveTheBitsOfPlainArithmetic) {
+  test::on_all_targets(vectors_give_the_bits_of_plain_arithmetic);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/track/moving_scene.h"
-#include "core/track/simd_targets.h"
+#include "core/simd_targets.h"
 #include "core/track/warped_picture.h"
 #include "image/work_frame.h"
 

@@ -32,7 +32,7 @@ double MedianOfScattered(const std::int16_t *scattered, int n, int high, int res
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include "core/track/simd_targets.h"
+#include "core/simd_targets.h"
 
 namespace csd {
 namespace {

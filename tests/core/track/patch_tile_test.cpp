@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "core/track/patch_offsets.h"
-#include "core/track/simd_targets.h"
+#include "core/simd_targets.h"
 #include "core/track/warped_picture.h"
 
 namespace csd {
