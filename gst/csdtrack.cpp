@@ -251,7 +251,7 @@ void warn_small_once(GstCsdTrack *self, const csd::Tracks &tracks) {
   if (!tracks.too_small || std::exchange(self->state->stream.warned_small, true)) return;
   GST_ELEMENT_WARNING(self, STREAM, FORMAT,
                       ("A picture of %d×%d pixels is too small to track features in: it is smaller than a feature's "
-                       "patch. Set patch-size lower, or leave the picture larger.",
+                       "patch, or than 16 pixels. Set patch-size lower, or leave the picture larger.",
                        tracks.width, tracks.height),
                       ("no features in this stream"));
 }

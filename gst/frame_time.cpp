@@ -7,7 +7,7 @@ std::optional<std::int64_t> stream_time(const GstSegment &segment, GstClockTime 
   if (segment.format != GST_FORMAT_TIME || !GST_CLOCK_TIME_IS_VALID(time)) return std::nullopt;
   guint64 at = 0;
   if (gst_segment_to_stream_time_full(&segment, GST_FORMAT_TIME, time, &at) <= 0) return std::nullopt;
-  if (at > static_cast<guint64>(G_MAXINT64) / 2) return std::nullopt;
+  if (at > static_cast<guint64>(most_time)) return std::nullopt;
   return static_cast<std::int64_t>(at);
 }
 

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "sim_texture.h"
 
+#include <gst/base/gsttypefindhelper.h>
 #include <gst/video/video.h>
 
+#include <array>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <stdexcept>
 
@@ -24,6 +28,7 @@ struct Unreffed {
   void operator()(T *object) const { Unref(object); }
 };
 using Pipeline = std::unique_ptr<GstElement, Stopped>;
+using Caps = std::unique_ptr<GstCaps, Unreffed<GstCaps, gst_caps_unref>>;
 using Element = std::unique_ptr<GstElement, Unreffed<void, gst_object_unref>>;
 using Sample = std::unique_ptr<GstSample, Unreffed<GstSample, gst_sample_unref>>;
 
@@ -47,14 +52,35 @@ std::string error_of(GstElement *pipeline) {
   return text;
 }
 
+/// The type of a picture, by how its file begins; none of what can't be read, which filesrc says better. Only pictures
+/// are decoded: a playlist would make decodebin open whatever it names, from a network too. Throws
+/// std::invalid_argument.
+Caps type_of(const std::string &file) {
+  std::error_code none;
+  const auto status = std::filesystem::status(file, none);
+  if (!std::filesystem::exists(status)) return nullptr;
+  if (!std::filesystem::is_regular_file(status)) fail(file, "is not a file");
+  std::ifstream in(file, std::ios::binary);
+  std::array<char, 16384> begin;
+  in.read(begin.data(), begin.size());
+  if (in.gcount() == 0) return nullptr;
+  Caps caps(gst_type_find_helper_for_data(nullptr, reinterpret_cast<const guint8 *>(begin.data()),
+                                          static_cast<gsize>(in.gcount()), nullptr));
+  if (!caps) fail(file, "is not a picture");
+  const std::string name = gst_structure_get_name(gst_caps_get_structure(caps.get(), 0));
+  if (!name.starts_with("image/")) fail(file, "is not a picture (its type is " + name + ")");
+  return caps;
+}
+
 }  // namespace
 
 cv::Mat load_picture(const std::string &file) {
+  const Caps type = type_of(file);
   // By GStreamer: the plugin links no image library of its own.
   GError *error = nullptr;
   const Pipeline pipeline(gst_parse_launch(
       // A file of a few bytes may say that it is a picture of gigabytes.
-      "filesrc name=file ! decodebin ! video/x-raw(ANY),width=[1,8192],height=[1,8192] ! videoconvert"
+      "filesrc name=file ! decodebin name=decode ! video/x-raw(ANY),width=[1,8192],height=[1,8192] ! videoconvert"
       " ! video/x-raw,format=BGR ! appsink name=sink sync=false",
       &error));
   if (error) {
@@ -64,7 +90,9 @@ cv::Mat load_picture(const std::string &file) {
   }
   const Element source(gst_bin_get_by_name(GST_BIN(pipeline.get()), "file"));
   const Element sink(gst_bin_get_by_name(GST_BIN(pipeline.get()), "sink"));
+  const Element decode(gst_bin_get_by_name(GST_BIN(pipeline.get()), "decode"));
   g_object_set(source.get(), "location", file.c_str(), nullptr);
+  g_object_set(decode.get(), "sink-caps", type.get(), nullptr);
   gst_element_set_state(pipeline.get(), GST_STATE_PAUSED);
   if (gst_element_get_state(pipeline.get(), nullptr, nullptr, longest_wait) != GST_STATE_CHANGE_SUCCESS) {
     fail(file, error_of(pipeline.get()));

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "file_name.h"
+#include "frame_time.h"
 
 namespace csd {
 
@@ -40,6 +41,7 @@ cli::TrackLine read_frame_line(cli::JsonText &json, std::string_view text) {
   cli::TrackLine line = cli::read_track_line(json, text);
   if (line.numbered && (line.tracks.width < 1 || line.tracks.height < 1))
     throw cli::LineError("has no `width` or no `height`");
+  if (line.stream_time > most_time) throw cli::LineError("`stream_time` is more than 146 years");
   return line;
 }
 
@@ -171,9 +173,16 @@ bool TrackFile::next_text(std::string_view &text) {
   return true;
 }
 
-/// The next line that has a time.
+/// The next line that has a time. False at the end of the file, or after 4 MiB without one: a frame can't wait until
+/// gigabytes of them are read. The next call goes on behind them.
 bool TrackFile::next_line(TimedLine &line) {
+  constexpr std::int64_t most_untimed = 4 << 20;
+  const std::int64_t begin = offset_ + static_cast<std::int64_t>(used_);
   for (std::string_view text; next_text(text);) {
+    if (line_begin_ - begin > most_untimed) {
+      used_ = searched_ = static_cast<std::size_t>(line_begin_ - offset_);
+      return false;
+    }
     text = trimmed(text);
     if (text.empty()) continue;
     try {

@@ -27,7 +27,7 @@ class JsonText {
 
   /// Gives the root; null if the text is no JSON, or has more members and elements than `most_values` (json-glib takes
   /// 200 bytes for one): error() says why.
-  JsonNode *parse(std::string_view text, std::size_t most_values = static_cast<std::size_t>(-1));
+  JsonNode *parse(std::string_view text, std::size_t most_values);
   /// "is no JSON: …", to follow the name of what was parsed.
   const std::string &error() const { return error_; }
 

@@ -10,8 +10,7 @@
 namespace csd::cli {
 namespace {
 
-constexpr std::size_t most_values = 1 << 19;  // of 65536 features with 7 members each
-constexpr std::size_t most_name = 1000;       // bytes of a name
+constexpr std::size_t most_name = 1000;  // bytes of a name
 
 /// An object, for what it says and what is wrong with that.
 class Members {
@@ -107,7 +106,7 @@ std::string printable(std::string_view text) {
 
 TrackLine read_track_line(JsonText &json, std::string_view text) {
   if (text.size() > most_line_bytes) throw LineError("is longer than 8 MiB");
-  JsonNode *const root = json.parse(text, most_values);
+  JsonNode *const root = json.parse(text, most_line_values);
   if (!root) throw LineError(json.error());
   if (!is_object(root)) throw LineError("is no JSON object");
   const Members members(json_node_get_object(root));

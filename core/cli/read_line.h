@@ -15,7 +15,8 @@ namespace csd::cli {
 /// frame in which another begins), less than would harm who reads it.
 inline constexpr std::size_t most_line_bytes = 8 << 20;
 inline constexpr std::size_t most_line_features = 1 << 16;
-inline constexpr int most_pixels = 1 << 20;  ///< of a picture's side; |x| and |y| are no larger either
+inline constexpr std::size_t most_line_values = 1 << 19;  ///< of that many features with 7 members each
+inline constexpr int most_pixels = 1 << 20;               ///< of a picture's side; |x| and |y| are no larger either
 
 /// Text as it may be shown: control characters (C0, DEL, C1 in UTF-8), which a terminal or gnuplot would obey, become
 /// '?'.

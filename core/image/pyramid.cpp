@@ -9,7 +9,6 @@
 namespace csd {
 
 void Pyramid::build(const cv::Mat &luma) {
-  constexpr int smallest = 16;
   if (luma.type() != CV_8UC1 || luma.cols < smallest || luma.rows < smallest)
     throw std::invalid_argument("Pyramid: wants CV_8UC1 of at least 16 x 16 pixels");
   levels_[0].create(luma.size(), CV_16UC1);

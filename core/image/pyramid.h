@@ -19,8 +19,9 @@ namespace csd {
 class Pyramid {
  public:
   static constexpr int levels = 5;
+  static constexpr int smallest = 16;  ///< pixels, of a picture's sides
 
-  /// `luma`: CV_8UC1, at least 16 × 16 pixels; not kept. Throws std::invalid_argument otherwise.
+  /// `luma`: CV_8UC1, at least `smallest` pixels wide and high; not kept. Throws std::invalid_argument otherwise.
   void build(const cv::Mat &luma);
 
   bool empty() const { return levels_[0].empty(); }

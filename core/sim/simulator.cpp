@@ -26,11 +26,15 @@ namespace {
 constexpr double picture_units = 1.25 * units_high;  // the height of a given texture
 constexpr double hiding_smoke = 0.75;
 constexpr double highlight_radius = 5;  // pixels at 480 lines
+constexpr double last_moment = 1e9;  // seconds; the scene stands still then: positions in its noise stay whole numbers
+constexpr int widest = 16;           // times as wide as high, or as high as wide: as textures
 
 const SimSettings &checked(const SimSettings &s) {
   if (s.size.width < 16 || s.size.height < 16 || s.size.width > 8192 || s.size.height > 8192) {
     throw std::invalid_argument("the simulator's pictures are from 16×16 to 8192×8192");
   }
+  if (s.size.width > widest * s.size.height || s.size.height > widest * s.size.width)
+    throw std::invalid_argument("the simulator's pictures are at most 16 times as wide as high, or as high as wide");
   if (!(s.rate > 0) || !std::isfinite(s.rate)) throw std::invalid_argument("the simulator's rate must be above 0");
   return s;
 }
@@ -76,7 +80,7 @@ struct Simulator::Impl {
     }
   }
 
-  double time(std::uint64_t n) const { return static_cast<double>(n) / settings.rate; }
+  double time(std::uint64_t n) const { return std::min(static_cast<double>(n) / settings.rate, last_moment); }
   double strength(Effect e) const { return settings.effects[e]; }
   bool dark(double t) const { return strength(Effect::black) > 0 && black_out(t, strength(Effect::black)).dark; }
   bool cut_away(double t) const { return elsewhere && is_cut(t); }

@@ -21,14 +21,14 @@ double cloud(std::uint64_t seed, double x, double y, double t) {
   const double f[3] = {smoothstep(x - k[0]), smoothstep(y - k[1]), smoothstep(t - k[2])};
   double result = 0;
   for (int corner = 0; corner < 8; ++corner) {
-    std::int64_t index = 0;
+    std::uint64_t index = 0;  // may wrap
     double weight = 1;
     for (int axis = 0; axis < 3; ++axis) {
       const int up = corner >> axis & 1;
-      index = index * 100003 + static_cast<std::int64_t>(k[axis]) + up;
+      index = index * 100003 + static_cast<std::uint64_t>(static_cast<std::int64_t>(k[axis]) + up);
       weight *= up != 0 ? f[axis] : 1 - f[axis];
     }
-    result += weight * hashed(seed, stream_smoke, index);
+    result += weight * hashed(seed, stream_smoke, static_cast<std::int64_t>(index));
   }
   return result;
 }

@@ -171,7 +171,9 @@ void blur_motion(const Fragments &fragments, Canvas &canvas, Canvas &copy) {
       if (f[Fragment::depth] >= Fragments::nothing) continue;
       const float mx = f[Fragment::motion_x], my = f[Fragment::motion_y];
       const float length = std::max(std::abs(mx), std::abs(my));
-      if (length < 0.5F) continue;
+      // What is as near as the lens has no motion that can be told: it is huge, or no number.
+      constexpr float most = 8192;
+      if (!(length >= 0.5F && length <= most && std::abs(my) <= most)) continue;
       // As far to one side as to the other, so that nothing shifts.
       const int pairs = std::min(8, 1 + static_cast<int>(length / 2));
       float sum[3] = {copy.row(0, y)[x], copy.row(1, y)[x], copy.row(2, y)[x]};

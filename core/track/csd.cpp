@@ -25,6 +25,7 @@ CsdFrame Csd::load(const FrameContext &context) {
 }
 
 void Csd::track(const FrameContext &context, std::vector<Claim> &claims) {
+  drop_ended();
   pyramid_.build(context.frame.luma());
   weights_.build(context.frame, context.forbidden);
   steps_ =
@@ -106,11 +107,20 @@ Claim::Kind Csd::begin(FeatureId id, cv::Point2d position, const FrameContext &c
 }
 
 void Csd::end(FeatureId id) {
-  std::erase_if(queries_, [id](const Query &q) { return q.id == id; });
+  ended_.push_back(id);
+}
+
+/// All at once: each would move all behind it, and a user may remove ten thousand in one frame.
+void Csd::drop_ended() {
+  if (ended_.empty()) return;
+  std::sort(ended_.begin(), ended_.end());
+  std::erase_if(queries_, [this](const Query &q) { return std::binary_search(ended_.begin(), ended_.end(), q.id); });
+  ended_.clear();
 }
 
 void Csd::forget() {
   queries_.clear();
+  ended_.clear();
   support_.clear();
   last_time_ = no_time;
 }

@@ -35,6 +35,7 @@ class Csd final : public Algorithm {
   };
   CsdFrame load(const FrameContext &context);
   void doubt(const CsdFrame &frame);
+  void drop_ended();
   void follow_queries(const CsdFrame &frame);
   void follow(Query &query, const CsdFrame &frame) const;
   void report(const Query &query, const CsdFrame &frame, const WorkFrame &work, Claim &claim) const;
@@ -44,6 +45,7 @@ class Csd final : public Algorithm {
   GlareWeights weights_;
   SupportPoints support_;
   std::vector<Query> queries_;  // by ascending id
+  std::vector<FeatureId> ended_;
   std::vector<Query *> turns_;  // scratch: by falling urgency
   std::int64_t last_time_ = no_time;
   double steps_ = 1;  // of this frame

@@ -14,6 +14,7 @@ namespace {
 
 // Pixels are those of a 480-line picture.
 constexpr double cell_side = 32;         // 20 × 15 cells at 640×480
+constexpr double most_cells = 1200;      // of a picture that is very wide or very high
 constexpr double least_distance = 14.4;  // of a new point from the others
 constexpr double gap = 30;               // the same, when others have been there for a while
 constexpr double edge = 8;               // a new point's distance from the picture's
@@ -43,7 +44,7 @@ constexpr double first_looks = 0.6, looks = 0.85;  // of the budget, from its be
 class Cells {
  public:
   Cells(const CsdFrame &frame)
-      : side_(cell_side * frame.unit),
+      : side_(std::max(cell_side * frame.unit, std::sqrt(frame.size.area() / most_cells))),
         columns_(std::max(1, static_cast<int>(std::lround(frame.size.width / side_)))),
         rows_(std::max(1, static_cast<int>(std::lround(frame.size.height / side_)))),
         size_(frame.size),

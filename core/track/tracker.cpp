@@ -9,6 +9,7 @@
 
 #include "detect/detect.h"
 #include "image/content_area.h"
+#include "image/pyramid.h"
 #include "image/specular.h"
 #include "image/tools.h"
 #include "image/work_frame.h"
@@ -336,7 +337,8 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
   last_work_size = work_size;
 
   const int patch = view ? patch_side(settings, frame) : 0;
-  tracks.too_small = view && std::min(frame.size().width, frame.size().height) < patch;
+  tracks.too_small =
+      view && std::min(frame.size().width, frame.size().height) < std::max(patch, static_cast<int>(Pyramid::smallest));
   if (!view || tracks.too_small) {
     for (auto &life : lives)
       if (life.feature.state != FeatureState::ended)
@@ -374,8 +376,10 @@ const Tracks &Tracker::process_blind(int width, int height, std::int64_t pts, st
 }
 
 void Tracker::offer_start(std::vector<StartPoint> points) {
-  std::erase_if(points, [](const StartPoint &p) {
-    return p.id >= max_points || !std::isfinite(p.position.x) || !std::isfinite(p.position.y);
+  std::vector<char> taken(points.empty() ? 0 : max_points);
+  std::erase_if(points, [&](const StartPoint &p) {
+    return p.id >= max_points || !std::isfinite(p.position.x) || !std::isfinite(p.position.y) ||
+           std::exchange(taken[p.id], 1) != 0;
   });
   impl_->offered = std::move(points);
 }

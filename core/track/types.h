@@ -47,7 +47,7 @@ struct Tracks {
   std::uint64_t frame = 0;  ///< frames since the tracker was made
   int width = 0, height = 0;
   std::vector<Feature> features;
-  bool too_small = false;  ///< the picture is smaller than a patch: there can be no features
+  bool too_small = false;  ///< the picture is smaller than a patch or Pyramid::smallest: there can be no features
   bool changed = false;    ///< some feature's state is not what it was in the frame before, or a feature is new
 };
 

@@ -249,6 +249,21 @@ GST_START_TEST(test_what_is_wrong_is_said) {
 }
 GST_END_TEST;
 
+GST_START_TEST(test_a_texture_that_names_other_files_is_no_picture) {
+  g_autofree gchar *folder = g_dir_make_tmp("csdsimsrc-XXXXXX", nullptr);
+  for (const char *content :
+       {"#EXTM3U\n#EXT-X-VERSION:3\n#EXT-X-TARGETDURATION:9\n#EXTINF:9,\nhttp://127.0.0.1:9/a.ts\n",
+        "<?xml version=\"1.0\"?>\n<MPD xmlns=\"urn:mpeg:dash:schema:mpd:2011\">\n"}) {
+    g_autofree gchar *file = g_build_filename(folder, "picture.png", nullptr);
+    fail_unless(g_file_set_contents(file, content, -1, nullptr));
+    const std::string error = error_of(std::string("texture=") + file);
+    fail_unless(error.find("is not a picture") != error.npos, "%s", error.c_str());
+    g_remove(file);
+  }
+  g_rmdir(folder);
+}
+GST_END_TEST;
+
 GST_START_TEST(test_a_texture_by_a_name_that_is_no_utf8) {
   // A file without a picture: of one that isn't there filesrc says so itself, in what is no UTF-8.
   g_autofree gchar *folder = g_dir_make_tmp("csdsimsrc-XXXXXX", nullptr);
@@ -399,6 +414,7 @@ static Suite *csdsimsrc_suite() {
   tcase_add_test(tc, test_size_rate_and_format_by_caps);
   tcase_add_test(tc, test_interlaced_is_said);
   tcase_add_test(tc, test_what_is_wrong_is_said);
+  tcase_add_test(tc, test_a_texture_that_names_other_files_is_no_picture);
   tcase_add_test(tc, test_a_texture_by_a_name_that_is_no_utf8);
   tcase_add_test(tc, test_seek);
   tcase_add_test(tc, test_live_frames_come_at_their_time);

@@ -22,7 +22,7 @@ namespace {
 struct Size {
   int width, height;
 };
-constexpr Size sizes[] = {{1, 1},    {2, 2},     {1, 97},    {5, 3},       {31, 17},
+constexpr Size sizes[] = {{1, 1},    {2, 2},     {1, 97},    {14, 11},     {31, 17},
                           {63, 129}, {322, 241}, {641, 361}, {1921, 1081}, {4096, 2304}};
 constexpr std::size_t small_sizes = 6, usual_sizes = 8;
 
@@ -177,7 +177,6 @@ class Stream {
     fail_unless(tracks != nullptr && gst_csd_structure_get_header(tracks, &header));
     fail_unless_equals_int(header.width, seen_.width);
     fail_unless_equals_int(header.height, seen_.height);
-    fail_unless(header.n_features > 0 || seen_.width < 300, "nothing is tracked where there is much to see");
     fail_unless(header.n_features > 0 || seen_.width < 300, "nothing is tracked where there is much to see");
     std::set<guint> ids;
     for (guint i = 0; i < header.n_features; ++i) {

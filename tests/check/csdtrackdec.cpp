@@ -227,6 +227,15 @@ GST_START_TEST(a_line_without_tracks_and_one_without_features) {
 }
 GST_END_TEST
 
+GST_START_TEST(no_frame_waits_until_megabytes_without_a_time_are_read) {
+  Harness harness(write_file("blank.jsonl", line(0) + "\n" + std::string(9 << 20, '\n') + lines(1, 6)));
+  std::string numbers;
+  for (guint64 n = 0; n < 6; ++n) numbers += std::to_string(harness.push(n * frame_time)) + " ";
+  // 4 MiB for each of two frames, and the third finds its line behind the rest.
+  fail_unless_equals_string(numbers.c_str(), "0 -1 -1 3 4 5 ");
+}
+GST_END_TEST
+
 GST_START_TEST(what_is_no_track_is_refused_with_line_and_reason) {
   const auto with = [](const char *from, const char *to) {
     std::string bad = line(1);
@@ -255,6 +264,7 @@ GST_START_TEST(what_is_no_track_is_refused_with_line_and_reason) {
       {with("\"height\":48", "\"height\":0"), ": has no `width` or no `height`"},
       {with("null", std::string(100000, '[').c_str()), ": is no JSON: brackets are nested more than 16 deep"},
       {line(3) + "\n" + line(2) + "\n", ": `stream_time` 80000000 after 120000000: lines must be sorted by it"},
+      {line(0) + "\n" + line(1, G_MAXINT64) + "\n", ": `stream_time` is more than 146 years"},
       {std::string(9 << 20, ' ') + "\n", ": is longer than 8 MiB"},
       {std::string(9 << 20, '\0'), ": is longer than 8 MiB"},
   };
@@ -385,6 +395,7 @@ static Suite *csdtrackdec_suite() {
   tcase_add_test(tc, it_follows_seeks);
   tcase_add_test(tc, a_torn_last_line_is_left_out_until_it_is_whole);
   tcase_add_test(tc, a_line_without_tracks_and_one_without_features);
+  tcase_add_test(tc, no_frame_waits_until_megabytes_without_a_time_are_read);
   tcase_add_test(tc, what_is_no_track_is_refused_with_line_and_reason);
   tcase_add_test(tc, a_file_that_cant_be_read_is_refused_in_ready);
   tcase_add_test(tc, pixels_are_touched_by_overlay_draw_alone);

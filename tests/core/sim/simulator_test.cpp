@@ -129,6 +129,28 @@ TEST(Simulator, RendersAnySize) {
   }
 }
 
+// The surface comes through the lens, noise is asked for where 64 bits end: with UBSan each was undefined.
+TEST(Simulator, BearsWhatIsStrongestAndLongest) {
+  std::string strongest;
+  for (std::size_t e = 0; e < effect_count; ++e) strongest += std::string(effect_name(static_cast<Effect>(e))) + "=4,";
+  strongest.pop_back();
+  for (const std::string &effects : {strongest, std::string("zoom=4,heart-strong=4,motion-blur=4")}) {
+    SimSettings settings = with(effects.c_str(), {64, 48});
+    settings.rate = 3;
+    Simulator simulator(settings);
+    for (int n = 0; n < 60; ++n) EXPECT_EQ(frame(simulator, n).size(), settings.size);
+  }
+  SimSettings settings = with("smoke,exposure,light,blood,tools", {64, 48});
+  settings.rate = 1e-10;
+  Simulator slow(settings);
+  for (const std::uint64_t n : {1U, 77U, ~0U}) EXPECT_EQ(frame(slow, n).size(), settings.size);
+}
+
+TEST(Simulator, RefusesWhatIsNoPicture) {
+  for (const cv::Size size : {cv::Size(15, 16), {16, 15}, {8193, 8192}, {16 * 16 + 1, 16}, {16, 16 * 16 + 1}})
+    EXPECT_THROW(Simulator(with("", size)), std::invalid_argument) << size;
+}
+
 TEST(Simulator, TimeIsInSecondsNotFrames) {
   SimSettings settings = with("heart-mild,zoom,smoke,tools");
   Simulator at25(settings);

@@ -47,6 +47,13 @@ TEST_F(Support, CoversThePictureAndSaysHowItMoves) {
   }
 }
 
+TEST_F(Support, AVeryWidePictureHasNoMoreThanOthers) {
+  const cv::Mat wide = cv::repeat(scene_.render({}).rowRange(100, 132), 1, 25);  // 8000 × 32
+  for (int i = 0; i < 20; ++i) show(wide);
+  EXPECT_GT(support_.size(), 200u);
+  EXPECT_LE(support_.size(), 2400u);  // two in each of 1200 cells; 60000 before they were bounded
+}
+
 TEST_F(Support, WhereAllIsCalmHalfOfThePointsRestAndTheMapsStayTheSame) {
   show_scene({});
   const auto all = support_.size();

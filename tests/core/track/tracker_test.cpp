@@ -276,10 +276,10 @@ TEST_F(TrackerLife, DetectionKeepsAwayFromHighlightsAsTheSettingsDefineThem) {
   EXPECT_TRUE(next(all_bright).features.empty());
 }
 
-TEST_F(TrackerLife, APictureSmallerThanAPatchHasNoFeatures) {
-  Tracker tracker(with_points({{0, 0}}), executor_);
-  const cv::Mat tiny(1, 1, CV_8UC1, cv::Scalar(9));
-  const auto &tracks = next(tracker, tiny);
+TEST_F(TrackerLife, APictureSmallerThanAPatchOrAPyramidHasNoFeatures) {
+  Tracker flat({}, executor_), tracker(with_points({{0, 0}}), executor_);
+  for (const int side : {15, 16}) EXPECT_EQ(next(flat, cv::Mat(side, 40, CV_8UC1, 9.)).too_small, side < 16);
+  const auto &tracks = next(tracker, cv::Mat(1, 1, CV_8UC1, 9.));
   EXPECT_TRUE(tracks.too_small);
   ASSERT_EQ(tracks.features.size(), 1u);
   EXPECT_EQ(tracks.features[0].state, FeatureState::lost);
@@ -403,7 +403,7 @@ TEST_F(TrackerLife, PointsFromTheStartKeepTheirIds) {
   EXPECT_TRUE(next(tracker).features.empty());  // no detection
   const auto id = tracker.add_point(50, 60);
   EXPECT_EQ(id, max_points);
-  tracker.offer_start({{7, {10, 20}}, {3, {30, 40}}, {max_points, {1, 1}}, {8, {std::nan(""), 1}}});
+  tracker.offer_start({{7, {10, 20}}, {3, {30, 40}}, {max_points, {1, 1}}, {8, {std::nan(""), 1}}, {3, {9, 9}}});
   const auto &tracks = next(tracker);
   ASSERT_EQ(tracks.features.size(), 3U);
   EXPECT_EQ(tracks.features[0].id, 3U);
