@@ -386,10 +386,9 @@ void gst_csd_sim_src_set_property(GObject *object, guint id, const GValue *value
     gst_base_src_set_live(GST_BASE_SRC(object), g_value_get_boolean(value));
     return;
   }
-  const auto text = [&] {
-    const gchar *t = g_value_get_string(value);
-    return std::string(t ? t : "");
-  };
+  std::string text;
+  const gchar *given = G_VALUE_HOLDS_STRING(value) ? g_value_get_string(value) : nullptr;
+  if (csd::guarded([&] { text = given ? given : ""; })) return;
   const csd::ObjectLock lock(self);
   Settings &s = self->state->settings;
   switch (id) {
@@ -403,19 +402,19 @@ void gst_csd_sim_src_set_property(GObject *object, guint id, const GValue *value
       s.strength = g_value_get_double(value);
       break;
     case prop_effects:
-      s.effects = text();
+      s.effects = std::move(text);
       break;
     case prop_style:
       s.style = static_cast<GstCsdSimStyle>(g_value_get_enum(value));
       break;
     case prop_texture:
-      s.texture = text();
+      s.texture = std::move(text);
       break;
     case prop_features:
       s.features = g_value_get_uint(value);
       break;
     case prop_points:
-      s.points = text();
+      s.points = std::move(text);
       break;
     default:
       G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, pspec);

@@ -167,6 +167,8 @@ csd::LiveSettings live_settings(GstCsdTrack *self) {
   return self->state->settings.live;
 }
 
+constexpr const char *pass_advice = " Set on-error=pass to keep the video running without tracks.";
+
 /// `advice`: a sentence after the failure's own, unless that gives some.
 void post_error(GstCsdTrack *self, const csd::Failure &failure, const char *advice = "") {
   const char *text = failure.text.empty() ? "Tracking failed." : failure.text.c_str();
@@ -285,7 +287,7 @@ GstFlowReturn handle(GstCsdTrack *self, GstBuffer *buffer, const csd::LiveSettin
     warn_once(self, *failure);
     return GST_FLOW_OK;
   }
-  post_error(self, *failure, " Set on-error=pass to keep the video running without tracks.");
+  post_error(self, *failure, pass_advice);
   return GST_FLOW_ERROR;
 }
 
@@ -314,7 +316,8 @@ GstCaps *gst_csd_track_transform_caps(GstBaseTransform *trans, GstPadDirection d
   log_failure(GST_CSD_TRACK(trans), csd::guarded([&] {
                 other = GST_CSD_TRACK(trans)->state->overlay.transform_caps(direction, caps, filter);
               }));
-  return other ? other : gst_caps_new_empty();
+  if (other) return other;
+  return filter ? gst_caps_intersect_full(filter, caps, GST_CAPS_INTERSECT_FIRST) : gst_caps_ref(caps);
 }
 
 /// What the user does in the window of a sink that shows this picture.
@@ -347,8 +350,11 @@ gboolean gst_csd_track_set_info(GstVideoFilter *filter, GstCaps *in, GstVideoInf
         state.overlay.set_caps(in, out);
         if (!same && state.stream.width > 0) state.engine->tracker.reset();
       })) {
-    post_error(self, *failure);
-    return FALSE;
+    if (live_settings(self).on_error != GST_CSD_TRACK_ON_ERROR_PASS) {
+      post_error(self, *failure, pass_advice);
+      return FALSE;
+    }
+    warn_once(self, *failure);
   }
   if (same) return TRUE;
   state.stream.width = info->width;

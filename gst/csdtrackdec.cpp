@@ -257,7 +257,8 @@ GstCaps *gst_csd_track_dec_transform_caps(GstBaseTransform *trans, GstPadDirecti
   auto *self = GST_CSD_TRACK_DEC(trans);
   GstCaps *other = nullptr;
   logged(self, [&] { other = self->state->overlay.transform_caps(direction, caps, filter); });
-  return other ? other : gst_caps_new_empty();
+  if (other) return other;
+  return filter ? gst_caps_intersect_full(filter, caps, GST_CAPS_INTERSECT_FIRST) : gst_caps_ref(caps);
 }
 
 gboolean gst_csd_track_dec_accept_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps) {

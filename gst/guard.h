@@ -20,7 +20,8 @@ struct Failure {
 Failure describe_current_exception() noexcept;
 
 /// Runs `body`. No exception leaves: it is returned instead, and nothing if all went well. Every function that C code
-/// calls goes through here, for an exception that unwinds through C is the end of the process.
+/// calls goes through here, for an exception that unwinds through C is the end of the process. Not the making
+/// of an element: without memory for that GLib ends the process by itself.
 template <typename Body>
 std::optional<Failure> guarded(Body &&body) noexcept {
   try {

@@ -148,6 +148,21 @@ struct Outcome {
   guint claimed = 0;  ///< positions in the last frame, which is given all it wants
 };
 
+/// What applications do between frames. None of it changes what is tracked.
+void talk_to(GstElement *track) {
+  GstStructure *stats = nullptr;
+  g_object_get(track, "stats", &stats, nullptr);
+  if (stats) gst_structure_free(stats);
+  guint id = 0;
+  g_signal_emit_by_name(track, "add-point", -1e6, 0.0, &id);
+  gboolean ended = FALSE;
+  g_signal_emit_by_name(track, "remove-point", id, &ended);
+  g_object_set(track, "frame-budget", guint64{0}, nullptr);
+  gst_element_send_event(track, gst_event_new_navigation(gst_structure_new(
+                                    "application/x-gst-navigation", "event", G_TYPE_STRING, "mouse-move", "pointer_x",
+                                    G_TYPE_DOUBLE, 5.0, "pointer_y", G_TYPE_DOUBLE, 5.0, nullptr)));
+}
+
 /// A whole life of the element. What fails is counted from the start of the threads to the frame before the last.
 Outcome live(const char *algorithm) {
   auto *track =
@@ -166,11 +181,14 @@ Outcome live(const char *algorithm) {
     counting = false;
     GstHarness *h = gst_harness_new_with_element(track, "sink", "src");
     gst_harness_add_propose_allocation_meta(h, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE, nullptr);
+    counting = true;
     gst_harness_set_src_caps_str(h, "video/x-raw,format=GRAY8,width=128,height=128,framerate=25/1");
+    counting = false;
     for (int i = 0; i < frames; ++i) {
       GstBuffer *in = moving(i), *same = moving(i);
       counting = i + 1 < frames;
       const GstFlowReturn flow = gst_harness_push(h, in);
+      if (i == frames / 2) talk_to(track);
       counting = false;
       fail_unless_equals_int(flow, GST_FLOW_OK);
       GstBuffer *out = gst_harness_try_pull(h);
