@@ -11,7 +11,6 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <opencv2/highgui.hpp>
 #include <optional>
 #include <system_error>
@@ -59,12 +58,14 @@ Options parse(int argc, char **argv) {
 
 /// Whole or not at all: the old file stays until the new one is written.
 void save(const LabelSession &session, const std::string &file) {
-  const std::string fresh = file + ".new";
-  std::ofstream out(fresh, std::ios::binary);
-  out << session.csv();
-  out.close();
-  if (!out) throw std::runtime_error(fresh + ": can't be written");
-  std::filesystem::rename(fresh, file);
+  const std::string text = session.csv();
+  GError *error = nullptr;
+  if (g_file_set_contents_full(file.c_str(), text.data(), static_cast<gssize>(text.size()),
+                               G_FILE_SET_CONTENTS_CONSISTENT, 0666, &error))
+    return;
+  const std::string why = error->message;
+  g_error_free(error);
+  throw std::runtime_error(file + ": can't be written: " + why);
 }
 
 /// Throws where no window can be opened, in a way that can be caught: Qt ends the process that finds no display,
