@@ -143,6 +143,24 @@ TEST(Csd, IsSilentInBlackAndInAnotherScene) {
   }
 }
 
+// The sensor's noise is there all the time.
+TEST(Csd, BearsAMinuteOfBlack) {
+  constexpr int begin = 30, end = begin + 60 * 25, frames = end + 15;
+  cv::RNG rng(5);
+  cv::Mat noise(240, 320, CV_8UC3);
+  const auto all = run(at(some), frames, [&](int frame) {
+    if (frame < begin || frame >= end) return swaying(frame);
+    rng.fill(noise, cv::RNG::NORMAL, 12, 2);
+    return noise;
+  });
+  for (std::size_t i = begin; i < end; ++i)
+    for (const auto &f : all[i].features) ASSERT_FALSE(claims(f)) << f.id << " in frame " << i;
+  for (const auto &f : all[frames - 1].features) {
+    EXPECT_TRUE(claims(f)) << f.id;
+    EXPECT_LT(error(f, some[f.id], frames - 1), 0.5);
+  }
+}
+
 TEST(Csd, TracksAlikeFrom240To960Lines) {
   const auto small = run(at(some), 40, swaying);
   for (const int times : {2, 4}) {
