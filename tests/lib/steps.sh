@@ -81,13 +81,15 @@ step_build() {
   check 'configure' env CC="$gcc_cc" CXX="$gcc_cxx" bash -c \
     '. "$0/pipelines/lib/setup.sh"; root=$0; configure "$0/build" -Dtests=enabled -Dbenchmarks=enabled -Dpython=enabled' "$root" || return
   check 'build' build_in "$root/build" || return
-  check 'the plugin links neither windows nor image files' plugin_links
+  check 'the plugin links neither windows nor image files, and nothing that opens sockets or starts programs' plugin_links
 }
 
 plugin_links() {
   local plugin=$root/build/gst/libgstcsdtrack.so
   [ -f "$plugin" ] || { echo "error: no $plugin"; return 1; }
-  ! readelf -d "$plugin" | grep -E 'NEEDED.*(opencv_highgui|opencv_imgcodecs)'
+  ! readelf -d "$plugin" | grep -E 'NEEDED.*(opencv_highgui|opencv_imgcodecs|libgio|libsoup|libcurl)' &&
+    ! nm -D --undefined-only "$plugin" |
+      grep -wE '(socket|connect|bind|getaddrinfo|system|popen|v?fork|exec[lv]p?e?|fexecve|posix_spawnp?|g_spawn_[a-z_]*|gst_uri_handler_[a-z_]*)(@.*)?$'
 }
 
 step_tests() { meson_tests tests "$root/build" --no-suite=quickstart; }
