@@ -27,7 +27,6 @@ class TextureMap {
   /// Throws std::invalid_argument.
   TextureMap(const cv::Mat &texture, double texels_per_unit);
 
-
   /// B, G, R and gloss, 0…255, at (u, v) units for a pixel of 2^`units_log2` units.
   std::array<float, 4> sample(float u, float v, float units_log2) const;
   /// The same for each of `n` fragments, in vectors: the same bits.

@@ -7,8 +7,8 @@
 #include <opencv2/video/tracking.hpp>
 #include <string>
 
-#include "core/track/moving_scene.h"
 #include "core/simd_targets.h"
+#include "core/track/moving_scene.h"
 #include "core/track/warped_picture.h"
 #include "image/work_frame.h"
 #include "track/align.h"

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "core/track/moving_scene.h"
 #include "core/simd_targets.h"
+#include "core/track/moving_scene.h"
 #include "core/track/warped_picture.h"
 #include "image/work_frame.h"
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <vector>
 
-#include "core/track/patch_offsets.h"
 #include "core/simd_targets.h"
+#include "core/track/patch_offsets.h"
 #include "core/track/warped_picture.h"
 
 namespace csd {

@@ -5,8 +5,8 @@
 
 #include <memory>
 
-#include "core/track/patch_offsets.h"
 #include "core/simd_targets.h"
+#include "core/track/patch_offsets.h"
 #include "core/track/warped_picture.h"
 
 namespace csd {
