@@ -5,6 +5,8 @@
 import json
 import os
 import socket
+import subprocess
+import sys
 import threading
 import time
 
@@ -109,6 +111,17 @@ class Adverse(harness.Case):
         self.assertEqual([line["frame"] for line in lines], list(range(len(lines))))
         os.close(to_pipe)
         server.close()
+
+    def test_a_decoder_that_never_comes_back_holds_no_simulator(self):
+        # In a process of its own, which ends with the decoder's thread still at work.
+        picture = self.tmp / "hang.jpg"
+        picture.write_bytes(bytes.fromhex("ffd8ffd80000ffe1000861626364ffc40000"))  # GStreamer 1.22's jpegdec
+        program = ("import os, sys, gi; gi.require_version('Gst', '1.0'); from gi.repository import Gst; Gst.init(None)\n"
+                   "source = Gst.ElementFactory.make('csdsimsrc'); source.props.texture = sys.argv[1]\n"
+                   "print(source.set_state(Gst.State.PAUSED).value_nick, source.set_state(Gst.State.NULL).value_nick, flush=True)\n"
+                   "os._exit(0)\n")
+        done = subprocess.run([sys.executable, "-c", program, str(picture)], capture_output=True, text=True, timeout=harness.HANGS, check=False)
+        self.assertEqual(done.stdout, "failure success\n", done.stderr)
 
 
 if __name__ == "__main__":

@@ -168,11 +168,13 @@ TEST(Sift, APointWithoutKeypointIsNotFoundAgain) {
 TEST(Sift, CanBeGivenTheSmallestPictures) {
   NoExecutor none;
   auto settings = sift(0);
-  settings.points = {{6, 6}};
+  settings.points = {{8, 8}};
   Tracker tracker(settings, none);
-  const cv::Mat tiny = MovingScene({12, 12}).render({0, 0});
+  const cv::Mat tiny = MovingScene({16, 16}).render({0, 0});
   tracker.process(MovingScene::view(tiny), 0);
-  EXPECT_EQ(tracker.process(MovingScene::view(tiny), second / 25).features.at(0).state, FeatureState::occluded);
+  const auto &feature = tracker.process(MovingScene::view(tiny), second / 25).features.at(0);
+  EXPECT_TRUE(feature.state == FeatureState::tracked || feature.state == FeatureState::occluded);
+  EXPECT_LT(std::hypot(feature.x - 8, feature.y - 8), 1);
 }
 
 }  // namespace
