@@ -177,12 +177,9 @@ bool TrackFile::next_text(std::string_view &text) {
 /// gigabytes of them are read. The next call goes on behind them.
 bool TrackFile::next_line(TimedLine &line) {
   constexpr std::int64_t most_untimed = 4 << 20;
-  const std::int64_t begin = offset_ + static_cast<std::int64_t>(used_);
-  for (std::string_view text; next_text(text);) {
-    if (line_begin_ - begin > most_untimed) {
-      used_ = searched_ = static_cast<std::size_t>(line_begin_ - offset_);
-      return false;
-    }
+  const auto here = [this] { return offset_ + static_cast<std::int64_t>(used_); };
+  const std::int64_t last = here() + most_untimed;
+  for (std::string_view text; here() <= last && next_text(text);) {
     text = trimmed(text);
     if (text.empty()) continue;
     try {
