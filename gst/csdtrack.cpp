@@ -312,12 +312,7 @@ GstFlowReturn gst_csd_track_transform_ip(GstBaseTransform *trans, GstBuffer *buf
 
 GstCaps *gst_csd_track_transform_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps,
                                       GstCaps *filter) {
-  GstCaps *other = nullptr;
-  log_failure(GST_CSD_TRACK(trans), csd::guarded([&] {
-                other = GST_CSD_TRACK(trans)->state->overlay.transform_caps(direction, caps, filter);
-              }));
-  if (other) return other;
-  return filter ? gst_caps_intersect_full(filter, caps, GST_CAPS_INTERSECT_FIRST) : gst_caps_ref(caps);
+  return GST_CSD_TRACK(trans)->state->overlay.transform_caps(trans, direction, caps, filter);
 }
 
 /// What the user does in the window of a sink that shows this picture.

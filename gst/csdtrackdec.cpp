@@ -254,11 +254,7 @@ GstFlowReturn gst_csd_track_dec_transform_ip(GstBaseTransform *trans, GstBuffer 
 
 GstCaps *gst_csd_track_dec_transform_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps,
                                           GstCaps *filter) {
-  auto *self = GST_CSD_TRACK_DEC(trans);
-  GstCaps *other = nullptr;
-  logged(self, [&] { other = self->state->overlay.transform_caps(direction, caps, filter); });
-  if (other) return other;
-  return filter ? gst_caps_intersect_full(filter, caps, GST_CAPS_INTERSECT_FIRST) : gst_caps_ref(caps);
+  return GST_CSD_TRACK_DEC(trans)->state->overlay.transform_caps(trans, direction, caps, filter);
 }
 
 gboolean gst_csd_track_dec_accept_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps) {

@@ -2,6 +2,7 @@
 #include "overlay.h"
 
 #include "frame_mapping.h"
+#include "guard.h"
 
 namespace csd {
 
@@ -25,8 +26,13 @@ void Overlay::set_wanted(GstBaseTransform *element, GstCsdTrackOverlay overlay) 
   negotiation_.set_wanted(element, overlay == GST_CSD_TRACK_OVERLAY_META);
 }
 
-GstCaps *Overlay::transform_caps(GstPadDirection direction, GstCaps *caps, GstCaps *filter) const {
-  GstCaps *other = negotiation_.transform_caps(direction, caps);
+GstCaps *Overlay::transform_caps(GstBaseTransform *element, GstPadDirection direction, GstCaps *caps,
+                                 GstCaps *filter) const noexcept {
+  GstCaps *other = nullptr;
+  if (const auto failure = guarded([&] { other = negotiation_.transform_caps(direction, caps); })) {
+    GST_ERROR_OBJECT(element, "%s (%s)", failure->text.c_str(), failure->detail.c_str());
+    other = gst_caps_ref(caps);
+  }
   if (!filter) return other;
   GstCaps *both = gst_caps_intersect_full(filter, other, GST_CAPS_INTERSECT_FIRST);
   gst_caps_unref(other);

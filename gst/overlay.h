@@ -20,8 +20,9 @@ class Overlay {
 
   /// When the property is set; any thread. Not under the object lock.
   void set_wanted(GstBaseTransform *element, GstCsdTrackOverlay overlay);
-  /// For transform_caps: any thread. The caller owns the result.
-  GstCaps *transform_caps(GstPadDirection direction, GstCaps *caps, GstCaps *filter) const;
+  /// For transform_caps: any thread. The caller owns the result, `caps` by the filter if something fails.
+  GstCaps *transform_caps(GstBaseTransform *element, GstPadDirection direction, GstCaps *caps,
+                          GstCaps *filter) const noexcept;
   /// For accept_caps: asks `accept` (the base class's) about caps that say their interlace-mode.
   static gboolean accept_caps(GstBaseTransform *element, GstPadDirection direction, GstCaps *caps,
                               decltype(GstBaseTransformClass::accept_caps) accept);

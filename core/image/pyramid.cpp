@@ -10,7 +10,7 @@ namespace csd {
 
 void Pyramid::build(const cv::Mat &luma) {
   if (luma.type() != CV_8UC1 || luma.cols < smallest || luma.rows < smallest)
-    throw std::invalid_argument("Pyramid: wants CV_8UC1 of at least 16 x 16 pixels");
+    throw std::invalid_argument("Pyramid: wants CV_8UC1 of at least " + std::to_string(smallest) + " pixels a side");
   levels_[0].create(luma.size(), CV_16UC1);
   for (std::size_t l = 1; l < levels; ++l)
     levels_[l].create((levels_[l - 1].rows + 1) / 2, (levels_[l - 1].cols + 1) / 2, CV_16UC1);
