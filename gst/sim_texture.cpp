@@ -15,7 +15,7 @@
 namespace csd {
 namespace {
 
-constexpr GstClockTime longest_wait = 20 * GST_SECOND;
+constexpr int longest_wait = 20;  // seconds
 
 struct Stopped {
   void operator()(GstElement *pipeline) const {
@@ -94,11 +94,13 @@ cv::Mat load_picture(const std::string &file) {
   g_object_set(source.get(), "location", file.c_str(), nullptr);
   g_object_set(decode.get(), "sink-caps", type.get(), nullptr);
   gst_element_set_state(pipeline.get(), GST_STATE_PAUSED);
-  const GstStateChangeReturn prerolled = gst_element_get_state(pipeline.get(), nullptr, nullptr, longest_wait);
+  const GstStateChangeReturn prerolled =
+      gst_element_get_state(pipeline.get(), nullptr, nullptr, longest_wait * GST_SECOND);
   if (prerolled == GST_STATE_CHANGE_ASYNC) {
     // A decoder that never comes back, as GStreamer 1.22's jpegdec from some files: to stop it would be to wait for it.
     (void)pipeline.release();
-    fail(file, "is not decoded after 20 s; the decoder is left behind, still at work");
+    fail(file,
+         "is not decoded after " + std::to_string(longest_wait) + " s; the decoder is left behind, still at work");
   }
   if (prerolled != GST_STATE_CHANGE_SUCCESS) fail(file, error_of(pipeline.get()));
   GstSample *pulled = nullptr;
@@ -110,9 +112,9 @@ cv::Mat load_picture(const std::string &file) {
       !gst_video_frame_map(&frame, &info, gst_sample_get_buffer(sample.get()), GST_MAP_READ)) {
     fail(file, "holds no picture");
   }
-  const cv::Mat picture = cv::Mat(info.height, info.width, CV_8UC3, GST_VIDEO_FRAME_PLANE_DATA(&frame, 0),
-                                  static_cast<std::size_t>(GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0)))
-                              .clone();
+  cv::Mat picture = cv::Mat(info.height, info.width, CV_8UC3, GST_VIDEO_FRAME_PLANE_DATA(&frame, 0),
+                            static_cast<std::size_t>(GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0)))
+                        .clone();
   gst_video_frame_unmap(&frame);
   return picture;
 }

@@ -7,14 +7,14 @@
 namespace csd::cli {
 namespace {
 
-constexpr int loupe_side = 240, loupe_zoom = 8;
+constexpr int loupe_side = 240, loupe_zoom = 8, look_zoom = 4;
 constexpr int text_height = 28, text_width = 680;
 const cv::Scalar black(0, 0, 0), white(255, 255, 255), yellow(0, 255, 255), green(0, 255, 0);
 
 /// A part of a picture, `zoom` times as large, with `centre` in the middle of the target.
 void enlarge(const cv::Mat &picture, cv::Point2d centre, double zoom, cv::Mat target) {
-  const cv::Matx23d back(1 / zoom, 0, centre.x - (target.cols / 2) / zoom, 0, 1 / zoom,
-                         centre.y - (target.rows / 2) / zoom);
+  const int middle_x = target.cols / 2, middle_y = target.rows / 2;
+  const cv::Matx23d back(1 / zoom, 0, centre.x - middle_x / zoom, 0, 1 / zoom, centre.y - middle_y / zoom);
   cv::warpAffine(picture, target, back, target.size(), cv::INTER_NEAREST | cv::WARP_INVERSE_MAP, cv::BORDER_CONSTANT);
 }
 
@@ -79,7 +79,7 @@ cv::Mat draw_label_window(const LabelView &view, const cv::Mat &frame, const cv:
     // Where it was seen last is where to look for it; how it looked in frame 0 is what to look for.
     const cv::Point2d last = session.last_seen(session.point()).position;
     cv::circle(shown, rounded(view.to_screen(last)), 24, yellow, 1, cv::LINE_AA);
-    enlarge(first, session.labels()[session.point()].position, loupe_zoom / 2, look);
+    enlarge(first, session.labels()[session.point()].position, look_zoom, look);
     draw_cross(look, loupe_middle, green);
     write(look, "point " + std::to_string(session.point()) + " in frame 0", {6, 16}, green);
   }

@@ -56,7 +56,7 @@ std::string harmonics_of(const Rhythm &rhythm) {
   return text;
 }
 
-std::string or_dash(std::string text) {
+std::string or_dash(const std::string &text) {
   return text.empty() ? "—" : text;
 }
 

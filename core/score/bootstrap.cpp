@@ -83,7 +83,7 @@ Interval interval(std::span<const Headlines> draws, std::size_t headline) {
   std::vector<double> values;
   for (const Headlines &draw : draws)
     if (!std::isnan(draw[headline])) values.push_back(draw[headline]);
-  return percentiles(std::move(values));
+  return percentiles(values);
 }
 
 Comparison compare(double a, std::span<const Headlines> draws_a, double b, std::span<const Headlines> draws_b,
@@ -104,7 +104,7 @@ Comparison compare(double a, std::span<const Headlines> draws_a, double b, std::
   const double least = std::exp2(1 - static_cast<double>(features));
   comparison.p = std::clamp(2 * (1 + static_cast<double>(std::min(at_most_0, at_least_0))) / (1 + count),
                             std::min(1.0, least), 1.0);
-  comparison.confidence = percentiles(std::move(differences));
+  comparison.confidence = percentiles(differences);
   return comparison;
 }
 

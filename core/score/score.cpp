@@ -17,6 +17,7 @@ PaperScore paper_at(std::span<const Clip> clips, double pixels) {
   }
   const auto mean = [&](double PaperScore::*member) {
     std::vector<double> values;
+    values.reserve(scores.size());
     for (const PaperScore &score : scores) values.push_back(score.*member);
     return mean_of_known(values);
   };

@@ -65,7 +65,7 @@ NoiseField fractal_noise(int side, const std::vector<Octave> &octaves, std::uint
 }
 
 Cells cells(int side, double size, double jitter, std::uint64_t seed, std::uint64_t stream) {
-  const int n = 2 * std::max(1, static_cast<int>(side / size / 2 + 0.5));  // even: its rows go by pairs
+  const int n = 2 * std::max(1, static_cast<int>(floor_of(side / size / 2 + 0.5)));  // even: its rows go by pairs
   const auto pitch = static_cast<float>(side) / static_cast<float>(n);
   struct Site {
     float x, y, value;

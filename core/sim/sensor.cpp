@@ -26,6 +26,7 @@ constexpr double chroma_sigma = 1.4;  // pixels at 480 lines
 
 /// A sample of the sensor as a byte.
 std::uint8_t to_byte(float x) {
+  // NOLINTNEXTLINE(bugprone-incorrect-roundings): never negative, and a call of lround for each sample would be slow
   return static_cast<std::uint8_t>(static_cast<int>(std::clamp(x, 0.0F, 255.0F) + 0.5F));
 }
 

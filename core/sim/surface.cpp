@@ -44,8 +44,9 @@ Surface::Surface(const Effects &effects, std::uint64_t seed) : fold_(effects[Eff
   Random random(seed, stream_relief);
   // A jittered 4 × 3 grid, up and down by turns: no seed gives a flat scene.
   for (int i = 0; i < bumps; ++i) {
-    const double u = (i % 4 - 1.5) * 250 + random.uniform(-90, 90), v = (i / 4 - 1) * 250 + random.uniform(-90, 90);
-    const double sign = (i + i / 4) % 2 != 0 ? 1 : -1;
+    const int column = i % 4, row = i / 4;
+    const double u = (column - 1.5) * 250 + random.uniform(-90, 90), v = (row - 1) * 250 + random.uniform(-90, 90);
+    const double sign = (i + row) % 2 != 0 ? 1 : -1;
     relief_[static_cast<std::size_t>(i)] = {u, v, inverse_of(random.uniform(75, 130)), sign * random.uniform(14, 34)};
   }
 
@@ -56,8 +57,9 @@ Surface::Surface(const Effects &effects, std::uint64_t seed) : fold_(effects[Eff
   Random pulse(seed, stream_pulse);
   for (int i = 0; i < gaussians; ++i) {
     auto &p = pulses_[static_cast<std::size_t>(i)];
-    p.u = (i % 4 - 1.5) * 170 + pulse.uniform(-60, 60);
-    p.v = (i / 4 - 1) * 180 + pulse.uniform(-60, 60);
+    const int column = i % 4, row = i / 4;
+    p.u = (column - 1.5) * 170 + pulse.uniform(-60, 60);
+    p.v = (row - 1) * 180 + pulse.uniform(-60, 60);
     p.inverse = inverse_of(pulse.uniform(85, 150));
     const auto direction = [&](double sideways, double up) {
       const double turn = pulse.uniform(), size = pulse.uniform(0.6, 1.2);

@@ -49,8 +49,8 @@ Taps taps(int from, int to) {
     const double w[4] = {0.5 * (-f + 2 * f * f - f * f * f), 0.5 * (2 - 5 * f * f + 3 * f * f * f),
                          0.5 * (f + 4 * f * f - 3 * f * f * f), 0.5 * (-f * f + f * f * f)};
     int sum = 0;
-    for (int n = 0; n < 4; ++n) {
-      t.weight.push_back(static_cast<int>(floor_of(w[n] * 1024 + 0.5)));
+    for (const double weight : w) {
+      t.weight.push_back(static_cast<int>(floor_of(weight * 1024 + 0.5)));
       sum += t.weight.back();
     }
     t.weight[t.weight.size() - 3] += 1024 - sum;
@@ -151,7 +151,7 @@ PictureTexture texture_of_picture(const cv::Mat &bgr, double units, double texel
     throw std::invalid_argument("the texture must be less than " + std::to_string(longest_side) +
                                 " times as wide as high, and as high as wide");
   constexpr int half = TextureMap::granularity / 2;
-  const auto side = [&](double length) { return std::max(1, static_cast<int>(length / half + 0.5)) * half; };
+  const auto side = [&](double length) { return std::max(1, static_cast<int>(floor_of(length / half + 0.5))) * half; };
   const int h = side(units * texels_per_unit), w = side(units * texels_per_unit * bgr.cols / bgr.rows);
   const Taps across = taps(bgr.cols, w), down = taps(bgr.rows, h);
 

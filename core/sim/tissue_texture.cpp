@@ -113,6 +113,7 @@ cv::Mat weave(int side, std::uint8_t gloss, Shade shade) {
     for (int x = 0; x < side; ++x, out += 4) {
       const Colour c = shade(x, y);
       const float value[3] = {c.b, c.g, c.r};
+      // NOLINTNEXTLINE(bugprone-incorrect-roundings): never negative, and a call of lround for each texel would be slow
       for (int i = 0; i < 3; ++i) out[i] = static_cast<std::uint8_t>(std::clamp(value[i], 0.0F, 255.0F) + 0.5F);
       out[3] = gloss;
     }
@@ -219,7 +220,7 @@ cv::Mat fat(Loom &loom, std::uint8_t gloss) {
 /// What a fifth of the patches all over the texture exceed: the deviation of luma within a patch of 21 units.
 double strong_deviation(const cv::Mat &texture) {
   const double per_unit = texture.cols / period;
-  const int step = std::max(1, static_cast<int>(per_unit + 0.5));  // about every unit
+  const int step = std::max(1, static_cast<int>(floor_of(per_unit + 0.5)));  // about every unit
   std::vector<double> all;
   const int side = static_cast<int>(patch_units * per_unit);
   for (int y = 0; y + side < texture.rows; y += 2 * side) {

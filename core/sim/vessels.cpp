@@ -35,6 +35,7 @@ void stamp(NoiseField &field, double x, double y, double radius) {
 void draw_vessels(NoiseField &field, const VesselOptions &options, std::uint64_t seed, std::uint64_t stream) {
   Random random(seed, stream);
   std::vector<Vessel> todo;
+  todo.reserve(static_cast<std::size_t>(options.trees));
   for (int i = 0; i < options.trees; ++i) {
     todo.push_back({random.uniform(0, field.side()), random.uniform(0, field.side()), random.uniform(),
                     options.width * random.uniform(0.7, 1.15), options.length * random.uniform(0.7, 1.2)});

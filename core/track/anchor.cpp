@@ -27,7 +27,7 @@ const AnchorLevel &Anchor::level(int level) const {
   return *levels_[slot(level)];
 }
 
-void Anchor::set(int level, AnchorLevel &&anchor) {
+void Anchor::set(int level, const AnchorLevel &anchor) {
   levels_[slot(level)] = std::make_unique<AnchorLevel>(anchor);
 }
 

@@ -27,9 +27,9 @@ struct AnchorLevel {
 class Anchor {
  public:
   static constexpr int finest = -2, coarsest = 2;
-  bool has(int level) const;                  ///< false also beyond finest…coarsest
-  const AnchorLevel &level(int level) const;  ///< has(level)
-  void set(int level, AnchorLevel &&anchor);  ///< finest ≤ level ≤ coarsest
+  bool has(int level) const;                       ///< false also beyond finest…coarsest
+  const AnchorLevel &level(int level) const;       ///< has(level)
+  void set(int level, const AnchorLevel &anchor);  ///< finest ≤ level ≤ coarsest
   /// The finest existing level that the picture shows at `zoom` (√det shape, of that where the feature began):
   /// zoom·2^level ≥ .75; the coarsest one where none is shown. At least one level exists.
   int fine_level(double zoom) const;

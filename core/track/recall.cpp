@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
 #include "track/types.h"
 
@@ -181,26 +182,27 @@ int Recall::find(const CsdFrame &frame, const NeighbourField &present, double sh
   describe(frame.pyramid.level(1), frame.weights.level(1), keypoints, descriptors);
   if (descriptors.rows < 2) return -1;
   const cv::BFMatcher matcher(cv::NORM_L2);
-  for (auto scene = scenes_.rbegin(); scene != scenes_.rend(); ++scene) {
-    if (!wanted(*scene, present, share)) continue;
-    if (!scene->described) describe(scene->picture, scene->mask, scene->keypoints, scene->descriptors);
-    scene->described = true;
-    if (scene->descriptors.empty()) continue;
+  for (Scene &scene : scenes_ | std::views::reverse) {
+    if (!wanted(scene, present, share)) continue;
+    if (!scene.described) describe(scene.picture, scene.mask, scene.keypoints, scene.descriptors);
+    scene.described = true;
+    if (scene.descriptors.empty()) continue;
     std::vector<std::vector<cv::DMatch>> nearest;
-    matcher.knnMatch(scene->descriptors, descriptors, nearest, 2);
+    matcher.knnMatch(scene.descriptors, descriptors, nearest, 2);
     std::erase_if(nearest, [](const auto &m) { return m.size() < 2 || m[0].distance >= ratio * m[1].distance; });
     std::sort(nearest.begin(), nearest.end(), [](const auto &m, const auto &o) {
       return m[0].distance * o[1].distance < o[0].distance * m[1].distance;
     });
     std::vector<Correspondence> matches;
+    matches.reserve(nearest.size());
     for (const auto &m : nearest)
-      matches.push_back({scene->keypoints[static_cast<std::size_t>(m[0].queryIdx)].pt,
+      matches.push_back({scene.keypoints[static_cast<std::size_t>(m[0].queryIdx)].pt,
                          keypoints[static_cast<std::size_t>(m[0].trainIdx)].pt});
     const auto motion = agree_on_similarity(matches, tolerance * frame.unit, least_matches);
     if (!motion) continue;
-    found = scene->field;
+    found = scene.field;
     found.move([&](cv::Point2d p) { return 2 * (*motion)(p / 2); });
-    return scene->chart;
+    return scene.chart;
   }
   return -1;
 }

@@ -70,9 +70,9 @@ TrackedPoint::TrackedPoint(const CsdFrame &frame, cv::Point2d position, Purpose 
   fine_.state = state_;
   medians_.resize(Anchor::coarsest + 1);
   for (int level = 0; level <= Anchor::coarsest; ++level) {
-    auto patch = sample(frame.pyramid, frame.weights, state_, level);
+    const auto patch = sample(frame.pyramid, frame.weights, state_, level);
     set_anchor(level, make_anchor_level(patch));
-    medians_[static_cast<std::size_t>(level)].add(std::move(patch));
+    medians_[static_cast<std::size_t>(level)].add(patch);
   }
 }
 
@@ -105,11 +105,11 @@ std::optional<double> TrackedPoint::blur() const {
   return gain_coarse_ > 0 ? std::log(gain_coarse_ / fine_.gain) : 0;
 }
 
-void TrackedPoint::set_anchor(int level, AnchorLevel &&anchor) {
+void TrackedPoint::set_anchor(int level, const AnchorLevel &anchor) {
   const auto &weight = anchor.weight.data;
   unmasked_[static_cast<std::size_t>(level - Anchor::finest)] =
       std::accumulate(weight.begin(), weight.end(), 0.0) / PatchPlane::pixels;
-  anchor_.set(level, std::move(anchor));
+  anchor_.set(level, anchor);
 }
 
 /// The finest level that the picture shows and that isn't mostly masked: what is pale by nature passes for a highlight,

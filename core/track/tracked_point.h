@@ -110,7 +110,7 @@ class TrackedPoint {
  private:
   AffineState prediction() const { return offset_.predict(map_, reference_); }
   int finest_level(double zoom) const;
-  void set_anchor(int level, AnchorLevel &&anchor);
+  void set_anchor(int level, const AnchorLevel &anchor);
   void locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top, bool core);
   void weigh_coarser(const CsdFrame &frame);
   void judge(const CsdFrame &frame);

@@ -24,10 +24,10 @@ class Boxes final : public Peer {
 
   void start(const cli::Picture &picture, const std::vector<cv::Point2d> &points) override {
     const auto &bgr = picture.bgr;
-    const int side = odd_length(box_side, bgr);
+    const int side = odd_length(box_side, bgr), half = side / 2;
     for (const auto &p : points) {
       Box b;
-      b.box = cv::Rect2d(std::round(p.x) - side / 2, std::round(p.y) - side / 2, side, side);
+      b.box = cv::Rect2d(std::round(p.x) - half, std::round(p.y) - half, side, side);
       b.offset = p - centre(b.box);
       b.last = p;
       b.tracker = make_();
