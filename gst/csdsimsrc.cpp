@@ -133,7 +133,12 @@ Stream &stream_of(GstBaseSrc *src) {
 }
 
 void post(GstCsdSimSrc *self, const csd::Failure &failure) {
-  GST_ELEMENT_ERROR(self, LIBRARY, FAILED, ("%s", failure.text.c_str()), ("%s", failure.detail.c_str()));
+  if (failure.out_of_memory)
+    GST_ELEMENT_ERROR(self, RESOURCE, FAILED, ("Out of memory for the simulated scene. Make smaller pictures."),
+                      ("%s", failure.detail.c_str()));
+  else
+    GST_ELEMENT_ERROR(self, LIBRARY, FAILED, ("The scene can't be simulated: %s.", failure.reason.c_str()),
+                      ("%s", failure.detail.c_str()));
 }
 
 /// Runs `body`; what it throws becomes an error on the bus: std::invalid_argument one of the settings.

@@ -170,18 +170,21 @@ csd::LiveSettings live_settings(GstCsdTrack *self) {
 constexpr const char *pass_advice = " Set on-error=pass to keep the video running without tracks.";
 
 /// `advice`: a sentence after the failure's own, unless that gives some.
+constexpr const char *memory_is_short =
+    "Out of memory while tracking. Track fewer features (max-features), or smaller pictures.";
+
 void post_error(GstCsdTrack *self, const csd::Failure &failure, const char *advice = "") {
-  const char *text = failure.text.empty() ? "Tracking failed." : failure.text.c_str();
   // NO_SPACE_LEFT is a full disk's.
   if (failure.out_of_memory)
-    GST_ELEMENT_ERROR(self, RESOURCE, FAILED, ("%s", text), ("%s", failure.detail.c_str()));
+    GST_ELEMENT_ERROR(self, RESOURCE, FAILED, ("%s", memory_is_short), ("%s", failure.detail.c_str()));
   else
-    GST_ELEMENT_ERROR(self, LIBRARY, FAILED, ("%s%s", text, advice), ("%s", failure.detail.c_str()));
+    GST_ELEMENT_ERROR(self, LIBRARY, FAILED, ("Tracking failed: %s.%s", failure.reason.c_str(), advice),
+                      ("%s", failure.detail.c_str()));
 }
 
 /// For where nothing can be done about a failure, and nobody has to know.
 void log_failure(GstCsdTrack *self, const std::optional<csd::Failure> &failure) {
-  if (failure) GST_ERROR_OBJECT(self, "%s (%s)", failure->text.c_str(), failure->detail.c_str());
+  if (failure) GST_ERROR_OBJECT(self, "%s (%s)", failure->reason.c_str(), failure->detail.c_str());
 }
 
 // ---- What is done with a frame -------------------------------------------------------------------------------------
@@ -242,10 +245,13 @@ void publish(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, co
 
 void warn_once(GstCsdTrack *self, const csd::Failure &failure) {
   auto &stream = self->state->stream;
-  GST_WARNING_OBJECT(self, "frame %" G_GUINT64_FORMAT ": %s (%s)", stream.frame, failure.text.c_str(),
+  GST_WARNING_OBJECT(self, "frame %" G_GUINT64_FORMAT ": %s (%s)", stream.frame, failure.reason.c_str(),
                      failure.detail.c_str());
   if (std::exchange(stream.warned_failure, true)) return;
-  GST_ELEMENT_WARNING(self, STREAM, FAILED, ("Frames pass without being tracked. %s", failure.text.c_str()),
+  const bool memory = failure.out_of_memory;
+  GST_ELEMENT_WARNING(self, STREAM, FAILED,
+                      ("Frames pass without being tracked. %s%s%s", memory ? "" : "Tracking failed: ",
+                       memory ? memory_is_short : failure.reason.c_str(), memory ? "" : "."),
                       ("first at frame %" G_GUINT64_FORMAT ": %s", stream.frame, failure.detail.c_str()));
 }
 

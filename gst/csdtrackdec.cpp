@@ -151,8 +151,8 @@ bool told(GstCsdTrackDec *self, Body &&body) {
   if (failure)
     GST_ELEMENT_ERROR(self, LIBRARY, FAILED,
                       ("Recorded tracks could not be put on a frame: %s. Use overlay=none, or smaller pictures.",
-                       failure->detail.empty() ? "out of memory" : failure->detail.c_str()),
-                      (nullptr));
+                       failure->reason.c_str()),
+                      ("%s", failure->detail.c_str()));
   return !refused && !failure;
 }
 
@@ -160,7 +160,7 @@ bool told(GstCsdTrackDec *self, Body &&body) {
 template <typename Body>
 void logged(GstCsdTrackDec *self, Body &&body) {
   if (const auto failure = csd::guarded(std::forward<Body>(body)))
-    GST_ERROR_OBJECT(self, "%s", failure->detail.c_str());
+    GST_ERROR_OBJECT(self, "%s (%s)", failure->reason.c_str(), failure->detail.c_str());
 }
 
 // ---- A frame -------------------------------------------------------------------------------------------------------

@@ -6,8 +6,8 @@
 namespace csd {
 
 Failure describe_current_exception() noexcept {
-  // A string that does not fit the small-string buffer may itself fail to be made when memory is short; the empty
-  // Failure then still reports the error, without its words.
+  // Where memory is short a string fails too, unless it is as short as the first.
+  constexpr const char *no_memory = "out of memory";
   Failure failure;
   try {
     try {
@@ -15,23 +15,20 @@ Failure describe_current_exception() noexcept {
       throw;
     } catch (const cv::Exception &e) {
       failure.out_of_memory = e.code == cv::Error::StsNoMem;
-      failure.text = failure.out_of_memory ? "Out of memory while tracking. Track fewer features (max-features), or "
-                                             "smaller pictures."
-                                           : "OpenCV failed while tracking: " + e.err + ".";
+      failure.reason = failure.out_of_memory ? no_memory : "OpenCV failed: " + e.err;
       failure.detail = e.what();
-    } catch (const std::bad_alloc &e) {
+    } catch (const std::bad_alloc &) {
       failure.out_of_memory = true;
-      failure.text = "Out of memory while tracking. Track fewer features (max-features), or smaller pictures.";
-      failure.detail = e.what();
+      failure.reason = no_memory;
     } catch (const std::exception &e) {
-      failure.text = std::string("Tracking failed: ") + e.what() + ".";
-      failure.detail = e.what();
+      failure.reason = e.what();
+      failure.detail = failure.reason;
     } catch (...) {
-      failure.text = "Tracking failed.";
-      failure.detail = "an exception of unknown type";
+      failure.reason = "an exception of unknown type";
     }
   } catch (...) {
     failure.out_of_memory = true;
+    failure.reason = no_memory;
   }
   return failure;
 }

@@ -9,9 +9,9 @@
 
 namespace csd {
 
-/// What a caught exception means for the person who runs the pipeline.
+/// What a caught exception means. What to do about it the element says, which knows what it was doing.
 struct Failure {
-  std::string text;    ///< one sentence; where memory is short, what to change too
+  std::string reason;  ///< a clause without its stop; never empty
   std::string detail;  ///< where it came from: for the debug string of the message
   bool out_of_memory = false;
 };

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <exception>
 #include <memory>
+#include <new>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -56,20 +57,22 @@ inline void parse_options(int argc, char **argv, const GOptionEntry *entries, co
 template <class Run>
 int run_command(const char *name, Run run) {
   std::vector<std::string> notes;
-  int code = 0;
-  std::string problem;
+  // Copies nothing: where memory is short that would fail, too.
+  const auto told = [&](int code, const char *problem) {
+    for (const std::string &note : notes) std::fprintf(stderr, "%s: note: %s\n", name, note.c_str());
+    if (problem) std::fprintf(stderr, "%s: %s\n", name, problem);
+    return code;
+  };
   try {
     run(notes);
+    return told(0, nullptr);
   } catch (const UsageError &error) {
-    problem = error.what();
-    code = 2;
+    return told(2, error.what());
+  } catch (const std::bad_alloc &) {
+    return told(1, "out of memory");
   } catch (const std::exception &error) {
-    problem = error.what();
-    code = 1;
+    return told(1, error.what());
   }
-  for (const std::string &note : notes) std::fprintf(stderr, "%s: note: %s\n", name, note.c_str());
-  if (code != 0) std::fprintf(stderr, "%s: %s\n", name, problem.c_str());
-  return code;
 }
 
 }  // namespace csd::cli

@@ -1,129 +1,17 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Each allocation of csdtrack and each start of a thread fails once, one after the other: every frame must come out as
-// it went in all the same, and tracking must go on. The element is linked in, so that these functions stand in for the
-// ones that its core and OpenCV call. GLib ends the process when it is out of memory, and isn't meddled with.
+// it went in all the same, and tracking must go on. The element is linked in, so that faults.h's functions stand in for
+// the ones that its core and OpenCV call. GLib ends the process when it is out of memory, and isn't meddled with.
 //
 // CSDTRACK_FAULTS=N plants about N faults of each kind (10), spread over all there are (0: each of them).
-#include <dlfcn.h>
-#include <pthread.h>
+#include "opencv_faults.h"  // before check.h, whose macro fail() is not meant for streams
 
-#include <algorithm>
-#include <atomic>
-#include <cerrno>
-#include <cstdlib>
 #include <cstring>
-#include <new>
-#include <opencv2/core.hpp>
 #include <vector>
 
 #include "csdtrack.h"
 #include "csdtrack_harness.h"
 #include "meta.h"
-
-namespace {
-
-enum Kind { operator_new, opencv_allocation, thread_start, kinds };
-constexpr const char *kind_names[kinds] = {"operator new", "OpenCV allocation", "thread start"};
-
-/// How many calls of a kind still succeed; below zero all do. `lasting`: all that come after the failing one fail, too.
-std::atomic<long> left[kinds] = {-1, -1, -1};
-std::atomic<long> calls[kinds];
-std::atomic<bool> lasting = false, counting = false;
-
-bool fails(Kind kind) {
-  if (!counting) return false;
-  ++calls[kind];
-  long now = left[kind];
-  while (now >= 0) {
-    if (now == 0 && lasting) return true;
-    if (left[kind].compare_exchange_weak(now, now - 1)) return now == 0;
-  }
-  return false;
-}
-
-/// What OpenCV allocates for itself is left alone, but for pictures: its SIFT (4.6) throws from a destructor when that
-/// fails, and nobody who calls it can help that.
-bool is_of_opencv(void *caller) {
-  Dl_info info;
-  return dladdr(caller, &info) && info.dli_fname && std::strstr(info.dli_fname, "libopencv");
-}
-
-void *allocate_or_null(std::size_t size, std::size_t alignment, void *caller) noexcept {
-  if (counting && !is_of_opencv(caller) && fails(operator_new)) return nullptr;
-  return alignment ? std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment)
-                   : std::malloc(size ? size : 1);
-}
-
-void *allocate(std::size_t size, std::size_t alignment, void *caller) {
-  void *memory = allocate_or_null(size, alignment, caller);
-  if (!memory) throw std::bad_alloc();
-  return memory;
-}
-
-/// OpenCV's own, that fails on demand.
-class Allocator : public cv::MatAllocator {
- public:
-  cv::UMatData *allocate(int dims, const int *sizes, int type, void *data, size_t *step, cv::AccessFlag flags,
-                         cv::UMatUsageFlags usage) const override {
-    if (fails(opencv_allocation)) CV_Error(cv::Error::StsNoMem, "planted");
-    return cv::Mat::getStdAllocator()->allocate(dims, sizes, type, data, step, flags, usage);
-  }
-  bool allocate(cv::UMatData *data, cv::AccessFlag flags, cv::UMatUsageFlags usage) const override {
-    return cv::Mat::getStdAllocator()->allocate(data, flags, usage);
-  }
-  void deallocate(cv::UMatData *data) const override { cv::Mat::getStdAllocator()->deallocate(data); }
-};
-
-}  // namespace
-
-// Not inlined: the return address is the caller's, and g++ 12 takes half of an inlined pair for a mismatch.
-[[gnu::noinline]] void *operator new(std::size_t size) {
-  return allocate(size, 0, __builtin_return_address(0));
-}
-[[gnu::noinline]] void *operator new[](std::size_t size) {
-  return allocate(size, 0, __builtin_return_address(0));
-}
-[[gnu::noinline]] void *operator new(std::size_t size, std::align_val_t a) {
-  return allocate(size, static_cast<std::size_t>(a), __builtin_return_address(0));
-}
-[[gnu::noinline]] void *operator new[](std::size_t size, std::align_val_t a) {
-  return allocate(size, static_cast<std::size_t>(a), __builtin_return_address(0));
-}
-[[gnu::noinline]] void *operator new(std::size_t size, const std::nothrow_t &) noexcept {
-  return allocate_or_null(size, 0, __builtin_return_address(0));
-}
-[[gnu::noinline]] void *operator new[](std::size_t size, const std::nothrow_t &) noexcept {
-  return allocate_or_null(size, 0, __builtin_return_address(0));
-}
-[[gnu::noinline]] void operator delete(void *memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete[](void *memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void *memory, std::size_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete[](void *memory, std::size_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void *memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete[](void *memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void *memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete[](void *memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
-
-extern "C" int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*run)(void *), void *data) {
-  static const auto real = reinterpret_cast<decltype(&pthread_create)>(dlsym(RTLD_NEXT, "pthread_create"));
-  return fails(thread_start) ? EAGAIN : real(thread, attributes, run, data);
-}
 
 namespace {
 
@@ -223,14 +111,12 @@ Outcome live(const char *algorithm) {
 }
 
 void plant(const char *algorithm, Kind kind, bool last) {
-  const char *wanted = g_getenv("CSDTRACK_FAULTS");
   live(algorithm);  // what is made once in a process is made here
   for (auto &n : calls) n = 0;
   const Outcome whole = live(algorithm);
   fail_unless(whole.started && whole.claimed == 4 && whole.warnings == 0 && whole.errors == 0, "%s: %u claims, %d, %d",
               algorithm, whole.claimed, whole.warnings, whole.errors);
-  const long there = calls[kind], most = wanted ? std::atol(wanted) : 10;
-  const long step = most > 0 ? std::max(1L, there / most) : 1;
+  const long there = calls[kind], step = step_between(there);
   lasting = last;
   long planted = 0, noticed = 0, refused = 0, recovered = 0;
   for (long n = 0; n < there; n += step, ++planted) {
@@ -280,9 +166,7 @@ GST_END_TEST
 
 static Suite *csdtrack_faults_suite() {
   csd::register_track_metas();
-  static Allocator allocator;
-  cv::Mat::setDefaultAllocator(&allocator);
-  cv::setNumThreads(1);
+  let_opencv_fail();
   Suite *suite = suite_create("csdtrack_faults");
   TCase *tcase = tcase_create("general");
   tcase_set_timeout(tcase, 0);  // meson's holds

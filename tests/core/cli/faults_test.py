@@ -1,0 +1,67 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Each allocation of csd-score and csd-motion fails once, one after the other, then all from one on: the program prints what it
+prints otherwise, or ends with exit code 1 and the reason. $CSD_SCORE and $CSD_MOTION are the programs, $FAULTS is faults.cpp.
+
+CSDTRACK_FAULTS=N plants about N faults of each kind (30), spread over all there are (0: each of them)."""
+
+import json
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+
+def line(frame, role, shift):
+    features = [{"id": i, "x": 100 * i + frame / 4 + shift, "y": 50 + frame % 5, "state": "tracked", "confidence": 0.9} for i in range(2)]
+    return json.dumps({"schema": 1, "source": "s", "role": role, "algorithm": role, "frame": frame, "pts": frame * 40_000_000,
+                       "width": 320, "height": 240, "features": features}) + "\n"
+
+
+class Faults(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.truth, self.tracks = (pathlib.Path(folder.name) / name for name in ("truth.jsonl", "tracks.jsonl"))
+        self.truth.write_text("".join(line(frame, "truth", 0) for frame in range(200)))
+        self.tracks.write_text("".join(line(frame, "track", 0.5) for frame in range(200)))
+
+    def run_with(self, arguments, **environment):
+        done = subprocess.run(arguments, capture_output=True, text=True, timeout=60,
+                              env=os.environ | {"LD_PRELOAD": os.environ["FAULTS"]} | environment)
+        *errors, count = done.stderr.splitlines() or [""]
+        return done.returncode, done.stdout, errors, count
+
+    def plant(self, *arguments):
+        name = pathlib.Path(arguments[0]).name
+        arguments = [str(argument) for argument in arguments]
+        code, whole, errors, count = self.run_with(arguments)
+        self.assertEqual((code, errors), (0, []), count)
+        there = int(count.removesuffix(" allocations"))
+        wanted = int(os.environ.get("CSDTRACK_FAULTS", 30))
+        step = max(1, there // wanted) if wanted else 1
+        for lasts in ({}, {"CSDTRACK_FAULT_LASTS": "1"}):
+            refused = 0
+            for fault in range(0, there, step):
+                code, out, errors, count = self.run_with(arguments, CSDTRACK_FAULT=str(fault), **lasts)
+                told = f"fault {fault} of {there} {lasts}: exit code {code}, {errors}, {count}"
+                self.assertRegex(count, "allocations$", told)
+                if code == 0:
+                    self.assertEqual((out, errors), (whole, []), told)
+                    continue
+                self.assertEqual((code, errors), (1, [f"{name}: out of memory"]), told)
+                refused += 1
+            print(f"{name}{' and all later ones' * bool(lasts)}: {len(range(0, there, step))} of {there} faults planted: "
+                  f"{refused} refused with the reason")
+            self.assertGreater(refused, 0)
+
+    def test_csd_score(self):
+        self.plant(os.environ["CSD_SCORE"], "--resamples", "3", self.truth, self.tracks)
+
+    def test_csd_motion(self):
+        self.plant(os.environ["CSD_MOTION"], self.tracks)
+
+
+if __name__ == "__main__":
+    unittest.main()
