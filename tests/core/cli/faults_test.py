@@ -13,6 +13,9 @@ import tempfile
 import unittest
 
 
+FRAMES = 100
+
+
 def line(frame, role, shift):
     features = [{"id": i, "x": 100 * i + frame / 4 + shift, "y": 50 + frame % 5, "state": "tracked", "confidence": 0.9} for i in range(2)]
     return json.dumps({"schema": 1, "source": "s", "role": role, "algorithm": role, "frame": frame, "pts": frame * 40_000_000,
@@ -24,8 +27,8 @@ class Faults(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.truth, self.tracks = (pathlib.Path(folder.name) / name for name in ("truth.jsonl", "tracks.jsonl"))
-        self.truth.write_text("".join(line(frame, "truth", 0) for frame in range(200)))
-        self.tracks.write_text("".join(line(frame, "track", 0.5) for frame in range(200)))
+        self.truth.write_text("".join(line(frame, "truth", 0) for frame in range(FRAMES)))
+        self.tracks.write_text("".join(line(frame, "track", 0.5) for frame in range(FRAMES)))
 
     def run_with(self, arguments, **environment):
         done = subprocess.run(arguments, capture_output=True, text=True, timeout=60,
