@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ranges>
 
 #include "track/types.h"
 
@@ -182,7 +181,10 @@ int Recall::find(const CsdFrame &frame, const NeighbourField &present, double sh
   describe(frame.pyramid.level(1), frame.weights.level(1), keypoints, descriptors);
   if (descriptors.rows < 2) return -1;
   const cv::BFMatcher matcher(cv::NORM_L2);
-  for (Scene &scene : scenes_ | std::views::reverse) {
+  // clang 14 can't compile libstdc++'s std::views::reverse.
+  // NOLINTNEXTLINE(modernize-loop-convert)
+  for (auto newest = scenes_.rbegin(); newest != scenes_.rend(); ++newest) {
+    Scene &scene = *newest;
     if (!wanted(scene, present, share)) continue;
     if (!scene.described) describe(scene.picture, scene.mask, scene.keypoints, scene.descriptors);
     scene.described = true;

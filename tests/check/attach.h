@@ -66,13 +66,13 @@ inline GstElement *launch(const std::string &line) {
   return pipeline;
 }
 
-/// Plays to the end and frees the pipeline. The error message's GError, or null after EOS; to be freed.
+/// Plays to the end and frees the pipeline. The error message's GError, or null after EOS; to be freed. A pipeline that
+/// hangs is ended by check (CK_DEFAULT_TIMEOUT), which knows how slow a sanitizer is.
 inline GError *play(GstElement *pipeline) {
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   GstBus *bus = gst_element_get_bus(pipeline);
-  GstMessage *message = gst_bus_timed_pop_filtered(bus, 30 * GST_SECOND,
+  GstMessage *message = gst_bus_timed_pop_filtered(bus, GST_CLOCK_TIME_NONE,
                                                    static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_ERROR));
-  if (!message) g_error("the pipeline hangs");
   GError *error = nullptr;
   if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR) gst_message_parse_error(message, &error, nullptr);
   gst_message_unref(message);

@@ -20,6 +20,13 @@
 
 namespace {
 
+/// The next frame. gst_harness_pull() gives up after a minute; the first takes longer under valgrind.
+GstBuffer *pull(GstHarness *h) {
+  GstBuffer *buffer = nullptr;
+  while (!buffer) buffer = gst_harness_pull(h);
+  return buffer;
+}
+
 struct Harness {
   GstHarness *h;
   explicit Harness(const std::string &properties, const char *caps = nullptr) {
@@ -29,9 +36,7 @@ struct Harness {
   ~Harness() { gst_harness_teardown(h); }
   GstBuffer *pull() {
     gst_harness_play(h);
-    GstBuffer *buffer = gst_harness_pull(h);
-    fail_unless(buffer != nullptr);
-    return buffer;
+    return ::pull(h);
   }
 };
 
@@ -86,7 +91,7 @@ std::string error_of(const std::string &properties) {
   GstElement *pipeline = gst_parse_launch(("csdsimsrc num-buffers=2 " + properties + " ! fakesink").c_str(), nullptr);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   GstBus *bus = gst_element_get_bus(pipeline);
-  GstMessage *message = gst_bus_timed_pop_filtered(bus, 30 * GST_SECOND,
+  GstMessage *message = gst_bus_timed_pop_filtered(bus, GST_CLOCK_TIME_NONE,
                                                    static_cast<GstMessageType>(GST_MESSAGE_ERROR | GST_MESSAGE_EOS));
   std::string text;
   if (message && GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR) {
@@ -274,7 +279,7 @@ GST_START_TEST(test_a_texture_by_a_name_that_is_no_utf8) {
   gst_element_set_bus(source, bus);
   g_object_set(source, "texture", file, nullptr);
   gst_element_set_state(source, GST_STATE_PAUSED);
-  GstMessage *message = gst_bus_timed_pop_filtered(bus, 30 * GST_SECOND, GST_MESSAGE_ERROR);
+  GstMessage *message = gst_bus_timed_pop_filtered(bus, GST_CLOCK_TIME_NONE, GST_MESSAGE_ERROR);
   fail_unless(message != nullptr);
   GError *error = nullptr;
   gst_message_parse_error(message, &error, nullptr);
@@ -349,7 +354,7 @@ GST_START_TEST(test_tracks_and_truth_on_one_frame) {
   GstHarness *h = gst_harness_new_parse("csdsimsrc num-buffers=3 features=10 ! csdtrack name=tracker learning=sync");
   gst_harness_play(h);
   for (int i = 0; i < 3; ++i) {
-    GstBuffer *buffer = gst_harness_pull(h);
+    GstBuffer *buffer = pull(h);
     fail_unless(gst_buffer_get_csd_tracks(buffer, GST_CSD_TRACK_META_NAME, "tracker") != nullptr);
     fail_unless_equals_int(truth_of(buffer).header.n_features, 10);
     gst_buffer_unref(buffer);
@@ -366,7 +371,7 @@ GST_START_TEST(test_csdtrack_starts_from_the_truth) {
   gst_harness_play(h);
   const guint ids[] = {0, 1, 4};
   for (int n = 0; n < 20; ++n) {
-    GstBuffer *buffer = gst_harness_pull(h);
+    GstBuffer *buffer = pull(h);
     const GstStructure *s = gst_buffer_get_csd_tracks(buffer, GST_CSD_TRACK_META_NAME, "tracker");
     GstCsdHeader header;
     fail_unless(s && gst_csd_structure_get_header(s, &header));
@@ -392,7 +397,8 @@ GST_START_TEST(test_csdtrack_says_that_there_is_no_truth) {
   int warnings = 0;
   for (bool more = true; more;) {
     GstMessage *message = gst_bus_timed_pop_filtered(
-        bus, 20 * GST_SECOND, static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_WARNING | GST_MESSAGE_ERROR));
+        bus, GST_CLOCK_TIME_NONE,
+        static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_WARNING | GST_MESSAGE_ERROR));
     fail_unless(message && GST_MESSAGE_TYPE(message) != GST_MESSAGE_ERROR);
     warnings += GST_MESSAGE_TYPE(message) == GST_MESSAGE_WARNING;
     more = GST_MESSAGE_TYPE(message) != GST_MESSAGE_EOS;

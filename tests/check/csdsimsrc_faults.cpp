@@ -36,10 +36,9 @@ Outcome play(GstElement *pipeline, bool faulty) {
   GstBus *bus = gst_element_get_bus(pipeline);
   counting = faulty;
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
-  GstMessage *end = gst_bus_timed_pop_filtered(bus, 60 * GST_SECOND,
+  GstMessage *end = gst_bus_timed_pop_filtered(bus, GST_CLOCK_TIME_NONE,
                                                static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_ERROR));
   counting = false;
-  fail_unless(end != nullptr, "no end within a minute");
   if (GST_MESSAGE_TYPE(end) == GST_MESSAGE_ERROR) {
     GError *error = nullptr;
     gchar *detail = nullptr;

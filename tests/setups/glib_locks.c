@@ -78,6 +78,35 @@ __attribute__((visibility("default"))) gboolean g_cond_wait_until(GCond *cond, G
   return signalled;
 }
 
+/* A queue's lock is taken within GLib, where this library is not asked: who takes something out sees what was done
+ * before it was put in. GstHarness hands frames over by such queues. */
+__attribute__((visibility("default"))) void g_async_queue_push(GAsyncQueue *queue, gpointer item) {
+  NEXT(g_async_queue_push)
+  release(queue);
+  next(queue, item);
+}
+
+__attribute__((visibility("default"))) gpointer g_async_queue_pop(GAsyncQueue *queue) {
+  NEXT(g_async_queue_pop)
+  const gpointer item = next(queue);
+  acquire(queue);
+  return item;
+}
+
+__attribute__((visibility("default"))) gpointer g_async_queue_try_pop(GAsyncQueue *queue) {
+  NEXT(g_async_queue_try_pop)
+  const gpointer item = next(queue);
+  acquire(queue);
+  return item;
+}
+
+__attribute__((visibility("default"))) gpointer g_async_queue_timeout_pop(GAsyncQueue *queue, guint64 microseconds) {
+  NEXT(g_async_queue_timeout_pop)
+  const gpointer item = next(queue, microseconds);
+  acquire(queue);
+  return item;
+}
+
 /* One-time initialisation: who sees the value sees what was done for it. In the headers these are macros as well. */
 #undef g_once_init_enter
 #undef g_once_init_leave
