@@ -170,6 +170,7 @@ cv::Point2d Simulator::Impl::surface_at(double t, cv::Point2d pixel) const {
   // On the edge of a fold a pixel shows two places, and Newton's method may swing between them.
   if (off(shown) < 1) return shown;
   std::ostringstream text;
+  text.exceptions(std::ios::badbit);
   text << "the simulated surface has no point at the pixel " << pixel.x << "," << pixel.y;
   throw std::invalid_argument(text.str());
 }

@@ -21,6 +21,7 @@ std::string track_line(std::string_view algorithm, std::uint64_t frame, const Pi
                        std::span<const FeatureId> ids, std::span<const Report> reports) {
   const cv::Rect2d bounds(-0.5, -0.5, picture.bgr.cols, picture.bgr.rows);
   std::ostringstream line;
+  line.exceptions(std::ios::badbit);  // else a lack of memory would leave half a line, in silence
   line.imbue(std::locale::classic());
   line << std::fixed << std::setprecision(3);
   line << R"({"schema":1,"source":"csd-peers","role":"track","algorithm":")" << algorithm << R"(","frame":)" << frame

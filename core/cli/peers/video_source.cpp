@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "cli/peers/video_source.h"
 
+#include <array>
 #include <charconv>
 #include <iostream>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <vector>
 
@@ -28,13 +30,23 @@ int whole(std::string_view text, std::string_view what) {
   return value;
 }
 
+/// A line of the header, or before a frame; nothing at the end. Without an allocation: a stream would take one that
+/// fails for its end.
+std::optional<std::string> line_of(std::istream &in) {
+  std::array<char, 4096> text;
+  in.getline(text.data(), text.size());
+  if (in.fail() && static_cast<std::size_t>(in.gcount()) == text.size() - 1)
+    throw bad("a line is longer than " + std::to_string(text.size()) + " bytes");
+  if (in.fail()) return {};
+  return std::string(text.data(), static_cast<std::size_t>(in.gcount()) - (in.eof() ? 0 : 1));
+}
+
 class Y4m final : public VideoSource {
  public:
   explicit Y4m(std::istream &in) : in_(in) {
-    std::string header;
     constexpr std::string_view magic = "YUV4MPEG2 ";
-    if (!std::getline(in, header) || header.compare(0, magic.size(), magic) != 0)
-      throw bad("the input does not begin with \"YUV4MPEG2 \"");
+    const std::string header = line_of(in).value_or("");
+    if (!header.starts_with(magic)) throw bad("the input does not begin with \"YUV4MPEG2 \"");
     for (std::size_t at = magic.size(); at < header.size();) {
       const auto end = std::min(header.find(' ', at), header.size());
       parameter(std::string_view(header).substr(at, end - at));
@@ -50,9 +62,9 @@ class Y4m final : public VideoSource {
   }
 
   bool next(Picture &picture) override {
-    std::string line;
-    if (!std::getline(in_, line)) return false;
-    if (line.compare(0, 5, "FRAME") != 0) throw bad("frame " + std::to_string(frame_) + ": no FRAME where it must be");
+    const auto line = line_of(in_);
+    if (!line) return false;
+    if (!line->starts_with("FRAME")) throw bad("frame " + std::to_string(frame_) + ": no FRAME where it must be");
     in_.read(planes_.data(), static_cast<std::streamsize>(planes_.size()));
     if (static_cast<std::size_t>(in_.gcount()) != planes_.size())
       throw bad("frame " + std::to_string(frame_) + " breaks off after " + std::to_string(in_.gcount()) + " of " +

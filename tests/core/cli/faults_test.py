@@ -1,13 +1,15 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Each allocation of csd-score and csd-motion fails once, one after the other, then all from one on: the program prints what it
-prints otherwise, or ends with exit code 1 and the reason. $CSD_SCORE and $CSD_MOTION are the programs, $FAULTS is faults.cpp.
+"""Each allocation of csd-score, csd-motion and csd-peers fails once, one after the other, then all from one on: the program
+prints what it prints otherwise, or ends with exit code 1 and the reason. $CSD_SCORE, $CSD_MOTION and $CSD_PEERS (if there is one)
+are the programs, $FAULTS is faults.cpp.
 
 CSDTRACK_FAULTS=N plants about N faults of each kind (30), spread over all there are (0: each of them)."""
 
 import json
 import os
 import pathlib
+import random
 import subprocess
 import tempfile
 import unittest
@@ -30,16 +32,16 @@ class Faults(unittest.TestCase):
         self.truth.write_text("".join(line(frame, "truth", 0) for frame in range(FRAMES)))
         self.tracks.write_text("".join(line(frame, "track", 0.5) for frame in range(FRAMES)))
 
-    def run_with(self, arguments, **environment):
-        done = subprocess.run(arguments, capture_output=True, text=True, timeout=60,
+    def run_with(self, arguments, given, **environment):
+        done = subprocess.run(arguments, capture_output=True, encoding="latin-1", timeout=60, input=given,
                               env=os.environ | {"LD_PRELOAD": os.environ["FAULTS"]} | environment)
         *errors, count = done.stderr.splitlines() or [""]
         return done.returncode, done.stdout, errors, count
 
-    def plant(self, *arguments):
+    def plant(self, *arguments, given=None):
         name = pathlib.Path(arguments[0]).name
         arguments = [str(argument) for argument in arguments]
-        code, whole, errors, count = self.run_with(arguments)
+        code, whole, errors, count = self.run_with(arguments, given)
         self.assertEqual((code, errors), (0, []), count)
         there = int(count.removesuffix(" allocations"))
         wanted = int(os.environ.get("CSDTRACK_FAULTS", 30))
@@ -47,7 +49,7 @@ class Faults(unittest.TestCase):
         for lasts in ({}, {"CSDTRACK_FAULT_LASTS": "1"}):
             refused = 0
             for fault in range(0, there, step):
-                code, out, errors, count = self.run_with(arguments, CSDTRACK_FAULT=str(fault), **lasts)
+                code, out, errors, count = self.run_with(arguments, given, CSDTRACK_FAULT=str(fault), **lasts)
                 told = f"fault {fault} of {there} {lasts}: exit code {code}, {errors}, {count}"
                 self.assertRegex(count, "allocations$", told)
                 if code == 0:
@@ -64,6 +66,14 @@ class Faults(unittest.TestCase):
 
     def test_csd_motion(self):
         self.plant(os.environ["CSD_MOTION"], self.tracks)
+
+    @unittest.skipUnless("CSD_PEERS" in os.environ, "no csd-peers here")
+    def test_csd_peers(self):
+        noise = random.Random(1)
+        side, picture = 96, "".join(chr(noise.randrange(256)) for _ in range(96 * 96))
+        frames = "".join("FRAME\n" + picture[i:] + picture[:i] for i in range(6))  # a pixel to the left each time
+        self.plant(os.environ["CSD_PEERS"], "--tracker", "lk-fb", "--points", "40,40;60,50", "-",
+                   given=f"YUV4MPEG2 W{side} H{side} F25:1 Cmono\n{frames}")
 
 
 if __name__ == "__main__":

@@ -101,6 +101,8 @@ TEST(Y4m, SaysWhatIsWrong) {
   EXPECT_NE(message_of("YUV4MPEG2 W2 H2 F25\n").find("no frame rate"), std::string::npos);
   EXPECT_NE(message_of("YUV4MPEG2 W2 H2 F25:0\n").find("no frame rate"), std::string::npos);
   EXPECT_NE(message_of("YUV4MPEG2 W2 H2 C420p10\n").find("\"C420p10\" can't be read"), std::string::npos);
+  EXPECT_NE(message_of("YUV4MPEG2 W2 H2 X" + std::string(1 << 20, 'x')).find("longer than 4096 bytes"),
+            std::string::npos);
   const std::string good = "YUV4MPEG2 W2 H2 F25:1\nFRAME\n123456";
   EXPECT_EQ(message_of(good), "");
   EXPECT_NE(message_of(good + "FRAME\n123").find("frame 1 breaks off after 3 of 6 bytes"), std::string::npos);
