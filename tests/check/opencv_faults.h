@@ -26,7 +26,7 @@ class FailingAllocator : public cv::MatAllocator {
 };
 
 /// From now on a cv::Mat's memory is an OpenCV allocation that fails() is asked about. OpenCV works in one thread.
-void let_opencv_fail() {
+[[maybe_unused]] void let_opencv_fail() {
   static FailingAllocator allocator;
   cv::Mat::setDefaultAllocator(&allocator);
   cv::setNumThreads(1);

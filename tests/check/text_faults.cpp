@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Each allocation of csdtrackenc and csdtrackdec fails once, one after the other, then all from one on: they do what
+// they do otherwise, or end the stream with one error; a line is never half written, and a frame never has another's
+// tracks. The elements are linked in, as for csdtrack_faults.cpp.
+//
+// CSDTRACK_FAULTS=N plants about N faults of each kind (10), spread over all there are (0: each of them).
+#include "opencv_faults.h"  // before check.h, whose macro fail() is not meant for streams
+
+#include <gst/check/gstcheck.h>
+
+#include <algorithm>
+#include <string>
+
+#include "csdtrackdec.h"
+#include "csdtrackdec_harness.h"
+#include "csdtrackenc.h"
+#include "meta.h"
+
+using csd_check::attach, csd_check::frame_at, csd_check::gray_64, csd_check::number_on;
+
+namespace {
+
+constexpr int frames = 6;
+
+struct Outcome {
+  std::string text;  ///< that was written, or the frames' numbers
+  int errors = 0;
+};
+
+/// From READY to the end of the stream. Only what the element does may fail.
+template <class Say>
+Outcome live(GType type, const char *property, const std::string &value, Say say) {
+  auto *element = GST_ELEMENT(g_object_new(type, property, value.c_str(), nullptr));
+  gst_object_ref_sink(element);
+  if (type == GST_TYPE_CSD_TRACK_DEC) gst_util_set_object_arg(G_OBJECT(element), "overlay", "draw");
+  GstBus *bus = gst_bus_new();
+  gst_element_set_bus(element, bus);
+  gst_element_set_state(element, GST_STATE_READY);
+  Outcome outcome;
+  counting = true;
+  const bool started = gst_element_set_state(element, GST_STATE_PAUSED) != GST_STATE_CHANGE_FAILURE;
+  counting = false;
+  if (started) {
+    GstHarness *h = gst_harness_new_with_element(element, "sink", "src");
+    counting = true;
+    gst_harness_set_src_caps_str(h, gray_64);
+    counting = false;
+    for (int n = 0; n < frames; ++n) {
+      GstBuffer *frame = frame_at(static_cast<GstClockTime>(n) * csd_check::frame_time);
+      if (type == GST_TYPE_CSD_TRACK_ENC)
+        attach(frame, "a tracker with a name that fits no small string", static_cast<guint64>(n), 64, 48, n, 20);
+      counting = true;
+      const GstFlowReturn flow = gst_harness_push(h, frame);
+      counting = false;
+      if (flow != GST_FLOW_OK) break;
+    }
+    counting = true;
+    gst_harness_push_event(h, gst_event_new_eos());
+    counting = false;
+    while (GstBuffer *buffer = gst_harness_try_pull(h)) {
+      outcome.text += say(buffer);
+      gst_buffer_unref(buffer);
+    }
+    gst_element_set_bus(element, nullptr);
+    gst_harness_teardown(h);
+  }
+  gst_element_set_bus(element, nullptr);
+  gst_element_set_state(element, GST_STATE_NULL);
+  while (GstMessage *message = gst_bus_pop(bus)) {
+    outcome.errors += GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR;
+    gst_message_unref(message);
+  }
+  gst_object_unref(bus);
+  gst_object_unref(element);
+  return outcome;
+}
+
+Outcome encode() {
+  return live(GST_TYPE_CSD_TRACK_ENC, "source", "a tracker with a name that fits no small string", [](GstBuffer *text) {
+    GstMapInfo map;
+    gst_buffer_map(text, &map, GST_MAP_READ);
+    std::string line(reinterpret_cast<char *>(map.data), map.size);
+    gst_buffer_unmap(text, &map);
+    return line;
+  });
+}
+
+Outcome decode() {
+  static const std::string path = csd_check::write_file("tracks.jsonl", csd_check::lines(0, frames));
+  return live(GST_TYPE_CSD_TRACK_DEC, "location", path,
+              [](GstBuffer *frame) { return std::to_string(number_on(frame)) + "\n"; });
+}
+
+void plant(const char *name, Outcome (*life)(), bool last) {
+  life();  // what is made once in a process is made here
+  for (auto &n : calls) n = 0;
+  const Outcome whole = life();
+  fail_unless(whole.errors == 0 && std::count(whole.text.begin(), whole.text.end(), '\n') == frames, "%s: %s", name,
+              whole.text.c_str());
+  const long there = calls[operator_new], step = step_between(there);
+  long planted = 0, refused = 0;
+  for (long n = 0; n < there; n += step, ++planted) {
+    left[operator_new] = n;
+    lasting = last;
+    const Outcome outcome = life();
+    left[operator_new] = -1;
+    lasting = false;
+    fail_unless(outcome.errors <= 1, "%s: %d errors for fault %ld", name, outcome.errors, n);
+    fail_unless(outcome.errors == 1 ? whole.text.starts_with(outcome.text) : outcome.text == whole.text,
+                "%s: fault %ld, %d errors, came to\n%s", name, n, outcome.errors, outcome.text.c_str());
+    fail_unless(outcome.text.empty() || outcome.text.ends_with('\n'), "%s: fault %ld left half a line", name, n);
+    refused += outcome.errors;
+  }
+  g_print("%s, operator new%s: %ld of %ld faults planted: %ld ended the stream with an error\n", name,
+          last ? " and all later ones" : "", planted, there, refused);
+  fail_unless(there > 0 && refused > 0, "no fault showed");
+}
+
+}  // namespace
+
+GST_START_TEST(an_allocation_fails) {
+  plant("csdtrackenc", encode, false);
+  plant("csdtrackdec", decode, false);
+}
+GST_END_TEST
+
+GST_START_TEST(memory_is_short) {
+  plant("csdtrackenc", encode, true);
+  plant("csdtrackdec", decode, true);
+}
+GST_END_TEST
+
+static Suite *text_faults_suite() {
+  csd::register_track_metas();
+  Suite *suite = suite_create("text_faults");
+  TCase *tcase = tcase_create("general");
+  tcase_set_timeout(tcase, 0);  // meson's holds
+  suite_add_tcase(suite, tcase);
+  tcase_add_test(tcase, an_allocation_fails);
+  tcase_add_test(tcase, memory_is_short);
+  return suite;
+}
+
+GST_CHECK_MAIN(text_faults)
