@@ -169,10 +169,10 @@ csd::LiveSettings live_settings(GstCsdTrack *self) {
 
 constexpr const char *pass_advice = " Set on-error=pass to keep the video running without tracks.";
 
-/// `advice`: a sentence after the failure's own, unless that gives some.
 constexpr const char *memory_is_short =
     "Out of memory while tracking. Track fewer features (max-features), or smaller pictures.";
 
+/// `advice`: a sentence after the failure's own, unless that gives some.
 void post_error(GstCsdTrack *self, const csd::Failure &failure, const char *advice = "") {
   // NO_SPACE_LEFT is a full disk's.
   if (failure.out_of_memory)
@@ -184,7 +184,7 @@ void post_error(GstCsdTrack *self, const csd::Failure &failure, const char *advi
 
 /// For where nothing can be done about a failure, and nobody has to know.
 void log_failure(GstCsdTrack *self, const std::optional<csd::Failure> &failure) {
-  if (failure) GST_ERROR_OBJECT(self, "%s (%s)", failure->reason.c_str(), failure->detail.c_str());
+  if (failure) GST_ERROR_OBJECT(self, "%s", failure->detail.c_str());
 }
 
 // ---- What is done with a frame -------------------------------------------------------------------------------------
@@ -245,8 +245,7 @@ void publish(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, co
 
 void warn_once(GstCsdTrack *self, const csd::Failure &failure) {
   auto &stream = self->state->stream;
-  GST_WARNING_OBJECT(self, "frame %" G_GUINT64_FORMAT ": %s (%s)", stream.frame, failure.reason.c_str(),
-                     failure.detail.c_str());
+  GST_WARNING_OBJECT(self, "frame %" G_GUINT64_FORMAT ": %s", stream.frame, failure.detail.c_str());
   if (std::exchange(stream.warned_failure, true)) return;
   const bool memory = failure.out_of_memory;
   GST_ELEMENT_WARNING(self, STREAM, FAILED,

@@ -148,10 +148,13 @@ bool told(GstCsdTrackDec *self, Body &&body) {
     }
   });
   if (refused) post_error(self, *refused);
-  if (failure)
+  constexpr const char *advice = "Use overlay=none, or smaller pictures.";
+  if (failure && failure->out_of_memory)
+    GST_ELEMENT_ERROR(self, RESOURCE, FAILED, ("Out of memory for recorded tracks. %s", advice),
+                      ("%s", failure->detail.c_str()));
+  else if (failure)
     GST_ELEMENT_ERROR(self, LIBRARY, FAILED,
-                      ("Recorded tracks could not be put on a frame: %s. Use overlay=none, or smaller pictures.",
-                       failure->reason.c_str()),
+                      ("Recorded tracks could not be put on a frame: %s. %s", failure->reason.c_str(), advice),
                       ("%s", failure->detail.c_str()));
   return !refused && !failure;
 }
@@ -160,7 +163,7 @@ bool told(GstCsdTrackDec *self, Body &&body) {
 template <typename Body>
 void logged(GstCsdTrackDec *self, Body &&body) {
   if (const auto failure = csd::guarded(std::forward<Body>(body)))
-    GST_ERROR_OBJECT(self, "%s (%s)", failure->reason.c_str(), failure->detail.c_str());
+    GST_ERROR_OBJECT(self, "%s", failure->detail.c_str());
 }
 
 // ---- A frame -------------------------------------------------------------------------------------------------------

@@ -19,16 +19,15 @@ Failure describe_current_exception() noexcept {
       failure.detail = e.what();
     } catch (const std::bad_alloc &) {
       failure.out_of_memory = true;
-      failure.reason = no_memory;
+      failure.reason = failure.detail = no_memory;
     } catch (const std::exception &e) {
-      failure.reason = e.what();
-      failure.detail = failure.reason;
+      failure.reason = failure.detail = e.what();
     } catch (...) {
-      failure.reason = "an exception of unknown type";
+      failure.reason = failure.detail = "an exception of unknown type";
     }
   } catch (...) {
     failure.out_of_memory = true;
-    failure.reason = no_memory;
+    failure.reason = failure.detail = no_memory;
   }
   return failure;
 }

@@ -12,7 +12,7 @@ namespace csd {
 /// What a caught exception means. What to do about it the element says, which knows what it was doing.
 struct Failure {
   std::string reason;  ///< a clause without its stop; never empty
-  std::string detail;  ///< where it came from: for the debug string of the message
+  std::string detail;  ///< the same, with where it came from if that is known: for logs and a message's debug text
   bool out_of_memory = false;
 };
 

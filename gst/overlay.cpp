@@ -30,7 +30,7 @@ GstCaps *Overlay::transform_caps(GstBaseTransform *element, GstPadDirection dire
                                  GstCaps *filter) const noexcept {
   GstCaps *other = nullptr;
   if (const auto failure = guarded([&] { other = negotiation_.transform_caps(direction, caps); })) {
-    GST_ERROR_OBJECT(element, "%s (%s)", failure->reason.c_str(), failure->detail.c_str());
+    GST_ERROR_OBJECT(element, "%s", failure->detail.c_str());
     other = gst_caps_ref(caps);
   }
   if (!filter) return other;

@@ -67,7 +67,7 @@ inline GstElement *launch(const std::string &line) {
 }
 
 /// Plays to the end and frees the pipeline. The error message's GError, or null after EOS; to be freed. A pipeline that
-/// hangs is ended by check (CK_DEFAULT_TIMEOUT), which knows how slow a sanitizer is.
+/// hangs is ended by check (CK_DEFAULT_TIMEOUT) or meson, whose set-ups know how slow a sanitizer is.
 inline GError *play(GstElement *pipeline) {
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   GstBus *bus = gst_element_get_bus(pipeline);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Each allocation of csdsimsrc fails once, one after the other, then all from one on: it makes all its frames, or ends
-// the stream with one error that says why; and the same element makes the scene when there is memory again. The element
+// the stream with an error that says why; and the same element makes the scene when there is memory again. The element
 // is linked in, as for csdtrack_faults.cpp.
 //
 // CSDTRACK_FAULTS=N plants about N faults of each kind (10), spread over all there are (0: each of them).

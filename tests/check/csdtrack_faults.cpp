@@ -7,6 +7,7 @@
 #include "opencv_faults.h"  // before check.h, whose macro fail() is not meant for streams
 
 #include <cstring>
+#include <string>
 #include <vector>
 
 #include "csdtrack.h"
@@ -33,6 +34,7 @@ GstBuffer *moving(int index) {
 struct Outcome {
   bool started = false;
   int warnings = 0, errors = 0;
+  std::string said;   ///< by the last of them
   guint claimed = 0;  ///< positions in the last frame, which is given all it wants
 };
 
@@ -101,8 +103,14 @@ Outcome live(const char *algorithm) {
   gst_element_set_bus(track, nullptr);
   gst_element_set_state(track, GST_STATE_NULL);
   while (GstMessage *message = gst_bus_pop(bus)) {
-    outcome.warnings += GST_MESSAGE_TYPE(message) == GST_MESSAGE_WARNING;
-    outcome.errors += GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR;
+    const GstMessageType type = GST_MESSAGE_TYPE(message);
+    outcome.warnings += type == GST_MESSAGE_WARNING;
+    outcome.errors += type == GST_MESSAGE_ERROR;
+    if (type == GST_MESSAGE_WARNING || type == GST_MESSAGE_ERROR) {
+      g_autoptr(GError) error = nullptr;
+      (type == GST_MESSAGE_ERROR ? gst_message_parse_error : gst_message_parse_warning)(message, &error, nullptr);
+      outcome.said = error->message;
+    }
     gst_message_unref(message);
   }
   gst_object_unref(bus);
@@ -126,6 +134,9 @@ void plant(const char *algorithm, Kind kind, bool last) {
     fail_unless(outcome.warnings <= 1, "%s: %d warnings for fault %ld", algorithm, outcome.warnings, n);
     // Only a start may be refused, and says so; a frame never.
     fail_unless_equals_int(outcome.errors, outcome.started ? 0 : 1);
+    fail_unless(kind == thread_start || outcome.said.empty() ||
+                    outcome.said.find("Out of memory while tracking") != std::string::npos,
+                "%s: fault %ld is called \"%s\"", algorithm, n, outcome.said.c_str());
     // What lk and csd-2012 lose they never find again: that is how they are.
     fail_unless(!outcome.started || outcome.claimed > 0 || std::strcmp(algorithm, "csd") != 0,
                 "nothing is claimed after fault %ld", n);

@@ -108,7 +108,7 @@ GST_START_TEST(states_change_while_another_thread_talks) {
   for (int turn = 0; turn < 4; ++turn)
     for (const GstState state : states) {
       fail_unless(gst_element_set_state(pipeline, state) != GST_STATE_CHANGE_FAILURE);
-      fail_unless(gst_element_get_state(pipeline, nullptr, nullptr, 20 * GST_SECOND) != GST_STATE_CHANGE_FAILURE);
+      fail_unless(gst_element_get_state(pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE) != GST_STATE_CHANGE_FAILURE);
     }
   over = true;
   talker.join();
@@ -129,7 +129,7 @@ GstElement *pipeline_of(const std::string &track, int buffers = -1) {
 }
 
 void settle(GstElement *pipeline) {
-  fail_unless(gst_element_get_state(pipeline, nullptr, nullptr, 60 * GST_SECOND) == GST_STATE_CHANGE_SUCCESS);
+  fail_unless(gst_element_get_state(pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE) == GST_STATE_CHANGE_SUCCESS);
 }
 
 void change_state(GstElement *pipeline, unsigned round) {
@@ -223,7 +223,7 @@ static void plays_to_its_end(GstElement *pipeline, int elements, guint64 frames)
   GstBus *bus = gst_element_get_bus(pipeline);
   GstMessage *end = gst_bus_timed_pop_filtered(bus, GST_CLOCK_TIME_NONE,
                                                static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_ERROR));
-  fail_unless(end != nullptr && GST_MESSAGE_TYPE(end) == GST_MESSAGE_EOS);
+  fail_unless(GST_MESSAGE_TYPE(end) == GST_MESSAGE_EOS);
   gst_message_unref(end);
   gst_object_unref(bus);
   for (int i = 0; i < elements; ++i) {

@@ -132,8 +132,8 @@ Outcome run(const std::string &text, bool renders = false) {
   GstBus *bus = gst_element_get_bus(pipeline);
   GstMessage *message = gst_bus_timed_pop_filtered(bus, GST_CLOCK_TIME_NONE,
                                                    static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_ERROR));
-  out.ran = message && GST_MESSAGE_TYPE(message) == GST_MESSAGE_EOS;
-  if (message) gst_message_unref(message);
+  out.ran = GST_MESSAGE_TYPE(message) == GST_MESSAGE_EOS;
+  gst_message_unref(message);
   GstPad *src = gst_element_get_static_pad(stage, "src");
   if (GstCaps *caps = gst_pad_get_current_caps(src)) {
     gchar *string = gst_caps_to_string(caps);

@@ -25,6 +25,7 @@ constexpr int frames = 6;
 struct Outcome {
   std::string text;  ///< that was written, or the frames' numbers
   int errors = 0;
+  std::string said;  ///< by the last error
 };
 
 /// From READY to the end of the stream. Only what the element does may fail.
@@ -67,7 +68,12 @@ Outcome live(GType type, const char *property, const std::string &value, Say say
   gst_element_set_bus(element, nullptr);
   gst_element_set_state(element, GST_STATE_NULL);
   while (GstMessage *message = gst_bus_pop(bus)) {
-    outcome.errors += GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR;
+    if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR) {
+      g_autoptr(GError) error = nullptr;
+      gst_message_parse_error(message, &error, nullptr);
+      outcome.said = error->message;
+      ++outcome.errors;
+    }
     gst_message_unref(message);
   }
   gst_object_unref(bus);
@@ -109,6 +115,8 @@ void plant(const char *name, Outcome (*life)(), bool last) {
     fail_unless(outcome.errors == 1 ? whole.text.starts_with(outcome.text) : outcome.text == whole.text,
                 "%s: fault %ld, %d errors, came to\n%s", name, n, outcome.errors, outcome.text.c_str());
     fail_unless(outcome.text.empty() || outcome.text.ends_with('\n'), "%s: fault %ld left half a line", name, n);
+    fail_unless(outcome.errors == 0 || outcome.said.find("memory") != std::string::npos,
+                "%s: fault %ld is called \"%s\"", name, n, outcome.said.c_str());
     refused += outcome.errors;
   }
   g_print("%s, operator new%s: %ld of %ld faults planted: %ld ended the stream with an error\n", name,

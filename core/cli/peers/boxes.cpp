@@ -61,7 +61,8 @@ class Boxes final : public Peer {
   static bool attempt(Action action) {
     try {
       return action();
-    } catch (const cv::Exception &) {
+    } catch (const cv::Exception &error) {
+      if (error.code == cv::Error::StsNoMem) throw;
       return false;
     }
   }

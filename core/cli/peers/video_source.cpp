@@ -17,6 +17,7 @@ namespace csd::peers {
 namespace {
 
 constexpr int most_pixels_a_side = 32768;
+constexpr std::size_t longest_line = 4096;
 
 std::runtime_error bad(const std::string &text) {
   return std::runtime_error("YUV4MPEG2: " + text);
@@ -30,22 +31,24 @@ int whole(std::string_view text, std::string_view what) {
   return value;
 }
 
-/// A line of the header, or before a frame; nothing at the end. Without an allocation: a stream would take one that
-/// fails for its end.
-std::optional<std::string> line_of(std::istream &in) {
-  std::array<char, 4096> text;
+/// A line of the header, or before a frame; nothing at the end. What begins otherwise than `begin` is cut off after
+/// `longest_line`. Without an allocation: a stream would take one that fails for its end.
+std::optional<std::string> line_of(std::istream &in, std::string_view begin) {
+  std::array<char, longest_line + 1> text;
   in.getline(text.data(), text.size());
-  if (in.fail() && static_cast<std::size_t>(in.gcount()) == text.size() - 1)
-    throw bad("a line is longer than " + std::to_string(text.size()) + " bytes");
-  if (in.fail()) return {};
-  return std::string(text.data(), static_cast<std::size_t>(in.gcount()) - (in.eof() ? 0 : 1));
+  const auto count = static_cast<std::size_t>(in.gcount());
+  if (in.fail() && count < longest_line) return {};
+  std::string line(text.data(), count - (in.eof() || in.fail() ? 0 : 1));
+  if (in.fail() && line.starts_with(begin))
+    throw bad("a line is longer than " + std::to_string(longest_line) + " bytes");
+  return line;
 }
 
 class Y4m final : public VideoSource {
  public:
   explicit Y4m(std::istream &in) : in_(in) {
     constexpr std::string_view magic = "YUV4MPEG2 ";
-    const std::string header = line_of(in).value_or("");
+    const std::string header = line_of(in, magic).value_or("");
     if (!header.starts_with(magic)) throw bad("the input does not begin with \"YUV4MPEG2 \"");
     for (std::size_t at = magic.size(); at < header.size();) {
       const auto end = std::min(header.find(' ', at), header.size());
@@ -62,9 +65,10 @@ class Y4m final : public VideoSource {
   }
 
   bool next(Picture &picture) override {
-    const auto line = line_of(in_);
+    constexpr std::string_view magic = "FRAME";
+    const auto line = line_of(in_, magic);
     if (!line) return false;
-    if (!line->starts_with("FRAME")) throw bad("frame " + std::to_string(frame_) + ": no FRAME where it must be");
+    if (!line->starts_with(magic)) throw bad("frame " + std::to_string(frame_) + ": no FRAME where it must be");
     in_.read(planes_.data(), static_cast<std::streamsize>(planes_.size()));
     if (static_cast<std::size_t>(in_.gcount()) != planes_.size())
       throw bad("frame " + std::to_string(frame_) + " breaks off after " + std::to_string(in_.gcount()) + " of " +

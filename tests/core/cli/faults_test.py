@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Each allocation of csd-score, csd-motion and csd-peers fails once, one after the other, then all from one on: the program
+"""Each operator new of csd-score, csd-motion and csd-peers fails once, one after the other, then all from one on: the program
 prints what it prints otherwise, or ends with exit code 1 and the reason. $CSD_SCORE, $CSD_MOTION and $CSD_PEERS (if there is one)
 are the programs, $FAULTS is faults.cpp.
 

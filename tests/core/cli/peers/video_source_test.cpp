@@ -103,7 +103,10 @@ TEST(Y4m, SaysWhatIsWrong) {
   EXPECT_NE(message_of("YUV4MPEG2 W2 H2 C420p10\n").find("\"C420p10\" can't be read"), std::string::npos);
   EXPECT_NE(message_of("YUV4MPEG2 W2 H2 X" + std::string(1 << 20, 'x')).find("longer than 4096 bytes"),
             std::string::npos);
+  EXPECT_NE(message_of(std::string(1 << 20, 'x')).find("does not begin with"), std::string::npos);
   const std::string good = "YUV4MPEG2 W2 H2 F25:1\nFRAME\n123456";
+  EXPECT_EQ(message_of("YUV4MPEG2 W2 H2 F25:1 X" + std::string(4096 - 23, 'x') + "\nFRAME\n123456"), "");
+  EXPECT_NE(message_of(good + std::string(1 << 20, 'x')).find("frame 1: no FRAME"), std::string::npos);
   EXPECT_EQ(message_of(good), "");
   EXPECT_NE(message_of(good + "FRAME\n123").find("frame 1 breaks off after 3 of 6 bytes"), std::string::npos);
   EXPECT_NE(message_of(good + "GRAPE\n123456").find("frame 1: no FRAME"), std::string::npos);
