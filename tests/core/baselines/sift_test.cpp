@@ -170,7 +170,7 @@ TEST(Sift, CanBeGivenTheSmallestPictures) {
   auto settings = sift(0);
   settings.points = {{8, 8}};
   Tracker tracker(settings, none);
-  const cv::Mat tiny(16, 16, CV_8UC1, 90);  // without a keypoint
+  const cv::Mat tiny(16, 16, CV_8UC3, cv::Scalar::all(90));  // without a keypoint
   tracker.process(MovingScene::view(tiny), 0);
   const auto &feature = tracker.process(MovingScene::view(tiny), second / 25).features.at(0);
   EXPECT_EQ(feature.state, FeatureState::occluded);
