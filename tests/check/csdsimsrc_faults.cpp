@@ -76,11 +76,7 @@ void plant(Kind kind, bool last) {
   const long there = calls[kind], step = step_between(there);
   long planted = 0, refused = 0;
   for (long n = 0; n < there; n += step, ++planted) {
-    left[kind] = n;
-    lasting = last;
-    const Outcome outcome = play(pipeline, true);
-    left[kind] = -1;
-    lasting = false;
+    const Outcome outcome = with_fault(kind, n, last, [&] { return play(pipeline, true); });
     if (outcome.error.empty()) {
       fail_unless(outcome.frames == frames && outcome.with_truth == frames, "fault %ld is silent: %d frames", n,
                   outcome.frames);

@@ -125,12 +125,9 @@ void plant(const char *algorithm, Kind kind, bool last) {
   fail_unless(whole.started && whole.claimed == 4 && whole.warnings == 0 && whole.errors == 0, "%s: %u claims, %d, %d",
               algorithm, whole.claimed, whole.warnings, whole.errors);
   const long there = calls[kind], step = step_between(there);
-  lasting = last;
   long planted = 0, noticed = 0, refused = 0, recovered = 0;
   for (long n = 0; n < there; n += step, ++planted) {
-    left[kind] = n;
-    const Outcome outcome = live(algorithm);
-    left[kind] = -1;
+    const Outcome outcome = with_fault(kind, n, last, [&] { return live(algorithm); });
     fail_unless(outcome.warnings <= 1, "%s: %d warnings for fault %ld", algorithm, outcome.warnings, n);
     // Only a start may be refused, and says so; a frame never.
     fail_unless_equals_int(outcome.errors, outcome.started ? 0 : 1);
@@ -144,7 +141,6 @@ void plant(const char *algorithm, Kind kind, bool last) {
     refused += !outcome.started;
     recovered += outcome.claimed > 0;
   }
-  lasting = false;
   g_print("%s, %s%s: %ld of %ld faults planted: %ld starts refused, %ld warned of, %ld with claims in the end\n",
           algorithm, kind_names[kind], last ? " and all later ones" : "", planted, there, refused, noticed, recovered);
   fail_unless(there > 0 && noticed + refused > 0, "no fault of %s showed", kind_names[kind]);

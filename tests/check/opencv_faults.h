@@ -32,6 +32,17 @@ class FailingAllocator : public cv::MatAllocator {
   cv::setNumThreads(1);
 }
 
+/// What `life` comes to when call number `n` of a kind fails, from 0, and with `last` all later ones.
+template <class Life>
+auto with_fault(Kind kind, long n, bool last, Life life) {
+  left[kind] = n;
+  lasting = last;
+  auto outcome = life();
+  left[kind] = -1;
+  lasting = false;
+  return outcome;
+}
+
 /// Between two faults, so that about $CSDTRACK_FAULTS of the `there` are planted (10; 0: all).
 long step_between(long there) {
   const char *wanted = std::getenv("CSDTRACK_FAULTS");

@@ -106,11 +106,7 @@ void plant(const char *name, Outcome (*life)(), bool last) {
   const long there = calls[operator_new], step = step_between(there);
   long planted = 0, refused = 0;
   for (long n = 0; n < there; n += step, ++planted) {
-    left[operator_new] = n;
-    lasting = last;
-    const Outcome outcome = life();
-    left[operator_new] = -1;
-    lasting = false;
+    const Outcome outcome = with_fault(operator_new, n, last, life);
     fail_unless(outcome.errors <= 1, "%s: %d errors for fault %ld", name, outcome.errors, n);
     fail_unless(outcome.errors == 1 ? whole.text.starts_with(outcome.text) : outcome.text == whole.text,
                 "%s: fault %ld, %d errors, came to\n%s", name, n, outcome.errors, outcome.text.c_str());
