@@ -236,9 +236,10 @@ import stream
         video = harness.encode(self.tmp / "numbers.mkv", (picture(n) for n in range(400)), *harness.H264)
         _, url = self.stream("--set", "max-features=5", video)
         client = harness.Run(f"rtspsrc name=in location={url} protocols=tcp buffer-mode=none latency=200 "
-                             "in. ! application/x-rtp,media=video ! decodebin ! videoconvert ! video/x-raw,format=RGB,width=320 ! "
+                             # No caps as a filter on `in.`: two of them race for its pads, see docs/reliability.md.
+                             "in. ! rtph264depay ! decodebin ! videoconvert ! video/x-raw,format=RGB,width=320 ! "
                              "fakesink name=video sync=false async=false "
-                             "in. ! application/x-rtp,media=application ! rtpgstdepay ! fakesink name=lines sync=false async=false")
+                             "in. ! rtpgstdepay ! fakesink name=lines sync=false async=false")
         self.addCleanup(client.pipeline.set_state, Gst.State.NULL)
 
         def level(buffer):
@@ -250,10 +251,10 @@ import stream
         client.pipeline.set_state(Gst.State.PLAYING)
         client.until(Gst.MessageType.EOS)  # the end of the file is the session's
         client.pipeline.set_state(Gst.State.NULL)
-        number_at = dict(lines)
-        self.assertEqual(len(number_at), len(lines), "two lines of one time")
-        both = [(number_at[pts] % LEVELS, level) for pts, level in frames if pts in number_at]
-        self.assertGreater(len(both), 20)
+        self.assertEqual(len(dict(lines)), len(lines), "two lines of one time")
+        # The RTP times are the same; rtpjitterbuffer rounds those of either stream to nanoseconds by itself.
+        both = [(number % LEVELS, level) for pts, level in frames for time, number in lines if abs(time - pts) <= 1]
+        self.assertGreater(len(both), 20, (frames[:5], lines[:5]))
         self.assertGreater(len(both), 0.9 * len(frames), (frames[:5], lines[:5]))
         self.assertEqual([number for number, _ in both], [level for _, level in both])
 
