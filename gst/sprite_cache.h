@@ -10,22 +10,23 @@ namespace csd {
 
 /// Markers in the form that one overlay needs, kept from frame to frame. `T` has a size: bytes().
 ///
-/// Bounded in bytes: one to be drawn takes 17 kB at 480 lines and 230 kB at 2160. What finds no room is made for each
-/// frame anew, and the next frame drops what the last one did not show: a frame that shows more than fits costs time
-/// (250 µs a marker at 2160 lines), not memory.
+/// Those that no frame has shown for some seconds are dropped: ids are not used twice, so they are mostly of
+/// features that have ended. What is shown is bounded in bytes: one to be drawn takes 17 kB at 480 lines and 230 kB at
+/// 2160. What finds no room is made for each frame anew, and the next frame drops what the last one did not show: a
+/// frame that shows more than fits costs time (250 µs a marker at 2160 lines), not memory.
 template <class T>
 class SpriteCache {
  public:
   static constexpr std::size_t most_bytes = 32 << 20;
 
+  static constexpr std::uint64_t most_frames = 60;  ///< that do not show a sprite, until it is dropped
+
   /// To be called before the first sprite of each frame.
   void next_frame() {
     if (std::exchange(full_, false))
-      std::erase_if(kept_, [this](const auto &item) {
-        const bool shown = item.second.frame == frame_;
-        if (!shown) bytes_ -= item.second.sprite.bytes();
-        return !shown;
-      });
+      drop_unseen_for(1);
+    else if (frame_ % most_frames == 0)
+      drop_unseen_for(most_frames);
     ++frame_;
   }
 
@@ -56,6 +57,14 @@ class SpriteCache {
     T sprite;
     std::uint64_t frame;  ///< the last one that shows it
   };
+  void drop_unseen_for(std::uint64_t frames) {
+    std::erase_if(kept_, [=, this](const auto &item) {
+      const bool drop = item.second.frame + frames <= frame_;
+      if (drop) bytes_ -= item.second.sprite.bytes();
+      return drop;
+    });
+  }
+
   std::unordered_map<std::uint64_t, Kept> kept_;
   std::size_t bytes_ = 0;  ///< of kept_
   T homeless_;             ///< the last that found no room

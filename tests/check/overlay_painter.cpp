@@ -191,8 +191,9 @@ struct Megabyte {
   std::size_t bytes() const { return 1 << 20; }
 };
 
-TEST(SpriteCache, HoldsSoManyBytesAndTheNextFramesSprites) {
+TEST(SpriteCache, HoldsSoManyBytesAndTheLastFramesSprites) {
   constexpr std::uint64_t room = csd::SpriteCache<Megabyte>::most_bytes >> 20;
+  constexpr std::uint64_t most = csd::SpriteCache<Megabyte>::most_frames;
   const auto token = std::make_shared<int>();
   csd::SpriteCache<Megabyte> cache;
   const auto made_for = [&](std::uint64_t first, std::uint64_t count) {
@@ -215,6 +216,10 @@ TEST(SpriteCache, HoldsSoManyBytesAndTheNextFramesSprites) {
   EXPECT_EQ(made_for(100, 10), 10u) << "no room for others yet";
   EXPECT_EQ(made_for(100, 10), 10u) << "what the last frame did not show makes some";
   EXPECT_EQ(made_for(100, 10), 0u);
+  for (std::uint64_t frame = 0; frame < most; ++frame) EXPECT_EQ(made_for(100, 1), 0u);
+  EXPECT_EQ(token.use_count() - 1, 10) << "may come back";
+  for (std::uint64_t frame = 0; frame < most; ++frame) EXPECT_EQ(made_for(100, 1), 0u);
+  EXPECT_EQ(token.use_count() - 1, 1) << "what was not shown for so long is gone";
   cache.clear();
   EXPECT_EQ(token.use_count(), 1);
   EXPECT_EQ(made_for(100, 10), 10u);
