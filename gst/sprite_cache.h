@@ -10,7 +10,7 @@ namespace csd {
 
 /// Markers in the form that one overlay needs, kept from frame to frame. `T` has a size: bytes().
 ///
-/// Those that no frame has shown for some seconds are dropped: ids are not used twice, so they are mostly of
+/// Those that the last 60 frames did not show are dropped, by frame 120: ids are not used twice, so they are mostly of
 /// features that have ended. What is shown is bounded in bytes: one to be drawn takes 17 kB at 480 lines and 230 kB at
 /// 2160. What finds no room is made for each frame anew, and the next frame drops what the last one did not show: a
 /// frame that shows more than fits costs time (250 µs a marker at 2160 lines), not memory.
@@ -19,14 +19,14 @@ class SpriteCache {
  public:
   static constexpr std::size_t most_bytes = 32 << 20;
 
-  static constexpr std::uint64_t most_frames = 60;  ///< that do not show a sprite, until it is dropped
+  static constexpr std::uint64_t least_frames = 60;  ///< that do not show a sprite, until it is dropped
 
   /// To be called before the first sprite of each frame.
   void next_frame() {
     if (std::exchange(full_, false))
       drop_unseen_for(1);
-    else if (frame_ % most_frames == 0)
-      drop_unseen_for(most_frames);
+    else if (frame_ % least_frames == 0)
+      drop_unseen_for(least_frames);
     ++frame_;
   }
 

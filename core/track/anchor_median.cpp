@@ -359,8 +359,9 @@ PatchSample median_of_scalar(std::span<const CompactPatch> samples) {
 }
 
 void AnchorMedian::add(const PatchSample &sample) {
-  // At once: of the small blocks of vectors that grow, some thousand at a time, holes are left all over the heap.
-  if (samples_.empty()) samples_.reserve(most);
+  // At once: of the small blocks of vectors that grow, some thousand at a time, holes are left all over the heap. Not
+  // for one alone: with a training time of 0 there are no more.
+  if (samples_.size() == 1) samples_.reserve(most);
   auto &patch = samples_.emplace_back(compact(sample));
   if (samples_.size() > 1) bring_to(samples_.front(), patch);
 }

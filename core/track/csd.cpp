@@ -107,7 +107,9 @@ Claim::Kind Csd::begin(FeatureId id, cv::Point2d position, const FrameContext &c
 }
 
 void Csd::end(FeatureId id) {
-  ended_.push_back(id);
+  const auto at =
+      std::lower_bound(queries_.begin(), queries_.end(), id, [](const Query &q, FeatureId i) { return q.id < i; });
+  if (at != queries_.end() && at->id == id) ended_.push_back(id);
 }
 
 /// All at once: each would move all behind it, and a user may remove ten thousand in one frame.

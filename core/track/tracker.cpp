@@ -425,6 +425,7 @@ void Tracker::reset() {
   const std::lock_guard lock(impl_->mutex);
   impl_->reset_asked = true;
   impl_->requested.clear();
+  impl_->removed.clear();
 }
 
 Stats Tracker::stats() const {

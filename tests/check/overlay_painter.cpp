@@ -193,7 +193,7 @@ struct Megabyte {
 
 TEST(SpriteCache, HoldsSoManyBytesAndTheLastFramesSprites) {
   constexpr std::uint64_t room = csd::SpriteCache<Megabyte>::most_bytes >> 20;
-  constexpr std::uint64_t most = csd::SpriteCache<Megabyte>::most_frames;
+  constexpr std::uint64_t least = csd::SpriteCache<Megabyte>::least_frames;
   const auto token = std::make_shared<int>();
   csd::SpriteCache<Megabyte> cache;
   const auto made_for = [&](std::uint64_t first, std::uint64_t count) {
@@ -216,9 +216,9 @@ TEST(SpriteCache, HoldsSoManyBytesAndTheLastFramesSprites) {
   EXPECT_EQ(made_for(100, 10), 10u) << "no room for others yet";
   EXPECT_EQ(made_for(100, 10), 10u) << "what the last frame did not show makes some";
   EXPECT_EQ(made_for(100, 10), 0u);
-  for (std::uint64_t frame = 0; frame < most; ++frame) EXPECT_EQ(made_for(100, 1), 0u);
+  for (std::uint64_t frame = 0; frame < least; ++frame) EXPECT_EQ(made_for(100, 1), 0u);
   EXPECT_EQ(token.use_count() - 1, 10) << "may come back";
-  for (std::uint64_t frame = 0; frame < most; ++frame) EXPECT_EQ(made_for(100, 1), 0u);
+  for (std::uint64_t frame = 0; frame < least; ++frame) EXPECT_EQ(made_for(100, 1), 0u);
   EXPECT_EQ(token.use_count() - 1, 1) << "what was not shown for so long is gone";
   cache.clear();
   EXPECT_EQ(token.use_count(), 1);

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Plays VIDEO ! ELEMENTS ! appsink and prints the tracks of each frame, read with the stock GStreamer bindings only.
+"""Plays VIDEO ! ELEMENTS ! appsink and prints the tracks of each frame, read with GStreamer's bindings only.
 
     read_meta.py 'filesrc location=in.mp4 ! decodebin ! csdtrack'
 """

@@ -126,6 +126,30 @@ TEST(GrowingTree, KeepsToTheDepth) {
   expect_counts_agree(growing);
 }
 
+TEST(GrowingTree, HasNoMoreNodesThanItsSamplesWantHoweverLongItLearns) {
+  constexpr std::size_t samples = 60;
+  const auto most_of = [](std::size_t most_nodes) {
+    GrowthOptions options;
+    options.most_nodes = most_nodes;
+    GrowingTree growing(side, {1, 1, 1}, options);
+    Random random(4);
+    for (std::size_t i = 0; i < samples; ++i)
+      growing.add(noise_patch(random), i % 2 ? Label::not_feature : Label::feature);
+    growing.build();
+    std::size_t most = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const auto id = static_cast<SampleId>(random.below(samples));
+      growing.replace(id, noise_patch(random), random.below(2) ? Label::not_feature : Label::feature);
+      growing.retrain({{id}});
+      most = std::max(most, growing.node_count());
+    }
+    expect_counts_agree(growing);
+    return most;
+  };
+  EXPECT_LE(most_of(0), 4 * samples);
+  EXPECT_GT(most_of(1 << 14), 5 * samples) << "else the test says nothing";
+}
+
 TEST(GrowingTree, RetrainsOnlyTheLeafThatErred) {
   GrowthOptions options = exhaustive();
   options.stop.min_samples = 2;

@@ -31,6 +31,22 @@ TEST(StreamClock, TheFirstFrameIsNoJump) {
   EXPECT_FALSE(clock.jumped());
 }
 
+TEST(StreamClock, FramesThatAQueueDropsAreNoJumpACutIs) {
+  const auto jumps = [](std::int64_t pts) {
+    StreamClock clock;
+    clock.advance(10 * second, 40 * ms, false);
+    clock.advance(pts, 40 * ms, true);
+    return clock.jumped();
+  };
+  EXPECT_FALSE(jumps(10080 * ms)) << "one";
+  EXPECT_FALSE(jumps(10540 * ms)) << "a dozen";
+  EXPECT_TRUE(jumps(10541 * ms));
+  EXPECT_TRUE(jumps(10040 * ms)) << "none: then it must mean something else";
+  EXPECT_TRUE(jumps(10050 * ms));
+  EXPECT_TRUE(jumps(9 * second));
+  EXPECT_TRUE(jumps(no_time));
+}
+
 TEST(StreamClock, JumpsByMoreThanHalfASecondAgainstWhereTheStampsWereToGoOn) {
   const auto jumps = [](std::int64_t duration, std::int64_t pts) {
     StreamClock clock;
