@@ -57,7 +57,8 @@ class Tracker(_core.Tracker):  # signatures are Python's, and so is what is said
         frame     uint8, H×W (gray) or H×W×3 (colour), any strides; read in place, not changed and not kept
         pts       when it was taken, ns; None: one duration after the last one
         duration  ns; None: unknown, then 40 ms (25 frames a second)
-        discont   the frame does not follow on the last one. So is taken, too, a pts more than half a second off
+        discont   the frame does not follow on the last one. So is taken, too, a pts more than half a second off; not
+                  where pts says that frames of less than half a second are missing: those count as dropped
 
         Fields: id (uint32), x, y (float64, pixels, centres at integers, 0,0 the top left one; always finite), state (str,
         one of csdtrack.STATES), confidence (float64, 0…1), fresh (bool). Only "learning" and "tracked" claim a position,
