@@ -4,9 +4,7 @@
 // is linked in, as for csdtrack_faults.cpp.
 //
 // CSDTRACK_FAULTS=N plants about N faults of each kind (10), spread over all there are (0: each of them).
-#include "opencv_faults.h"  // before check.h, whose macro fail() is not meant for streams
-
-#include <gst/check/gstcheck.h>
+#include "planting.h"  // first: its OpenCV must come before check.h
 
 #include <string>
 
@@ -68,31 +66,26 @@ void plant(Kind kind, bool last) {
   fail_unless(gst_element_link_filtered(source, sink, caps));
   gst_caps_unref(caps);
 
-  play(pipeline, false);  // what is made once in a process is made here
-  for (auto &n : calls) n = 0;
-  const Outcome whole = play(pipeline, true);
-  fail_unless(whole.frames == frames && whole.with_truth == frames && whole.error.empty(), "%d frames: %s",
-              whole.frames, whole.error.c_str());
-  const long there = calls[kind], step = step_between(there);
-  long planted = 0, refused = 0;
-  for (long n = 0; n < there; n += step, ++planted) {
-    const Outcome outcome = with_fault(kind, n, last, [&] { return play(pipeline, true); });
+  const auto life = [&] { return play(pipeline, true); };
+  const auto fine = [](const Outcome &whole) {
+    fail_unless(whole.frames == frames && whole.with_truth == frames && whole.error.empty(), "%d frames: %s",
+                whole.frames, whole.error.c_str());
+  };
+  const auto look = [&](long n, const Outcome &outcome) {
     if (outcome.error.empty()) {
       fail_unless(outcome.frames == frames && outcome.with_truth == frames, "fault %ld is silent: %d frames", n,
                   outcome.frames);
-      continue;
+      return false;
     }
-    ++refused;
     fail_unless(outcome.error.starts_with("Out of memory"), "fault %ld: %s", n, outcome.error.c_str());
     const Outcome again = play(pipeline, false);
     fail_unless(again.frames == frames && again.error.empty(), "not well again after fault %ld: %s", n,
                 again.error.c_str());
-  }
+    return true;
+  };
+  plant_each("csdsimsrc", kind, last, life, fine, look);
   gst_element_set_state(pipeline, GST_STATE_NULL);
   gst_object_unref(pipeline);
-  g_print("csdsimsrc, %s%s: %ld of %ld faults planted: %ld ended the stream with an error\n", kind_names[kind],
-          last ? " and all later ones" : "", planted, there, refused);
-  fail_unless(there > 0 && refused > 0, "no fault of %s showed", kind_names[kind]);
 }
 
 }  // namespace

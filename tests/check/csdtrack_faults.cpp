@@ -4,7 +4,7 @@
 // the ones that its core and OpenCV call. GLib ends the process when it is out of memory, and isn't meddled with.
 //
 // CSDTRACK_FAULTS=N plants about N faults of each kind (10), spread over all there are (0: each of them).
-#include "opencv_faults.h"  // before check.h, whose macro fail() is not meant for streams
+#include "planting.h"  // first: its OpenCV must come before check.h
 
 #include <cstring>
 #include <string>
@@ -119,15 +119,13 @@ Outcome live(const char *algorithm) {
 }
 
 void plant(const char *algorithm, Kind kind, bool last) {
-  live(algorithm);  // what is made once in a process is made here
-  for (auto &n : calls) n = 0;
-  const Outcome whole = live(algorithm);
-  fail_unless(whole.started && whole.claimed == 4 && whole.warnings == 0 && whole.errors == 0, "%s: %u claims, %d, %d",
-              algorithm, whole.claimed, whole.warnings, whole.errors);
-  const long there = calls[kind], step = step_between(there);
-  long planted = 0, noticed = 0, refused = 0, recovered = 0;
-  for (long n = 0; n < there; n += step, ++planted) {
-    const Outcome outcome = with_fault(kind, n, last, [&] { return live(algorithm); });
+  long warned = 0, refused = 0, recovered = 0;
+  const auto life = [&] { return live(algorithm); };
+  const auto fine = [&](const Outcome &whole) {
+    fail_unless(whole.started && whole.claimed == 4 && whole.warnings == 0 && whole.errors == 0,
+                "%s: %u claims, %d, %d", algorithm, whole.claimed, whole.warnings, whole.errors);
+  };
+  const auto look = [&](long n, const Outcome &outcome) {
     fail_unless(outcome.warnings <= 1, "%s: %d warnings for fault %ld", algorithm, outcome.warnings, n);
     // Only a start may be refused, and says so; a frame never.
     fail_unless_equals_int(outcome.errors, outcome.started ? 0 : 1);
@@ -137,13 +135,14 @@ void plant(const char *algorithm, Kind kind, bool last) {
     // What lk and csd-2012 lose they never find again: that is how they are.
     fail_unless(!outcome.started || outcome.claimed > 0 || std::strcmp(algorithm, "csd") != 0,
                 "nothing is claimed after fault %ld", n);
-    noticed += outcome.warnings;
+    warned += outcome.warnings;
     refused += !outcome.started;
     recovered += outcome.claimed > 0;
-  }
-  g_print("%s, %s%s: %ld of %ld faults planted: %ld starts refused, %ld warned of, %ld with claims in the end\n",
-          algorithm, kind_names[kind], last ? " and all later ones" : "", planted, there, refused, noticed, recovered);
-  fail_unless(there > 0 && noticed + refused > 0, "no fault of %s showed", kind_names[kind]);
+    return outcome.warnings > 0 || !outcome.started;
+  };
+  plant_each(algorithm, kind, last, life, fine, look);
+  g_print("  of the faults planted: %ld starts refused, %ld warned of, %ld with claims in the end\n", refused, warned,
+          recovered);
 }
 
 }  // namespace

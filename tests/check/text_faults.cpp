@@ -4,9 +4,7 @@
 // tracks. The elements are linked in, as for csdtrack_faults.cpp.
 //
 // CSDTRACK_FAULTS=N plants about N faults of each kind (10), spread over all there are (0: each of them).
-#include "opencv_faults.h"  // before check.h, whose macro fail() is not meant for streams
-
-#include <gst/check/gstcheck.h>
+#include "planting.h"  // first: its OpenCV must come before check.h
 
 #include <algorithm>
 #include <string>
@@ -98,26 +96,22 @@ Outcome decode() {
 }
 
 void plant(const char *name, Outcome (*life)(), bool last) {
-  life();  // what is made once in a process is made here
-  for (auto &n : calls) n = 0;
-  const Outcome whole = life();
-  fail_unless(whole.errors == 0 && std::count(whole.text.begin(), whole.text.end(), '\n') == frames, "%s: %s", name,
-              whole.text.c_str());
-  const long there = calls[operator_new], step = step_between(there);
-  long planted = 0, refused = 0;
-  for (long n = 0; n < there; n += step, ++planted) {
-    const Outcome outcome = with_fault(operator_new, n, last, life);
+  std::string whole;
+  const auto fine = [&](const Outcome &outcome) {
+    whole = outcome.text;
+    fail_unless(outcome.errors == 0 && std::count(whole.begin(), whole.end(), '\n') == frames, "%s: %s", name,
+                whole.c_str());
+  };
+  const auto look = [&](long n, const Outcome &outcome) {
     fail_unless(outcome.errors <= 1, "%s: %d errors for fault %ld", name, outcome.errors, n);
-    fail_unless(outcome.errors == 1 ? whole.text.starts_with(outcome.text) : outcome.text == whole.text,
+    fail_unless(outcome.errors == 1 ? whole.starts_with(outcome.text) : outcome.text == whole,
                 "%s: fault %ld, %d errors, came to\n%s", name, n, outcome.errors, outcome.text.c_str());
     fail_unless(outcome.text.empty() || outcome.text.ends_with('\n'), "%s: fault %ld left half a line", name, n);
     fail_unless(outcome.errors == 0 || outcome.said.find("memory") != std::string::npos,
                 "%s: fault %ld is called \"%s\"", name, n, outcome.said.c_str());
-    refused += outcome.errors;
-  }
-  g_print("%s, operator new%s: %ld of %ld faults planted: %ld ended the stream with an error\n", name,
-          last ? " and all later ones" : "", planted, there, refused);
-  fail_unless(there > 0 && refused > 0, "no fault showed");
+    return outcome.errors > 0;
+  };
+  plant_each(name, operator_new, last, life, fine, look);
 }
 
 }  // namespace
