@@ -36,7 +36,6 @@ class Random {
     }
     return static_cast<double>(sum) * 0x1p-16;
   }
-  double normal(double mean, double deviation) { return mean + deviation * normal(); }
 
  private:
   static constexpr std::uint64_t gamma = 0x9e3779b97f4a7c15u;

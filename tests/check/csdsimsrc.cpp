@@ -61,11 +61,11 @@ const char *word(csd::sim::Visibility v) {
 }
 
 /// What the core makes of the same settings.
-csd::sim::Simulator simulator(const char *effects, csd::sim::Scenario scenario, cv::Size size = {640, 480}) {
+csd::sim::Simulator simulator(const char *effects, csd::sim::Scenario scenario, double strength = 1) {
   csd::sim::SimSettings s;
-  s.effects = csd::sim::scenario_effects(scenario);
+  s.effects = csd::sim::scenario_effects(scenario, strength);
   s.effects.set(effects);
-  s.size = size;
+  s.size = {640, 480};
   s.seed = 4;
   s.style = csd::sim::Style::bowel;
   return csd::sim::Simulator(s);
@@ -121,8 +121,8 @@ void play_to_end(GstElement *pipeline) {
 }  // namespace
 
 GST_START_TEST(test_frames_and_truth_are_the_simulators) {
-  Harness h("scenario=occlusion effects=fold,noise=2 seed=4 style=bowel");
-  csd::sim::Simulator sim = simulator("fold,noise=2", csd::sim::Scenario::occlusion);
+  Harness h("scenario=occlusion strength=0.7 effects=fold,noise=2 seed=4 style=bowel");
+  csd::sim::Simulator sim = simulator("fold,noise=2", csd::sim::Scenario::occlusion, 0.7);
   const auto surface = sim.on_surface(0, sim.detect(100));
   fail_unless(surface.size() > 80);
   cv::Mat picture;

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 
 #include <clocale>
+#include <cmath>
 #include <cstring>
 
 #include "attach.h"
@@ -104,6 +105,26 @@ GST_START_TEST(test_csv_in_german_by_python) {
 }
 GST_END_TEST;
 
+/// A meta is a protocol: its states may be any words, and its numbers none.
+GST_START_TEST(test_csv_of_what_others_write) {
+  const std::string path = temporary("t.csv");
+  GstElement *pipeline = csd_check::launch(std::string("videotestsrc num-buffers=1 ! ") + video_caps +
+                                           " ! identity name=in ! csdtrackenc ! text/csv ! filesink location=" + path);
+  csd_check::probe(pipeline, "in", "src", [](GstBuffer *b, unsigned) {
+    const GstCsdFeature feature{1, NAN, -INFINITY, "held, \"well\"", 0.5, TRUE};
+    GstCsdHeader header{};
+    header.source = header.algorithm = "hand";
+    header.width = header.height = header.tracked_width = header.tracked_height = 64;
+    header.n_features = 1;
+    fail_unless(gst_buffer_add_csd_tracks(b, GST_CSD_TRACK_META_NAME, &header, &feature) != nullptr);
+  });
+  play_to_end(pipeline);
+  const std::vector<std::string> lines = lines_of(read_file(path));
+  fail_unless_equals_int(lines.size(), 2);
+  fail_unless_equals_string(lines[1].c_str(), "0,0,0,1,,,\"held, \"\"well\"\"\",0.500,true");
+}
+GST_END_TEST;
+
 GST_START_TEST(test_travels_in_matroska) {
   if (!have("matroskamux") || !have("x264enc") || !have("h264parse")) return;
   const std::string path = temporary("t.mkv");
@@ -185,6 +206,7 @@ static Suite *csdtrackenc_files_suite() {
   gst_object_unref(gst_plugin_load_by_name("csdtrack"));
   tcase_add_test(tc, test_file_has_a_line_per_frame);
   tcase_add_test(tc, test_csv_in_german_by_python);
+  tcase_add_test(tc, test_csv_of_what_others_write);
   tcase_add_test(tc, test_travels_in_matroska);
   tcase_add_test(tc, test_full_disk);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)

@@ -155,6 +155,29 @@ TEST(Sift, LosesWhatFades) {
     EXPECT_EQ(f.state, FeatureState::occluded);
 }
 
+TEST(Sift, WhatIsRemovedTakesNothingWithIt) {
+  NoExecutor none;
+  const MovingScene scene;
+  auto settings = sift(30);
+  settings.replenish = false;
+  Tracker tracker(settings, none);
+  const auto picture = scene.render({0, 0});
+  tracker.process(MovingScene::view(picture), 0);
+  EXPECT_TRUE(tracker.remove_point(1));
+  auto rest = tracker.process(MovingScene::view(picture), second / 25).features;
+  ASSERT_EQ(rest.at(1).state, FeatureState::ended);
+  rest.erase(rest.begin() + 1);
+  const auto &after = tracker.process(MovingScene::view(picture), 2 * second / 25).features;
+  ASSERT_EQ(after.size(), rest.size());
+  ASSERT_GT(after.size(), 20u);
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    EXPECT_EQ(after[i].id, rest[i].id);
+    EXPECT_EQ(after[i].state, rest[i].state);
+    EXPECT_EQ(after[i].x, rest[i].x);
+    EXPECT_EQ(after[i].y, rest[i].y);
+  }
+}
+
 TEST(Sift, APointWithoutKeypointIsNotFoundAgain) {
   NoExecutor none;
   auto settings = sift(0);

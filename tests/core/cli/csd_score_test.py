@@ -7,6 +7,7 @@ import io
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import tempfile
 import unittest
@@ -191,7 +192,9 @@ class Output(Case):
 
     def test_csv_and_markdown_say_what_json_says(self):
         report = self.report("--resamples", 100, self.truth, self.a, self.b)
-        done = run("--csv", "--resamples", 100, self.truth, self.a, self.b)
+        named = self.tmp / 'the 2", again'  # what CSV must quote
+        shutil.copy(self.truth, named)
+        done = run("--csv", "--resamples", 100, named, self.a, self.b)
         rows = {(row["tracker"], row["clip"], row["metric"], row["threshold"]): row
                 for row in csv.DictReader(io.StringIO(done.stdout))}
         for tracker in report["trackers"]:
@@ -200,7 +203,7 @@ class Output(Case):
                 for column in ("value", "low", "high"):
                     self.assertAlmostEqual(float(row[column]), tracker[metric][column], 6)
             self.assertAlmostEqual(float(rows[tracker["name"], "", "k_at", "16"]["value"]), tracker["curve"][5]["k"], 6)
-            self.assertEqual(int(rows[tracker["name"], str(self.truth), "missed", ""]["value"]),
+            self.assertEqual(int(rows[tracker["name"], str(named), "missed", ""]["value"]),
                              tracker["clips"][0]["counts"]["missed"])
         done = run("--markdown", "--resamples", 0, self.truth, self.a, self.b)
         tables = [table.splitlines() for table in done.stdout.strip().split("\n\n") if table.startswith("|")]

@@ -4,14 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
+#include "core/clips.h"
 #include "detect/shi_tomasi.h"
 
 namespace {
@@ -148,9 +147,8 @@ TEST(ContentArea, BorderAndTextStripOfClips) {
       {"abdomen.mkv", strip, text, {{100, 250}, {400, 350}, {300, 100}}},
       {"cutting.mp4", strip, text, {{100, 350}, {150, 100}, {550, 60}}},
       {"smoke.mp4", {}, {{5, 128}, {250, 128}, {12, 128}, {239, 128}, {34, 20}}, {{128, 128}, {128, 60}, {200, 128}}}};
-  const char *folder = std::getenv("CSDTRACK_CLIPS");
   for (const Clip &clip : clips) {
-    cv::VideoCapture video((folder != nullptr ? folder : "../shared/clips") + ("/" + clip.name));
+    auto video = csd::test::open_clip(clip.name);
     if (!video.isOpened()) GTEST_SKIP() << "no clips: set CSDTRACK_CLIPS";
     csd::ContentAreaFinder finder;
     cv::Mat bgr, luma;

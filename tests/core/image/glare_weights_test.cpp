@@ -5,13 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "core/clips.h"
 #include "core/picture.h"
 #include "image/work_frame.h"
 
@@ -157,8 +156,7 @@ TEST(GlareWeights, AsDefined) {
 /// Where the picture is larger than the working image, chroma is the nearest sample's: the mask is as defined but for
 /// few pixels that lie further than one beside it.
 TEST(GlareWeights, OfALargeClipWithinAPixel) {
-  const char *folder = std::getenv("CSDTRACK_CLIPS");
-  cv::VideoCapture video((folder != nullptr ? folder : "../shared/clips") + std::string("/cholecystectomy.mp4"));
+  auto video = test::open_clip("cholecystectomy.mp4");
   if (!video.isOpened()) GTEST_SKIP() << "no clips: set CSDTRACK_CLIPS";
   cv::Mat bgr;
   for (int i = 0; video.read(bgr); ++i) {

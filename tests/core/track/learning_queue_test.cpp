@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <future>
+#include <new>
 #include <stdexcept>
 #include <thread>
 
@@ -67,6 +68,47 @@ TEST(LearningQueue, AnExceptionReachesTheOwnerOnceAndStopsNothing) {
   queue.wait_idle();
   EXPECT_TRUE(ran);
   EXPECT_THROW(queue.rethrow(), std::runtime_error);
+  EXPECT_NO_THROW(queue.rethrow());
+}
+
+// As a pool does that gets no memory for the job.
+class RefusingExecutor final : public Executor {
+ public:
+  void post(std::function<void()> job) override {
+    if (refuses) throw std::bad_alloc();
+    jobs.post(std::move(job));
+  }
+  bool refuses = false;
+  ManualExecutor jobs;
+};
+
+TEST(LearningQueue, AnExecutorThatRefusesTakesTheLanesJobsWithItAndNobodyWaitsForThem) {
+  RefusingExecutor executor;
+  LearningQueue queue(executor);
+  auto lane = queue.make_lane();
+  int ran = 0;
+  const auto count = [&ran] { ++ran; };
+  executor.refuses = true;
+  queue.post(lane, count);
+  EXPECT_EQ(queue.waiting(), 0u);
+  queue.wait_idle();
+  EXPECT_THROW(queue.rethrow(), std::bad_alloc);
+  // Refused in a turn, for what was posted meanwhile.
+  executor.refuses = false;
+  queue.post(lane, [&] {
+    queue.post(lane, count);
+    executor.refuses = true;
+  });
+  executor.jobs.run_one();
+  EXPECT_EQ(queue.waiting(), 0u);
+  queue.wait_idle();
+  EXPECT_THROW(queue.rethrow(), std::bad_alloc);
+  EXPECT_EQ(ran, 0);
+  // The lane is as good as new.
+  executor.refuses = false;
+  queue.post(lane, count);
+  executor.jobs.run_one();
+  EXPECT_EQ(ran, 1);
   EXPECT_NO_THROW(queue.rethrow());
 }
 

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <opencv2/videoio.hpp>
+#include <string>
+
+namespace csd::test {
+
+/// The real clip of that name, in $CSDTRACK_CLIPS, else in ../shared/clips; not opened where there is none. OpenCV
+/// would look for a file that isn't there in all it knows, cameras too (libgphoto2, libusb), which valgrind finds
+/// losing memory.
+inline cv::VideoCapture open_clip(const std::string &name) {
+  const char *folder = std::getenv("CSDTRACK_CLIPS");
+  const std::string path = std::string(folder ? folder : "../shared/clips") + "/" + name;
+  return std::filesystem::exists(path) ? cv::VideoCapture(path) : cv::VideoCapture();
+}
+
+}  // namespace csd::test
