@@ -38,14 +38,19 @@ std::string read_file(const std::string &path) {
   return text;
 }
 
-/// Frames 0…n−1, all but the second with tracks, to `tail`.
-GstElement *tracked_pipeline(int n, const std::string &tail) {
+/// Frames 0…n−1 to `tail`, each by way of `call`.
+GstElement *probed_pipeline(int n, const std::string &tail, csd_check::OnBuffer call) {
   GstElement *pipeline = csd_check::launch("videotestsrc num-buffers=" + std::to_string(n) + " ! " + video_caps +
                                            " ! identity name=in ! " + tail);
-  csd_check::probe(pipeline, "in", "src", [](GstBuffer *b, unsigned i) {
+  csd_check::probe(pipeline, "in", "src", std::move(call));
+  return pipeline;
+}
+
+/// Frames 0…n−1, all but the second with tracks, to `tail`.
+GstElement *tracked_pipeline(int n, const std::string &tail) {
+  return probed_pipeline(n, tail, [](GstBuffer *b, unsigned i) {
     if (i != 1) attach(b, "csdtrack0", i, 64, 48, 1.5 * i, 2);
   });
-  return pipeline;
 }
 
 void play_to_end(GstElement *pipeline) {
@@ -108,17 +113,14 @@ GST_END_TEST;
 /// A meta is a protocol: its states may be any words, and its numbers none.
 GST_START_TEST(test_csv_of_what_others_write) {
   const std::string path = temporary("t.csv");
-  GstElement *pipeline = csd_check::launch(std::string("videotestsrc num-buffers=1 ! ") + video_caps +
-                                           " ! identity name=in ! csdtrackenc ! text/csv ! filesink location=" + path);
-  csd_check::probe(pipeline, "in", "src", [](GstBuffer *b, unsigned) {
+  play_to_end(probed_pipeline(1, "csdtrackenc ! text/csv ! filesink location=" + path, [](GstBuffer *b, unsigned) {
     const GstCsdFeature feature{1, NAN, -INFINITY, "held, \"well\"", 0.5, TRUE};
     GstCsdHeader header{};
     header.source = header.algorithm = "hand";
     header.width = header.height = header.tracked_width = header.tracked_height = 64;
     header.n_features = 1;
     fail_unless(gst_buffer_add_csd_tracks(b, GST_CSD_TRACK_META_NAME, &header, &feature) != nullptr);
-  });
-  play_to_end(pipeline);
+  }));
   const std::vector<std::string> lines = lines_of(read_file(path));
   fail_unless_equals_int(lines.size(), 2);
   fail_unless_equals_string(lines[1].c_str(), "0,0,0,1,,,\"held, \"\"well\"\"\",0.500,true");

@@ -13,16 +13,21 @@
 namespace csd {
 namespace {
 
-/// Keeps jobs until run() is called, so that a test decides when a "thread" works.
+/// Keeps jobs until run_one() is called, so that a test decides when a "thread" works; or refuses them, as a pool does
+/// that gets no memory for a job.
 class ManualExecutor final : public Executor {
  public:
-  void post(std::function<void()> job) override { jobs.push_back(std::move(job)); }
+  void post(std::function<void()> job) override {
+    if (refuses) throw std::bad_alloc();
+    jobs.push_back(std::move(job));
+  }
   void run_one() {
     auto job = std::move(jobs.front());
     jobs.pop_front();
     job();
   }
   std::deque<std::function<void()>> jobs;
+  bool refuses = false;
 };
 
 TEST(LearningQueue, KeepsTheOrderWithinALaneAndTakesTurnsBetweenLanes) {
@@ -71,19 +76,8 @@ TEST(LearningQueue, AnExceptionReachesTheOwnerOnceAndStopsNothing) {
   EXPECT_NO_THROW(queue.rethrow());
 }
 
-// As a pool does that gets no memory for the job.
-class RefusingExecutor final : public Executor {
- public:
-  void post(std::function<void()> job) override {
-    if (refuses) throw std::bad_alloc();
-    jobs.post(std::move(job));
-  }
-  bool refuses = false;
-  ManualExecutor jobs;
-};
-
 TEST(LearningQueue, AnExecutorThatRefusesTakesTheLanesJobsWithItAndNobodyWaitsForThem) {
-  RefusingExecutor executor;
+  ManualExecutor executor;
   LearningQueue queue(executor);
   auto lane = queue.make_lane();
   int ran = 0;
@@ -99,7 +93,7 @@ TEST(LearningQueue, AnExecutorThatRefusesTakesTheLanesJobsWithItAndNobodyWaitsFo
     queue.post(lane, count);
     executor.refuses = true;
   });
-  executor.jobs.run_one();
+  executor.run_one();
   EXPECT_EQ(queue.waiting(), 0u);
   queue.wait_idle();
   EXPECT_THROW(queue.rethrow(), std::bad_alloc);
@@ -107,7 +101,7 @@ TEST(LearningQueue, AnExecutorThatRefusesTakesTheLanesJobsWithItAndNobodyWaitsFo
   // The lane is as good as new.
   executor.refuses = false;
   queue.post(lane, count);
-  executor.jobs.run_one();
+  executor.run_one();
   EXPECT_EQ(ran, 1);
   EXPECT_NO_THROW(queue.rethrow());
 }
