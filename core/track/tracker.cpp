@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <mutex>
 #include <utility>
 
@@ -16,6 +15,7 @@
 #include "track/algorithm.h"
 #include "track/life.h"
 #include "track/patch_side.h"
+#include "track/requests.h"
 #include "track/stream_clock.h"
 
 namespace csd {
@@ -30,31 +30,21 @@ constexpr std::int64_t shun_for = 5 * second;  // where a feature began falsely 
 
 constexpr double least_contrast = 1;  // grey levels, of a picture worth looking for features in
 
-struct Request {
-  FeatureId id;
-  cv::Point2d position;
-};
-
 struct FalseStart {
   cv::Point2d position;
   std::int64_t time;
 };
 
-struct Known {
-  FeatureId id;
-  cv::Point2d position;
-  bool in_picture;
-};
+Settings limited(Settings settings) {
+  if (settings.points.size() > max_points) settings.points.resize(max_points);
+  return settings;
+}
 
 }  // namespace
 
 struct Tracker::Impl {
-  Impl(const Settings &s, Executor &e) : settings(s), algorithm(make_algorithm(s, e)) {
-    if (settings.points.size() > max_points) settings.points.resize(max_points);
-    next_id = static_cast<FeatureId>(settings.points.size());
-    for (FeatureId id = 0; id < next_id; ++id) known.push_back({id, settings.points[id], true});
-    if (settings.points_from_start) next_id = static_cast<FeatureId>(max_points);
-  }
+  Impl(const Settings &s, Executor &e)
+      : settings(limited(s)), algorithm(make_algorithm(settings, e)), requests(settings) {}
 
   const Tracks &process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration, bool discont);
   void take_requests();
@@ -62,18 +52,18 @@ struct Tracker::Impl {
   void follow(const FrameContext &context);
   void forget_old();
   void leave_graphics(const FrameContext &context);
-  void begin(FeatureId id, cv::Point2d position, bool given, const FrameContext *context);
+  void enter(FeatureId id, cv::Point2d position, bool given, const FrameContext *context);
   void show(Life &life, const FrameContext &context);
-  void begin_given(const FrameContext *context);
+  void enter_given(const FrameContext *context);
   bool replenishes() const { return settings.replenish && algorithm->replenishes(); }
   void drop_false_starts();
   void detect_more(const FrameContext &context);
   void end(Life &life);
   void report(cv::Size size);
-  FeatureId take_id();
 
   Settings settings;
   std::unique_ptr<Algorithm> algorithm;
+  Requests requests;
 
   // The streaming thread's.
   WorkFrame frame;
@@ -81,9 +71,8 @@ struct Tracker::Impl {
   cv::Mat nowhere;  // what is forbidden with content-area=full: nothing
   std::vector<Life> lives;
   std::vector<Claim> claims;
-  std::vector<Request> asked;  // points to begin in this frame
+  Requests::Taken asked;
   std::vector<StartPoint> offered;
-  std::vector<FeatureId> unasked;  // features to end in this frame
   std::vector<FalseStart> false_starts;
   Tracks tracks;
   cv::Size last_size, last_work_size;
@@ -95,53 +84,35 @@ struct Tracker::Impl {
   StreamClock clock;
   std::int64_t time = 0;  // of this frame
 
-  // Shared with the threads that ask; guarded by mutex.
-  mutable std::mutex mutex;
-  FeatureId next_id = 0;
-  std::vector<Request> requested;
-  std::vector<FeatureId> removed;
-  std::vector<Known> known;  ///< of the last frame: those that did not end
-  bool reset_asked = false;
+  mutable std::mutex stats_mutex;
   Stats stats;
 };
 
-FeatureId Tracker::Impl::take_id() {
-  const std::lock_guard lock(mutex);
-  return next_id++;
-}
-
 void Tracker::Impl::take_requests() {
-  bool reset = false;
-  {
-    const std::lock_guard lock(mutex);
-    reset = std::exchange(reset_asked, false);
-    if (reset) asked.clear();
-    asked.insert(asked.end(), requested.begin(), requested.end());
-    requested.clear();
-    unasked.swap(removed);
-    removed.clear();
-  }
-  if (reset) end_all();
-  for (const auto id : unasked) {
-    std::erase_if(asked, [id](const Request &r) { return r.id == id; });
+  requests.take(asked);
+  if (asked.reset) end_all();
+  asked.reset = false;
+  for (const auto id : asked.removed) {
+    std::erase_if(asked.added, [id](const StartPoint &p) { return p.id == id; });
     const auto life = std::find_if(lives.begin(), lives.end(), [id](const Life &l) { return l.feature.id == id; });
     if (life != lives.end()) end(*life);
   }
+  asked.removed.clear();
 }
 
 void Tracker::Impl::end(Life &life) {
   if (life.feature.state == FeatureState::ended) return;
-  life.end();
   algorithm->end(life.feature.id);
+  life.end();
 }
 
 void Tracker::Impl::end_all() {
   for (auto &life : lives) life.end();
-  algorithm->forget();
-  content_area.reset();
   false_starts.clear();
   stream_begun = false;
   detected = 0;
+  content_area.reset();
+  algorithm->forget();
 }
 
 void Tracker::Impl::follow(const FrameContext &context) {
@@ -161,7 +132,7 @@ void Tracker::Impl::follow(const FrameContext &context) {
 }
 
 // A point that was outside the picture from the start is known to the algorithm by no begin(): its claim stays out.
-void Tracker::Impl::begin(FeatureId id, cv::Point2d position, bool given, const FrameContext *context) {
+void Tracker::Impl::enter(FeatureId id, cv::Point2d position, bool given, const FrameContext *context) {
   Life life;
   life.feature.id = id;
   life.feature.x = position.x;
@@ -170,41 +141,39 @@ void Tracker::Impl::begin(FeatureId id, cv::Point2d position, bool given, const 
   life.given = given;
   life.last_claim = life.gone_since = time;
   life.feature.state = context && !context->bounds().contains(position) ? FeatureState::out : FeatureState::lost;
-  if (context) show(life, *context);
   lives.push_back(life);
 }
 
-// Where nothing could be seen when a point came, it begins in the first frame that shows something.
+// Where nothing could be seen when a point came, or the algorithm threw, it begins in the first frame in which it can.
 void Tracker::Impl::show(Life &life, const FrameContext &context) {
   if (life.begun || life.feature.state == FeatureState::ended || !context.bounds().contains(life.start)) return;
+  const auto kind = algorithm->begin(life.feature.id, life.start, context);
   life.begun = true;
-  life.apply({life.feature.id, algorithm->begin(life.feature.id, life.start, context), life.start, 1}, time);
+  life.apply({life.feature.id, kind, life.start, 1}, time);
 }
 
-void Tracker::Impl::begin_given(const FrameContext *context) {
+// All enter or, with an exception, none: process_blind() asks again for those that are not there yet.
+void Tracker::Impl::enter_given(const FrameContext *context) {
+  lives.reserve(lives.size() + offered.size() + settings.points.size() + asked.added.size());
   if (settings.points_from_start) {
     if (!stream_begun)
       for (const auto &point : offered) {
         // An id that ended with the last stream is told of once in a frame: as it begins again.
         std::erase_if(lives, [&](const Life &l) { return l.feature.id == point.id; });
-        begin(point.id, point.position, true, context);
+        enter(point.id, point.position, true, context);
       }
     stream_begun |= !offered.empty();
     offered.clear();
   } else if (!stream_begun) {
     stream_begun = true;
     FeatureId first = 0;
-    if (!settings.points.empty() && points_begun_before) {
-      const std::lock_guard lock(mutex);
-      first = next_id;
-      next_id += static_cast<FeatureId>(settings.points.size());
-    }
+    if (points_begun_before) first = requests.take_ids(settings.points.size());
     points_begun_before = true;
     for (std::size_t i = 0; i < settings.points.size(); ++i)
-      begin(first + static_cast<FeatureId>(i), settings.points[i], true, context);
+      enter(first + static_cast<FeatureId>(i), settings.points[i], true, context);
   }
-  for (const auto &request : asked) begin(request.id, request.position, true, context);
-  asked.clear();
+  for (const auto &point : asked.added) enter(point.id, point.position, true, context);
+  asked.added.clear();
 }
 
 void Tracker::Impl::detect_more(const FrameContext &context) {
@@ -254,8 +223,9 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
   }
   specular_mask(context.frame, {{0, 0}, luma.size()}, specular, settings.specular);
   for (const auto &position : detect(luma, specular, forbidden, options, taken)) {
-    begin(take_id(), context.frame.to_picture(position), false, &context);
+    enter(requests.take_ids(), context.frame.to_picture(position), false, &context);
     if (detected++ == 0) first_detection = time;
+    show(lives.back(), context);
   }
 }
 
@@ -297,9 +267,11 @@ void Tracker::Impl::report(cv::Size size) {
   tracks.width = size.width;
   tracks.height = size.height;
   tracks.features.clear();
+  tracks.features.reserve(lives.size());  // from here on nothing throws: what is told of once is told
   tracks.changed = false;
   Stats counted;
-  std::vector<Known> alive;
+  std::vector<Requests::Known> alive;
+  alive.reserve(lives.size());
   for (auto &life : lives) {
     tracks.features.push_back(life.feature);
     tracks.changed |= !life.reported || life.reported_as != life.feature.state;
@@ -312,12 +284,12 @@ void Tracker::Impl::report(cv::Size size) {
     if (feature.state != FeatureState::ended)
       alive.push_back({feature.id, {feature.x, feature.y}, feature.state != FeatureState::out});
   }
-  const std::lock_guard lock(mutex);
+  requests.report(std::move(alive));
+  const std::lock_guard lock(stats_mutex);
   tracks.frame = stats.frames++;
   stats.features = counted.features;
   stats.detected += counted.detected;
   stats.waited += counted.waited;
-  known.swap(alive);
 }
 
 const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration,
@@ -343,7 +315,7 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
     for (auto &life : lives)
       if (life.feature.state != FeatureState::ended)
         life.apply({life.feature.id, Claim::Kind::lost, {life.feature.x, life.feature.y}, 0}, time);
-    begin_given(nullptr);
+    enter_given(nullptr);
   } else {
     if (settings.content_area == ContentArea::automatic) content_area.update(frame.luma(), time, patch);
     const FrameContext context{frame,
@@ -353,8 +325,8 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
     leave_graphics(context);
     drop_false_starts();
     forget_old();
+    enter_given(&context);
     for (auto &life : lives) show(life, context);
-    begin_given(&context);
     detect_more(context);
     algorithm->finish(context);
   }
@@ -386,52 +358,25 @@ void Tracker::offer_start(std::vector<StartPoint> points) {
 
 FeatureId Tracker::add_point(double x, double y) {
   if (!std::isfinite(x) || !std::isfinite(y)) return no_feature;
-  const std::lock_guard lock(impl_->mutex);
-  if (impl_->known.size() + impl_->requested.size() >= max_points) return no_feature;
-  const auto id = impl_->next_id++;
-  impl_->requested.push_back({id, {x, y}});
-  return id;
+  return impl_->requests.add({x, y});
 }
 
 bool Tracker::remove_point(FeatureId id) {
-  const std::lock_guard lock(impl_->mutex);
-  const auto is_known =
-      std::any_of(impl_->known.begin(), impl_->known.end(), [id](const Known &k) { return k.id == id; });
-  const auto is_requested =
-      std::any_of(impl_->requested.begin(), impl_->requested.end(), [id](const Request &r) { return r.id == id; });
-  if (!is_known && !is_requested) return false;
-  if (std::find(impl_->removed.begin(), impl_->removed.end(), id) != impl_->removed.end()) return false;
-  impl_->removed.push_back(id);
-  return true;
+  return impl_->requests.remove(id);
 }
 
 FeatureId Tracker::remove_nearest(double x, double y) {
-  const std::lock_guard lock(impl_->mutex);
-  auto nearest = no_feature;
-  double least = std::numeric_limits<double>::infinity();
-  for (const auto &k : impl_->known) {
-    const double distance = std::hypot(k.position.x - x, k.position.y - y);
-    const auto &removed = impl_->removed;
-    if (!k.in_picture || distance >= least || std::find(removed.begin(), removed.end(), k.id) != removed.end())
-      continue;
-    least = distance;
-    nearest = k.id;
-  }
-  if (nearest != no_feature) impl_->removed.push_back(nearest);
-  return nearest;
+  return impl_->requests.remove_nearest({x, y});
 }
 
 void Tracker::reset() {
-  const std::lock_guard lock(impl_->mutex);
-  impl_->reset_asked = true;
-  impl_->requested.clear();
-  impl_->removed.clear();
+  impl_->requests.reset();
 }
 
 Stats Tracker::stats() const {
   Stats stats;
   {
-    const std::lock_guard lock(impl_->mutex);
+    const std::lock_guard lock(impl_->stats_mutex);
     stats = impl_->stats;
   }
   impl_->algorithm->add_to(stats);

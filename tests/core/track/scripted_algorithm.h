@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -23,7 +24,9 @@ struct Script {
   std::vector<FeatureId> waiting;
   cv::Point2d motion{0, 0};
   bool replenishes = false;
-  bool throws = false;
+  std::function<void()> tracking;  // what happens in the middle of a frame
+  bool throws = false;             // … after that
+  FeatureId cannot_begin = no_feature;
   std::int64_t time = -1;  // of the last frame to track
   bool jumped = false;     // … it
   std::vector<FeatureId> begun, ended;
@@ -35,6 +38,7 @@ class Scripted final : public Algorithm {
  public:
   bool replenishes() const override { return script->replenishes; }
   void track(const FrameContext &context, std::vector<Claim> &claims) override {
+    if (script->tracking) script->tracking();
     if (script->throws) throw std::runtime_error("planted");
     script->time = context.time;
     script->jumped = context.jumped;
@@ -49,6 +53,7 @@ class Scripted final : public Algorithm {
     }
   }
   Claim::Kind begin(FeatureId id, cv::Point2d, const FrameContext &) override {
+    if (id == script->cannot_begin) throw std::runtime_error("planted");
     script->begun.push_back(id);
     return Claim::Kind::learning;
   }
@@ -83,6 +88,11 @@ class TrackerLife : public testing::Test {
     for (const auto &f : tracks.features)
       if (f.id == id) return &f;
     return nullptr;
+  }
+  static std::vector<FeatureId> ids(const Tracks &tracks) {
+    std::vector<FeatureId> ids;
+    for (const auto &f : tracks.features) ids.push_back(f.id);
+    return ids;
   }
   static Settings with_points(std::vector<cv::Point2d> points) {
     Settings settings;

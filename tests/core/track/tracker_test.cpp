@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -34,8 +33,6 @@ TEST_F(TrackerLife, GivenPointsHaveIdsInTheirOrderAndAPointOutsideIsOut) {
   EXPECT_EQ(find(tracks, 1)->state, FeatureState::out);
   EXPECT_EQ(tracks.frame, 1u);
   EXPECT_EQ(tracker.remove_nearest(390, 20), 2u) << "1 is out";
-  EXPECT_EQ(tracker.remove_nearest(30, 40), 0u) << "2 is about to end";
-  EXPECT_EQ(tracker.remove_nearest(30, 40), no_feature);
 }
 
 TEST_F(TrackerLife, WhatWaitsIsNotFreshAndCounted) {
@@ -178,67 +175,86 @@ TEST_F(TrackerLife, PointsComeAndGoByRequest) {
   ASSERT_EQ(tracks.features.size(), 1u);
   EXPECT_EQ(tracks.features[0].x, 12.5);
   EXPECT_TRUE(tracker.remove_point(id));
-  EXPECT_FALSE(tracker.remove_point(id)) << "twice";
-  EXPECT_FALSE(tracker.remove_point(77));
+  EXPECT_TRUE(tracker.remove_point(tracker.add_point(14, 15))) << "before its first frame: it never appears";
   next(tracker);
-  EXPECT_EQ(tracks.features.at(0).state, FeatureState::ended);
+  ASSERT_EQ(ids(tracks), (std::vector<FeatureId>{id}));
+  EXPECT_EQ(tracks.features[0].state, FeatureState::ended);
   EXPECT_TRUE(next(tracker).features.empty());
   EXPECT_EQ(tracker.add_point(std::nan(""), 1), no_feature);
   EXPECT_EQ(tracker.add_point(1, std::numeric_limits<double>::infinity()), no_feature);
 }
 
-TEST_F(TrackerLife, OtherThreadsMayAskWhileFramesGoThrough) {
-  Settings settings;
-  settings.max_features = 0;
-  Tracker tracker(settings, executor_);
-  std::atomic<int> at_work = 3;
-  std::array<std::vector<FeatureId>, 2> asked;
-  std::vector<std::thread> threads;
-  for (auto &ids : asked)
-    threads.emplace_back([&] {
-      for (int i = 0; i < 60; ++i) {
-        ids.push_back(tracker.add_point(10 + i, 20));
-        if (i % 10 == 9) {
-          EXPECT_TRUE(tracker.remove_point(ids.back()));
-          ids.pop_back();
-        }
-        std::this_thread::yield();
-      }
-      --at_work;
-    });
-  threads.emplace_back([&] {
-    std::uint64_t frames = 0;
-    for (int i = 0; i < 60; ++i) {
-      const auto stats = tracker.stats();
-      EXPECT_GE(stats.frames, frames);
-      frames = stats.frames;
+TEST_F(TrackerLife, AnotherThreadMayAskWhileFramesGoThrough) {
+  Tracker tracker(with_points({{10, 20}}), executor_);
+  std::atomic<bool> at_work = true;
+  std::vector<FeatureId> kept = {0};
+  std::thread other([&] {
+    for (std::uint64_t i = 0, frames = 0; i < 60; frames = tracker.stats().frames, ++i) {
+      kept.push_back(tracker.add_point(10, 20));
+      EXPECT_TRUE(tracker.remove_point(tracker.add_point(30, 40)));
+      EXPECT_GE(tracker.stats().frames, frames);
       std::this_thread::yield();
     }
-    --at_work;
+    at_work = false;
   });
-  while (at_work > 0) next(tracker);
-  for (auto &thread : threads) thread.join();
+  while (at_work) next(tracker);
+  other.join();
   next(tracker);
-  const auto &tracks = next(tracker);  // what was removed last has been reported as ended
-  std::vector<FeatureId> expected, found;
-  for (const auto &ids : asked) expected.insert(expected.end(), ids.begin(), ids.end());
-  std::sort(expected.begin(), expected.end());
-  for (const auto &f : tracks.features) found.push_back(f.id);
-  EXPECT_EQ(expected.size(), 108u);
-  EXPECT_EQ(found, expected);
-
-  // A reset from another thread: all that is there ends at once.
-  std::thread([&] { tracker.reset(); }).join();
-  for (const auto &f : next(tracker).features) EXPECT_EQ(f.state, FeatureState::ended);
+  EXPECT_EQ(ids(next(tracker)), kept) << "what was removed last has been told of as ended";
 }
 
-TEST_F(TrackerLife, APointRemovedBeforeItsFirstFrameNeverAppears) {
+TEST_F(TrackerLife, WhatIsAskedOfAFrameThatFailsIsAnsweredOnce) {
+  Tracker tracker(with_points({{10, 20}, {30, 40}}), executor_);
+  next(tracker);
+  const auto kept = tracker.add_point(12, 13), gone = tracker.add_point(14, 15);
+  EXPECT_TRUE(tracker.remove_point(1));
+  script_.tracking = [&] { EXPECT_TRUE(tracker.remove_point(gone)); };
+  script_.throws = true;
+  EXPECT_THROW(next(tracker), std::runtime_error);
+  EXPECT_TRUE(tracker.remove_point(0)) << "and after it";
+  const auto &tracks = tracker.process_blind(320, 240, pts_);
+  EXPECT_EQ(ids(tracks), (std::vector<FeatureId>{0, 1, kept}));
+  EXPECT_EQ(find(tracks, 0)->state, FeatureState::ended);
+  EXPECT_EQ(find(tracks, 1)->state, FeatureState::ended);
+  EXPECT_EQ(find(tracks, kept)->state, FeatureState::lost);
+  script_.throws = false;
+  script_.tracking = nullptr;
+  EXPECT_EQ(ids(next(tracker)), (std::vector<FeatureId>{kept}));
+  EXPECT_EQ(find(tracks, kept)->state, FeatureState::learning);
+  EXPECT_EQ(script_.begun, (std::vector<FeatureId>{0, 1, kept}));
+}
+
+// Memory may end between two points: those that have begun must not begin again, the others not be forgotten.
+TEST_F(TrackerLife, PointsThatTheAlgorithmCannotBeginAreLostAndBeginLater) {
+  Tracker tracker(with_points({{10, 20}, {30, 40}, {50, 60}}), executor_);
+  const auto asked = tracker.add_point(12, 13), last = tracker.add_point(14, 15);
+  script_.cannot_begin = 1;
+  EXPECT_THROW(next(tracker), std::runtime_error);
+  const auto &tracks = tracker.process_blind(320, 240, pts_);
+  EXPECT_EQ(ids(tracks), (std::vector<FeatureId>{0, 1, 2, asked, last}));
+  for (const auto &f : tracks.features) EXPECT_EQ(f.state, FeatureState::lost) << f.id;
+  script_.cannot_begin = asked;
+  EXPECT_THROW(next(tracker), std::runtime_error);
+  script_.cannot_begin = no_feature;
+  next(tracker);
+  EXPECT_EQ(ids(tracks), (std::vector<FeatureId>{0, 1, 2, asked, last}));
+  EXPECT_EQ(find(tracks, last)->state, FeatureState::learning);
+  EXPECT_EQ(find(tracks, last)->x, 14);
+  EXPECT_EQ(script_.begun, (std::vector<FeatureId>{0, 1, 2, asked, last}));
+}
+
+TEST_F(TrackerLife, DetectionIsNoLargerAfterAFault) {
   Settings settings;
-  settings.max_features = 0;
+  settings.max_features = 6;
   Tracker tracker(settings, executor_);
-  const auto id = tracker.add_point(12, 13);
-  EXPECT_TRUE(tracker.remove_point(id));
-  EXPECT_TRUE(next(tracker).features.empty());
+  script_.cannot_begin = 2;
+  EXPECT_THROW(next(tracker), std::runtime_error);
+  EXPECT_EQ(tracker.process_blind(320, 240, pts_).features.size(), 3u);
+  script_.cannot_begin = no_feature;
+  for (int i = 0; i < 50; ++i) next(tracker);
+  const auto &tracks = next(tracker);
+  EXPECT_EQ(ids(tracks), (std::vector<FeatureId>{0, 1, 2, 3, 4, 5}));
+  for (const auto &f : tracks.features) EXPECT_EQ(f.state, FeatureState::tracked) << f.id;
 }
 
 TEST_F(TrackerLife, BlackFramesHaveNoFeaturesAndDetectionIsTriedAgain) {
@@ -332,12 +348,6 @@ TEST_F(TrackerLife, APointThatComesWhileNothingCanBeSeenBeginsLater) {
   EXPECT_EQ(script_.begun, (std::vector<FeatureId>{0, 1}));
 }
 
-TEST_F(TrackerLife, ThereAreAtMostTenThousandPoints) {
-  Tracker tracker(with_points(std::vector<cv::Point2d>(max_points - 1, {100, 100})), executor_);
-  EXPECT_EQ(tracker.add_point(1, 1), max_points - 1);
-  EXPECT_EQ(tracker.add_point(1, 1), no_feature);
-}
-
 TEST_F(TrackerLife, WhatBeganOnBurntInGraphicsEndsAPointOfTheUserStays) {
   // A moving texture under a still caption, on which detection puts features, as on any corner.
   const cv::Rect caption(240, 226, 175, 26);
@@ -373,16 +383,6 @@ TEST_F(TrackerLife, WhatBeganOnBurntInGraphicsEndsAPointOfTheUserStays) {
     EXPECT_GT(detected, 0u);
     EXPECT_EQ(ended, moves ? 0 : detected);
   }
-}
-
-TEST_F(TrackerLife, MissingTimestampsCountAsTwentyFiveFramesASecond) {
-  Tracker tracker(with_points({{100, 100}}), executor_);
-  tracker.process(MovingScene::gray_view(texture_), no_time);
-  script_.kinds[0] = Claim::Kind::hidden;
-  for (int i = 1; i < 25; ++i)
-    EXPECT_EQ(tracker.process(MovingScene::gray_view(texture_), no_time).features[0].state, FeatureState::occluded)
-        << i;
-  EXPECT_EQ(tracker.process(MovingScene::gray_view(texture_), no_time).features[0].state, FeatureState::lost);
 }
 
 TEST_F(TrackerLife, StatsCountFramesAndStates) {
