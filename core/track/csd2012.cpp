@@ -239,7 +239,6 @@ void Csd2012::prepare_update(const FrameContext &context, Follower &follower, co
 }
 
 void Csd2012::finish(const FrameContext &context) {
-  queue_.rethrow();
   std::shared_ptr<const Snapshot> snapshot;
   bool recursing = false;
   for (const auto &follower : followers_) {
@@ -268,10 +267,8 @@ void Csd2012::finish(const FrameContext &context) {
   else
     recursive_.skip();
   last_time_ = context.time;
-  if (settings_.learn_synchronously) {
-    queue_.wait_idle();
-    queue_.rethrow();
-  }
+  if (settings_.learn_synchronously) queue_.wait_idle();
+  queue_.rethrow();
 }
 
 void Csd2012::add_to(Stats &stats) const {

@@ -27,27 +27,30 @@ void RecursiveTracker::build(const cv::Mat &luma) {
 
 void RecursiveTracker::track(const cv::Mat &luma, std::vector<cv::Point2f> &points, std::vector<unsigned char> &found) {
   found.assign(points.size(), 0);
-  if (points.empty()) return;
-  build(luma);
-  if (kept_.empty() || kept_[0].size() != current_[0].size()) return;
-  std::vector<cv::Point2f> next;
-  std::vector<float> error;
-  cv::calcOpticalFlowPyrLK(kept_, current_, points, next, found, error, {window_, window_}, levels,
-                           {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, iterations, epsilon}, 0, min_eigenvalue);
-  for (std::size_t i = 0; i < points.size(); ++i)
-    if (!std::isfinite(next[i].x) || !std::isfinite(next[i].y)) found[i] = 0, next[i] = points[i];
-  points.swap(next);
+  current_valid_ = false;
+  if (!points.empty()) build(luma);
+  if (current_valid_ && kept_valid_ && kept_[0].size() == current_[0].size()) {
+    std::vector<cv::Point2f> next;
+    std::vector<float> error;
+    cv::calcOpticalFlowPyrLK(kept_, current_, points, next, found, error, {window_, window_}, levels,
+                             {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, iterations, epsilon}, 0, min_eigenvalue);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (!std::isfinite(next[i].x) || !std::isfinite(next[i].y)) found[i] = 0, next[i] = points[i];
+    points.swap(next);
+  }
+  kept_valid_ = false;
 }
 
 void RecursiveTracker::keep(const cv::Mat &luma) {
   if (!current_valid_) build(luma);
   kept_.swap(current_);
+  kept_valid_ = true;
   current_valid_ = false;
 }
 
 void RecursiveTracker::skip() {
   kept_.clear();
-  current_valid_ = false;
+  kept_valid_ = current_valid_ = false;
 }
 
 }  // namespace csd

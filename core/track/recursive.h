@@ -18,7 +18,9 @@ class RecursiveTracker {
   void set_window(int window) { window_ = window; }
 
   /// Moves each of `points` (working pixels) from the frame that was kept into `luma`. found[i] is 0 where LK fails.
-  /// Without a frame kept, or with one of another size, nothing is found.
+  /// Without a frame kept, or with one of another size, nothing is found. A frame that was kept serves once: who could
+  /// not keep `luma`, where the points are now, finds nothing next. Throws cv::Exception, std::bad_alloc, and has moved
+  /// nothing then.
   void track(const cv::Mat &luma, std::vector<cv::Point2f> &points, std::vector<unsigned char> &found);
   /// Keeps `luma` (copied into a pyramid) as the frame to track from; free if track() has just seen it.
   void keep(const cv::Mat &luma);
@@ -30,7 +32,7 @@ class RecursiveTracker {
 
   int window_ = 21;
   std::vector<cv::Mat> kept_, current_;
-  bool current_valid_ = false;
+  bool kept_valid_ = false, current_valid_ = false;
 };
 
 }  // namespace csd

@@ -68,6 +68,8 @@ void Requests::take(Taken &taken) {
   }
   // Whoever asked for a point may remove it while the frame that it enters with is still being tracked.
   for (const auto &point : added_) known_.push_back({point.id, point.position, false});
+  std::sort(removed_.begin(), removed_.end());
+  std::erase_if(known_, [this](const Known &k) { return std::binary_search(removed_.begin(), removed_.end(), k.id); });
   taken.added.insert(taken.added.end(), added_.begin(), added_.end());
   taken.removed.insert(taken.removed.end(), removed_.begin(), removed_.end());
   added_.clear();

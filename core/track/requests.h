@@ -56,7 +56,7 @@ class Requests {
   bool reset_ = false;
   std::vector<StartPoint> added_;
   std::vector<FeatureId> removed_;
-  std::vector<Known> known_;  ///< the last frame's, and what a frame under way has taken
+  std::vector<Known> known_;  ///< the last frame's, but for what a frame under way has taken: with it or without
 };
 
 }  // namespace csd

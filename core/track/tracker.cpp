@@ -52,12 +52,13 @@ struct Tracker::Impl {
   void follow(const FrameContext &context);
   void forget_old();
   void leave_graphics(const FrameContext &context);
-  void enter(FeatureId id, cv::Point2d position, bool given, const FrameContext *context);
+  Life &enter(FeatureId id, cv::Point2d position, bool given, const FrameContext *context);
   void show(Life &life, const FrameContext &context);
   void enter_given(const FrameContext *context);
   bool replenishes() const { return settings.replenish && algorithm->replenishes(); }
   void drop_false_starts();
   void detect_more(const FrameContext &context);
+  void come_and_go(const FrameContext &context);
   void end(Life &life);
   void report(cv::Size size);
 
@@ -68,8 +69,8 @@ struct Tracker::Impl {
   // The streaming thread's.
   WorkFrame frame;
   ContentAreaFinder content_area;
-  cv::Mat nowhere;  // what is forbidden with content-area=full: nothing
-  std::vector<Life> lives;
+  cv::Mat nowhere;          // what is forbidden with content-area=full: nothing
+  std::vector<Life> lives;  // by ascending id
   std::vector<Claim> claims;
   Requests::Taken asked;
   std::vector<StartPoint> offered;
@@ -94,8 +95,9 @@ void Tracker::Impl::take_requests() {
   asked.reset = false;
   for (const auto id : asked.removed) {
     std::erase_if(asked.added, [id](const StartPoint &p) { return p.id == id; });
-    const auto life = std::find_if(lives.begin(), lives.end(), [id](const Life &l) { return l.feature.id == id; });
-    if (life != lives.end()) end(*life);
+    const auto life =
+        std::lower_bound(lives.begin(), lives.end(), id, [](const Life &l, FeatureId i) { return l.feature.id < i; });
+    if (life != lives.end() && life->feature.id == id) end(*life);
   }
   asked.removed.clear();
 }
@@ -132,7 +134,7 @@ void Tracker::Impl::follow(const FrameContext &context) {
 }
 
 // A point that was outside the picture from the start is known to the algorithm by no begin(): its claim stays out.
-void Tracker::Impl::enter(FeatureId id, cv::Point2d position, bool given, const FrameContext *context) {
+Life &Tracker::Impl::enter(FeatureId id, cv::Point2d position, bool given, const FrameContext *context) {
   Life life;
   life.feature.id = id;
   life.feature.x = position.x;
@@ -141,7 +143,9 @@ void Tracker::Impl::enter(FeatureId id, cv::Point2d position, bool given, const 
   life.given = given;
   life.last_claim = life.gone_since = time;
   life.feature.state = context && !context->bounds().contains(position) ? FeatureState::out : FeatureState::lost;
-  lives.push_back(life);
+  const auto at = std::upper_bound(lives.begin(), lives.end(), id,
+                                   [](FeatureId wanted, const Life &l) { return wanted < l.feature.id; });
+  return *lives.insert(at, life);
 }
 
 // Where nothing could be seen when a point came, or the algorithm threw, it begins in the first frame in which it can.
@@ -152,7 +156,7 @@ void Tracker::Impl::show(Life &life, const FrameContext &context) {
   life.apply({life.feature.id, kind, life.start, 1}, time);
 }
 
-// All enter or, with an exception, none: process_blind() asks again for those that are not there yet.
+// All enter or, with an exception, none: the next frame asks again.
 void Tracker::Impl::enter_given(const FrameContext *context) {
   lives.reserve(lives.size() + offered.size() + settings.points.size() + asked.added.size());
   if (settings.points_from_start) {
@@ -223,9 +227,8 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
   }
   specular_mask(context.frame, {{0, 0}, luma.size()}, specular, settings.specular);
   for (const auto &position : detect(luma, specular, forbidden, options, taken)) {
-    enter(requests.take_ids(), context.frame.to_picture(position), false, &context);
+    show(enter(requests.take_ids(), context.frame.to_picture(position), false, &context), context);
     if (detected++ == 0) first_detection = time;
-    show(lives.back(), context);
   }
 }
 
@@ -242,13 +245,23 @@ void Tracker::Impl::leave_graphics(const FrameContext &context) {
       end(life);
 }
 
+// After the features were followed.
+void Tracker::Impl::come_and_go(const FrameContext &context) {
+  leave_graphics(context);
+  drop_false_starts();
+  forget_old();
+  enter_given(&context);
+  for (auto &life : lives) show(life, context);
+  detect_more(context);
+}
+
 void Tracker::Impl::drop_false_starts() {
   if (!replenishes()) return;
   std::erase_if(false_starts, [this](const FalseStart &f) { return time - f.time >= shun_for; });
   for (auto &life : lives)
     if (life.started_falsely()) {
-      end(life);
       false_starts.push_back({{life.feature.x, life.feature.y}, time});
+      end(life);
     }
 }
 
@@ -263,15 +276,15 @@ void Tracker::Impl::forget_old() {
 }
 
 void Tracker::Impl::report(cv::Size size) {
-  std::sort(lives.begin(), lives.end(), [](const Life &a, const Life &b) { return a.feature.id < b.feature.id; });
   tracks.width = size.width;
   tracks.height = size.height;
   tracks.features.clear();
-  tracks.features.reserve(lives.size());  // from here on nothing throws: what is told of once is told
+  tracks.features.reserve(lives.size());
   tracks.changed = false;
   Stats counted;
   std::vector<Requests::Known> alive;
   alive.reserve(lives.size());
+  // Nothing throws from here on: what counts as told is told.
   for (auto &life : lives) {
     tracks.features.push_back(life.feature);
     tracks.changed |= !life.reported || life.reported_as != life.feature.state;
@@ -295,11 +308,13 @@ void Tracker::Impl::report(cv::Size size) {
 const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration,
                                      bool discont) {
   const FrameBudget budget(settings.frame_budget, settings.clock);
-  // What has been reported as ended leaves the list.
-  std::erase_if(lives, [](const Life &l) { return l.reported && l.reported_as == FeatureState::ended; });
+  // What has been reported as ended leaves the list; and what detection found where the algorithm then threw.
+  std::erase_if(lives, [](const Life &l) {
+    return (l.reported && l.reported_as == FeatureState::ended) || (!l.given && !l.begun);
+  });
   if (view || !failed) clock.advance(pts, duration, discont);
   time = clock.time();
-  failed = view != nullptr;
+  failed = true;
   take_requests();
   if (view) frame.load(*view);
   // Fields instead of frames are another working image, though of the same picture.
@@ -322,12 +337,16 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
                                settings.content_area == ContentArea::automatic ? content_area.forbidden() : nowhere,
                                time, clock.jumped(), budget};
     follow(context);
-    leave_graphics(context);
-    drop_false_starts();
-    forget_old();
-    enter_given(&context);
-    for (auto &life : lives) show(life, context);
-    detect_more(context);
+    try {
+      come_and_go(context);
+    } catch (...) {
+      // The positions are this frame's by now: so must be the picture that the algorithm keeps.
+      try {
+        algorithm->finish(context);
+      } catch (...) {  // the first fault is the one to tell of
+      }
+      throw;
+    }
     algorithm->finish(context);
   }
   report(size);

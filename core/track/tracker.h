@@ -11,8 +11,8 @@ namespace csd {
 
 /// Tracks many features through a stream of frames: finds them, lets the algorithm follow them, keeps their states.
 ///
-/// process() belongs to one thread. add_point(), remove_point(), reset() and stats() may be called from any thread and
-/// never wait for a frame. Trackers share nothing with each other.
+/// process() belongs to one thread. add_point(), remove_point(), remove_nearest(), reset() and stats() may be called
+/// from any thread and never wait for a frame. Trackers share nothing with each other.
 class Tracker {
  public:
   /// `executor` must outlive the tracker.
@@ -26,7 +26,7 @@ class Tracker {
   const Tracks &process(const FrameView &view, std::int64_t pts, std::int64_t duration = no_time, bool discont = false);
 
   /// What process() would have said if nothing could be seen: every feature that is not out or ended is lost. Right
-  /// after a process() that threw it is about the same frame, and time does not go on.
+  /// after a process() or process_blind() that threw it is about the same frame, and time does not go on.
   const Tracks &process_blind(int width, int height, std::int64_t pts, std::int64_t duration = no_time,
                               bool discont = false);
 
@@ -38,7 +38,7 @@ class Tracker {
   /// From the next frame on also track x,y (that frame's pixels). Returns its id; no_feature if x or y is not finite or
   /// max_points is reached.
   FeatureId add_point(double x, double y);
-  /// Ends a feature with the next frame. False if there is none of that id.
+  /// Ends a feature with the next frame. False if there is none of that id, or it is removed already.
   bool remove_point(FeatureId id);
   /// Ends, with the next frame, that feature in the picture whose last position is nearest; no_feature if there is
   /// none.

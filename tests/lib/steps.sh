@@ -199,6 +199,8 @@ rule_mirrored() {
     case $name in
       # The simulator as a whole: what its truth says against what its pictures show.
       sim/truth | sim/visibility) ;;
+      # The tracker where something fails.
+      track/tracker_faults) ;;
       *)
         [ -f "$root/core/$name.h" ] || [ -f "$root/core/$name.cpp" ] ||
           { echo "error: tests/core/${name}_test.cpp is the test of no file of the core"; bad=1; } ;;

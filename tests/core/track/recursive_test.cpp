@@ -60,6 +60,14 @@ TEST(RecursiveTracker, WithoutAFrameBeforeNothingIsFound) {
   tracker.skip();
   tracker.track(picture, points, found);
   EXPECT_EQ(found, std::vector<unsigned char>{0}) << "skipped";
+  for (const std::size_t count : {1, 0}) {
+    tracker.keep(picture);
+    std::vector<cv::Point2f> some(count, {160, 120});
+    tracker.track(picture, some, found);
+    EXPECT_EQ(found, std::vector<unsigned char>(count, 1));
+    tracker.track(picture, points, found);
+    EXPECT_EQ(found, std::vector<unsigned char>{0}) << "the frame between was not kept";
+  }
 }
 
 TEST(RecursiveTracker, AFlatPictureHasNothingToFollow) {

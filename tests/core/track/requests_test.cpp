@@ -71,6 +71,15 @@ TEST(Requests, APointMayBeRemovedWhileItsFirstFrameIsTracked) {
   EXPECT_EQ(take(requests).removed, (std::vector<FeatureId>{id}));
 }
 
+// A frame that is to end it is under way, and has told nobody yet.
+TEST(Requests, WhatAFrameIsAboutToEndIsGone) {
+  Requests requests(with_points(2));
+  EXPECT_TRUE(requests.remove(1));
+  take(requests);
+  EXPECT_FALSE(requests.remove(1)) << "twice";
+  EXPECT_EQ(requests.remove_nearest({100, 100}), 0u) << "not 1 again";
+}
+
 TEST(Requests, TheNearestIsOneOfTheLastPicture) {
   Requests requests(with_points(0));
   requests.report({{3, {10, 10}, true}, {4, {20, 10}, true}, {5, {29, 10}, false}});

@@ -26,11 +26,12 @@ struct Script {
   bool replenishes = false;
   std::function<void()> tracking;  // what happens in the middle of a frame
   bool throws = false;             // … after that
-  FeatureId cannot_begin = no_feature;
+  FeatureId cannot_begin = no_feature, cannot_end = no_feature;
+  bool cannot_forget = false;
   std::int64_t time = -1;  // of the last frame to track
   bool jumped = false;     // … it
   std::vector<FeatureId> begun, ended;
-  int forgotten = 0;
+  int finished = 0, forgotten = 0;
 };
 inline Script *script = nullptr;
 
@@ -40,6 +41,7 @@ class Scripted final : public Algorithm {
   void track(const FrameContext &context, std::vector<Claim> &claims) override {
     if (script->tracking) script->tracking();
     if (script->throws) throw std::runtime_error("planted");
+    EXPECT_TRUE(std::is_sorted(claims.begin(), claims.end(), [](auto &a, auto &b) { return a.id < b.id; }));
     script->time = context.time;
     script->jumped = context.jumped;
     for (auto &claim : claims) {
@@ -57,11 +59,22 @@ class Scripted final : public Algorithm {
     script->begun.push_back(id);
     return Claim::Kind::learning;
   }
-  void end(FeatureId id) override { script->ended.push_back(id); }
-  void finish(const FrameContext &) override {}
-  void forget() override { ++script->forgotten; }
+  void end(FeatureId id) override {
+    if (id == script->cannot_end) throw std::runtime_error("planted");
+    script->ended.push_back(id);
+  }
+  void finish(const FrameContext &) override { ++script->finished; }
+  void forget() override {
+    if (script->cannot_forget) throw std::runtime_error("planted");
+    ++script->forgotten;
+  }
   void add_to(Stats &) const override {}
 };
+
+/// Takes the place of core/track/make_algorithm.cpp.
+std::unique_ptr<Algorithm> make_algorithm(const Settings &, Executor &) {
+  return std::make_unique<Scripted>();
+}
 
 class NoExecutor final : public Executor {
   void post(std::function<void()>) override {}

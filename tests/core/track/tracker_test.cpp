@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The life of features, with an algorithm that does as the test says. It takes the place of
-// core/track/make_algorithm.cpp.
+// The life of features, with an algorithm that does as the test says.
 #include "track/tracker.h"
 
 #include <gtest/gtest.h>
@@ -203,58 +202,21 @@ TEST_F(TrackerLife, AnotherThreadMayAskWhileFramesGoThrough) {
   EXPECT_EQ(ids(next(tracker)), kept) << "what was removed last has been told of as ended";
 }
 
-TEST_F(TrackerLife, WhatIsAskedOfAFrameThatFailsIsAnsweredOnce) {
+TEST_F(TrackerLife, AnotherThreadMayResetAndRemoveTheNearest) {
   Tracker tracker(with_points({{10, 20}, {30, 40}}), executor_);
+  std::atomic<bool> at_work = true;
+  std::thread other([&] {
+    for (int i = 0; i < 60; ++i) {
+      tracker.remove_nearest(10, 20);
+      if (i % 4 == 3) tracker.reset();
+      std::this_thread::yield();
+    }
+    at_work = false;
+  });
+  while (at_work) next(tracker);
+  other.join();
   next(tracker);
-  const auto kept = tracker.add_point(12, 13), gone = tracker.add_point(14, 15);
-  EXPECT_TRUE(tracker.remove_point(1));
-  script_.tracking = [&] { EXPECT_TRUE(tracker.remove_point(gone)); };
-  script_.throws = true;
-  EXPECT_THROW(next(tracker), std::runtime_error);
-  EXPECT_TRUE(tracker.remove_point(0)) << "and after it";
-  const auto &tracks = tracker.process_blind(320, 240, pts_);
-  EXPECT_EQ(ids(tracks), (std::vector<FeatureId>{0, 1, kept}));
-  EXPECT_EQ(find(tracks, 0)->state, FeatureState::ended);
-  EXPECT_EQ(find(tracks, 1)->state, FeatureState::ended);
-  EXPECT_EQ(find(tracks, kept)->state, FeatureState::lost);
-  script_.throws = false;
-  script_.tracking = nullptr;
-  EXPECT_EQ(ids(next(tracker)), (std::vector<FeatureId>{kept}));
-  EXPECT_EQ(find(tracks, kept)->state, FeatureState::learning);
-  EXPECT_EQ(script_.begun, (std::vector<FeatureId>{0, 1, kept}));
-}
-
-// Memory may end between two points: those that have begun must not begin again, the others not be forgotten.
-TEST_F(TrackerLife, PointsThatTheAlgorithmCannotBeginAreLostAndBeginLater) {
-  Tracker tracker(with_points({{10, 20}, {30, 40}, {50, 60}}), executor_);
-  const auto asked = tracker.add_point(12, 13), last = tracker.add_point(14, 15);
-  script_.cannot_begin = 1;
-  EXPECT_THROW(next(tracker), std::runtime_error);
-  const auto &tracks = tracker.process_blind(320, 240, pts_);
-  EXPECT_EQ(ids(tracks), (std::vector<FeatureId>{0, 1, 2, asked, last}));
-  for (const auto &f : tracks.features) EXPECT_EQ(f.state, FeatureState::lost) << f.id;
-  script_.cannot_begin = asked;
-  EXPECT_THROW(next(tracker), std::runtime_error);
-  script_.cannot_begin = no_feature;
-  next(tracker);
-  EXPECT_EQ(ids(tracks), (std::vector<FeatureId>{0, 1, 2, asked, last}));
-  EXPECT_EQ(find(tracks, last)->state, FeatureState::learning);
-  EXPECT_EQ(find(tracks, last)->x, 14);
-  EXPECT_EQ(script_.begun, (std::vector<FeatureId>{0, 1, 2, asked, last}));
-}
-
-TEST_F(TrackerLife, DetectionIsNoLargerAfterAFault) {
-  Settings settings;
-  settings.max_features = 6;
-  Tracker tracker(settings, executor_);
-  script_.cannot_begin = 2;
-  EXPECT_THROW(next(tracker), std::runtime_error);
-  EXPECT_EQ(tracker.process_blind(320, 240, pts_).features.size(), 3u);
-  script_.cannot_begin = no_feature;
-  for (int i = 0; i < 50; ++i) next(tracker);
-  const auto &tracks = next(tracker);
-  EXPECT_EQ(ids(tracks), (std::vector<FeatureId>{0, 1, 2, 3, 4, 5}));
-  for (const auto &f : tracks.features) EXPECT_EQ(f.state, FeatureState::tracked) << f.id;
+  EXPECT_EQ(next(tracker).features.size(), 2u) << "the last that was asked is a reset";
 }
 
 TEST_F(TrackerLife, BlackFramesHaveNoFeaturesAndDetectionIsTriedAgain) {
@@ -299,37 +261,6 @@ TEST_F(TrackerLife, APictureSmallerThanAPatchOrAPyramidHasNoFeatures) {
   EXPECT_TRUE(tracks.too_small);
   ASSERT_EQ(tracks.features.size(), 1u);
   EXPECT_EQ(tracks.features[0].state, FeatureState::lost);
-}
-
-TEST_F(TrackerLife, AfterAnExceptionTheTrackerGoesOnBlind) {
-  Tracker tracker(with_points({{10, 20}, {400, 20}}), executor_);
-  next(tracker);
-  script_.throws = true;
-  EXPECT_THROW(next(tracker), std::runtime_error);
-  const auto &tracks = tracker.process_blind(320, 240, pts_);
-  ASSERT_EQ(tracks.features.size(), 2u);
-  EXPECT_EQ(tracks.frame, 1u);
-  EXPECT_EQ(tracks.features[0].state, FeatureState::lost);
-  EXPECT_EQ(tracks.features[1].state, FeatureState::out);
-}
-
-TEST_F(TrackerLife, AFrameThatFailedAndIsToldBlindIsOneFrame) {
-  for (const std::int64_t frame : {second / 25, no_time}) {  // with timestamps and without
-    Tracker tracker(with_points({{100, 100}}), executor_);
-    const auto stamp = [frame](int i) { return frame == no_time ? no_time : i * frame; };
-    const auto view = MovingScene::gray_view(texture_);
-    tracker.process(view, stamp(0));
-    script_.throws = true;
-    for (int i = 1; i <= 3; ++i) {
-      EXPECT_THROW(tracker.process(view, stamp(i)), std::runtime_error);
-      EXPECT_EQ(tracker.process_blind(320, 240, stamp(i)).frame, static_cast<std::uint64_t>(i));
-    }
-    tracker.process_blind(320, 240, stamp(4));  // one without pixels, of its own
-    script_.throws = false;
-    EXPECT_EQ(tracker.process(view, stamp(5)).frame, 5u);
-    EXPECT_EQ(script_.time, 5 * second / 25) << frame;
-    EXPECT_EQ(tracker.stats().frames, 6u);
-  }
 }
 
 TEST_F(TrackerLife, APointThatComesWhileNothingCanBeSeenBeginsLater) {
@@ -442,9 +373,4 @@ TEST_F(TrackerLife, PointsFromTheStartComeAgainUnderTheirIdsAfterAReset) {
 }
 
 }  // namespace
-
-std::unique_ptr<Algorithm> make_algorithm(const Settings &, Executor &) {
-  return std::make_unique<Scripted>();
-}
-
 }  // namespace csd

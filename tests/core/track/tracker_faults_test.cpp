@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// What fails in the middle of a frame, mostly for want of memory: nothing is forgotten, and nothing happens twice.
+#include <gtest/gtest.h>
+
+#include "track/scripted_algorithm.h"
+#include "track/tracker.h"
+
+namespace csd {
+namespace {
+
+class TrackerFaults : public TrackerLife {};
+
+TEST_F(TrackerFaults, AfterAnExceptionTheTrackerGoesOnBlind) {
+  Tracker tracker(with_points({{10, 20}, {400, 20}}), executor_);
+  next(tracker);
+  script_.throws = true;
+  EXPECT_THROW(next(tracker), std::runtime_error);
+  const auto &tracks = tracker.process_blind(320, 240, pts_);
+  ASSERT_EQ(tracks.features.size(), 2u);
+  EXPECT_EQ(tracks.frame, 1u);
+  EXPECT_EQ(tracks.features[0].state, FeatureState::lost);
+  EXPECT_EQ(tracks.features[1].state, FeatureState::out);
+}
+
+TEST_F(TrackerFaults, AFrameThatFailedAndIsToldBlindIsOneFrame) {
+  for (const std::int64_t frame : {second / 25, no_time}) {  // with timestamps and without
+    Tracker tracker(with_points({{100, 100}}), executor_);
+    const auto stamp = [frame](int i) { return frame == no_time ? no_time : i * frame; };
+    const auto view = MovingScene::gray_view(texture_);
+    tracker.process(view, stamp(0));
+    script_.throws = true;
+    for (int i = 1; i <= 3; ++i) {
+      EXPECT_THROW(tracker.process(view, stamp(i)), std::runtime_error);
+      EXPECT_EQ(tracker.process_blind(320, 240, stamp(i)).frame, static_cast<std::uint64_t>(i));
+    }
+    tracker.process_blind(320, 240, stamp(4));  // one without pixels, of its own
+    script_.throws = false;
+    EXPECT_EQ(tracker.process(view, stamp(5)).frame, 5u);
+    EXPECT_EQ(script_.time, 5 * second / 25) << frame;
+    EXPECT_EQ(tracker.stats().frames, 6u);
+  }
+}
+
+TEST_F(TrackerFaults, WhatIsAskedOfAFrameThatFailsIsAnsweredOnce) {
+  Tracker tracker(with_points({{10, 20}, {30, 40}}), executor_);
+  next(tracker);
+  const auto kept = tracker.add_point(12, 13), gone = tracker.add_point(14, 15);
+  EXPECT_TRUE(tracker.remove_point(1));
+  script_.tracking = [&] { EXPECT_TRUE(tracker.remove_point(gone)); };
+  script_.throws = true;
+  EXPECT_THROW(next(tracker), std::runtime_error);
+  EXPECT_TRUE(tracker.remove_point(0)) << "and after it";
+  const auto &tracks = tracker.process_blind(320, 240, pts_);
+  EXPECT_EQ(ids(tracks), (std::vector<FeatureId>{0, 1, kept}));
+  EXPECT_EQ(find(tracks, 0)->state, FeatureState::ended);
+  EXPECT_EQ(find(tracks, 1)->state, FeatureState::ended);
+  EXPECT_EQ(find(tracks, kept)->state, FeatureState::lost);
+  script_.throws = false;
+  script_.tracking = nullptr;
+  EXPECT_EQ(ids(next(tracker)), (std::vector<FeatureId>{kept}));
+  EXPECT_EQ(find(tracks, kept)->state, FeatureState::learning);
+  EXPECT_EQ(script_.begun, (std::vector<FeatureId>{0, 1, kept}));
+}
+
+// Memory may end between two points: those that have begun must not begin again, the others not be forgotten.
+TEST_F(TrackerFaults, PointsThatTheAlgorithmCannotBeginAreLostAndBeginLater) {
+  Tracker tracker(with_points({{10, 20}, {30, 40}, {50, 60}}), executor_);
+  const auto asked = tracker.add_point(12, 13), last = tracker.add_point(14, 15);
+  script_.cannot_begin = 1;
+  EXPECT_THROW(next(tracker), std::runtime_error);
+  const auto &tracks = tracker.process_blind(320, 240, pts_);
+  EXPECT_EQ(ids(tracks), (std::vector<FeatureId>{0, 1, 2, asked, last}));
+  for (const auto &f : tracks.features) EXPECT_EQ(f.state, FeatureState::lost) << f.id;
+  script_.cannot_begin = asked;
+  EXPECT_THROW(next(tracker), std::runtime_error);
+  script_.cannot_begin = no_feature;
+  next(tracker);
+  EXPECT_EQ(ids(tracks), (std::vector<FeatureId>{0, 1, 2, asked, last}));
+  EXPECT_EQ(find(tracks, last)->state, FeatureState::learning);
+  EXPECT_EQ(find(tracks, last)->x, 14);
+  EXPECT_EQ(script_.begun, (std::vector<FeatureId>{0, 1, 2, asked, last}));
+}
+
+// Ids that are set apart before others enter after them: the algorithm is asked by ascending id all the same, with a
+// report between the frames or without (TrackerLife's track() sees to it).
+TEST_F(TrackerFaults, ClaimsAreByAscendingIdAfterAFault) {
+  for (const bool told : {false, true}) {
+    script_.begun.clear();
+    Tracker tracker(with_points({{10, 20}}), executor_);
+    next(tracker);
+    tracker.reset();
+    tracker.add_point(12, 13);
+    tracker.add_point(14, 15);
+    script_.cannot_begin = 2;
+    EXPECT_THROW(next(tracker), std::runtime_error);
+    script_.cannot_begin = no_feature;
+    if (told) tracker.process_blind(320, 240, pts_);
+    const auto &tracks = next(tracker);
+    for (const FeatureId id : {1u, 2u, 3u}) EXPECT_NE(find(tracks, id)->state, FeatureState::lost) << id;
+    EXPECT_EQ(script_.begun, (std::vector<FeatureId>{0, 1, 2, 3}));
+  }
+}
+
+TEST_F(TrackerFaults, WhatDetectionCannotBeginIsAsIfNotFound) {
+  Settings settings;
+  settings.max_features = 6;
+  Tracker tracker(settings, executor_);
+  script_.cannot_begin = 2;
+  EXPECT_THROW(next(tracker), std::runtime_error);
+  EXPECT_EQ(ids(tracker.process_blind(320, 240, pts_)), (std::vector<FeatureId>{0, 1}));
+  for (int i = 0; i < 50; ++i) next(tracker);
+  const auto &tracks = next(tracker);
+  EXPECT_EQ(ids(tracks), (std::vector<FeatureId>{0, 1, 3, 4, 5, 6}));
+  for (const auto &f : tracks.features) EXPECT_EQ(f.state, FeatureState::tracked) << f.id;
+}
+
+// The positions are of the frame that was tracked: so must be what the algorithm keeps of its pixels.
+TEST_F(TrackerFaults, AFrameThatWasTrackedIsFinished) {
+  Tracker tracker(with_points({{10, 20}}), executor_);
+  script_.cannot_begin = 0;
+  EXPECT_THROW(next(tracker), std::runtime_error);
+  EXPECT_EQ(script_.finished, 1);
+  script_.throws = true;
+  EXPECT_THROW(next(tracker), std::runtime_error);
+  EXPECT_EQ(script_.finished, 1) << "not tracked";
+}
+
+TEST_F(TrackerFaults, ARemovalLastsUntilItIsDone) {
+  Tracker tracker(with_points({{10, 20}, {30, 40}}), executor_);
+  next(tracker);
+  EXPECT_TRUE(tracker.remove_point(0));
+  EXPECT_TRUE(tracker.remove_point(1));
+  script_.cannot_end = 1;
+  EXPECT_THROW(next(tracker), std::runtime_error);
+  script_.cannot_end = no_feature;
+  for (const auto &f : next(tracker).features) EXPECT_EQ(f.state, FeatureState::ended) << f.id;
+  EXPECT_EQ(script_.ended, (std::vector<FeatureId>{0, 1}));
+}
+
+TEST_F(TrackerFaults, AResetLastsUntilItIsDone) {
+  Tracker tracker(with_points({{10, 20}}), executor_);
+  next(tracker);
+  tracker.reset();
+  script_.cannot_forget = true;
+  EXPECT_THROW(next(tracker), std::runtime_error);
+  script_.cannot_forget = false;
+  const int forgotten = script_.forgotten;
+  const auto &tracks = next(tracker);
+  EXPECT_EQ(script_.forgotten, forgotten + 1);
+  EXPECT_EQ(ids(tracks), (std::vector<FeatureId>{0, 1}));
+  EXPECT_EQ(tracks.features[0].state, FeatureState::ended);
+}
+
+}  // namespace
+}  // namespace csd
