@@ -43,9 +43,9 @@ inline double cos_turns(double turns) {
   return sin_turns(turns + 0.25);
 }
 
-/// eˣ for x ≤ 700, relative error below 1e−13; 0 below −700.
+/// eˣ for x ≤ 700, relative error below 1e−13; 0 below −700; NaN for NaN.
 inline double exp_of(double x) {
-  if (x < -700) return 0;
+  if (!(x >= -700)) return x < -700 ? 0 : x;  // a NaN has no exponent to convert
   const double k = floor_of(x * 1.44269504088896340736 + 0.5);
   const double r = (x - k * 0.693147180369123816490) - k * 1.90821492927058770002e-10;  // |r| ≤ ½·ln 2
   // Taylor, to r¹¹; in pairs, which don't wait for one another.

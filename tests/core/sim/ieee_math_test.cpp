@@ -22,6 +22,7 @@ TEST(IeeeMath, Exponential) {
   for (double x = -699; x < 699; x += 0.317) EXPECT_NEAR(exp_of(x) / std::exp(x), 1, 1e-13) << x;
   EXPECT_EQ(exp_of(0), 1);
   EXPECT_EQ(exp_of(-701), 0);
+  EXPECT_TRUE(std::isnan(exp_of(std::nan(""))));
 }
 
 TEST(IeeeMath, Logarithm) {
