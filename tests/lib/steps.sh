@@ -1,16 +1,12 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-# Sourced by tests/run and tests/long: the steps, and the count. Expects $root and pipelines/lib/setup.sh.
-# A step is a function step_NAME; it reports what it did by check() and meson_tests().
+# Sourced by tests/run, tests/more, tests/long and tests/coverage: the steps, the count, the times. Expects $root and
+# pipelines/lib/setup.sh. A step is a function step_NAME; it reports what it did by check(), check_build() and meson_tests().
 
 passed=0 failed=0 skipped=0
+build_seconds=0 sources=0
 logs=$root/build/logs
 mkdir -p "$logs"
 jobs=$(nproc)
-if command -v ccache >/dev/null; then
-  gcc_cc='ccache gcc' gcc_cxx='ccache g++' clang_cc='ccache clang' clang_cxx='ccache clang++'
-else
-  gcc_cc=gcc gcc_cxx=g++ clang_cc=clang clang_cxx=clang++
-fi
 
 # check NAME COMMAND...: one check, passed if the command succeeds. Its output is shown only if it fails.
 check() {
@@ -28,6 +24,47 @@ check() {
     echo "        all of it: $log"
     return 1
   fi
+}
+
+# check_build NAME COMMAND...: a check whose time is the compiler's. What ninja compiles in it is counted, and so is what
+# syntax.py looks at.
+check_build() {
+  local start=$SECONDS log=$logs/${1//[^a-zA-Z0-9]/-}.log status
+  check "$@"
+  status=$?
+  build_seconds=$((build_seconds + SECONDS - start))
+  sources=$((sources + $(grep -cE '^\[[0-9]+/[0-9]+\] (Compiling|Precompiling)|^checked ' "$log")))
+  return $status
+}
+
+# ready [--no-install] KIND...: installs what tests/packages lists for these kinds, and says what will be missed.
+ready() {
+  local clips=${CSDTRACK_CLIPS:-$root/../shared/clips}
+  if [ "$1" = --no-install ]; then shift; else
+    ensure_packages "$@" || exit 1
+    # Decimal commas are one of the things that break writers.
+    if ! locale -a | grep -qi '^de_DE\.utf-\?8$'; then
+      as_root localedef -i de_DE -f UTF-8 de_DE.UTF-8 || exit 1
+    fi
+  fi
+  [ -d "$clips" ] || echo "no clips in $clips: tests on real video skip"
+}
+
+# run_steps STEP...: one after the other; then a table of what each took, the last line, and the exit code.
+run_steps() {
+  local step start spent
+  local -a rows=()
+  for step; do
+    start=$SECONDS build_seconds=0 sources=0
+    "step_$step"
+    spent=$((SECONDS - start))
+    rows+=("$(printf '%-14s %8d %8d %8d' "${step#long_}" $build_seconds $((spent - build_seconds)) $sources)")
+  done
+  printf '%-14s %8s %8s %8s\n' step 'build s' 'run s' sources
+  printf '%s\n' "${rows[@]}"
+  printf 'in all %d min %02d s, %d processors (%s)\n' $((SECONDS / 60)) $((SECONDS % 60)) "$jobs" \
+    "$(sed -n 's/^model name[^:]*: *//p' /proc/cpuinfo | head -n 1)"
+  finish
 }
 
 # meson_tests NAME DIR [MESON TEST OPTIONS]: runs tests of a build folder and counts their cases. One at a time more than there are
@@ -71,16 +108,24 @@ finish() {
   exit
 }
 
-sources() { find "$root"/{core,gst,python,tests} \( -name '*.cpp' -o -name '*.c' -o -name '*.h' \) "$@"; }
+source_files() { find "$root"/{core,gst,python,tests} \( -name '*.cpp' -o -name '*.c' -o -name '*.h' \) "$@"; }
 
-build_in() {  # DIR [NINJA TARGETS]
-  ninja -C "$@"
+# build_tree DIR COMPILER [MESON OPTIONS] [-- TARGETS]: sets the folder up and builds it. No cache of a compiler's: what it
+# takes is the same everywhere.
+build_tree() {
+  local dir=$1 compiler=$2
+  local -a options=()
+  shift 2
+  while [ $# -gt 0 ] && [ "$1" != -- ]; do options+=("$1") && shift; done
+  case $compiler in
+    gcc) set -- gcc g++ "${@:2}" ;;
+    clang) set -- clang clang++ "${@:2}" ;;
+  esac
+  CC=$1 CXX=$2 configure "$root/$dir" "${options[@]}" && ninja -C "$root/$dir" "${@:3}"
 }
 
 step_build() {
-  check 'configure' env CC="$gcc_cc" CXX="$gcc_cxx" bash -c \
-    '. "$0/pipelines/lib/setup.sh"; root=$0; configure "$0/build" -Dtests=enabled -Dbenchmarks=enabled -Dpython=enabled' "$root" || return
-  check 'build' build_in "$root/build" || return
+  check_build 'build' build_tree build gcc -Dtests=enabled -Dbenchmarks=enabled -Dpython=enabled || return
   check 'the plugin links neither windows nor image files, and nothing that opens sockets or starts programs' plugin_links
 }
 
@@ -94,59 +139,50 @@ plugin_links() {
 
 step_tests() { meson_tests tests "$root/build" --no-suite=quickstart; }
 step_quickstart() { meson_tests quickstart "$root/build" --suite=quickstart; }
-step_leaks() { meson_tests leaks "$root/build" --setup=leaks --suite=check; }
+
+step_leaks() {
+  check_build 'build for leaks' build_tree build gcc -Dtests=enabled || return
+  meson_tests leaks "$root/build" --setup=leaks --suite=check
+}
+
+# Of a file's processor time a compiler spends more than half on -O2 and on variables' places for a debugger.
+instrumented=(-Dtests=enabled -Dbenchmarks=disabled -Dpython=disabled -Db_lundef=false -Dbuildtype=custom -Doptimization=1
+  -Ddebug=true -Dcpp_args=-g1 -Dc_args=-g1)
+
+# One tree for the tests and for libFuzzer's targets, by clang, which alone has it.
+asan_build() { check_build 'build with ASan, UBSan and libFuzzer' build_tree build-asan clang "${instrumented[@]}" -Dfuzz=true -Db_sanitize=address,undefined; }
 
 # The programs, the simulator's whole pictures and larger sizes of csdtrack_states are tests/long's: each a good part of the time.
-step_asan() { CSDTRACK_SIZES=small asan_tests disabled --no-suite=whole-pictures; }
-
-# asan_tests PROGRAMS [MESON TEST OPTIONS]: with the programs (enabled) or without (disabled).
-asan_tests() {
-  local programs=$1
-  shift
-  check 'build with ASan and UBSan' sanitized_build "$root/build-asan" address,undefined '' "$programs" || return
-  meson_tests asan "$root/build-asan" --setup=asan --no-suite=quickstart "$@"
+step_asan() {
+  asan_build || return
+  CSDTRACK_SIZES=small meson_tests asan "$root/build-asan" --setup=asan --no-suite=quickstart --no-suite=whole-pictures --no-suite=programs
 }
-
-step_tsan() {
-  check 'build with TSan' sanitized_build "$root/build-tsan" thread "${1:-tsan-short}" || return
-  meson_tests tsan "$root/build-tsan" --setup=tsan --suite=tsan-short
-}
-
-sanitized_build() {  # DIR SANITIZERS [TARGET] [PROGRAMS: enabled or disabled]
-  # Of a file's processor time g++ spends more than half on -O2 and on variables' places for a debugger (22 s, 9 s so).
-  CC=$gcc_cc CXX=$gcc_cxx configure "$1" -Dtests=enabled -Dbenchmarks=disabled -Db_sanitize="$2" -Db_lundef=false \
-    -Dbuildtype=custom -Doptimization=1 -Ddebug=true -Dcpp_args=-g1 -Dc_args=-g1 -Dprograms="${4:-disabled}" -Dpeers=disabled && build_in "$1" ${3:+"$3"}
-}
-
-step_soak() { check 'soak: three minutes' "$root/tests/soak" --no-install 0.05; }
 
 step_fuzz() {
-  check 'fuzz: build' fuzz_build || return
+  asan_build || return
   check 'fuzz: planted faults' "$root/tests/fuzz/run" --planted
   check 'fuzz: seeds, regressions and some more' "$root/tests/fuzz/run"
 }
 
-# libFuzzer's programs, by clang, which alone has it.
-fuzz_build() {
-  CC=$clang_cc CXX=$clang_cxx configure "$root/build-fuzz" -Dfuzz=true -Dtests=disabled -Dbenchmarks=disabled -Dpython=disabled \
-    -Dpeers=disabled -Dprograms=enabled -Db_sanitize=address,undefined -Db_lundef=false -Dbuildtype=custom -Doptimization=1 \
-    -Ddebug=true -Dcpp_args=-g1 -Dc_args=-g1 && build_in "$root/build-fuzz" fuzz
+step_tsan() {
+  check_build 'build with TSan' build_tree build-tsan gcc "${instrumented[@]}" -Db_sanitize=thread -Dprograms=disabled -Dpeers=disabled -- tsan-short || return
+  meson_tests tsan "$root/build-tsan" --setup=tsan --suite=tsan-short
 }
 
-step_clang() {
-  # The tests' own sources are tests/long's: they are as many again.
-  check 'clang' clang_syntax core gst python
-}
+step_soak() { check 'soak: three minutes' "$root/tests/soak" --no-install 0.05; }
+
+# The tests' own sources are compiled by clang with ASan.
+step_clang() { check_build 'clang' clang_syntax core gst python; }
 
 # clang_syntax [FOLDER...]: compiles without writing anything: the warnings are what we want, and it takes a third of the
-# time. Of all sources, or of those below the folders.
+# time. Of all sources, or of those below the folders. Without precompiled headers: a file that misses an #include is found here.
 clang_syntax() {
-  CC=$clang_cc CXX=$clang_cxx configure "$root/build-clang" -Dtests=enabled -Dbenchmarks=enabled || return
+  CC=clang CXX=clang++ configure "$root/build-clang" -Dtests=enabled -Dbenchmarks=enabled -Db_pch=false || return
   "$root/tests/lib/syntax.py" "$root/build-clang" "$jobs" "${@/#/$root/}"
 }
 
 step_format() {
-  check 'format' bash -c "$(declare -f sources); root=$root; sources -print0 | xargs -0 clang-format --dry-run -Werror"
+  check 'format' bash -c "$(declare -f source_files); root=$root; source_files -print0 | xargs -0 clang-format --dry-run -Werror"
 }
 
 step_rules() {
@@ -165,7 +201,7 @@ rule_lines() {
     lines=$(wc -l <"$file") most=450
     case $file in "$root"/gst/csd*.cpp) most=700 ;; esac
     [ "$lines" -le $most ] || { echo "error: $file has $lines lines, $most are allowed"; bad=1; }
-  done < <(sources)
+  done < <(source_files)
   return $bad
 }
 
@@ -179,7 +215,7 @@ rule_spdx() {
   while read -r file; do
     head -n 3 "$file" | grep -q 'SPDX-License-Identifier: LGPL-2.1-or-later' ||
       { echo "error: $file has no SPDX line"; bad=1; }
-  done < <(sources; scripts)
+  done < <(source_files; scripts)
   return $bad
 }
 
@@ -189,7 +225,7 @@ rule_mirrored() {
   while read -r name; do
     case $name in
       # Nothing but types, constants and interfaces.
-      image/frame_view | track/algorithm | track/csd2012_choices | track/executor) continue ;;
+      image/frame_view | track/algorithm | track/csd2012_choices | track/executor | precompiled/*) continue ;;
       # A program's parts are tested through the program (csd_X_test.py), by themselves where that reaches more.
       cli/*) continue ;;
     esac

@@ -12,8 +12,6 @@ import sys
 
 def check(entry):
     command = shlex.split(entry["command"])
-    if command[0].endswith("ccache"):
-        command = command[1:]
     output = command.index("-o")
     del command[output:output + 2]
     done = subprocess.run(command + ["-fsyntax-only"], cwd=entry["directory"], capture_output=True, text=True)
@@ -29,5 +27,5 @@ with concurrent.futures.ThreadPoolExecutor(int(sys.argv[2])) as pool:
 for file, code, errors in results:
     if code:
         print(f"FAILED: {file}\n{errors}")
-print(f"{len(results)} sources")
+    print(f"checked {file}")
 sys.exit(any(code for _, code, _ in results) or not results)

@@ -71,11 +71,6 @@ class Scripted final : public Algorithm {
   void add_to(Stats &) const override {}
 };
 
-/// Takes the place of core/track/make_algorithm.cpp.
-std::unique_ptr<Algorithm> make_algorithm(const Settings &, Executor &) {
-  return std::make_unique<Scripted>();
-}
-
 class NoExecutor final : public Executor {
   void post(std::function<void()>) override {}
 };

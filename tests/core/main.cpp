@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Many test files in one program, since each program more is linked with all of OpenCV. An argument names a file, as
+// track/csd_test.cpp: only the tests of the files that are named run, all of them if none is.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <string>
+#include <string_view>
+
+namespace {
+
+/// The full names of the tests that `file` defines, as a filter of GoogleTest's.
+std::string tests_of(std::string_view file) {
+  const auto &all = *testing::UnitTest::GetInstance();
+  const std::string end = "/" + std::string(file);
+  std::string names;
+  for (int s = 0; s < all.total_test_suite_count(); ++s) {
+    const auto &suite = *all.GetTestSuite(s);
+    for (int t = 0; t < suite.total_test_count(); ++t) {
+      const auto &test = *suite.GetTestInfo(t);
+      if (std::string_view(test.file()).ends_with(end)) names += std::string(suite.name()) + "." + test.name() + ":";
+    }
+  }
+  return names;
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
+  testing::InitGoogleMock(&argc, argv);  // takes its own options away, and finds the tests with parameters
+  std::string names;
+  for (int i = 1; i < argc; ++i) {
+    const std::string more = tests_of(argv[i]);
+    if (more.empty()) {
+      std::fprintf(stderr, "error: no test in a file %s\n", argv[i]);
+      return 2;
+    }
+    names += more;
+  }
+  if (!names.empty()) GTEST_FLAG_SET(filter, names);
+  return RUN_ALL_TESTS();
+}
