@@ -164,8 +164,12 @@ step_fuzz() {
   check 'fuzz: seeds, regressions and some more' "$root/tests/fuzz/run"
 }
 
+tsan_build() {  # [-- NINJA TARGET]
+  check_build 'build with TSan' build_tree build-tsan gcc "${instrumented[@]}" -Db_sanitize=thread -Dprograms=disabled -Dpeers=disabled "$@"
+}
+
 step_tsan() {
-  check_build 'build with TSan' build_tree build-tsan gcc "${instrumented[@]}" -Db_sanitize=thread -Dprograms=disabled -Dpeers=disabled -- tsan-short || return
+  tsan_build -- tsan-short || return
   meson_tests tsan "$root/build-tsan" --setup=tsan --suite=tsan-short
 }
 
