@@ -37,6 +37,22 @@ check_build() {
   return $status
 }
 
+# read_words [ARGUMENT...]: sets `steps`, those named among `every_step`, or all, and `install`. Ends the command for
+# --help, which calls usage(), and for words that are none.
+read_words() {
+  local word command=tests/${0##*/}
+  steps=() install=
+  for word; do
+    case $word in
+      -h | --help) usage; exit 0 ;;
+      --no-install) install=--no-install ;;
+      *) [[ " ${every_step[*]} " == *" $word "* ]] || { echo "$command: no step '$word' (see $command --help)" >&2; exit 2; }
+        steps+=("$word") ;;
+    esac
+  done
+  [ ${#steps[@]} -gt 0 ] || steps=("${every_step[@]}")
+}
+
 # ready [--no-install] KIND...: installs what tests/packages lists for these kinds, and says what will be missed.
 ready() {
   local clips=${CSDTRACK_CLIPS:-$root/../shared/clips}
@@ -52,13 +68,14 @@ ready() {
 
 # run_steps STEP...: one after the other; then a table of what each took, the last line, and the exit code.
 run_steps() {
-  local step start spent
+  local prefix=step_ step start spent
+  [ "${0##*/}" != long ] || prefix=step_long_
   local -a rows=()
   for step; do
     start=$SECONDS build_seconds=0 sources=0
-    "step_$step"
+    "$prefix$step"
     spent=$((SECONDS - start))
-    rows+=("$(printf '%-14s %8d %8d %8d' "${step#long_}" $build_seconds $((spent - build_seconds)) $sources)")
+    rows+=("$(printf '%-14s %8d %8d %8d' "$step" $build_seconds $((spent - build_seconds)) $sources)")
   done
   printf '%-14s %8s %8s %8s\n' step 'build s' 'run s' sources
   printf '%s\n' "${rows[@]}"
@@ -113,15 +130,12 @@ source_files() { find "$root"/{core,gst,python,tests} \( -name '*.cpp' -o -name 
 # build_tree DIR COMPILER [MESON OPTIONS] [-- TARGETS]: sets the folder up and builds it. No cache of a compiler's: what it
 # takes is the same everywhere.
 build_tree() {
-  local dir=$1 compiler=$2
+  local dir=$root/$1 cc=$2 cxx=clang++
   local -a options=()
+  [ "$cc" = clang ] || cxx=g++
   shift 2
   while [ $# -gt 0 ] && [ "$1" != -- ]; do options+=("$1") && shift; done
-  case $compiler in
-    gcc) set -- gcc g++ "${@:2}" ;;
-    clang) set -- clang clang++ "${@:2}" ;;
-  esac
-  CC=$1 CXX=$2 configure "$root/$dir" "${options[@]}" && ninja -C "$root/$dir" "${@:3}"
+  CC=$cc CXX=$cxx configure "$dir" "${options[@]}" && ninja -C "$dir" "${@:2}"
 }
 
 step_build() {
