@@ -97,7 +97,14 @@ void *allocate(std::size_t size, std::size_t alignment, void *caller) {
   std::free(memory);
 }
 
+// A sanitizer's own, where it is linked into the program: the C library's would start threads that it never hears of,
+// and clang 19's ends the program when such a thread is joined.
+extern "C" [[gnu::weak]] int __interceptor_pthread_create(pthread_t *, const pthread_attr_t *, void *(*)(void *),
+                                                          void *);
+
 extern "C" int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*run)(void *), void *data) {
-  static const auto real = reinterpret_cast<decltype(&pthread_create)>(dlsym(RTLD_NEXT, "pthread_create"));
+  static const auto real = __interceptor_pthread_create
+                               ? &__interceptor_pthread_create
+                               : reinterpret_cast<decltype(&pthread_create)>(dlsym(RTLD_NEXT, "pthread_create"));
   return fails(thread_start) ? EAGAIN : real(thread, attributes, run, data);
 }
