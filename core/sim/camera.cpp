@@ -55,11 +55,19 @@ double roll_at(double time, double strength) {
 }
 
 Camera camera_at(double time, const Effects &effects, std::uint64_t seed, cv::Size size) {
-  const double sway = effects[Effect::sway], jerk = effects[Effect::jerk];
+  const double sway = effects[Effect::sway], jerk = effects[Effect::jerk], hollow = effects[Effect::cavity];
   cv::Vec3d target{0, 0, 0};
   double tilt_x = base_tilt, tilt_y = 0, roll = roll_at(time, effects[Effect::rotation]);
   double zoom = zoom_at(time, effects[Effect::zoom]);
 
+  if (hollow > 0) {
+    // Forth and back along it, and sideways.
+    const double begun = hollow * smoothstep(time / 1.5);
+    zoom *= 1 + std::min(0.24 * begun, 0.4) * sin_turns(time / 7.3);
+    target[0] += 36 * begun * sin_turns(time / 10.7);
+    target[1] += 26 * begun * sin_turns(time / 6.1);
+    tilt_x -= 0.6 * base_tilt * std::min(hollow, 1.0);
+  }
   if (sway > 0) {
     const auto drift = [&](std::uint64_t axis) {
       // A slow drift, and the tremor of a hand. All of it starts from rest, where the features are chosen.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include "sim/ieee_math.h"
@@ -40,6 +42,21 @@ inline BlackOut black_out(double time, double strength) {
   if (k < 0) return {};
   const double since = time - first - k * cycle_seconds;
   return {static_cast<std::int64_t>(k), since < length, smoothstep(since / length)};
+}
+
+/// 0…1 with `progress`, in six uneven steps, as tissue gives way to a pull: it creeps, then slips. The steps' sizes
+/// belong to the three numbers.
+inline double stick_slip(double progress, std::uint64_t seed, std::uint64_t stream, std::int64_t index) {
+  constexpr int steps = 6;
+  const auto size = [&](int i) { return 0.4 + 1.2 * hashed(seed, stream, steps * index + i); };
+  double all = 0, done = 0;
+  for (int i = 0; i < steps; ++i) all += size(i);
+  const double at = steps * clamp01(progress);
+  for (int i = 0; i < steps && i < at; ++i) {
+    const double x = std::min(at - i, 1.0);
+    done += size(i) * (0.2 * x + 0.8 * smoothstep((x - 0.75) / 0.25));
+  }
+  return done / all;
 }
 
 struct Wipe {

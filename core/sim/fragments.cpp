@@ -41,8 +41,9 @@ void Fragments::reset(cv::Size size) {
   for (Fragment &f : data_) f[Fragment::depth] = nothing;
 }
 
-template <std::size_t Groups>
-void Fragments::draw_triangle(std::size_t ia, std::size_t ib, std::size_t ic, const std::vector<Fragment> &corners) {
+template <std::size_t Groups, bool Shared>
+void Fragments::draw_triangle(std::size_t ia, std::size_t ib, std::size_t ic, const std::vector<Fragment> &corners,
+                              const Part *part) {
   cv::Point a = snapped_[ia], b = snapped_[ib], c = snapped_[ic];
   std::int64_t area =
       static_cast<std::int64_t>(b.x - a.x) * (c.y - a.y) - static_cast<std::int64_t>(b.y - a.y) * (c.x - a.x);
@@ -80,7 +81,9 @@ void Fragments::draw_triangle(std::size_t ia, std::size_t ib, std::size_t ic, co
     Fragment *p = data_.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(size_.width) + left;
     std::array<float, n> value = start;
     for (int x = left; x <= right; ++x, ++p) {
-      if ((v0 | v1 | v2) >= 0 && value[0] < p->value[0]) {
+      bool drawn = (v0 | v1 | v2) >= 0 && value[0] < p->value[0];
+      if constexpr (Shared) drawn = drawn && part->belongs(value[Fragment::u], value[Fragment::v]);
+      if (drawn) {
         for (std::size_t k = 0; k < n; ++k) p->value[k] = value[k];
       }
       v0 += e0.dx;
@@ -96,36 +99,54 @@ void Fragments::draw_triangle(std::size_t ia, std::size_t ib, std::size_t ic, co
 }
 
 template <std::size_t Groups>
-void Fragments::draw(int columns, int rows, const std::vector<Fragment> &corners) {
+void Fragments::draw(int columns, int rows, const std::vector<Fragment> &corners, const Part *part) {
   for (int j = 0; j + 1 < rows; ++j) {
     for (int i = 0; i + 1 < columns; ++i) {
       const std::size_t a =
           static_cast<std::size_t>(j) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(i);
       const std::size_t b = a + 1, c = a + static_cast<std::size_t>(columns), d = c + 1;
+      bool shared = false;
+      if (part) {
+        int own = 0;
+        bool nobodys = false;
+        for (const std::size_t corner : {a, b, c, d}) {
+          own += part->owners[corner] == part->owner;
+          nobodys |= part->owners[corner] == Part::nobody;
+        }
+        if (own == 0 || nobodys) continue;
+        shared = own < 4 && part->belongs;
+      }
+      const auto triangle = [&](std::size_t i0, std::size_t i1, std::size_t i2) {
+        if (shared) {
+          draw_triangle<Groups, true>(i0, i1, i2, corners, part);
+        } else {
+          draw_triangle<Groups, false>(i0, i1, i2, corners, part);
+        }
+      };
       // Diagonals by turns: what linear interpolation gets wrong then has no direction.
       if ((i + j) % 2 == 0) {
-        draw_triangle<Groups>(a, b, d, corners);
-        draw_triangle<Groups>(a, d, c, corners);
+        triangle(a, b, d);
+        triangle(a, d, c);
       } else {
-        draw_triangle<Groups>(a, b, c, corners);
-        draw_triangle<Groups>(b, d, c, corners);
+        triangle(a, b, c);
+        triangle(b, d, c);
       }
     }
   }
 }
 
 void Fragments::draw_grid(int columns, int rows, const std::vector<cv::Point2d> &image,
-                          const std::vector<Fragment> &corners, std::size_t used) {
+                          const std::vector<Fragment> &corners, std::size_t used, const Part *part) {
   snapped_.clear();
   for (const auto &p : image) snapped_.emplace_back(snap(p.x), snap(p.y));
   switch ((used + 3) / 4) {
     case 1:
     case 2:
-      return draw<2>(columns, rows, corners);
+      return draw<2>(columns, rows, corners, part);
     case 3:
-      return draw<3>(columns, rows, corners);
+      return draw<3>(columns, rows, corners, part);
     default:
-      return draw<4>(columns, rows, corners);
+      return draw<4>(columns, rows, corners, part);
   }
 }
 

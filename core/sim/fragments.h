@@ -5,6 +5,8 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace csd::sim {
@@ -19,7 +21,7 @@ struct Fragment {
     gain,      ///< of the light
     normal_x,  ///< of the surface, along the picture's axes; 0,0 faces the camera's axis
     normal_y,
-    height,    ///< of the surface in the scene, units
+    sheet,     ///< which of Sheets it is; negative: the bed
     blood,     ///< how far inside the pool, in widths of its edge: covered from 0.5 on, free at −0.5
     water,     ///< likewise
     changed,   ///< likewise, of tissue that looks different for good
@@ -33,6 +35,15 @@ struct Fragment {
   float &operator[](Value i) { return value[i]; }
 };
 
+/// A part of a grid: what belongs to one sheet.
+struct Part {
+  static constexpr std::uint8_t nobody = 255;
+
+  const std::vector<std::uint8_t> &owners;             ///< of each corner; a cell with a corner of `nobody` is not drawn
+  std::uint8_t owner;                                  ///< whose part it is
+  std::function<bool(float u, float v)> belongs = {};  ///< within the cells that several share; none: all of each
+};
+
 /// The nearest surface for each pixel.
 class Fragments {
  public:
@@ -41,9 +52,9 @@ class Fragments {
   void reset(cv::Size size);
 
   /// Draws a grid of corners, `columns` × `rows`, as triangles. `image` holds their positions in pixels, `corners` the
-  /// rest. Only the first `used` (rounded up to 4) values are interpolated.
+  /// rest. Only the first `used` (rounded up to 4) values are interpolated. With a `part` only that is drawn.
   void draw_grid(int columns, int rows, const std::vector<cv::Point2d> &image, const std::vector<Fragment> &corners,
-                 std::size_t used);
+                 std::size_t used, const Part *part = nullptr);
 
   cv::Size size() const { return size_; }
   const Fragment *row(int y) const {
@@ -53,9 +64,10 @@ class Fragments {
 
  private:
   template <std::size_t Groups>
-  void draw(int columns, int rows, const std::vector<Fragment> &corners);
-  template <std::size_t Groups>
-  void draw_triangle(std::size_t a, std::size_t b, std::size_t c, const std::vector<Fragment> &corners);
+  void draw(int columns, int rows, const std::vector<Fragment> &corners, const Part *part);
+  template <std::size_t Groups, bool Shared>
+  void draw_triangle(std::size_t a, std::size_t b, std::size_t c, const std::vector<Fragment> &corners,
+                     const Part *part);
 
   cv::Size size_;
   std::vector<Fragment> data_;

@@ -34,6 +34,7 @@ Light::Light(double time, const Effects &effects, std::uint64_t seed, const Came
   const double light = effects[Effect::light];
   follows_ = std::min(light, 1.0);
   falloff_ = effects[Effect::falloff];
+  hollow_ = std::min(effects[Effect::cavity], 1.0);
   reference_ = camera.distance;
   lamp_ = camera.centre;
   const auto drift = [&](std::uint64_t i) { return smoothstep(time / 2) * wander(seed, stream_light + i, time / 1.7); };
@@ -59,6 +60,11 @@ double Light::on(const cv::Vec3d &rest_normal, const cv::Vec3d &normal, const cv
     // Inverse square, made steeper by the tissue's own turning away; against the distance of the middle, since
     // exposure follows the scope's.
     if (falloff_ > 0) gain *= exp_of(-3.5 * 0.69314718055994531 * falloff_ * log2_of(distance / reference_));
+  }
+  if (hollow_ > 0) {
+    // A far end gets half of the light of the near walls: what scopes' exposure leaves to be seen.
+    const cv::Vec3d to_lamp = lamp_ - position;
+    gain *= lerp(1, 2.1 / (1 + std::sqrt(to_lamp.dot(to_lamp)) / nominal_distance), hollow_);
   }
   return gain;
 }

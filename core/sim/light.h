@@ -23,7 +23,7 @@ class Light {
   const cv::Vec3d &gain() const { return gain_; }
 
  private:
-  double follows_ = 0, falloff_ = 0;
+  double follows_ = 0, falloff_ = 0, hollow_ = 0;
   cv::Vec3d lamp_;
   double reference_ = 1;  // the distance at which falloff changes nothing
   cv::Vec3d gain_{1, 1, 1};

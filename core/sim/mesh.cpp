@@ -10,6 +10,8 @@
 namespace csd::sim {
 namespace {
 
+constexpr double hollow_finer = 0.6;  // rings are narrower than what else is bent
+
 /// A rectangle of pixels, before deformation, that shows all tissue which deformation may bring into the picture.
 struct Extent {
   double left, top, right, bottom;
@@ -52,7 +54,7 @@ class ExtentFinder {
 }  // namespace
 
 void Mesh::build(const Surface &surface, const Surface::Moment &moment, const Camera &camera, cv::Size size) {
-  const double scale = size.height / units_high, step = cell * scale;
+  const double scale = size.height / units_high, step = cell * scale * (surface.hollow() ? hollow_finer : 1);
   // What lies below the plane appears nearer to the middle than its place on the plane.
   const double half = 0.5 * std::sqrt(1.0 * size.width * size.width + 1.0 * size.height * size.height);
   const double bound = std::min(surface.reach() * camera.magnification + half * 0.6, 3.0 * half);
@@ -69,6 +71,22 @@ void Mesh::build(const Surface &surface, const Surface::Moment &moment, const Ca
       p.position = moment.at(p.place);
       p.image = camera.project(p.position);
     }
+  }
+  find_slopes();
+}
+
+void Mesh::move_with(std::uint8_t sheet, const Surface::Moment &moment, const Camera &camera) {
+  for (Point &p : points) {
+    p.position = moment.at(p.place, sheet);
+    p.image = camera.project(p.position);
+  }
+  find_slopes();
+}
+
+void Mesh::lay_on_bed(const Surface::Moment &moment, const Camera &camera) {
+  for (Point &p : points) {
+    p.position = moment.bed(p.place);
+    p.image = camera.project(p.position);
   }
   find_slopes();
 }

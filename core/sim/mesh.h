@@ -3,6 +3,7 @@
 
 #include <opencv2/core.hpp>
 
+#include <cstdint>
 #include <vector>
 
 #include "sim/camera.h"
@@ -29,6 +30,10 @@ struct Mesh {
 
   /// Makes the mesh of what `camera` sees in a picture of `size`; memory is reused.
   void build(const Surface &surface, const Surface::Moment &moment, const Camera &camera, cv::Size size);
+  /// Moves the points of a built mesh as if all of them belonged to `sheet`.
+  void move_with(std::uint8_t sheet, const Surface::Moment &moment, const Camera &camera);
+  /// Lays the mesh onto the bed under the tissue.
+  void lay_on_bed(const Surface::Moment &moment, const Camera &camera);
 
  private:
   void find_slopes();

@@ -16,6 +16,10 @@ enum class Effect : std::uint8_t {
   heart_mild,    ///< a stabilised heart, or tissue near one
   liver,         ///< breathing: slow shift and bulging
   fold,          ///< a fold that leans over the tissue behind it and breathes
+  slide,         ///< a sheet of tissue slides over another
+  tear,          ///< a cut opens, and its lips part
+  grasp,         ///< an instrument takes hold of the tissue, stretches it and lets go
+  cavity,        ///< the scope moves in a hollow organ: near walls, a far end, folds like rings
   zoom,          ///< the scope goes near and far: magnification 0.66…2.8
   rotation,      ///< the scope rolls: −50…120°
   sway,          ///< the scope drifts and trembles in the hand

@@ -85,6 +85,10 @@ struct Simulator::Impl {
   bool dark(double t) const { return strength(Effect::black) > 0 && black_out(t, strength(Effect::black)).dark; }
   bool cut_away(double t) const { return elsewhere && is_cut(t); }
 
+  Tools tools(double t) const {
+    return Tools(t, strength(Effect::tools), settings.seed, settings.size, tissue->grip(t, settings.size));
+  }
+
   void find(double t) {
     if (found_at == t) return;
     const double shutter = std::min(0.5 * strength(Effect::motion_blur), 1.0) / settings.rate;
@@ -94,6 +98,8 @@ struct Simulator::Impl {
 
   void expose(double t, std::uint64_t moment, cv::Mat &bgr);
   cv::Point2d surface_at(double t, cv::Point2d pixel) const;
+  const Fragment *shown_at(cv::Point2d nearest) const;
+  cv::Point2d newton(double t, cv::Point2d pixel, cv::Point2d uv, std::uint8_t sheet) const;
   bool hidden(double t, const Tools &tools, const SmokeLayer &smoke, const Lens &lens, cv::Point2d uv,
               cv::Point2d pixel) const;
   bool folded(cv::Point2d uv, cv::Point2d pixel) const;
@@ -129,7 +135,7 @@ void Simulator::Impl::expose(double t, std::uint64_t moment, cv::Mat &bgr) {
       tissue->paint(t, fragments, canvas);
     }
     if (shutter > 0) blur_motion(cut_away(t) ? other_fragments : fragments, canvas, copy);
-    if (!cut_away(t)) Tools(t, strength(Effect::tools), settings.seed, settings.size).draw(canvas);
+    if (!cut_away(t)) tools(t).draw(canvas);
     SmokeLayer(t, strength(Effect::smoke), settings.seed, settings.size).draw(canvas);
     Lens(t, settings.effects, settings.size).draw(canvas, scratch);
   }
@@ -142,22 +148,52 @@ cv::Point2d Simulator::Impl::surface_at(double t, cv::Point2d pixel) const {
     const cv::Point3d at = tissue->project(t, size, uv);
     return at.z > 0 ? std::hypot(at.x - pixel.x, at.y - pixel.y) : std::numeric_limits<double>::infinity();
   };
-  cv::Point2d uv = tissue->camera(t, size).to_plane(pixel), shown = uv;
   const cv::Point2d nearest(std::floor(pixel.x + 0.5), std::floor(pixel.y + 0.5));
-  if (nearest.inside(cv::Rect2d({}, cv::Size2d(size)))) {
-    const Fragment &f = fragments.at(static_cast<int>(nearest.x), static_cast<int>(nearest.y));
-    if (f[Fragment::depth] < Fragments::nothing) uv = shown = {f[Fragment::u], f[Fragment::v]};
+  std::optional<cv::Point2d> found;
+  if (const Fragment *f = shown_at(nearest)) {
+    if ((*f)[Fragment::sheet] >= 0) {  // what lies bare in a wound is nobody's
+      const cv::Point2d shown((*f)[Fragment::u], (*f)[Fragment::v]);
+      const auto sheet = static_cast<std::uint8_t>((*f)[Fragment::sheet]);
+      const cv::Point2d uv = newton(t, pixel, shown, sheet);
+      // On the edge of a fold a pixel shows two places, and Newton's method may swing between them.
+      if (off(uv) < 1e-6) {
+        found = uv;
+      } else if (off(shown) < 1) {
+        found = shown;
+      }
+    }
+  } else {
+    tissue->sheets().each([&](std::uint8_t sheet) {
+      const cv::Point2d uv = newton(t, pixel, tissue->camera(t, size).to_plane(pixel), sheet);
+      if (off(uv) < 1e-6 && (!found || tissue->project(t, size, uv).z < tissue->project(t, size, *found).z)) found = uv;
+    });
   }
-  // Newton's method on the exact projection.
+  if (found) return *found;
+  std::ostringstream text;
+  text.exceptions(std::ios::badbit);
+  text << "the simulated surface has no point at the pixel " << pixel.x << "," << pixel.y;
+  throw std::invalid_argument(text.str());
+}
+
+/// What a pixel shows of the surface; null outside the picture and where there is nothing.
+const Fragment *Simulator::Impl::shown_at(cv::Point2d nearest) const {
+  if (!nearest.inside(cv::Rect2d({}, cv::Size2d(settings.size)))) return nullptr;
+  const Fragment &f = fragments.at(static_cast<int>(nearest.x), static_cast<int>(nearest.y));
+  return f[Fragment::depth] < Fragments::nothing ? &f : nullptr;
+}
+
+/// Newton's method on the exact projection of a sheet.
+cv::Point2d Simulator::Impl::newton(double t, cv::Point2d pixel, cv::Point2d uv, std::uint8_t sheet) const {
+  const cv::Size size = settings.size;
   constexpr double step = 0.01;
   for (int i = 0; i < 30; ++i) {
-    const cv::Point3d at = tissue->project(t, size, uv);
+    const cv::Point3d at = tissue->project(t, size, uv, sheet);
     const cv::Point2d error(pixel.x - at.x, pixel.y - at.y);
     if (error.dot(error) < 1e-22) break;
     const cv::Point3d du =
-        tissue->project(t, size, {uv.x + step, uv.y}) - tissue->project(t, size, {uv.x - step, uv.y});
+        tissue->project(t, size, {uv.x + step, uv.y}, sheet) - tissue->project(t, size, {uv.x - step, uv.y}, sheet);
     const cv::Point3d dv =
-        tissue->project(t, size, {uv.x, uv.y + step}) - tissue->project(t, size, {uv.x, uv.y - step});
+        tissue->project(t, size, {uv.x, uv.y + step}, sheet) - tissue->project(t, size, {uv.x, uv.y - step}, sheet);
     const double det = du.x * dv.y - dv.x * du.y;
     if (std::abs(det) < 1e-12) break;
     cv::Point2d move(2 * step * (dv.y * error.x - dv.x * error.y) / det,
@@ -166,24 +202,22 @@ cv::Point2d Simulator::Impl::surface_at(double t, cv::Point2d pixel) const {
     if (length > 20) move *= 20 / length;
     uv += move;
   }
-  if (off(uv) < 1e-6) return uv;
-  // On the edge of a fold a pixel shows two places, and Newton's method may swing between them.
-  if (off(shown) < 1) return shown;
-  std::ostringstream text;
-  text.exceptions(std::ios::badbit);
-  text << "the simulated surface has no point at the pixel " << pixel.x << "," << pixel.y;
-  throw std::invalid_argument(text.str());
+  return uv;
 }
 
 /// Whether another part of the surface is what the pixels around show.
 bool Simulator::Impl::folded(cv::Point2d uv, cv::Point2d pixel) const {
   const cv::Size size = settings.size;
   const int x = static_cast<int>(std::floor(pixel.x + 0.5)), y = static_cast<int>(std::floor(pixel.y + 0.5));
+  // Where the tissue is cut, a pixel shows either sheet.
+  const auto sheet = static_cast<float>(tissue->sheet_of(uv));
+  const Fragment *shown = shown_at(cv::Point2d(x, y));
+  if (tissue->sheets().any() && shown && (*shown)[Fragment::sheet] != sheet) return true;
   float u0 = 1e9F, u1 = -1e9F, v0 = 1e9F, v1 = -1e9F;
   for (int j = std::max(y - 1, 0); j <= std::min(y + 1, size.height - 1); ++j) {
     for (int i = std::max(x - 1, 0); i <= std::min(x + 1, size.width - 1); ++i) {
       const Fragment &f = fragments.at(i, j);
-      if (f[Fragment::depth] >= Fragments::nothing) continue;
+      if (f[Fragment::depth] >= Fragments::nothing || f[Fragment::sheet] != sheet) continue;
       u0 = std::min(u0, f[Fragment::u]);
       u1 = std::max(u1, f[Fragment::u]);
       v0 = std::min(v0, f[Fragment::v]);
@@ -282,7 +316,7 @@ std::vector<TruthPoint> Simulator::truth(std::uint64_t n, std::span<const cv::Po
   const SimSettings &s = impl_->settings;
   const cv::Size size = s.size;
   if (!impl_->dark(t) && !impl_->cut_away(t)) impl_->find(t);
-  const Tools tools(t, s.effects[Effect::tools], s.seed, size);
+  const Tools tools = impl_->tools(t);
   const SmokeLayer smoke(t, s.effects[Effect::smoke], s.seed, size);
   const Lens lens(t, s.effects, size);
   std::vector<TruthPoint> result;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/camera.h"
 #include "sim/ieee_math.h"
 
 namespace csd::sim {
@@ -40,7 +41,8 @@ double fold_at(double u, double v) {
 
 }  // namespace
 
-Surface::Surface(const Effects &effects, std::uint64_t seed) : fold_(effects[Effect::fold]), seed_(seed) {
+Surface::Surface(const Effects &effects, std::uint64_t seed)
+    : fold_(effects[Effect::fold]), sheets_(effects, seed), cavity_(effects[Effect::cavity]), grasp_(effects[Effect::grasp]), seed_(seed) {
   Random random(seed, stream_relief);
   // A jittered 4 × 3 grid, up and down by turns: no seed gives a flat scene.
   for (int i = 0; i < bumps; ++i) {
@@ -78,7 +80,8 @@ Surface::Surface(const Effects &effects, std::uint64_t seed) : fold_(effects[Eff
   for (const auto &p : pulses_) {
     together += 0.45 * (1.15 * cv::norm(p.cardiac) + 1.22 * cv::norm(p.breath) + cv::norm(p.noise));
   }
-  reach_ += together * 0.5 + fold_ * fold_lean * 1.3;
+  reach_ += together * 0.5 + fold_ * fold_lean * 1.3 + sheets_.reach() + cavity_.reach() +
+            grasp_reach(grasp_);
 }
 
 Surface::Moment Surface::at(double time) const {
@@ -98,12 +101,29 @@ Surface::Moment Surface::at(double time) const {
     const double breathes = 1 + 0.18 * b + 0.06 * heartbeat(beats);
     moment.fold_ = fold_ * breathes * cv::Vec3d(0, fold_lean, fold_height);
   }
+  if (sheets_.any()) {
+    moment.sheets_ = &sheets_;
+    moment.cuts_ = sheets_.at(time);
+  }
+  if (grasp_ > 0) {
+    moment.grasp_ = grasp_at(time, grasp_, seed_);
+    moment.grasped_ = moment.grasp_.pull != cv::Vec3d(0, 0, 0);
+    moment.grasped_sheet_ = Sheets::sheet_of(sheets_.place(moment.grasp_.hold.x, moment.grasp_.hold.y));
+  }
   return moment;
 }
 
-cv::Vec3d Surface::Moment::at(const Place &place) const {
-  cv::Vec3d p = cv::Vec3d(place.u, place.v, place.relief) + shift_ + place.fold * fold_;
+cv::Vec3d Surface::Moment::at(const Place &place, std::uint8_t sheet) const {
+  cv::Vec3d p = whole(place, sheet);
+  if (sheets_) p += sheets_->shift(cuts_, place.cuts, sheet);
+  return p;
+}
+
+cv::Vec3d Surface::Moment::whole(const Place &place, std::uint8_t sheet) const {
+  cv::Vec3d p = place.rest + shift_ + place.fold * fold_;
   for (std::size_t i = 0; i < push_.size(); ++i) p += place.pulse[i] * push_[i];
+  // What is grasped of one sheet does not pull at the other; the two lips of a cut hang together.
+  if (grasped_ && ((sheet ^ grasped_sheet_) & Sheets::upper) == 0) p += grasp_.at(place.u, place.v);
   return p;
 }
 
@@ -111,12 +131,21 @@ Surface::Place Surface::place(double u, double v) const {
   Place p;
   p.u = u;
   p.v = v;
+  double relief = 0;
   cv::Vec3d along_u{1, 0, 0}, along_v{0, 1, 0};
   for (const Bump &bump : relief_) {
     const double du = u - bump.u, dv = v - bump.v, height = bump.height * gaussian(du, dv, bump.inverse);
-    p.relief += height;
+    relief += height;
     along_u[2] -= 2 * bump.inverse * height * du;
     along_v[2] -= 2 * bump.inverse * height * dv;
+  }
+  p.rest = {u, v, relief};
+  if (cavity_.any()) {
+    constexpr double step = 0.5;
+    p.rest = cavity_.at(u, v, relief);
+    const double by_u = step * along_u[2], by_v = step * along_v[2];
+    along_u = (cavity_.at(u + step, v, relief + by_u) - cavity_.at(u - step, v, relief - by_u)) * (0.5 / step);
+    along_v = (cavity_.at(u, v + step, relief + by_v) - cavity_.at(u, v - step, relief - by_v)) * (0.5 / step);
   }
   for (std::size_t i = 0; i < pulses_.size(); ++i) {
     p.pulse[i] = gaussian(u - pulses_[i].u, v - pulses_[i].v, pulses_[i].inverse);
@@ -129,8 +158,18 @@ Surface::Place Surface::place(double u, double v) const {
     along_u += du * push;
     along_v += dv * push;
   }
+  if (sheets_.any()) {
+    p.cuts = sheets_.place(u, v);
+    p.sheet = Sheets::sheet_of(p.cuts);
+  }
   const cv::Vec3d n = along_u.cross(along_v);
   p.normal = n / std::sqrt(n.dot(n));
+  if (cavity_.any()) {
+    // Walls are seen aslant: folds show by how they differ from a wall without.
+    const cv::Vec3d lamp = cv::Vec3d(0, 0, nominal_distance) - p.rest;
+    const double faces = p.normal.dot(lamp) / std::sqrt(lamp.dot(lamp));
+    p.normal = {0, 0, std::clamp(0.77 * faces / cavity_.facing(u, v), 0.52, 1.0)};
+  }
   return p;
 }
 

@@ -6,7 +6,10 @@
 #include <array>
 #include <cstdint>
 
+#include "sim/cavity.h"
+#include "sim/grasp.h"
 #include "sim/scenario.h"
+#include "sim/sheets.h"
 
 namespace csd::sim {
 
@@ -14,7 +17,7 @@ inline constexpr double heart_rate = 1.25, breath_rate = 0.25;  ///< Hz, the mea
 
 /// The tissue's surface: a relief over texture coordinates (u, v), deformed by a mixture of Gaussians that move with
 /// the heart and with breathing, and a little at random (§3.1). Texture coordinates are units; at rest a point lies at
-/// (u, v, relief).
+/// (u, v, relief), but in a cavity.
 class Surface {
  public:
   Surface(const Effects &effects, std::uint64_t seed);
@@ -24,10 +27,12 @@ class Surface {
   /// What a place on the surface takes part in: all that doesn't depend on time, and takes long.
   struct Place {
     double u = 0, v = 0;
-    double relief = 0;
-    cv::Vec3d normal;  ///< at rest, length 1, towards the scope
+    cv::Vec3d rest;    ///< where it lies at rest
+    cv::Vec3d normal;  ///< at rest, length 1, towards the scope; z is towards the lamp at rest
     std::array<double, gaussians> pulse{};
     double fold = 0;
+    Sheets::Place cuts;
+    std::uint8_t sheet = 0;  ///< that it belongs to
   };
   Place place(double u, double v) const;
 
@@ -35,17 +40,31 @@ class Surface {
   class Moment {
    public:
     /// Where a place is, units.
-    cv::Vec3d at(const Place &place) const;
+    cv::Vec3d at(const Place &place) const { return at(place, place.sheet); }
+    /// Where it would be if it moved with another sheet.
+    cv::Vec3d at(const Place &place, std::uint8_t sheet) const;
+    /// What lies under it in a wound.
+    cv::Vec3d bed(const Place &place) const { return whole(place, place.sheet) + Sheets::bed_shift(); }
+    const Sheets::Moment &cuts() const { return cuts_; }
 
    private:
     friend class Surface;
+    cv::Vec3d whole(const Place &place, std::uint8_t sheet) const;  // as if nothing were cut
+
     std::array<cv::Vec3d, gaussians> push_{};  // of each Gaussian, units
     cv::Vec3d shift_;                          // of everything
     cv::Vec3d fold_;                           // of the fold's ridge
+    const Sheets *sheets_ = nullptr;           // none: nothing is cut
+    Sheets::Moment cuts_;
+    Grasp grasp_;
+    bool grasped_ = false;
+    std::uint8_t grasped_sheet_ = 0;
   };
 
   Moment at(double time) const;
 
+  const Sheets &sheets() const { return sheets_; }
+  bool hollow() const { return cavity_.any(); }
   double reach() const { return reach_; }  ///< no point is ever farther than this from its (u, v), units, sideways
 
  private:
@@ -64,6 +83,9 @@ class Surface {
   std::array<Pulse, gaussians> pulses_;
   cv::Vec3d drift_;  // of everything, with breathing
   double fold_;
+  Sheets sheets_;
+  Cavity cavity_;
+  double grasp_;
   std::uint64_t seed_;
   double reach_ = 0;
 };

@@ -13,6 +13,9 @@ constexpr float blood_colour[3] = {20, 14, 122};  // B, G, R
 constexpr float water_tint[3] = {1.08F, 1.06F, 1.0F};
 constexpr float stain[3] = {0.62F, 0.6F, 0.82F};      // what washed tissue keeps of its colour
 constexpr float displaced_u = 173, displaced_v = 91;  // where its new pattern comes from, units
+constexpr double bed_u = 400, bed_v = 300;  // likewise of the tissue under a wound
+constexpr float bed_tint[3] = {0.5F, 0.46F, 0.8F};
+constexpr double nearest_seen = 20;  // units before the camera
 constexpr float blood_gloss = 1.3F, water_gloss = 1.5F;
 
 }  // namespace
@@ -25,43 +28,107 @@ Tissue::Tissue(const Effects &effects, std::uint64_t seed, TextureMap texture)
       fluids_(effects, seed),
       highlights_(effects[Effect::specular], seed) {}
 
+/// A moment, and what moves while the shutter is open then.
+struct Tissue::View {
+  View(const Tissue &tissue, double at, cv::Size size, double shutter)
+      : time(at),
+        moving(shutter > 0),
+        camera(tissue.camera(at, size)),
+        before(tissue.camera(at - shutter / 2, size)),
+        after(tissue.camera(at + shutter / 2, size)),
+        now(tissue.surface_.at(at)),
+        earlier(tissue.surface_.at(at - shutter / 2)),
+        later(tissue.surface_.at(at + shutter / 2)),
+        light(at, tissue.effects_, tissue.seed_, camera) {}
+
+  double time;
+  bool moving;
+  Camera camera, before, after;
+  Surface::Moment now, earlier, later;
+  Light light;
+};
+
 cv::Point3d Tissue::project(double time, cv::Size size, cv::Point2d uv) const {
   return camera(time, size).project(surface_.at(time).at(surface_.place(uv.x, uv.y)));
 }
 
+cv::Point3d Tissue::project(double time, cv::Size size, cv::Point2d uv, std::uint8_t sheet) const {
+  return camera(time, size).project(surface_.at(time).at(surface_.place(uv.x, uv.y), sheet));
+}
+
 void Tissue::find(double time, cv::Size size, double shutter, Fragments &fragments) {
-  const Camera here = camera(time, size);
-  const Surface::Moment moment = surface_.at(time);
-  mesh_.build(surface_, moment, here, size);
-  const Light light(time, effects_, seed_, here);
+  const View view(*this, time, size, shutter);
+  mesh_.build(surface_, view.now, view.camera, size);
+  fragments.reset(size);
+  if (!sheets().any() && !surface_.hollow()) {
+    draw(view, 0, nullptr, fragments);
+    return;
+  }
+  const auto owned_by = [this](auto owner_of) {
+    owners_.clear();
+    for (const Mesh::Point &p : mesh_.points) owners_.push_back(owner_of(p));
+  };
+  // In a cavity some of the walls are beside or behind the scope.
+  owned_by([&](const Mesh::Point &p) { return p.image.z > nearest_seen ? p.place.sheet : Part::nobody; });
+  sheets().each([&](std::uint8_t sheet) {
+    mesh_.move_with(sheet, view.now, view.camera);
+    const auto belongs = [&](float u, float v) { return sheet_of({u, v}) == sheet; };
+    const Part part{owners_, sheet, belongs};
+    draw(view, sheet, &part, fragments);
+  });
+  owned_by([&](const Mesh::Point &p) {
+    const bool bare = p.image.z > nearest_seen && Sheets::bared(view.now.cuts(), p.place.cuts);
+    return static_cast<std::uint8_t>(bare ? 0 : Part::nobody);
+  });
+  if (std::all_of(owners_.begin(), owners_.end(), [](std::uint8_t o) { return o == Part::nobody; })) return;
+  mesh_.lay_on_bed(view.now, view.camera);
+  const Part part{owners_, 0};
+  draw(view, Sheets::bed, &part, fragments);
+}
 
-  const bool moving = shutter > 0;
-  const Camera before = camera(time - shutter / 2, size), after = camera(time + shutter / 2, size);
-  const Surface::Moment earlier = surface_.at(time - shutter / 2), later = surface_.at(time + shutter / 2);
-
+void Tissue::draw(const View &view, int sheet, const Part *part, Fragments &fragments) {
+  const bool bed = sheet == Sheets::bed;
+  const auto where = [&](const Surface::Moment &moment, const Surface::Place &place) {
+    if (!part) return moment.at(place);
+    return bed ? moment.bed(place) : moment.at(place, static_cast<std::uint8_t>(sheet));
+  };
   image_.clear();
   corners_.resize(mesh_.points.size());
   for (std::size_t i = 0; i < corners_.size(); ++i) {
     const Mesh::Point &p = mesh_.points[i];
     Fragment &c = corners_[i];
     image_.emplace_back(p.image.x, p.image.y);
-    c[Fragment::depth] = static_cast<float>(p.image.z);
-    c[Fragment::u] = static_cast<float>(p.place.u);
-    c[Fragment::v] = static_cast<float>(p.place.v);
+    const double nearer = !bed && (sheet & Sheets::upper) != 0 ? Sheets::hides : 0;
+    c[Fragment::depth] = static_cast<float>(p.image.z - nearer);
+    c[Fragment::u] = static_cast<float>(p.place.u + (bed ? bed_u : 0));
+    c[Fragment::v] = static_cast<float>(p.place.v + (bed ? bed_v : 0));
     c[Fragment::level] = static_cast<float>(p.units_log2);
-    c[Fragment::gain] = static_cast<float>(light.on(p.place.normal, p.normal, p.position));
-    c[Fragment::normal_x] = static_cast<float>(p.normal.dot(here.right));
-    c[Fragment::normal_y] = static_cast<float>(p.normal.dot(here.down));
-    if (fluids_.any()) fluids_.wet(time, p.place.u, p.place.v, c);
-    if (moving) {
-      const cv::Point3d a = before.project(earlier.at(p.place)), b = after.project(later.at(p.place));
+    double gain = view.light.on(p.place.normal, p.normal, p.position);
+    if (part) gain *= sheets().shade(view.now.cuts(), p.place.cuts, sheet);
+    c[Fragment::gain] = static_cast<float>(gain);
+    c[Fragment::normal_x] = static_cast<float>(p.normal.dot(view.camera.right));
+    c[Fragment::normal_y] = static_cast<float>(p.normal.dot(view.camera.down));
+    c[Fragment::sheet] = static_cast<float>(sheet);
+    if (fluids_.any()) fluids_.wet(view.time, p.place.u, p.place.v, c);
+    if (view.moving) {
+      const cv::Point3d a = view.before.project(where(view.earlier, p.place)),
+                        b = view.after.project(where(view.later, p.place));
       c[Fragment::motion_x] = static_cast<float>(b.x - a.x);
       c[Fragment::motion_y] = static_cast<float>(b.y - a.y);
     }
   }
-  fragments.reset(size);
-  const std::size_t used = moving ? Fragment::count : fluids_.any() ? Fragment::motion_x : Fragment::blood;
-  fragments.draw_grid(mesh_.columns, mesh_.rows, image_, corners_, used);
+  const std::size_t used = view.moving ? Fragment::count : fluids_.any() ? Fragment::motion_x : Fragment::blood;
+  fragments.draw_grid(mesh_.columns, mesh_.rows, image_, corners_, used, part);
+}
+
+std::optional<Tools::Grip> Tissue::grip(double time, cv::Size size) const {
+  const Grasp g = grasp_at(time, effects_[Effect::grasp], seed_);
+  if (g.in <= 0) return {};
+  const cv::Point3d held = project(time, size, g.hold);
+  const double w = size.width, h = size.height;
+  if (!(held.z > 0 && held.x > -w && held.x < 2 * w && held.y > -h && held.y < 2 * h)) return {};
+  const cv::Point2d tip(held.x, held.y), port(g.port.x * w, g.port.y * h);
+  return Tools::Grip{tip + (port - tip) * (0.95 * (1 - g.in)), port, g.open, g.coloured};
 }
 
 bool Tissue::drowned(double time, cv::Point2d uv) const {
@@ -132,6 +199,8 @@ void Tissue::paint_row(double time, const Camera &camera, const Fragments &fragm
       if (water > 0)
         for (std::size_t c = 0; c < 3; ++c) texel[c] *= 1 + water * (water_tint[c] - 1);
     }
+    if (f[Fragment::sheet] < 0)
+      for (std::size_t c = 0; c < 3; ++c) texel[c] *= bed_tint[c];
     const float gain = f[Fragment::gain];
     for (std::size_t c = 0; c < 3; ++c) texel[c] *= gain;
     const float slope_x = (static_cast<float>(x) - principal_x) * inverse;

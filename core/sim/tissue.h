@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "sim/camera.h"
@@ -16,6 +17,7 @@
 #include "sim/mesh.h"
 #include "sim/surface.h"
 #include "sim/texture_map.h"
+#include "sim/tools.h"
 
 namespace csd::sim {
 
@@ -31,15 +33,26 @@ class Tissue {
 
   /// Where the surface point (u, v), units, is at `time`: pixels, and depth.
   cv::Point3d project(double time, cv::Size size, cv::Point2d uv) const;
+  /// The same if it moved with another of the sheets.
+  cv::Point3d project(double time, cv::Size size, cv::Point2d uv, std::uint8_t sheet) const;
+  /// The instrument that grasps at `time`, if one is near the picture.
+  std::optional<Tools::Grip> grip(double time, cv::Size size) const;
   /// How much of a pixel a highlight blinds, 0…1.
   float blinded(const Camera &camera, const Fragments &fragments, cv::Point pixel) const;
 
   /// Whether blood or water covers the point (u, v), units.
   bool drowned(double time, cv::Point2d uv) const;
 
+  const Sheets &sheets() const { return surface_.sheets(); }
+  /// Which sheet (u, v) belongs to.
+  std::uint8_t sheet_of(cv::Point2d uv) const { return Sheets::sheet_of(sheets().place(uv.x, uv.y)); }
+
   Camera camera(double time, cv::Size size) const { return camera_at(time, effects_, seed_, size); }
 
  private:
+  struct View;
+  /// Draws what the mesh has of a sheet, or of the bed.
+  void draw(const View &view, int sheet, const Part *part, Fragments &fragments);
   template <bool Wet>
   void paint_row(double time, const Camera &camera, const Fragments &fragments, int y, Canvas &canvas) const;
   static float gloss_of(float texture_gloss, const Fragment &f, bool wet);
@@ -53,6 +66,7 @@ class Tissue {
   Mesh mesh_;
   std::vector<cv::Point2d> image_;
   std::vector<Fragment> corners_;
+  std::vector<std::uint8_t> owners_;  // of the corners
 };
 
 /// Blurs what moved while the shutter was open, along its motion. `copy` is scratch.

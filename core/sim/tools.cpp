@@ -12,6 +12,7 @@ namespace csd::sim {
 namespace {
 
 constexpr std::uint64_t stream_tools = 600;
+constexpr float gripping = 17;  // pixels at 480 lines: the radius of what grasps
 constexpr float shadow_x = 13, shadow_y = 17, shadow_soft = 22, shadow_depth = 0.5F;  // pixels at 480 lines
 
 // Pixels. What is thinner covers nothing to speak of, and its rods' lengths drown in the last digit of their ends.
@@ -43,8 +44,9 @@ cv::Point2f direction(double turns) {
 
 }  // namespace
 
-Tools::Tools(double time, double strength, std::uint64_t seed, cv::Size size)
+Tools::Tools(double time, double strength, std::uint64_t seed, cv::Size size, const std::optional<Grip> &grip)
     : scale_(static_cast<float>(size.height) / 480) {
+  if (grip) add(grip->port, grip->tip, gripping * scale_, 0.008 + 0.05 * grip->open, grip->coloured);
   if (strength <= 0) return;
   const float w = static_cast<float>(size.width), h = static_cast<float>(size.height);
   const double thickness = strength <= 1 ? std::sqrt(strength) : std::min(strength, 2.0);
@@ -63,24 +65,27 @@ Tools::Tools(double time, double strength, std::uint64_t seed, cv::Size size)
     const auto tip_x = static_cast<float>(lerp(it.from_x, it.to_x, sweep)) * w;
     const auto tip_y = static_cast<float>(lerp(it.from_y, it.to_y, reach)) * h;
     const cv::Point2f tip = cv::Point2f(tip_x, tip_y) + (port - cv::Point2f(tip_x, tip_y)) * out * 0.95F;
-    const cv::Point2f axis = tip - port;
-    const float length = std::sqrt(axis.dot(axis));
-    const cv::Point2f d = axis * (1 / length);
-    const auto turns_of = [](cv::Point2f v, double open) {  // v turned by `open` turns
-      const cv::Point2f r = direction(open);
-      return cv::Point2f(v.x * r.x - v.y * r.y, v.x * r.y + v.y * r.x);
-    };
-    const double open = 0.02 + 0.045 * (0.5 + 0.5 * sin_turns(time / 1.9 + 0.2 * it.phase));
-    const float jaw = 2.5F * radius, neck = 0.8F * radius;
-    const cv::Point2f wrist = tip - d * jaw, joint = wrist - d * (1.6F * radius);
-    const cv::Point2f shift(shadow_x * scale_, shadow_y * scale_);
-    shadows_.push_back({port + shift, tip + shift, radius, 0.4F * radius, Material::black});
-    rods_.push_back({port, joint, 1.08F * radius, radius, it.coloured ? Material::plastic : Material::black});
-    rods_.push_back({joint, wrist, 0.92F * radius, neck, Material::steel});
-    for (const double side : {-1.0, 1.0}) {
-      const cv::Point2f end = wrist + turns_of(d, side * open) * jaw;
-      rods_.push_back({wrist, end, 0.5F * radius, 0.2F * radius, Material::steel});
-    }
+    add(port, tip, radius, 0.02 + 0.045 * (0.5 + 0.5 * sin_turns(time / 1.9 + 0.2 * it.phase)), it.coloured);
+  }
+}
+
+void Tools::add(cv::Point2f port, cv::Point2f tip, float radius, double open, bool coloured) {
+  const cv::Point2f axis = tip - port;
+  const float length = std::sqrt(axis.dot(axis));
+  const cv::Point2f d = axis * (1 / length);
+  const auto turns_of = [](cv::Point2f v, double turns) {
+    const cv::Point2f r = direction(turns);
+    return cv::Point2f(v.x * r.x - v.y * r.y, v.x * r.y + v.y * r.x);
+  };
+  const float jaw = 2.5F * radius, neck = 0.8F * radius;
+  const cv::Point2f wrist = tip - d * jaw, joint = wrist - d * (1.6F * radius);
+  const cv::Point2f shift(shadow_x * scale_, shadow_y * scale_);
+  shadows_.push_back({port + shift, tip + shift, radius, 0.4F * radius, Material::black});
+  rods_.push_back({port, joint, 1.08F * radius, radius, coloured ? Material::plastic : Material::black});
+  rods_.push_back({joint, wrist, 0.92F * radius, neck, Material::steel});
+  for (const double side : {-1.0, 1.0}) {
+    const cv::Point2f end = wrist + turns_of(d, side * open) * jaw;
+    rods_.push_back({wrist, end, 0.5F * radius, 0.2F * radius, Material::steel});
   }
 }
 

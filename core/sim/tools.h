@@ -4,6 +4,7 @@
 #include <opencv2/core.hpp>
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "sim/canvas.h"
@@ -15,7 +16,13 @@ namespace csd::sim {
 /// thicker.
 class Tools {
  public:
-  Tools(double time, double strength, std::uint64_t seed, cv::Size size);
+  /// What grasps the tissue: an instrument more.
+  struct Grip {
+    cv::Point2d tip, port;  ///< pixels: where its jaws end, and far outside the picture
+    double open = 0;        ///< 0…1: the jaws
+    bool coloured = false;
+  };
+  Tools(double time, double strength, std::uint64_t seed, cv::Size size, const std::optional<Grip> &grip = {});
 
   /// Draws the shadows on the tissue, then the instruments.
   void draw(Canvas &canvas) const;
@@ -36,6 +43,8 @@ class Tools {
     float along;    // 0…1
   };
 
+  /// An instrument from `port` to `tip`, whose jaws are open by `open` turns each.
+  void add(cv::Point2f port, cv::Point2f tip, float radius, double open, bool coloured);
   static Hit hit(const Rod &rod, float x, float y);
   template <class Paint>
   static void visit(const Rod &rod, float grow, cv::Size size, Paint paint);

@@ -35,6 +35,22 @@ TEST(Events, TheSceneIsAnotherTwiceEachCycle) {
   }
 }
 
+TEST(Events, WhatIsPulledGivesWayInUnevenSteps) {
+  EXPECT_EQ(stick_slip(-1, 1, 2, 3), 0);
+  EXPECT_EQ(stick_slip(0, 1, 2, 3), 0);
+  EXPECT_DOUBLE_EQ(stick_slip(1, 1, 2, 3), 1);
+  EXPECT_DOUBLE_EQ(stick_slip(2, 1, 2, 3), 1);
+  EXPECT_NE(stick_slip(0.5, 1, 2, 3), stick_slip(0.5, 1, 2, 4));
+  // Half of the time hardly anything moves.
+  int slow = 0;
+  for (int i = 0; i < 600; ++i) {
+    const double step = stick_slip((i + 1) / 600.0, 1, 2, 3) - stick_slip(i / 600.0, 1, 2, 3);
+    EXPECT_GE(step, 0);
+    slow += step < 0.5 / 600;
+  }
+  EXPECT_GT(slow, 300);
+}
+
 TEST(Events, TheFirstBlackOutBeginsAfterSixSecondsAndTheViewMovesOnMeanwhile) {
   EXPECT_EQ(black_out(5.99, 1).index, -1);
   EXPECT_FALSE(black_out(5.99, 1).dark);

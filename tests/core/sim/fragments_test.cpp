@@ -43,6 +43,29 @@ TEST(Fragments, InterpolateLinearlyAndLeaveNoCracks) {
     }
 }
 
+TEST(Fragments, APartIsDrawnToItsBorderWithinTheCells) {
+  const Grid grid(100);
+  std::vector<std::uint8_t> owners;
+  const auto left = [](float u, float) { return u < 217; };
+  for (const Fragment &c : grid.corners) owners.push_back(left(c[Fragment::u], 0) ? 1 : 2);
+  owners[0] = Part::nobody;
+  Fragments f;
+  f.reset({150, 100});
+  const Part part{owners, 1, left};
+  f.draw_grid(grid.columns, grid.rows, grid.image, grid.corners, Fragment::count, &part);
+  int drawn = 0;
+  for (int y = 20; y < 100; ++y)
+    for (int x = 20; x < 150; ++x) {
+      const bool there = f.at(x, y)[Fragment::depth] < Fragments::nothing;
+      drawn += there;
+      if (3 * x - 2 * y != 210) {
+        EXPECT_EQ(there, 3 * x - 2 * y < 210) << x << "," << y;
+      }
+    }
+  EXPECT_GT(drawn, 3000);
+  EXPECT_EQ(f.at(0, 0)[Fragment::depth], Fragments::nothing);  // of the cell with nobody's corner
+}
+
 TEST(Fragments, ShowTheNearest) {
   const Grid far(100), near(50, {60, -20}, 24);
   for (const bool near_first : {false, true}) {

@@ -18,7 +18,7 @@ Effects only(const std::string &text) {
 TEST(Surface, LiesStillWithoutEffects) {
   const Surface s(Effects(), 1);
   const auto place = s.place(30, -70);
-  for (const double t : {0.0, 0.3, 17.0}) EXPECT_EQ(s.at(t).at(place), cv::Vec3d(30, -70, place.relief));
+  for (const double t : {0.0, 0.3, 17.0}) EXPECT_EQ(s.at(t).at(place), cv::Vec3d(30, -70, place.rest[2]));
 }
 
 TEST(Surface, NormalIsThatOfItsShapeAtRest) {
@@ -29,7 +29,7 @@ TEST(Surface, NormalIsThatOfItsShapeAtRest) {
       for (double v = -220; v <= 220; v += 55) {
         const auto rest = [&](double x, double y) {
           const auto p = s.place(x, y);
-          return cv::Vec3d(x, y, p.relief) + p.fold * cv::Vec3d(0, 135, 85) * (effects[0] != 0 ? 1 : 0);
+          return cv::Vec3d(x, y, p.rest[2]) + p.fold * cv::Vec3d(0, 135, 85) * (effects[0] != 0 ? 1 : 0);
         };
         const cv::Vec3d du = rest(u + 0.1, v) - rest(u - 0.1, v), dv = rest(u, v + 0.1) - rest(u, v - 0.1);
         const cv::Vec3d n = du.cross(dv);

@@ -101,7 +101,8 @@ TEST_P(Geometry, TruthIsWhereTheDotsAre) {
 
 INSTANTIATE_TEST_SUITE_P(All, Geometry,
                          testing::Values(Effect::heart_strong, Effect::heart_mild, Effect::liver, Effect::fold,
-                                         Effect::zoom, Effect::rotation, Effect::sway, Effect::jerk));
+                                         Effect::slide, Effect::tear, Effect::zoom, Effect::rotation, Effect::sway,
+                                         Effect::jerk));
 
 TEST(Truth, HoldsForAllGeometryTogether) {
   const Dots dots;

@@ -139,11 +139,14 @@ TEST(Visibility, HiddenByAHighlight) {
   EXPECT_GT(hidden, 5);
 }
 
-TEST(Visibility, HiddenByAFold) {
-  // The tissue's own colour tells its place: red grows to the right and blue downwards.
+/// The tissue's own colour tells its place: red grows to the right and blue downwards.
+struct Covered {
+  int hidden = 0, wrong = 0;
+};
+Covered covered_by(const std::string &effects, std::uint64_t n) {
   SimSettings s;
   s.effects = Effects();
-  s.effects.set("fold");
+  s.effects.set(effects);
   s.texture = cv::Mat(480, 640, CV_8UC3);
   for (int y = 0; y < 480; ++y)
     for (int x = 0; x < 640; ++x)
@@ -151,15 +154,15 @@ TEST(Visibility, HiddenByAFold) {
           cv::Vec3b(static_cast<std::uint8_t>(40 + y * 200 / 480), 128, static_cast<std::uint8_t>(40 + x * 200 / 640));
   Simulator simulator(s);
   cv::Mat picture;
-  simulator.render(0, picture);
+  simulator.render(n, picture);
   std::vector<cv::Point2d> texture, surface;
   for (int y = 60; y < 420; y += 5)
     for (int x = 60; x < 580; x += 9) {
       texture.emplace_back(x, y);
       surface.push_back(simulator.of_texture({static_cast<double>(x), static_cast<double>(y)}));
     }
-  const auto truth = simulator.truth(0, surface);
-  int hidden = 0, wrong = 0;
+  const auto truth = simulator.truth(n, surface);
+  Covered c;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     if (truth[i].visibility == Visibility::out) continue;
     const cv::Vec3b p = picture.at<cv::Vec3b>(cvRound(truth[i].y), cvRound(truth[i].x));
@@ -167,12 +170,63 @@ TEST(Visibility, HiddenByAFold) {
     // Which row of the texture the pixel shows: light scales all channels alike.
     const double row = (128.0 * p[0] / p[1] - 40) * 480 / 200;
     const bool elsewhere = std::abs(row - texture[i].y) > 12;
-    hidden += truth[i].visibility == Visibility::hidden;
-    wrong +=
+    c.hidden += truth[i].visibility == Visibility::hidden;
+    c.wrong +=
         elsewhere != (truth[i].visibility == Visibility::hidden) && std::abs(std::abs(row - texture[i].y) - 12) > 10;
   }
-  EXPECT_GT(hidden, 100);
-  EXPECT_LE(wrong, hidden / 20);
+  return c;
+}
+
+TEST(Visibility, HiddenByAFold) {
+  const Covered c = covered_by("fold", 0);
+  EXPECT_GT(c.hidden, 100);
+  EXPECT_LE(c.wrong, c.hidden / 20);
+}
+
+TEST(Visibility, HiddenByASheetThatSlidesOverIt) {
+  for (const std::uint64_t n : {0U, 30U, 90U, 140U}) {
+    const Covered c = covered_by("slide", n);
+    EXPECT_GT(c.hidden, 100) << n;
+    EXPECT_LE(c.wrong, c.hidden / 20) << n;
+  }
+}
+
+// What a wound bares is red though the tissue is grey, and no point lies there.
+TEST(Visibility, NothingIsSeenOfThePointsWhereAWoundGapes) {
+  SimSettings s;
+  s.effects = Effects();
+  s.effects.set("tear");
+  s.texture = cv::Mat(480, 640, CV_8UC3, cv::Scalar(150, 150, 150));
+  Simulator simulator(s);
+  const auto surface = simulator.on_surface(0, lattice({640, 480}, 3));
+  std::size_t least = surface.size();
+  for (const std::uint64_t n : {0U, 40U, 100U}) {
+    cv::Mat picture;
+    simulator.render(n, picture);
+    const auto is_bed = [&](cv::Point2d p) {
+      const cv::Vec3b &c = picture.at<cv::Vec3b>(cvRound(p.y), cvRound(p.x));
+      return c[2] > 1.3 * c[1];
+    };
+    std::size_t visible = 0, bare = 0;
+    for (const auto &p : simulator.truth(n, surface)) {
+      if (p.visibility != Visibility::visible) continue;
+      ++visible;
+      EXPECT_FALSE(is_bed({p.x, p.y})) << n << ": " << p.x << "," << p.y;
+    }
+    for (const auto &p : lattice({640, 480}, 3)) {
+      if (!is_bed(p)) continue;
+      ++bare;
+      EXPECT_THROW(simulator.on_surface(n, std::vector<cv::Point2d>{p}), std::invalid_argument) << n << ": " << p;
+    }
+    if (n == 0) {
+      EXPECT_EQ(bare, 0U);
+      EXPECT_EQ(visible, surface.size());
+    } else {
+      EXPECT_GT(bare, n == 40 ? 50U : 250U) << n;
+    }
+    least = std::min(least, visible);
+  }
+  EXPECT_GT(least, surface.size() * 9 / 10);
 }
 
 TEST(Visibility, OutOfTheFrame) {
