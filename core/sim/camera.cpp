@@ -10,7 +10,8 @@ namespace csd::sim {
 namespace {
 
 constexpr std::uint64_t stream_sway = 100, stream_jerk = 110, stream_black = 120;
-constexpr double base_tilt = 0.035;  // turns: tissue is rarely seen straight from above
+constexpr double base_tilt = 0.035;                            // turns: tissue is rarely seen straight from above
+constexpr double farthest_hollow = 0.7, nearest_hollow = 1.6;  // zoom; walls that end would be seen beyond
 constexpr double least_descent = 0.15;
 
 /// A curve through (phase, value) points, level at each of them; `phase` in 0…1.
@@ -62,8 +63,8 @@ Camera camera_at(double time, const Effects &effects, std::uint64_t seed, cv::Si
 
   if (hollow > 0) {
     // Forth and back along it, and sideways.
-    const double begun = hollow * smoothstep(time / 1.5);
-    zoom *= 1 + std::min(0.24 * begun, 0.4) * sin_turns(time / 7.3);
+    const double begun = std::min(hollow, 1.5) * smoothstep(time / 1.5);
+    zoom *= 1 + 0.24 * begun * sin_turns(time / 7.3);
     target[0] += 36 * begun * sin_turns(time / 10.7);
     target[1] += 26 * begun * sin_turns(time / 6.1);
     tilt_x -= 0.6 * base_tilt * std::min(hollow, 1.0);
@@ -99,6 +100,8 @@ Camera camera_at(double time, const Effects &effects, std::uint64_t seed, cv::Si
     }
     roll += 0.03 * lerp(place(2, black.index - 1), place(2, black.index), black.moved);
   }
+
+  if (hollow > 0) zoom = std::clamp(zoom, farthest_hollow, nearest_hollow);
 
   Camera c;
   const double cx = cos_turns(tilt_x), sx = sin_turns(tilt_x), cy = cos_turns(tilt_y), sy = sin_turns(tilt_y);

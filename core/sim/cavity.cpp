@@ -10,10 +10,10 @@
 namespace csd::sim {
 namespace {
 
-// Depth falls from `nearest` + `farther` on the axis, to half of the latter at `half_radius`. At strength 1: 2.1 there, 0.6
-// in the picture's corners.
+// Depth falls from `nearest` + `farther` on the axis, to half of the latter at `half_radius`. At strength 1: 2.1 there,
+// 0.6 in the picture's corners.
 constexpr double nearest = 0.25, farther = 2.35, half_radius = 70, blunt = 20;
-constexpr double deepest = 1.3;  // of strengths; more would bring the walls behind the scope
+constexpr double deepest = 1.15;  // of strengths; more would bring the walls behind the scope
 
 // The rings: each 1.8 times as far out as the one before; so they are evenly spaced along the tube.
 constexpr double spacing = 1.8, ring_height = 0.22, innermost = 35, fully = 140;
@@ -36,7 +36,7 @@ cv::Vec3d Cavity::at(double u, double v, double relief) const {
   // Not round; and crescents more than rings: each is highest on another side than its neighbours.
   const double at = log2_of(radius / 230) / log2_of(spacing) + 0.14 * c + 0.1 * 2 * s * c + 0.006 * relief;
   const double side = c * cos_turns(turning * at) + s * sin_turns(turning * at);
-  const double height = std::min(strength_, 2.0) * ring_height * (0.62 + 0.38 * side) *
+  const double height = std::min(strength_, deepest) * ring_height * (0.62 + 0.38 * side) *
                         smoothstep((radius - innermost) / (fully - innermost));
   const double narrowed = 1 - height * (0.5 + 0.5 * cos_turns(at)) - relief / 500 * clamp01(strength_);
   return {u * far * narrowed, v * far * narrowed, nominal_distance * (1 - far) + relief * (1 - clamp01(strength_))};
@@ -51,7 +51,7 @@ double Cavity::facing(double u, double v) const {
 }
 
 double Cavity::reach() const {
-  return std::min(strength_, 2.0) * 240;
+  return any() ? (0.25 + std::min(strength_, deepest)) * 240 : 0;
 }
 
 }  // namespace csd::sim

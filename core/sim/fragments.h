@@ -39,8 +39,8 @@ struct Fragment {
 struct Part {
   static constexpr std::uint8_t nobody = 255;
 
-  const std::vector<std::uint8_t> &owners;             ///< of each corner; a cell with a corner of `nobody` is not drawn
-  std::uint8_t owner;                                  ///< whose part it is
+  const std::vector<std::uint8_t> &owners;  ///< of each corner; a cell with a corner of `nobody` is not drawn
+  std::uint8_t owner;                       ///< whose part it is
   std::function<bool(float u, float v)> belongs = {};  ///< within the cells that several share; none: all of each
 };
 

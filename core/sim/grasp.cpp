@@ -61,8 +61,8 @@ Grasp grasp_at(double time, double strength, std::uint64_t seed) {
   const double c = cos_turns(turns), s = sin_turns(turns), length = std::sqrt(d.dot(d));
   const double far = strength * (0.75 + 0.25 * random(4)) *
                      stick_slip((t - pulls) / (pulled - pulls), seed, stream_grasp + 9, index) * held(t - lets_go);
-  g.pull = far * cv::Vec3d(far_sideways * (c * d[0] - s * d[1]) / length,
-                           far_sideways * (s * d[0] + c * d[1]) / length, far_up);
+  g.pull = far * cv::Vec3d(far_sideways * (c * d[0] - s * d[1]) / length, far_sideways * (s * d[0] + c * d[1]) / length,
+                           far_up);
   return g;
 }
 

@@ -10,12 +10,12 @@ namespace csd::sim {
 /// An instrument that takes hold of the tissue, pulls, and lets go, at one moment. Every five seconds it comes to
 /// another place near the middle; the tissue is at rest until 0.7 s and between two pulls.
 struct Grasp {
-  cv::Point2d hold;          ///< the place of the surface that it goes for, units
-  cv::Vec3d pull{0, 0, 0};   ///< how far it has moved that place, units
-  double sigma = 1;          ///< units in which the pull falls off to 1/e; longer than `pull`, so that nothing folds
-  double in = 0;             ///< 0…1: how far the instrument has come in
-  double open = 0;           ///< 0…1: its jaws
-  cv::Point2d port{0, 0};    ///< where it comes from, in shares of the picture's width and height
+  cv::Point2d hold;         ///< the place of the surface that it goes for, units
+  cv::Vec3d pull{0, 0, 0};  ///< how far it has moved that place, units
+  double sigma = 1;         ///< units in which the pull falls off to 1/e; longer than `pull`, so that nothing folds
+  double in = 0;            ///< 0…1: how far the instrument has come in
+  double open = 0;          ///< 0…1: its jaws
+  cv::Point2d port{0, 0};   ///< where it comes from, in shares of the picture's width and height
   bool coloured = false;
 
   /// How far a place (units) is moved.

@@ -57,7 +57,8 @@ void Mesh::build(const Surface &surface, const Surface::Moment &moment, const Ca
   const double scale = size.height / units_high, step = cell * scale * (surface.hollow() ? hollow_finer : 1);
   // What lies below the plane appears nearer to the middle than its place on the plane.
   const double half = 0.5 * std::sqrt(1.0 * size.width * size.width + 1.0 * size.height * size.height);
-  const double bound = std::min(surface.reach() * camera.magnification + half * 0.6, 3.0 * half);
+  const double bound =
+      std::min(surface.reach() * camera.magnification + half * (surface.hollow() ? 1.6 : 0.6), 3.0 * half);
   const Extent e = ExtentFinder(surface, moment, camera, size, 16 * scale).find(bound);
 
   columns = static_cast<int>((e.right - e.left) / step) + 2;

@@ -14,10 +14,10 @@ namespace csd::sim {
 namespace {
 
 constexpr std::array<std::string_view, effect_count> effect_names = {
-    "heart-strong", "heart-mild",  "liver",       "fold", "slide", "tear", "grasp", "cavity",       "zoom",  "rotation",   "sway",
-    "jerk",         "tools",       "smoke",       "specular",   "blood", "irrigation", "wipe",
-    "cut",          "black",       "field-stop",  "text",       "light", "exposure",   "falloff",
-    "vignette",     "low-texture", "motion-blur", "focus-blur", "noise", "chroma",     "interlacing"};
+    "heart-strong", "heart-mild", "liver",       "fold",        "slide",      "tear",  "grasp",    "cavity",
+    "zoom",         "rotation",   "sway",        "jerk",        "tools",      "smoke", "specular", "blood",
+    "irrigation",   "wipe",       "cut",         "black",       "field-stop", "text",  "light",    "exposure",
+    "falloff",      "vignette",   "low-texture", "motion-blur", "focus-blur", "noise", "chroma",   "interlacing"};
 
 constexpr std::array<std::string_view, scenario_count> scenario_names = {
     "deformation", "occlusion", "zoom", "rotation", "smoke", "specular", "low-texture", "mixed", "cut"};

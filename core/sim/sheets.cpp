@@ -103,7 +103,7 @@ cv::Vec3d Sheets::shift(const Moment &moment, const Place &place, std::uint8_t s
 }
 
 bool Sheets::bared(const Moment &moment, const Place &place) {
-  return moment.gape > 0 && place.within > -0.4 && std::abs(place.beside) < moment.gape * place.lens + 20;
+  return moment.gape > 0 && place.within > -3 && std::abs(place.beside) < 2 * falloff + moment.gape;
 }
 
 double Sheets::shade(const Moment &moment, const Place &place, int sheet) const {

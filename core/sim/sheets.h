@@ -10,8 +10,8 @@
 namespace csd::sim {
 
 /// Lines along which the tissue is not one: with the effect slide one sheet lies over another and slides on it, with
-/// tear a cut opens. Each point (u, v) belongs to one sheet, and a sheet moves as a whole: beyond its edge it goes on as
-/// if it ended nowhere, so that a mesh over the edge is smooth.
+/// tear a cut opens. Each point (u, v) belongs to one sheet, and a sheet moves as a whole: beyond its edge it goes on
+/// as if it ended nowhere, so that a mesh over the edge is smooth.
 class Sheets {
  public:
   Sheets(const Effects &effects, std::uint64_t seed);
@@ -33,7 +33,7 @@ class Sheets {
 
   /// Where a place lies; lengths in units.
   struct Place {
-    double along = 0;   ///< the upper sheet's edge
+    double along = 0;    ///< the upper sheet's edge
     double inside = -1;  ///< how far inside the upper sheet; negative: so far outside
     double beside = -1;  ///< from the cut, positive on the second lip's side
     double within = -9;  ///< how far within the cut's ends: 1 in its middle, 0 at the ends, negative beyond
@@ -46,20 +46,22 @@ class Sheets {
 
   /// The sheets at one moment; from rest at time 0.
   struct Moment {
-    cv::Vec3d slid;         ///< of the upper sheet, units
-    double along = 0;       ///< of it along its edge
-    double over = 0;        ///< how far it lies over the other
-    double gape = 0;        ///< half the opening in the cut's middle
-    cv::Vec3d apart;        ///< which way the second lip goes
+    cv::Vec3d slid;    ///< of the upper sheet, units
+    double along = 0;  ///< of it along its edge
+    double over = 0;   ///< how far it lies over the other
+    double gape = 0;   ///< half the opening in the cut's middle
+    cv::Vec3d apart;   ///< which way the second lip goes
     bool has_upper = false;
   };
   Moment at(double time) const;
 
   /// What is added to a place that moves with `sheet`.
   cv::Vec3d shift(const Moment &moment, const Place &place, std::uint8_t sheet) const;
-  /// What is added to the bed under a place.
-  static cv::Vec3d bed_shift() { return {0, 0, -28}; }
-  /// Whether the bed may be seen there.
+  /// What is added to the bed behind a place: it goes along with the sheet that is cut.
+  static cv::Vec3d bed_shift(const Moment &moment, const Place &place) {
+    return place.inside > 0 ? moment.slid : cv::Vec3d(0, 0, 0);
+  }
+  /// Whether the bed may be seen there, also where the tissue folds.
   static bool bared(const Moment &moment, const Place &place);
 
   /// What the sheets do to the light on a place of `sheet`, or of the bed: a shadow beside the upper sheet, its edge,

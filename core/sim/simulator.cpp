@@ -102,7 +102,8 @@ struct Simulator::Impl {
   cv::Point2d newton(double t, cv::Point2d pixel, cv::Point2d uv, std::uint8_t sheet) const;
   bool hidden(double t, const Tools &tools, const SmokeLayer &smoke, const Lens &lens, cv::Point2d uv,
               cv::Point2d pixel) const;
-  bool folded(cv::Point2d uv, cv::Point2d pixel) const;
+  bool folded(double t, cv::Point2d uv, cv::Point2d pixel) const;
+  bool behind_a_ring(double t, cv::Point2d uv, const Fragment &shown, cv::Point2d beside) const;
   bool blinded(const Camera &camera, cv::Point2d pixel) const;
 
   SimSettings settings;
@@ -205,14 +206,27 @@ cv::Point2d Simulator::Impl::newton(double t, cv::Point2d pixel, cv::Point2d uv,
   return uv;
 }
 
+/// Whether the fragment that is `beside` a point (pixels) shows another part of the surface. What rings hide lies close
+/// to their edges in the picture: it takes the surface's own slope to tell it from them.
+bool Simulator::Impl::behind_a_ring(double t, cv::Point2d uv, const Fragment &shown, cv::Point2d beside) const {
+  constexpr double step = 0.01, most = 1.5;  // pixels
+  const auto at = [&](double u, double v) { return tissue->project(t, settings.size, {u, v}); };
+  const cv::Point3d du = at(uv.x + step, uv.y) - at(uv.x - step, uv.y),
+                    dv = at(uv.x, uv.y + step) - at(uv.x, uv.y - step);
+  if (du.x * dv.y - dv.x * du.y <= 0) return true;  // seen from behind
+  const double u = (shown[Fragment::u] - uv.x) / (2 * step), v = (shown[Fragment::v] - uv.y) / (2 * step);
+  return std::hypot(u * du.x + v * dv.x - beside.x, u * du.y + v * dv.y - beside.y) > most;
+}
+
 /// Whether another part of the surface is what the pixels around show.
-bool Simulator::Impl::folded(cv::Point2d uv, cv::Point2d pixel) const {
+bool Simulator::Impl::folded(double t, cv::Point2d uv, cv::Point2d pixel) const {
   const cv::Size size = settings.size;
   const int x = static_cast<int>(std::floor(pixel.x + 0.5)), y = static_cast<int>(std::floor(pixel.y + 0.5));
   // Where the tissue is cut, a pixel shows either sheet.
   const auto sheet = static_cast<float>(tissue->sheet_of(uv));
   const Fragment *shown = shown_at(cv::Point2d(x, y));
   if (tissue->sheets().any() && shown && (*shown)[Fragment::sheet] != sheet) return true;
+  if (tissue->hollow() && shown) return behind_a_ring(t, uv, *shown, {x - pixel.x, y - pixel.y});
   float u0 = 1e9F, u1 = -1e9F, v0 = 1e9F, v1 = -1e9F;
   for (int j = std::max(y - 1, 0); j <= std::min(y + 1, size.height - 1); ++j) {
     for (int i = std::max(x - 1, 0); i <= std::min(x + 1, size.width - 1); ++i) {
@@ -254,7 +268,7 @@ bool Simulator::Impl::hidden(double t, const Tools &tools, const SmokeLayer &smo
   if (sensor.stopped(pixel, settings.size) >= 0.5F || tools.cover(pixel) >= 0.5F || lens.lost(pixel) >= 0.5F)
     return true;
   if (smoke.density(pixel) >= hiding_smoke) return true;
-  return tissue->drowned(t, uv) || folded(uv, pixel) || blinded(tissue->camera(t, settings.size), pixel);
+  return tissue->drowned(t, uv) || folded(t, uv, pixel) || blinded(tissue->camera(t, settings.size), pixel);
 }
 
 Simulator::Simulator(const SimSettings &settings) : impl_(std::make_unique<Impl>(settings)) {}

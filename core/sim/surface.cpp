@@ -42,7 +42,11 @@ double fold_at(double u, double v) {
 }  // namespace
 
 Surface::Surface(const Effects &effects, std::uint64_t seed)
-    : fold_(effects[Effect::fold]), sheets_(effects, seed), cavity_(effects[Effect::cavity]), grasp_(effects[Effect::grasp]), seed_(seed) {
+    : fold_(effects[Effect::fold]),
+      sheets_(effects, seed),
+      cavity_(effects[Effect::cavity]),
+      grasp_(effects[Effect::grasp]),
+      seed_(seed) {
   Random random(seed, stream_relief);
   // A jittered 4 × 3 grid, up and down by turns: no seed gives a flat scene.
   for (int i = 0; i < bumps; ++i) {
@@ -80,8 +84,7 @@ Surface::Surface(const Effects &effects, std::uint64_t seed)
   for (const auto &p : pulses_) {
     together += 0.45 * (1.15 * cv::norm(p.cardiac) + 1.22 * cv::norm(p.breath) + cv::norm(p.noise));
   }
-  reach_ += together * 0.5 + fold_ * fold_lean * 1.3 + sheets_.reach() + cavity_.reach() +
-            grasp_reach(grasp_);
+  reach_ += together * 0.5 + fold_ * fold_lean * 1.3 + sheets_.reach() + cavity_.reach() + grasp_reach(grasp_);
 }
 
 Surface::Moment Surface::at(double time) const {
@@ -117,6 +120,13 @@ cv::Vec3d Surface::Moment::at(const Place &place, std::uint8_t sheet) const {
   cv::Vec3d p = whole(place, sheet);
   if (sheets_) p += sheets_->shift(cuts_, place.cuts, sheet);
   return p;
+}
+
+cv::Vec3d Surface::Moment::bed(const Place &place) const {
+  constexpr double behind = 28;  // units
+  const cv::Vec3d p = whole(place, place.sheet) + Sheets::bed_shift(cuts_, place.cuts);
+  const cv::Vec3d ray = p - cv::Vec3d(0, 0, nominal_distance);
+  return p + (behind / std::sqrt(ray.dot(ray))) * ray;
 }
 
 cv::Vec3d Surface::Moment::whole(const Place &place, std::uint8_t sheet) const {

@@ -43,8 +43,8 @@ class Surface {
     cv::Vec3d at(const Place &place) const { return at(place, place.sheet); }
     /// Where it would be if it moved with another sheet.
     cv::Vec3d at(const Place &place, std::uint8_t sheet) const;
-    /// What lies under it in a wound.
-    cv::Vec3d bed(const Place &place) const { return whole(place, place.sheet) + Sheets::bed_shift(); }
+    /// What lies behind it in a wound, as the scope's first place sees it.
+    cv::Vec3d bed(const Place &place) const;
     const Sheets::Moment &cuts() const { return cuts_; }
 
    private:

@@ -13,7 +13,7 @@ constexpr float blood_colour[3] = {20, 14, 122};  // B, G, R
 constexpr float water_tint[3] = {1.08F, 1.06F, 1.0F};
 constexpr float stain[3] = {0.62F, 0.6F, 0.82F};      // what washed tissue keeps of its colour
 constexpr float displaced_u = 173, displaced_v = 91;  // where its new pattern comes from, units
-constexpr double bed_u = 400, bed_v = 300;  // likewise of the tissue under a wound
+constexpr double bed_u = 400, bed_v = 300;            // likewise of the tissue under a wound
 constexpr float bed_tint[3] = {0.5F, 0.46F, 0.8F};
 constexpr double nearest_seen = 20;  // units before the camera
 constexpr float blood_gloss = 1.3F, water_gloss = 1.5F;
@@ -76,8 +76,10 @@ void Tissue::find(double time, cv::Size size, double shutter, Fragments &fragmen
     const Part part{owners_, sheet, belongs};
     draw(view, sheet, &part, fragments);
   });
+  if (!sheets().any()) return;
   owned_by([&](const Mesh::Point &p) {
-    const bool bare = p.image.z > nearest_seen && Sheets::bared(view.now.cuts(), p.place.cuts);
+    // Sheets that slide in a cavity gape where its walls bend.
+    const bool bare = p.image.z > nearest_seen && (surface_.hollow() || Sheets::bared(view.now.cuts(), p.place.cuts));
     return static_cast<std::uint8_t>(bare ? 0 : Part::nobody);
   });
   if (std::all_of(owners_.begin(), owners_.end(), [](std::uint8_t o) { return o == Part::nobody; })) return;

@@ -44,6 +44,7 @@ class Tissue {
   bool drowned(double time, cv::Point2d uv) const;
 
   const Sheets &sheets() const { return surface_.sheets(); }
+  bool hollow() const { return surface_.hollow(); }
   /// Which sheet (u, v) belongs to.
   std::uint8_t sheet_of(cv::Point2d uv) const { return Sheets::sheet_of(sheets().place(uv.x, uv.y)); }
 

@@ -82,6 +82,19 @@ TEST(Camera, SeesAUnitAsAPixelAtVga) {
   EXPECT_NEAR(middle.y, 239.5, 1e-9);
 }
 
+TEST(Camera, GoesForthAndBackInACavity) {
+  Effects e;
+  e.set("cavity");
+  double nearest = 1e9, farthest = 0;
+  for (double t = 0; t < 20; t += 0.1) {
+    nearest = std::min(nearest, camera_at(t, e, 1, vga).distance);
+    farthest = std::max(farthest, camera_at(t, e, 1, vga).distance);
+  }
+  EXPECT_NEAR(nearest, 600 / 1.24, 3);
+  EXPECT_NEAR(farthest, 600 / 0.76, 3);
+  EXPECT_LT(cv::norm(camera_at(0.04, e, 1, vga).centre - camera_at(0, e, 1, vga).centre), 0.1);  // from rest
+}
+
 TEST(Camera, MovesSuddenlyOnlyWithJerk) {
   Effects sway, jerk;
   sway.set("sway");

@@ -49,6 +49,13 @@ TEST(Light, FallsOffWithDistance) {
   EXPECT_GT(at(0, "falloff=2").on(up, up, {0, 0, 30}), nearer);
 }
 
+TEST(Light, LeavesHalfForTheFarEndOfACavity) {
+  const Light light = at(0, "cavity");
+  const double near = light.on(up, up, {100, 0, 250}), far = light.on(up, up, {0, 0, -700});
+  EXPECT_LT(far, 0.65 * near);
+  EXPECT_GT(far, 0.4 * near);
+}
+
 TEST(Light, ExposureJumps) {
   double quickest = 0;
   for (double t = 0; t < 30; t += 0.04) {

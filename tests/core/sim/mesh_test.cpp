@@ -36,6 +36,26 @@ TEST(Mesh, CoversThePictureWhateverMoves) {
   }
 }
 
+TEST(Mesh, CoversThePictureWhereTissueIsCutPulledOrHollow) {
+  for (const char *effects : {"slide,heart-strong,sway", "slide=3,tear=3,rotation,jerk", "tear,fold,heart-mild,zoom",
+                              "grasp=2,heart-strong", "cavity,sway,jerk", "cavity=3,zoom,rotation",
+                              "cavity,sway,black", "cavity,slide,tear,grasp,heart-mild,liver,sway"}) {
+    Effects e;
+    e.set(effects);
+    const cv::Size size(320, 240);
+    cv::Mat grey(64, 64, CV_8UC4, cv::Scalar(9, 9, 9, 9));
+    Tissue tissue(e, 8, TextureMap(grey, 1));
+    Fragments fragments;
+    for (double t = 0; t < 20; t += 0.93) {
+      tissue.find(t, size, 0, fragments);
+      int bare = 0;
+      for (int y = 0; y < size.height; ++y)
+        for (int x = 0; x < size.width; ++x) bare += fragments.at(x, y)[Fragment::depth] >= Fragments::nothing;
+      EXPECT_EQ(bare, 0) << effects << ", " << t << " s";
+    }
+  }
+}
+
 TEST(Mesh, CellsAreSmallHoweverNearTheScopeIs) {
   Effects e;
   e.set("zoom,rotation");

@@ -137,7 +137,7 @@ TEST(Sheets, TheBedIsBareInTheWoundAlone) {
   const Sheets s = sheets_of("tear");
   EXPECT_FALSE(Sheets::bared(s.at(0), lips(1).first));
   EXPECT_TRUE(Sheets::bared(s.at(4), lips(1).first));
-  EXPECT_FALSE(Sheets::bared(s.at(4), lips(60).first));
+  EXPECT_FALSE(Sheets::bared(s.at(4), lips(250).first));
   EXPECT_LT(s.shade(s.at(4), lips(23).first, Sheets::bed), s.shade(s.at(4), lips(0).first, Sheets::bed));
 }
 

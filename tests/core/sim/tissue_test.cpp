@@ -40,6 +40,27 @@ TEST(Tissue, FragmentsAreWhereTheirPointsAre) {
   }
 }
 
+TEST(Tissue, FragmentsOfCutPulledAndHollowTissueAreWhereTheirPointsAre) {
+  for (const char *effects : {"slide", "tear", "grasp", "cavity", "slide,tear,grasp,heart-strong"}) {
+    Tissue tissue = tissue_of(only(effects));
+    Fragments f;
+    for (const double t : {0.0, 2.2, 3.3, 6.4}) {
+      tissue.find(t, {640, 480}, 0, f);
+      double squares = 0;
+      int n = 0;
+      for (int y = 0; y < 480; y += 7)
+        for (int x = 0; x < 640; x += 7) {
+          if (f.at(x, y)[Fragment::sheet] < 0) continue;
+          const cv::Point3d p = tissue.project(t, {640, 480}, {f.at(x, y)[Fragment::u], f.at(x, y)[Fragment::v]});
+          squares += std::min((p.x - x) * (p.x - x) + (p.y - y) * (p.y - y), 4.0);  // on edges u and v jump
+          ++n;
+        }
+      std::printf("%s %.1f: %.4f\n", effects, t, std::sqrt(squares / n));
+      EXPECT_LT(std::sqrt(squares / n), 0.05) << effects << ' ' << t;
+    }
+  }
+}
+
 TEST(Tissue, KnowsHowFarThingsMoveWhileTheShutterIsOpen) {
   Tissue tissue = tissue_of(only("heart-strong,sway,jerk"));
   Fragments f;
@@ -55,6 +76,19 @@ TEST(Tissue, KnowsHowFarThingsMoveWhileTheShutterIsOpen) {
       most = std::max(most, std::hypot(b.x - a.x, b.y - a.y));
     }
   EXPECT_GT(most, 0.3);
+}
+
+TEST(Tissue, IsHeldByTheTipOfWhatGrasps) {
+  const Tissue tissue = tissue_of(only("grasp,heart-strong,sway"));
+  for (const double t : {0.7, 2.2, 3.4, 8.0}) {
+    const auto grip = tissue.grip(t, size);
+    ASSERT_TRUE(grip);
+    const cv::Point3d at = tissue.project(t, size, grasp_at(t, 1, 5).hold);
+    EXPECT_NEAR(grip->tip.x, at.x, 1e-9) << t;
+    EXPECT_NEAR(grip->tip.y, at.y, 1e-9) << t;
+  }
+  EXPECT_FALSE(tissue.grip(0, size));
+  EXPECT_FALSE(tissue_of(only("")).grip(2, size));
 }
 
 TEST(BlurMotion, BlursAlongTheMotionAndShiftsNothing) {

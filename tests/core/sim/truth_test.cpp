@@ -95,14 +95,17 @@ TEST_P(Geometry, TruthIsWhereTheDotsAre) {
   effects[GetParam()] = 1;
   const Errors e = measure(settings_of(effects, dots), dots);
   report(std::string(effect_name(GetParam())), e);
-  EXPECT_GT(e.n, 1500);
-  EXPECT_LE(e.rms(), 0.05);
+  // A cavity's rings bend the dots themselves, and their centroids are no longer their centres. (Fragments lie where
+  // they should to 0.03 there too: tissue_test.)
+  const bool bent = GetParam() == Effect::cavity;
+  EXPECT_GT(e.n, bent ? 300 : 1500);
+  EXPECT_LE(e.rms(), bent ? 0.1 : 0.05);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Geometry,
                          testing::Values(Effect::heart_strong, Effect::heart_mild, Effect::liver, Effect::fold,
-                                         Effect::slide, Effect::tear, Effect::zoom, Effect::rotation, Effect::sway,
-                                         Effect::jerk));
+                                         Effect::slide, Effect::tear, Effect::grasp, Effect::cavity, Effect::zoom,
+                                         Effect::rotation, Effect::sway, Effect::jerk));
 
 TEST(Truth, HoldsForAllGeometryTogether) {
   const Dots dots;
