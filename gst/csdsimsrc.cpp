@@ -48,7 +48,7 @@ namespace {
 
 // The enumerations are the core's, in its order.
 static_assert(GST_CSD_SIM_SCENARIO_CUT + 1 == csd::sim::scenario_count);
-static_assert(GST_CSD_SIM_STYLE_FAT + 1 == csd::sim::style_count);
+static_assert(GST_CSD_SIM_STYLE_CHARRED + 1 == csd::sim::style_count);
 
 enum Property : guint {
   prop_0,
@@ -485,10 +485,10 @@ void install_properties(GObjectClass *klass) {
       prop_effects,
       g_param_spec_string("effects", "Effects",
                           "Effects and their strengths, 0 to 4, on top of the scenario's or in their stead: "
-                          "\"tools=1,specular=.5\". There are heart-strong, heart-mild, liver, fold, zoom, rotation, "
-                          "sway, jerk, tools, smoke, specular, blood, irrigation, wipe, cut, black, field-stop, text, "
-                          "light, exposure, falloff, vignette, low-texture, motion-blur, focus-blur, noise, chroma, "
-                          "interlacing",
+                          "\"tools=1,specular=.5\". There are heart-strong, heart-mild, liver, fold, slide, tear, "
+                          "grasp, cavity, zoom, rotation, sway, jerk, tools, smoke, specular, blood, irrigation, wipe, "
+                          "cut, black, field-stop, text, light, exposure, falloff, vignette, low-texture, motion-blur, "
+                          "focus-blur, noise, chroma, interlacing",
                           d.effects.c_str(), flags));
   install(prop_style,
           g_param_spec_enum("style", "Style", "What the tissue looks like", GST_TYPE_CSD_SIM_STYLE, d.style, flags));

@@ -102,6 +102,10 @@ GType gst_csd_sim_style_get_type() {
                                       {GST_CSD_SIM_STYLE_PERITONEUM, "Peritoneum", "peritoneum"},
                                       {GST_CSD_SIM_STYLE_BOWEL, "Bowel", "bowel"},
                                       {GST_CSD_SIM_STYLE_FAT, "Fat", "fat"},
+                                      {GST_CSD_SIM_STYLE_RETINA, "Retina", "retina"},
+                                      {GST_CSD_SIM_STYLE_MUCOSA, "Mucosa", "mucosa"},
+                                      {GST_CSD_SIM_STYLE_LOBES, "Fat in large lobes", "lobes"},
+                                      {GST_CSD_SIM_STYLE_CHARRED, "Charred and bleeding tissue", "charred"},
                                       {0, nullptr, nullptr}};
   static const GType type = g_enum_register_static("GstCsdSimStyle", values);
   return type;

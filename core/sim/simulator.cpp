@@ -50,6 +50,13 @@ FrameView view_of(const cv::Mat &bgr) {
   return v;
 }
 
+/// That of the scene which a cut shows: one of the first five, which are unlike one another.
+Style other_style(Style style) {
+  const auto i = static_cast<std::size_t>(style);
+  constexpr std::size_t unlike = static_cast<std::size_t>(Style::fat) + 1;
+  return static_cast<Style>((i < unlike ? i + 2 : i + 1) % unlike);
+}
+
 /// Lines of the textures: at 576 lines and below 1.6 texels for a pixel.
 int texture_side(cv::Size size) {
 #ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
@@ -75,8 +82,8 @@ struct Simulator::Impl {
     tissue.emplace(s.effects, s.seed, std::move(map));
     if (s.effects[Effect::cut] > 0) {
       // Elsewhere: another organ, which moves in its own way.
-      const auto style = static_cast<Style>((static_cast<std::size_t>(s.style) + 2) % style_count);
-      elsewhere.emplace(s.effects, s.seed + 1, tissue_texture(style, s.seed + 1, std::max(side / 2, 256)));
+      elsewhere.emplace(s.effects, s.seed + 1,
+                        tissue_texture(other_style(s.style), s.seed + 1, std::max(side / 2, 256)));
     }
   }
 

@@ -25,8 +25,9 @@ constexpr double pattern_share = 0.8;
 constexpr int patch_units = 21;
 constexpr double form_units = 30;  // forms larger than this are not the pattern
 
-constexpr std::array<std::string_view, style_count> names = {"heart", "liver", "peritoneum", "bowel", "fat"};
-constexpr std::array<std::uint8_t, style_count> glosses = {235, 245, 150, 215, 190};
+constexpr std::array<std::string_view, style_count> names = {"heart",  "liver",  "peritoneum", "bowel",  "fat",
+                                                             "retina", "mucosa", "lobes",      "charred"};
+constexpr std::array<std::uint8_t, style_count> glosses = {235, 245, 150, 215, 190, 110, 255, 200, 215};
 
 struct Colour {
   float b, g, r;
@@ -217,6 +218,83 @@ cv::Mat fat(Loom &loom, std::uint8_t gloss) {
   });
 }
 
+cv::Mat retina(Loom &loom, std::uint8_t gloss) {
+  const NoiseField form = loom.noise({{330, 1}, {150, 0.5}}), fine = loom.noise({{14, 1}, {5, 0.7}});
+  const NoiseField under = loom.vessels({{26, 9, 5, 300, 0.12, 3}});
+  const NoiseField veins = loom.vessels({{7, 10, 1.6, 860, 0.028, 5}, {9, 4, 1.2, 330, 0.06, 4}});
+  const NoiseField arteries = loom.vessels({{6, 6.5, 1.4, 800, 0.04, 5}, {30, 2.4, 0.9, 200, 0.1, 4}});
+  return weave(loom.side(), gloss, [&](int x, int y) {
+    const float n = fine.row(y)[x];
+    Colour c = mix({40, 74, 184}, {66, 112, 214}, clamp01(0.5F + 0.3F * form.row(y)[x]));
+    c = (1 + 0.02F * n) * c;
+    // The choroid's vessels shine through.
+    c = mix(c, {62, 104, 222}, 0.25F * under.row(y)[x]);
+    c = mix(c, {26, 22, 96}, 0.9F * veins.row(y)[x]);
+    return mix(c, {32, 34, 138}, 0.85F * arteries.row(y)[x]);
+  });
+}
+
+cv::Mat mucosa(Loom &loom, std::uint8_t gloss) {
+  const NoiseField form = loom.noise({{260, 1}, {110, 0.6}}), fine = loom.noise({{9, 1}, {4, 0.8}});
+  const NoiseField folds = loom.fibres(46, 4, 90);
+  const Cells net = loom.cells_of(30, 1, 22), pits = loom.cells_of(7, 0.8, 2);
+  const NoiseField small = loom.vessels({{22, 2.6, 0.8, 240, 0.16, 6}, {60, 1.4, 0.6, 110, 0.2, 4}});
+  return weave(loom.side(), gloss, [&](int x, int y) {
+    const float n = fine.row(y)[x];
+    Colour c = mix({142, 134, 216}, {194, 190, 240}, clamp01(0.5F + 0.3F * form.row(y)[x]));
+    // Folds: long soft swellings, and creases between them.
+    const float fold = folds.row(y)[x];
+    c = (1 + 0.07F * std::clamp(fold, -2.0F, 2.0F)) * c;
+    c = mix(c, {98, 84, 178}, 0.5F * smoothstep(1 - 1.1F * std::abs(fold + 0.9F)));
+    c = (0.97F + 0.05F * smoothstep(2 * pits.edge.row(y)[x]) + 0.025F * n) * c;
+    c = mix(c, {104, 82, 188},
+            0.45F * (1 - smoothstep(7 * net.edge.row(y)[x])) * clamp01(0.5F + 0.4F * form.row(y)[x]));
+    return mix(c, {76, 56, 170}, 0.65F * small.row(y)[x]);
+  });
+}
+
+cv::Mat lobes(Loom &loom, std::uint8_t gloss) {
+  const NoiseField form = loom.noise({{280, 1}, {120, 0.6}}), fine = loom.noise({{7, 1}, {3.5, 0.8}});
+  const Cells large = loom.cells_of(92, 0.9, 26), parts = loom.cells_of(34, 1, 12);
+  const NoiseField small = loom.vessels({{26, 2.6, 0.8, 220, 0.16, 6}, {40, 1.4, 0.7, 100, 0.2, 4}});
+  return weave(loom.side(), gloss, [&](int x, int y) {
+    const float n = fine.row(y)[x], own = large.value.row(y)[x], part = parts.value.row(y)[x];
+    Colour c = mix({56, 158, 226}, {126, 206, 248}, clamp01(0.5F + 0.25F * form.row(y)[x] + 0.5F * (own - 0.5F)));
+    // Round: bright on top, darker down to the seam.
+    const float up = clamp01(1.5F * large.edge.row(y)[x]), round = std::sqrt(up * (2 - up));
+    const float inner = clamp01(1.8F * parts.edge.row(y)[x]), swell = std::sqrt(inner * (2 - inner));
+    c = (0.66F + 0.24F * round + 0.13F * swell + 0.08F * (part - 0.5F) + 0.025F * n) * c;
+    c = mix({30, 52, 132}, c, 0.35F + 0.65F * smoothstep(6 * large.edge.row(y)[x]));
+    return mix(c, {44, 44, 176}, 0.65F * small.row(y)[x]);
+  });
+}
+
+cv::Mat charred(Loom &loom, std::uint8_t gloss) {
+  const NoiseField form = loom.noise({{240, 1}, {90, 0.6}}), fine = loom.noise({{8, 1}, {3.5, 1}});
+  const NoiseField burnt = loom.noise({{150, 1}, {60, 0.7}, {24, 0.4}, {10, 0.2}});
+  const NoiseField bleeding = loom.noise({{110, 1}, {45, 0.6}, {18, 0.25}});
+  const Cells flakes = loom.cells_of(17, 1, 11);
+  const NoiseField trees = loom.vessels({{12, 3.2, 0.8, 260, 0.14, 5}});
+  return weave(loom.side(), gloss, [&](int x, int y) {
+    const float n = fine.row(y)[x], b = burnt.row(y)[x] + 0.08F * n, wet = bleeding.row(y)[x] + 0.05F * n;
+    Colour c = mix({66, 66, 158}, {104, 112, 196}, clamp01(0.5F + 0.3F * form.row(y)[x]));
+    c = mix((1 + 0.05F * n) * c, {44, 36, 146}, 0.55F * trees.row(y)[x]);
+    // Towards the crust tissue is cooked pale, then brown, then black and cracked.
+    c = mix(c, (1 + 0.04F * n) * Colour{140, 166, 208}, 0.8F * above(b, 0.15F, 0.5F));
+    c = mix(c, (1 + 0.1F * n) * Colour{44, 66, 112}, above(b, 0.62F, 0.35F));
+    const float flake = smoothstep(3.5F * flakes.edge.row(y)[x]);
+    const Colour crust = mix({22, 30, 74}, mix({20, 22, 32}, {46, 54, 78}, flakes.value.row(y)[x]), flake);
+    c = mix(c, (1 + 0.12F * n) * crust, above(b, 1.0F, 0.4F));
+    // Blood: dark and smooth, thinner at its edge.
+    return mix(c, mix({34, 26, 158}, {20, 14, 104}, above(wet, 1.5F, 1.0F)), 0.9F * above(wet, 1.0F, 0.3F));
+  });
+}
+
+/// The retina's patches hold little but a thin vessel each.
+double deviation_of(Style style) {
+  return style == Style::retina ? 1.14 * pattern_deviation : pattern_deviation;
+}
+
 /// What a fifth of the patches all over the texture exceed: the deviation of luma within a patch of 21 units.
 double strong_deviation(const cv::Mat &texture) {
   const double per_unit = texture.cols / period;
@@ -282,10 +360,22 @@ TextureMap tissue_texture(Style style, std::uint64_t seed, int side, double cont
     case Style::fat:
       texture = fat(loom, gloss);
       break;
+    case Style::retina:
+      texture = retina(loom, gloss);
+      break;
+    case Style::mucosa:
+      texture = mucosa(loom, gloss);
+      break;
+    case Style::lobes:
+      texture = lobes(loom, gloss);
+      break;
+    case Style::charred:
+      texture = charred(loom, gloss);
+      break;
   }
   const double per_unit = side / period;
   scale_pattern(texture, form_units * per_unit,
-                contrast * pattern_deviation / std::max(strong_deviation(texture), 0.5));
+                contrast * deviation_of(style) / std::max(strong_deviation(texture), 0.5));
   return TextureMap(texture, per_unit);
 }
 

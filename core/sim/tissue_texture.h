@@ -15,8 +15,12 @@ enum class Style : std::uint8_t {
   peritoneum,  ///< pale, veined, fibrous; half dull
   bowel,       ///< pink serosa with fine vessel trees; glossy
   fat,         ///< omentum: yellow lobes; dull
+  retina,      ///< a tree of strong vessels on smooth ground, little else; dull
+  mucosa,      ///< pale pink, softly folded, a fine net of vessels; wet
+  lobes,       ///< fat in large round lobes with dark seams
+  charred,     ///< burnt: black crusts with pale rims, red patches
 };
-inline constexpr std::size_t style_count = static_cast<std::size_t>(Style::fat) + 1;
+inline constexpr std::size_t style_count = static_cast<std::size_t>(Style::charred) + 1;
 
 /// "heart", "liver", …
 std::string_view style_name(Style style);

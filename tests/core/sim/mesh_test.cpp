@@ -38,8 +38,8 @@ TEST(Mesh, CoversThePictureWhateverMoves) {
 
 TEST(Mesh, CoversThePictureWhereTissueIsCutPulledOrHollow) {
   for (const char *effects : {"slide,heart-strong,sway", "slide=3,tear=3,rotation,jerk", "tear,fold,heart-mild,zoom",
-                              "grasp=2,heart-strong", "cavity,sway,jerk", "cavity=3,zoom,rotation",
-                              "cavity,sway,black", "cavity,slide,tear,grasp,heart-mild,liver,sway"}) {
+                              "grasp=2,heart-strong", "cavity,sway,jerk", "cavity=3,zoom,rotation", "cavity,sway,black",
+                              "cavity,slide,tear,grasp,heart-mild,liver,sway"}) {
     Effects e;
     e.set(effects);
     const cv::Size size(320, 240);

@@ -42,8 +42,9 @@ bool same(const cv::Mat &a, const cv::Mat &b) {
 }
 
 const char *const everything =
-    "heart-strong,heart-mild,liver,fold,zoom,rotation,sway,jerk,tools,smoke,specular,blood,irrigation,wipe,cut,black,"
-    "field-stop,text,light,exposure,falloff,vignette,low-texture,motion-blur,focus-blur,noise,chroma,interlacing";
+    "heart-strong,heart-mild,liver,fold,slide,tear,grasp,zoom,rotation,sway,jerk,tools,smoke,specular,blood,"
+    "irrigation,wipe,cut,black,field-stop,text,light,exposure,falloff,vignette,low-texture,motion-blur,focus-blur,"
+    "noise,chroma,interlacing";
 
 TEST(Simulator, AFrameDependsOnNothingButItsNumber) {
   Simulator forward(with(everything)), backward(with(everything));
@@ -103,6 +104,31 @@ INSTANTIATE_TEST_SUITE_P(All, EachEffect, testing::Range(std::size_t{0}, effect_
   std::replace(name.begin(), name.end(), '-', '_');
   return name;
 });
+
+TEST(Simulator, WhatIsCutPulledOrHollowMovesFromRest) {
+  Simulator plain(with("", {640, 480}));
+  for (const char *effect : {"slide", "tear", "grasp", "cavity"}) {
+    Simulator simulator(with(effect, {640, 480}));
+    std::vector<cv::Point2d> surface;
+    for (double v = -160; v <= 160; v += 20)
+      for (double u = -240; u <= 240; u += 20) surface.emplace_back(u, v);
+    const auto at = [&](std::uint64_t n) { return simulator.truth(n, surface); };
+    const auto farthest = [&](const std::vector<TruthPoint> &a, const std::vector<TruthPoint> &b) {
+      double most = 0;
+      for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, std::hypot(a[i].x - b[i].x, a[i].y - b[i].y));
+      return most;
+    };
+    EXPECT_LT(farthest(at(0), at(1)), 0.2) << effect;
+    EXPECT_GT(farthest(at(0), at(75)), 12) << effect;
+    // A cut and a grip begin in tissue like any other.
+    const bool later = effect == std::string("tear") || effect == std::string("grasp");
+    const auto difference = [&](std::uint64_t n) {  // grey levels in the mean; their meshes begin elsewhere
+      return cv::norm(frame(simulator, n), frame(plain, n), cv::NORM_L1) / (3.0 * 640 * 480);
+    };
+    EXPECT_EQ(difference(0) < 0.1, later) << effect << ' ' << difference(0);
+    EXPECT_GT(difference(75), 1) << effect;
+  }
+}
 
 TEST(Simulator, RefusesWhatItCannotRender) {
   for (const cv::Size size : {cv::Size(0, 0), {15, 100}, {100, 15}, {8193, 100}}) {
