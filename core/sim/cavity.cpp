@@ -16,7 +16,7 @@ constexpr double nearest = 0.25, farther = 2.35, half_radius = 70, blunt = 20;
 constexpr double deepest = 1.15;  // of strengths; more would bring the walls behind the scope
 
 // The rings: each 1.8 times as far out as the one before; so they are evenly spaced along the tube.
-constexpr double spacing = 1.8, ring_height = 0.22, innermost = 35, fully = 140;
+constexpr double spacing_log2 = 0.84799690655495, ring_height = 0.22, innermost = 35, fully = 140;
 constexpr double turning = 0.37;  // turns from one to the next
 
 double softened(double u, double v) {
@@ -34,7 +34,7 @@ cv::Vec3d Cavity::at(double u, double v, double relief) const {
   const double radius = softened(u, v), far = depth(radius);
   const double c = u / radius, s = v / radius;
   // Not round; and crescents more than rings: each is highest on another side than its neighbours.
-  const double at = log2_of(radius / 230) / log2_of(spacing) + 0.14 * c + 0.1 * 2 * s * c + 0.006 * relief;
+  const double at = log2_of(radius / 230) * (1 / spacing_log2) + 0.14 * c + 0.1 * 2 * s * c + 0.006 * relief;
   const double side = c * cos_turns(turning * at) + s * sin_turns(turning * at);
   const double height = std::min(strength_, deepest) * ring_height * (0.62 + 0.38 * side) *
                         smoothstep((radius - innermost) / (fully - innermost));

@@ -178,7 +178,7 @@ Surface::Place Surface::place(double u, double v) const {
     // Walls are seen aslant: folds show by how they differ from a wall without.
     const cv::Vec3d lamp = cv::Vec3d(0, 0, nominal_distance) - p.rest;
     const double faces = p.normal.dot(lamp) / std::sqrt(lamp.dot(lamp));
-    p.normal = {0, 0, std::clamp(0.77 * faces / cavity_.facing(u, v), 0.52, 1.0)};
+    p.normal = {0, 0, std::clamp(0.77 * faces / cavity_.facing(u, v), 0.6, 1.0)};
   }
   return p;
 }

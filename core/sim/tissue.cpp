@@ -100,6 +100,7 @@ void Tissue::draw(const View &view, int sheet, const Part *part, Fragments &frag
     const Mesh::Point &p = mesh_.points[i];
     Fragment &c = corners_[i];
     image_.emplace_back(p.image.x, p.image.y);
+    if (part && !touches(*part, i)) continue;  // no cell of the part has this corner
     const double nearer = !bed && (sheet & Sheets::upper) != 0 ? Sheets::hides : 0;
     c[Fragment::depth] = static_cast<float>(p.image.z - nearer);
     c[Fragment::u] = static_cast<float>(p.place.u + (bed ? bed_u : 0));
@@ -121,6 +122,14 @@ void Tissue::draw(const View &view, int sheet, const Part *part, Fragments &frag
   }
   const std::size_t used = view.moving ? Fragment::count : fluids_.any() ? Fragment::motion_x : Fragment::blood;
   fragments.draw_grid(mesh_.columns, mesh_.rows, image_, corners_, used, part);
+}
+
+bool Tissue::touches(const Part &part, std::size_t corner) const {
+  const int column = static_cast<int>(corner) % mesh_.columns, row = static_cast<int>(corner) / mesh_.columns;
+  for (int j = std::max(row - 1, 0); j <= std::min(row + 1, mesh_.rows - 1); ++j)
+    for (int i = std::max(column - 1, 0); i <= std::min(column + 1, mesh_.columns - 1); ++i)
+      if (part.owners[static_cast<std::size_t>(j * mesh_.columns + i)] == part.owner) return true;
+  return false;
 }
 
 std::optional<Tools::Grip> Tissue::grip(double time, cv::Size size) const {

@@ -54,6 +54,8 @@ class Tissue {
   struct View;
   /// Draws what the mesh has of a sheet, or of the bed.
   void draw(const View &view, int sheet, const Part *part, Fragments &fragments);
+  /// Whether a corner of the mesh is one of the part's or beside one.
+  bool touches(const Part &part, std::size_t corner) const;
   template <bool Wet>
   void paint_row(double time, const Camera &camera, const Fragments &fragments, int y, Canvas &canvas) const;
   static float gloss_of(float texture_gloss, const Fragment &f, bool wet);
