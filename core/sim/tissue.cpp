@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "sim/ieee_math.h"
 
@@ -17,6 +18,33 @@ constexpr double bed_u = 400, bed_v = 300;            // likewise of the tissue 
 constexpr float bed_tint[3] = {0.5F, 0.46F, 0.8F};
 constexpr double nearest_seen = 20;  // units before the camera
 constexpr float blood_gloss = 1.3F, water_gloss = 1.5F;
+
+/// A pixel on the edge of a sheet shows a little of either.
+void soften_edges(const Fragments &fragments, Canvas &canvas) {
+  struct Softened {
+    int x, y;
+    float colour[3];
+  };
+  std::vector<Softened> edge;
+  const cv::Size size = canvas.size();
+  for (int y = 1; y + 1 < size.height; ++y) {
+    for (int x = 1; x + 1 < size.width; ++x) {
+      const cv::Point beside[] = {{x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}};
+      const float sheet = fragments.at(x, y)[Fragment::sheet];
+      if (std::all_of(std::begin(beside), std::end(beside),
+                      [&](cv::Point p) { return fragments.at(p.x, p.y)[Fragment::sheet] == sheet; }))
+        continue;
+      Softened s{x, y, {}};
+      for (std::size_t c = 0; c < 3; ++c) {
+        s.colour[c] = 0.5F * canvas.row(c, y)[x];
+        for (const cv::Point p : beside) s.colour[c] += 0.125F * canvas.row(c, p.y)[p.x];
+      }
+      edge.push_back(s);
+    }
+  }
+  for (const Softened &s : edge)
+    for (std::size_t c = 0; c < 3; ++c) canvas.row(c, s.y)[s.x] = s.colour[c];
+}
 
 }  // namespace
 
@@ -239,6 +267,7 @@ void Tissue::paint(double time, const Fragments &fragments, Canvas &canvas) cons
       paint_row<false>(time, here, fragments, y, canvas);
     }
   }
+  if (sheets().any()) soften_edges(fragments, canvas);
 }
 
 void blur_motion(const Fragments &fragments, Canvas &canvas, Canvas &copy) {

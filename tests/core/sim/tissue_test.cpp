@@ -91,6 +91,26 @@ TEST(Tissue, IsHeldByTheTipOfWhatGrasps) {
   EXPECT_FALSE(tissue_of(only("")).grip(2, size));
 }
 
+TEST(Tissue, EdgesOfAWoundAreSoft) {
+  const cv::Mat grey(64, 64, CV_8UC4, cv::Scalar(150, 150, 150, 0));
+  Tissue tissue(only("tear"), 5, TextureMap(grey, 1));
+  Fragments f;
+  Canvas c;
+  tissue.find(4, {640, 480}, 0, f);
+  tissue.paint(4, f, c);
+  int between = 0, edges = 0;
+  for (int y = 1; y < 479; ++y)
+    for (int x = 2; x < 637; ++x) {
+      const auto bed = [&](int at) { return f.at(at, y)[Fragment::sheet] < 0; };
+      if (bed(x - 2) || bed(x - 1) || !bed(x) || !bed(x + 1) || !bed(x + 2)) continue;
+      ++edges;
+      const float skin = c.row(1, y)[x - 2], wound = c.row(1, y)[x + 2];
+      between += c.row(1, y)[x] > wound + 0.1F * (skin - wound) && c.row(1, y)[x - 1] < skin - 0.1F * (skin - wound);
+    }
+  EXPECT_GT(edges, 15);
+  EXPECT_GT(between, 0.6 * edges);
+}
+
 TEST(BlurMotion, BlursAlongTheMotionAndShiftsNothing) {
   const cv::Size s{64, 64};
   Fragments f;
