@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "detect/alike.h"
 #include "detect/dog.h"
 #include "detect/merge.h"
 #include "detect/shi_tomasi.h"
@@ -54,8 +55,12 @@ std::vector<cv::Point2d> detect(const cv::Mat &luma, const cv::Mat &specular, co
 
   const double radius = least_distance * options.patch;
   const int window = std::max(3, options.patch / windows_per_patch | 1);
-  const std::vector<cv::Point2d> ranked =
+  std::vector<cv::Point2d> ranked =
       merge_by_rank(find_dog(luma, allowed), find_shi_tomasi(luma, allowed, window, radius), radius, taken);
+  if (options.most_alike < 1) {
+    const LookAlikes alike(luma, options.patch);
+    std::erase_if(ranked, [&](cv::Point2d p) { return alike.best(p) > options.most_alike; });
+  }
   return spread(ranked, luma.size(), bucket_side(allowed, options), options.wanted, taken);
 }
 

@@ -20,6 +20,7 @@ class Csd final : public Algorithm {
 
   bool replenishes() const override { return true; }
   bool avoids_tools() const override { return true; }
+  double most_alike() const override;
   void track(const FrameContext &context, std::vector<Claim> &claims) override;
   Claim::Kind begin(FeatureId id, cv::Point2d position, const FrameContext &context) override;
   void end(FeatureId id) override;

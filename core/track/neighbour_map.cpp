@@ -23,7 +23,6 @@ constexpr double slowest = 0.02;  // of what a frame of 40 ms adds to the runnin
 constexpr double least_deviation = 0.3, most_deviation = 2;
 constexpr double usual_offset = 1;  // sd of what tissue has beside its neighbours' motion
 constexpr double most_offset = 6;
-constexpr double misfit = 0.1;  // px
 
 double square(double x) {
   return x * x;
@@ -201,10 +200,7 @@ NeighbourMap NeighbourField::inverse_map_at(cv::Point2d position, int chart, dou
 }
 
 cv::Matx22d position_covariance(const cv::Matx22d &information) {
-  const auto i = information + 1e-3 * cv::Matx22d::eye();  // never singular: 30 px
-  const double mean = (i(0, 0) + i(1, 1)) / 2, half = std::hypot((i(0, 0) - i(1, 1)) / 2, i(0, 1));
-  const double largest = mean + half, edge = square(misfit) * (largest / (mean - half) - 1);
-  return (1 + edge * largest) * i.inv() - edge * cv::Matx22d::eye();
+  return (information + 1e-3 * cv::Matx22d::eye()).inv();
 }
 
 double NeighbourOffset::deviation() const {

@@ -78,8 +78,7 @@ class NeighbourField {
   std::vector<Point> points_;
 };
 
-/// How unsure an alignment's position is: the inverse of its information, and along an edge √(λ₁/λ₂ − 1) more than that
-/// for each .1 px that the patch's warp is off across it. px²
+/// How unsure an alignment's position is: the inverse of its information, 30 px at most. px²
 cv::Matx22d position_covariance(const cv::Matx22d &information);
 
 /// What a feature has of its own beside its neighbours' motion: an offset from where they put it, and shape. In

@@ -16,7 +16,16 @@ constexpr double shape_pull = 0.3;          // towards the neighbours' shape, be
 constexpr double coarse_information = 0.6;  // of the coarse level's, as the fine level's prior
 constexpr double sure_zncc = 0.6, sure_inliers = 0.5, sure_unmasked = 0.3;
 constexpr double alone_zncc = 0.8;                         // to be found again without neighbours
-constexpr double least_zncc = 0.2, least_unmasked = 0.25;  // of what is reported at all
+constexpr double least_unmasked = 0.1;  // of what is reported at all
+// What has no look-alike where the neighbours point needs not their word: what fits so well, and better than anything
+// there did.
+const double apart_zncc = std::getenv("AZ") ? std::atof(std::getenv("AZ")) : 0.7, apart_inliers = 0.6, apart_margin = std::getenv("AM") ? std::atof(std::getenv("AM")) : 0.2;
+// How far about the place a look-alike counts, samples: as much, and so much for each pixel of the neighbours'
+// disagreement with each other and of theirs with the point.
+constexpr double alike_reach = 4, alike_per_spread = 0.5, alike_per_distance = 0.2;
+// sd of where the neighbours put a point, of the sum of its and their deviations. With all of it faint patches slid
+// away from where the neighbours had put them rightly.
+const double expected_share = std::getenv("ES") ? std::atof(std::getenv("ES")) : 0.4;
 constexpr double gate_floor = 1, gate_deviations = 2;
 constexpr std::size_t least_judges = 5;  // neighbours that may overrule a point
 constexpr double most_distortion = 0.3;
@@ -52,6 +61,16 @@ AnchorLevel core_of(const AnchorLevel &anchor) {
     for (int u = -PatchPlane::radius; u <= PatchPlane::radius; ++u)
       if (u * u + v * v > core_reach * core_reach) core.weight.at(u, v) = 0;
   return core;
+}
+
+/// Of the patch's unmasked pixels, whose mean is 0.
+double deviation(const AnchorLevel &anchor) {
+  double sum = 0, weight = 0;
+  for (std::size_t i = 0; i < PatchPlane::size; ++i) {
+    weight += anchor.weight.data[i];
+    sum += double{anchor.weight.data[i]} * anchor.patch.data[i] * anchor.patch.data[i];
+  }
+  return weight > 0 ? std::sqrt(sum / weight) : 0;
 }
 
 /// ln of the residual in the picture's grey levels; what is below half a grey level is as good as none.
@@ -170,6 +189,23 @@ void TrackedPoint::weigh_coarser(const CsdFrame &frame) {
   if (seen.usable) gain_coarse_ = seen.gain;
 }
 
+/// How well the anchor fitted what lay from its place as the point now lies from where the neighbours put it; without
+/// them, anywhere around. 1 while that isn't known.
+double TrackedPoint::likeness_there(double unit) const {
+  if (!likeness_) return 1;
+  if (!map_) return likeness_->far();
+  const auto off = fine_.state.position - prediction().position;
+  const cv::Vec2d samples = fine_.state.shape.inv() * cv::Vec2d(off.x, off.y);
+  return likeness_->near(samples,
+                         alike_reach + alike_per_spread * map_.spread / unit + alike_per_distance * cv::norm(samples));
+}
+
+bool TrackedPoint::told_apart(double unit) const {
+  const double zncc = std::min(fine_.zncc, zncc_coarse_);
+  return fine_.usable && zncc >= apart_zncc && fine_.inliers >= apart_inliers && fine_.unmasked >= sure_unmasked &&
+         zncc - likeness_there(unit) > apart_margin;
+}
+
 void TrackedPoint::judge(const CsdFrame &frame) {
   sure_ = fine_.usable && fine_.zncc >= sure_zncc && fine_.inliers >= sure_inliers && fine_.unmasked >= sure_unmasked &&
           frame.shows(fine_.state.position);
@@ -182,6 +218,7 @@ void TrackedPoint::judge(const CsdFrame &frame) {
   const auto distortion = prediction().shape.inv() * fine_.state.shape - cv::Matx22d::eye();
   agrees_ = distance_ <= gate_floor + gate_deviations * offset_.deviation() + map_.spread / scale &&
             cv::norm(distortion) <= most_distortion;
+  agrees_ = agrees_ || told_apart(frame.unit);
   sure_ = sure_ && agrees_;
 }
 
@@ -227,7 +264,7 @@ void TrackedPoint::look_again(const CsdFrame &frame, bool alone) {
       fine_ = {};
       return;
     }
-    const double sd = (1 + offset_.deviation()) * map_.scale() * frame.unit + map_.spread;
+    const double sd = expected_share * ((1 + offset_.deviation()) * map_.scale() * frame.unit + map_.spread);
     locate(frame, start, sd, 2, false);
     judge(frame);
     if (!sure_) {
@@ -265,22 +302,24 @@ cv::Point2d TrackedPoint::fused(const CsdFrame &frame) const {
 void TrackedPoint::decide(const CsdFrame &frame, const Surroundings &around) {
   aligned_ = fine_.state;
   if (fine_.usable && map_.support >= least_judges) fine_.state.position = fused(frame);
-  Evidence evidence;
-  evidence.zncc_fine = fine_.zncc;
-  evidence.zncc_coarse = zncc_coarse_;
-  evidence.inliers = fine_.inliers;
-  evidence.unmasked = fine_.unmasked;
-  evidence.centre = fine_.centre;
-  evidence.gain = fine_.gain;
-  evidence.noise = fine_.noise;
-  evidence.disagreement = distance_ / (1 + offset_.deviation());
-  evidence.seen_before = visible_;
-  if (const auto change = gain_change()) evidence.gain_change = std::abs(*change - around.gain_drift);
-  if (const auto change = brightness_change()) evidence.brightness_change = *change - around.brightness_drift;
-
-  const bool possible = fine_.usable && agrees_ && (map_ || around.alone) && fine_.zncc >= least_zncc &&
-                        fine_.unmasked >= least_unmasked && frame.shows(fine_.state.position);
-  confidence_ = possible ? visibility(evidence) : 0;
+  const bool apart = told_apart(frame.unit);
+  const bool possible = fine_.usable && agrees_ && (map_ || around.alone || apart) && fine_.unmasked >= least_unmasked &&
+                        frame.shows(fine_.state.position);
+  evidence_.reset();
+  if (possible) {
+    auto &e = evidence_.emplace();
+    e.zncc_fine = fine_.zncc;
+    e.zncc_coarse = zncc_coarse_;
+    e.unmasked = fine_.unmasked;
+    e.centre = fine_.centre;
+    e.gain = fine_.gain;
+    e.noise = fine_.noise;
+    if (const auto change = brightness_change()) e.brightness_change = *change - around.brightness_drift;
+    e.contrast = contrast_;
+    if (likeness_) e.likeness = likeness_->far();
+    if (!apart) e.disagreement = distance_ / (1 + offset_.deviation()) * likeness_there(frame.unit);
+  }
+  confidence_ = evidence_ ? visibility(*evidence_) : 0;
   const bool before = std::exchange(visible_, confidence_ >= 0.5);
   if (visible_) {
     velocity_ = before && !again_ ? (fine_.state.position - state_.position) * (1 / frame.steps) : cv::Point2d();
@@ -349,6 +388,11 @@ void TrackedPoint::learn(const CsdFrame &frame) {
       last_sample_ = frame.time;
     }
     return;
+  }
+  if (sure_ && !likeness_) {
+    const int level = finest_level(aligned_.scale() / frame.patch);
+    likeness_.emplace(frame.pyramid, frame.weights, anchor_.level(level), level, aligned_);
+    contrast_ = deviation(anchor_.level(level));
   }
   for (int level = -1; level >= Anchor::finest; --level)
     if (sure_ && !anchor_.has(level) && anchor_.has(level + 1) &&

@@ -9,6 +9,7 @@
 #include "track/align.h"
 #include "track/anchor_median.h"
 #include "track/frame_budget.h"
+#include "track/likeness.h"
 #include "track/neighbour_map.h"
 #include "track/visibility.h"
 
@@ -93,6 +94,8 @@ class TrackedPoint {
   bool visible() const { return visible_; }  ///< after decide()
   bool learning() const { return !medians_.empty(); }
   double confidence() const { return confidence_; }
+  /// What decide() went by in this frame; nothing where there was nothing to judge.
+  const std::optional<Evidence> &evidence() const { return evidence_; }
   const AffineState &state() const { return state_; }
   cv::Point2d seen_at() const { return fine_.state.position; }       ///< of a sure point, in this frame
   cv::Point2d expected_at() const { return prediction().position; }  ///< by the neighbours' map
@@ -114,6 +117,8 @@ class TrackedPoint {
   void locate(const CsdFrame &frame, const AffineState &start, double position_sd, int top, bool core);
   void weigh_coarser(const CsdFrame &frame);
   void judge(const CsdFrame &frame);
+  double likeness_there(double unit) const;
+  bool told_apart(double unit) const;
   cv::Point2d fused(const CsdFrame &frame) const;
 
   Purpose purpose_;
@@ -124,6 +129,8 @@ class TrackedPoint {
   Anchor anchor_;
   std::array<double, Anchor::coarsest - Anchor::finest + 1> unmasked_{};  ///< share of the anchor's levels
   std::vector<AnchorMedian> medians_;                                     ///< while it is learning: levels 0…2
+  std::optional<Likeness> likeness_;                                      ///< once it was seen with its frozen anchor
+  double contrast_ = 0;                                                   ///< of the finest level, sd in grey levels
   std::int64_t begun_, last_sample_, last_look_;
 
   int chart_ = -1;
@@ -145,6 +152,7 @@ class TrackedPoint {
   bool sure_ = true, visible_ = true, again_ = false;
   bool pressing_ = true;  ///< visible, and unsure or fast when it was last looked at
   double confidence_ = 1;
+  std::optional<Evidence> evidence_;
 };
 
 }  // namespace csd

@@ -209,6 +209,7 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
   DetectOptions options;
   options.patch = patch_side(settings, context.frame);
   options.wanted = static_cast<std::size_t>(wanted);
+  options.most_alike = algorithm->most_alike();
   std::vector<cv::Point2d> taken;
   for (const auto &life : lives)
     if (life.feature.state != FeatureState::ended)

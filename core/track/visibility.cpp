@@ -9,6 +9,7 @@ namespace {
 
 /// One term of the sum: its weight, and what it weighs.
 struct Term {
+  std::string_view name;
   double weight;
   double (*value)(const Evidence &);
 };
@@ -17,37 +18,40 @@ double log_odds_of(double zncc) {
   return std::atanh(std::clamp(zncc, -0.2, 0.995));  // Fisher's z: evenly noisy
 }
 
-double darker_than(double change) {
-  return std::clamp(-change / 64, 0.0, 1.0);
-}
-double brighter_than(double change) {
-  return std::clamp(change / 64, 0.0, 1.0);
-}
-/// How much of the anchor's contrast is gone, beyond what light and distance do.
-double dimness(double gain) {
-  return std::max(0.0, -std::log(gain) - 0.7);
-}
-
-// Fitted to the sequences of tests/bench/accuracy.cpp, seeds 1 and 2.
+// Fitted by tests/bench/fit to real tissue as textures; docs/method.md has what it reaches on tissue left out.
 constexpr Term terms[] = {
-    {-3.51, [](const Evidence &) { return 1.0; }},
-    {-0.15, [](const Evidence &e) { return log_odds_of(e.zncc_fine); }},
-    {1.44, [](const Evidence &e) { return log_odds_of(e.zncc_coarse); }},
-    {4.44, [](const Evidence &e) { return e.inliers; }},
-    {2.81, [](const Evidence &e) { return e.unmasked; }},
-    {1.02, [](const Evidence &e) { return e.centre; }},
-    {0.46, [](const Evidence &e) { return std::log(e.gain); }},
-    {-2.39, [](const Evidence &e) { return dimness(e.gain); }},
-    {-1.36, [](const Evidence &e) { return std::min(6.0, e.disagreement); }},
-    {0.79, [](const Evidence &e) { return e.seen_before ? 1.0 : 0.0; }},
-    {-2.23, [](const Evidence &e) { return std::min(1.0, e.noise * e.gain / 8); }},
-    {1.23, [](const Evidence &e) { return std::min(1.5, e.gain_change); }},
-    {-3.70, [](const Evidence &e) { return brighter_than(e.brightness_change); }},
-    {-2.40, [](const Evidence &e) { return darker_than(e.brightness_change); }},
-    {3.93, [](const Evidence &e) { return brighter_than(e.brightness_change) * std::min(2.0, dimness(e.gain)); }},
+    {"one", 2.01, [](const Evidence &) { return 1.0; }},
+    {"fine", 0.69, [](const Evidence &e) { return log_odds_of(e.zncc_fine); }},
+    {"coarse", 0.97, [](const Evidence &e) { return log_odds_of(e.zncc_coarse); }},
+    {"unmasked", 2.85, [](const Evidence &e) { return e.unmasked; }},
+    {"centre", 0.45, [](const Evidence &e) { return e.centre; }},
+    // How much of the anchor's contrast is gone, beyond what light and distance do.
+    {"dim", -0.61, [](const Evidence &e) { return std::max(0.0, -std::log(e.gain) - 0.7); }},
+    {"noise", -1.86, [](const Evidence &e) { return std::min(1.0, e.noise * e.gain / 8); }},
+    {"brighter", -3.29, [](const Evidence &e) { return std::clamp(e.brightness_change / 64, 0.0, 1.0); }},
+    {"darker", -1.50, [](const Evidence &e) { return std::clamp(-e.brightness_change / 64, 0.0, 1.0); }},
+    {"likeness", -2.43, [](const Evidence &e) { return e.likeness ? std::max(0.5, *e.likeness) : 0.0; }},
+    {"unknown", -1.73, [](const Evidence &e) { return e.likeness ? 0.0 : 1.0; }},
+    {"contrast", -0.42, [](const Evidence &e) { return e.likeness ? std::log(std::max(0.1, e.contrast)) : 0.0; }},
+    {"disagreement", -1.39, [](const Evidence &e) { return std::min(6.0, e.disagreement); }},
 };
+static_assert(std::size(terms) == visibility_terms);
 
 }  // namespace
+
+std::array<double, visibility_terms> visibility_values(const Evidence &evidence) {
+  std::array<double, visibility_terms> values{};
+  for (std::size_t i = 0; i < visibility_terms; ++i) values[i] = terms[i].value(evidence);
+  return values;
+}
+
+std::string_view visibility_name(std::size_t term) {
+  return terms[term].name;
+}
+
+double visibility_weight(std::size_t term) {
+  return terms[term].weight;
+}
 
 double visibility(const Evidence &evidence) {
   double sum = 0;

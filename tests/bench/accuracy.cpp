@@ -2,73 +2,40 @@
 // How well an algorithm tracks simulated tissue: the loop for whoever changes one. Simulator, Tracker and scores in one
 // process, no pipeline; what is published comes from pipelines/experiments.
 //   csd-accuracy [--algorithm csd] [--frames 500] [--features 100] [--seeds 1-2] [--keep DIR] [--worst N] [--clips DIR]
-//                [--budget N] [--list] [SEQUENCE...]
+//                [--tissue DIR]... [--budget N] [--list] [SEQUENCE...]
 // prints a row for each sequence and seed. With --clips (or $CSDTRACK_CLIPS) also sequences whose texture is a picture
-// of real tissue, compressed as recorders do (by ffmpeg). With --keep, rendered sequences are kept in DIR as raw I420
-// beside their truth, for the next run: rendering costs ten times what tracking does. --worst lists the features that
-// erred most. hidden: the share of hidden samples that is claimed; seen: of these claims, the share within 5 px of the
-// truth; (last): of the last fifth. --budget: a frame's, where each look at the clock takes 1, so it is the same on
-// every machine; another line says of what waited how much was right. --list names the sequences and ends.
+// of real tissue, compressed as recorders do (by ffmpeg). With --tissue, each picture and video of the folder (its
+// first frame) is the texture of each kind of sequence that KIND names: KIND/PICTURE; they alone run then, and a table
+// ends the output: for each kind the means over its pictures, and the worst picture. With --keep, rendered sequences
+// are kept in DIR as raw I420 beside their truth, for the next run: rendering costs ten times what tracking does.
+// --worst lists the features that erred most. hidden: the share of hidden samples that is claimed; seen: of these
+// claims, the share within 5 px of the truth; (last): of the last fifth. --budget: a frame's, where each look at the
+// clock takes 1, so it is the same on every machine; another line says of what waited how much was right. --list names
+// the sequences and ends.
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "bench/sequences.h"
 #include "score/score.h"
 #include "score/sensitivity.h"
-#include "sim/simulator.h"
 #include "track/thread_pool.h"
 #include "track/tracker.h"
 
 namespace {
 
 using namespace csd;
+using namespace csd::bench;
 namespace fs = std::filesystem;
-
-struct Sequence {
-  const char *name;
-  sim::Scenario scenario;
-  const char *effects;
-  sim::Style style;
-  const char *clip = nullptr;  // its first frame is the texture
-};
-
-using S = sim::Scenario;
-using T = sim::Style;
-constexpr Sequence sequences[] = {
-    {"deformation-heart", S::deformation, "", T::heart},
-    {"deformation-liver", S::deformation, "", T::liver},
-    {"low-texture", S::low_texture, "", T::liver},
-    {"tools-liver", S::occlusion, "", T::liver},
-    {"tools-heart", S::occlusion, "", T::heart},
-    {"irrigation", S::occlusion, "tools=0.7,heart-mild=0,liver=0.7,blood=1,irrigation=1", T::liver},
-    {"zoom-heart", S::zoom, "", T::heart},
-    {"zoom-peritoneum", S::zoom, "", T::peritoneum},
-    {"rotation", S::rotation, "", T::peritoneum},
-    {"smoke", S::smoke, "", T::bowel},
-    {"specular-fat", S::specular, "", T::fat},
-    {"specular-heart", S::specular, "", T::heart},
-    {"mixed-heart", S::mixed, "", T::heart},
-    {"mixed-bowel", S::mixed, "", T::bowel},
-    {"cut", S::cut, "", T::bowel},
-    {"wipe", S::deformation, "wipe=1", T::heart},
-    {"black", S::rotation, "black=1,zoom=0.5", T::heart},
-    {"picture-light", S::deformation, "heart-mild=0,heart-strong=1,light=1", T::heart, "heart.mkv"},
-    {"picture-tools", S::occlusion, "specular=1,light=1,sway=1", T::heart, "abdomen.mkv"},
-    {"picture-zoom", S::zoom, "specular=1", T::heart, "cutting.mp4"},
-    {"picture-rotation", S::rotation, "smoke=1", T::heart, "cholecystectomy.mp4"},
-};
-const cv::Size size{640, 480};
-constexpr std::size_t frame_bytes = std::size_t{640} * 480 * 3 / 2;
 
 struct Options {
   AlgorithmKind algorithm = AlgorithmKind::csd;
@@ -77,88 +44,18 @@ struct Options {
   std::int64_t budget = 0;  // of a frame, in looks at the clock
   bool list = false;
   std::string keep, clips;
+  std::vector<std::string> tissue;
   std::vector<Sequence> wanted;
 };
 
-/// A rendered sequence: pictures on disk, truth in memory, features × frames.
-struct Rendered {
-  std::vector<std::vector<sim::TruthPoint>> truth;  // by frame
-  std::string file;
-};
-
-cv::Mat first_frame(const std::string &video) {
-  cv::Mat frame;
-  cv::VideoCapture(video).read(frame);
-  if (frame.empty()) throw std::runtime_error("no picture in " + video);
-  return frame;
-}
-
-/// The file's pictures, as they look after H.264.
-void compress(const std::string &file) {
-  const std::string raw = "-f rawvideo -pix_fmt yuv420p -s 640x480 -r 25 ", plain = file + ".plain";
-  fs::rename(file, plain);
-  const auto command = "ffmpeg -v error " + raw + "-i '" + plain +
-                       "' -c:v libx264 -crf 23 -f h264 - | ffmpeg -v error -f h264 " + "-i - " + raw + "'" + file + "'";
-  if (std::system(command.c_str()) != 0 || fs::file_size(file) != fs::file_size(plain))
-    throw std::runtime_error("failed: " + command);
-  fs::remove(plain);
-}
-
-Rendered render(const Sequence &sequence, std::uint64_t seed, const Options &options) {
-  Rendered out;
-  const std::string stem =
-      (fs::path(options.keep) / (std::string(sequence.name) + '-' + std::to_string(seed) + '-' +
-                                 std::to_string(options.frames) + '-' + std::to_string(options.features)))
-          .string();
-  out.file = stem + ".i420";
-  if (std::ifstream in(stem + ".truth", std::ios::binary); in) {
-    std::uint64_t n = 0;
-    for (std::uint64_t i = 0; i < options.frames; ++i) {
-      in.read(reinterpret_cast<char *>(&n), sizeof n);
-      std::vector<sim::TruthPoint> points(n);
-      in.read(reinterpret_cast<char *>(points.data()), static_cast<std::streamsize>(n * sizeof(sim::TruthPoint)));
-      out.truth.push_back(std::move(points));
-    }
-    if (in) return out;
-    out.truth.clear();
-  }
-  sim::SimSettings settings;
-  settings.effects = sim::scenario_effects(sequence.scenario);
-  settings.effects.set(sequence.effects);
-  settings.seed = seed;
-  settings.style = sequence.style;
-  settings.size = size;
-  if (sequence.clip) settings.texture = first_frame((fs::path(options.clips) / sequence.clip).string());
-  sim::Simulator simulator(settings);
-  const auto surface = simulator.on_surface(0, simulator.detect(options.features));
-  std::ofstream pictures(out.file, std::ios::binary), truth(stem + ".truth.part", std::ios::binary);
-  cv::Mat bgr, i420;
-  for (std::uint64_t i = 0; i < options.frames; ++i) {
-    simulator.render(i, bgr);
-    cv::cvtColor(bgr, i420, cv::COLOR_BGR2YUV_I420);
-    pictures.write(reinterpret_cast<const char *>(i420.data), frame_bytes);
-    out.truth.push_back(simulator.truth(i, surface));
-    const std::uint64_t n = out.truth.back().size();
-    truth.write(reinterpret_cast<const char *>(&n), sizeof n);
-    truth.write(reinterpret_cast<const char *>(out.truth.back().data()),
-                static_cast<std::streamsize>(n * sizeof(sim::TruthPoint)));
-  }
-  truth.close();
-  pictures.close();
-  if (!pictures || !truth) throw std::runtime_error("cannot write " + stem + ".*");
-  if (sequence.clip) compress(out.file);
-  fs::rename(stem + ".truth.part", stem + ".truth");
-  return out;
-}
-
 FrameView view(const std::vector<std::uint8_t> &i420) {
   FrameView v;
-  v.width = size.width;
-  v.height = v.rows = size.height;
+  v.width = picture_size.width;
+  v.height = v.rows = picture_size.height;
   v.model = ColourModel::yuv;
   v.kr = 0.299;  // cv::cvtColor's
   v.kb = 0.114;
-  const std::ptrdiff_t width = size.width, luma = width * size.height;
+  const std::ptrdiff_t width = picture_size.width, luma = width * picture_size.height;
   v.component[0] = {i420.data(), width, 1, 1, 0, 0, 0};
   v.component[1] = {i420.data() + luma, width / 2, 1, 1, 0, 1, 1};
   v.component[2] = {i420.data() + luma + luma / 4, width / 2, 1, 1, 0, 1, 1};
@@ -193,8 +90,8 @@ Row track(const Rendered &rendered, const Options &options, score::Clip &clip) {
       starts.push_back({point.id, {point.x, point.y}});
       clip.ids.push_back(point.id);
     }
-  clip.width = size.width;
-  clip.height = size.height;
+  clip.width = picture_size.width;
+  clip.height = picture_size.height;
   clip.moments.resize(rendered.truth.size());
   clip.samples.resize(clip.ids.size() * clip.moments.size());
   std::vector<std::uint8_t> picture(frame_bytes);
@@ -225,8 +122,9 @@ Row track(const Rendered &rendered, const Options &options, score::Clip &clip) {
       ++row.waiting.reports;
       if (!sample.claimed) continue;
       ++row.waiting.claims;
-      row.waiting.right += sample.presence == score::Presence::visible &&
-                           std::hypot(sample.dx, sample.dy) <= score::tolerance(size.height, score::headline_pixels);
+      row.waiting.right +=
+          sample.presence == score::Presence::visible &&
+          std::hypot(sample.dx, sample.dy) <= score::tolerance(picture_size.height, score::headline_pixels);
       row.waiting.believed += sample.confidence;
     }
   }
@@ -300,6 +198,7 @@ Options parse(int argc, char **argv) {
   Options options;
   options.keep = fs::temp_directory_path().string();
   if (const char *clips = std::getenv("CSDTRACK_CLIPS")) options.clips = clips;
+  std::vector<std::string> names;
   for (int i = 1; i < argc; ++i) {
     const std::string_view name = argv[i];
     const auto value = [&]() -> std::string {
@@ -326,17 +225,59 @@ Options parse(int argc, char **argv) {
       const auto text = value();
       options.first_seed = options.last_seed = std::stoull(text);
       if (const auto dash = text.find('-'); dash != text.npos) options.last_seed = std::stoull(text.substr(dash + 1));
+    } else if (name == "--tissue") {
+      options.tissue.push_back(value());
     } else {
-      bool found = false;
-      for (const auto &sequence : sequences)
-        if (std::string_view(sequence.name).starts_with(name)) options.wanted.push_back(sequence), found = true;
-      if (!found) throw std::runtime_error("no sequence " + std::string(name));
+      names.emplace_back(name);
     }
   }
-  if (options.wanted.empty()) options.wanted.assign(std::begin(sequences), std::end(sequences));
-  if (options.clips.empty()) std::erase_if(options.wanted, [](const Sequence &s) { return s.clip; });
+  const auto known = options.tissue.empty() ? known_sequences(options.clips) : on_tissue(options.tissue);
+  for (const auto &name : names) {
+    const auto before = options.wanted.size();
+    for (const auto &sequence : known)
+      if (sequence.name.starts_with(name)) options.wanted.push_back(sequence);
+    if (options.wanted.size() == before) throw std::runtime_error("no sequence " + name);
+  }
+  if (names.empty()) options.wanted = known;
   return options;
 }
+
+/// What --tissue is about: of each kind, the means over the pictures and the picture with the least sensitivity.
+class Summary {
+ public:
+  void add(const std::string &name, const score::TrackerScore &score) {
+    const auto slash = name.find('/');
+    if (slash == name.npos) return;
+    const Entry entry{name.substr(slash + 1), score.clips[0].paper.sensitivity, score.clips[0].paper.k,
+                      score.curve[1].paper.sensitivity, score.reliability.ece()};
+    if (kinds_.empty() || kinds_.back().first != name.substr(0, slash)) kinds_.push_back({name.substr(0, slash), {}});
+    kinds_.back().second.push_back(entry);
+  }
+  void print() const {
+    if (kinds_.empty()) return;
+    std::printf("\n%-8s %8s  %6s %6s %6s %6s  %6s %6s  %s\n", "kind", "pictures", "sens2", "sens5", "K5", "ECE",
+                "sens5", "K5", "of the worst");
+    for (const auto &[kind, entries] : kinds_) {
+      Entry mean;
+      const auto n = static_cast<double>(entries.size());
+      for (const auto &e : entries) {
+        mean.sensitivity += e.sensitivity / n, mean.k += e.k / n;
+        mean.within_2 += e.within_2 / n, mean.ece += e.ece / n;
+      }
+      const auto &worst = *std::min_element(
+          entries.begin(), entries.end(), [](const Entry &a, const Entry &b) { return a.sensitivity < b.sensitivity; });
+      std::printf("%-8s %8zu  %6.4f %6.4f %6.4f %6.4f  %6.4f %6.4f  %s\n", kind.c_str(), entries.size(), mean.within_2,
+                  mean.sensitivity, mean.k, mean.ece, worst.sensitivity, worst.k, worst.picture.c_str());
+    }
+  }
+
+ private:
+  struct Entry {
+    std::string picture;
+    double sensitivity = 0, k = 0, within_2 = 0, ece = 0;
+  };
+  std::vector<std::pair<std::string, std::vector<Entry>>> kinds_;
+};
 
 }  // namespace
 
@@ -344,23 +285,25 @@ int main(int argc, char **argv) {
   try {
     const auto options = parse(argc, argv);
     if (options.list) {
-      for (const auto &sequence : options.wanted) std::printf("%s\n", sequence.name);
+      for (const auto &sequence : options.wanted) std::printf("%s\n", sequence.name.c_str());
       return 0;
     }
     std::printf("%-18s %4s  %6s %6s %6s %6s %6s %7s %6s %6s  %6s %6s %6s  %5s\n", "sequence", "seed", "sens2", "sens5",
                 "K5", "hidden", "seen", "median", "95 %", "ECE", "sens5", "K5", "(last)", "ms");
+    Summary summary;
     for (const auto &sequence : options.wanted)
       for (auto seed = options.first_seed; seed <= options.last_seed; ++seed) {
-        const auto rendered = render(sequence, seed, options);
+        const auto rendered = render(sequence, seed, options.frames, options.features, options.keep);
         score::Clip clip;
         const auto [score, ms, waiting] = track(rendered, options, clip);
         const auto &frames = score.clips[0].frames;
         const auto last = score::paper_score({frames.data() + frames.size() * 4 / 5, frames.size() / 5});
         std::printf("%-18s %4llu  %6.4f %6.4f %6.4f %6.4f %6.4f %7.3f %6.2f %6.4f  %6.4f %6.4f %6s  %5.2f\n",
-                    sequence.name, static_cast<unsigned long long>(seed), score.curve[1].paper.sensitivity,
+                    sequence.name.c_str(), static_cast<unsigned long long>(seed), score.curve[1].paper.sensitivity,
                     score.clips[0].paper.sensitivity, score.clips[0].paper.k, score.total.hidden_claimed(),
                     seen_through(clip), score.error_median, score.error_95, score.reliability.ece(), last.sensitivity,
                     last.k, "", ms);
+        summary.add(sequence.name, score);
         if (options.budget > 0) {
           const auto claims = static_cast<double>(std::max<std::size_t>(waiting.claims, 1));
           std::printf("    not looked at: %.3f of the reports; of these, claims: %zu, right %.3f, believed %.3f\n",
@@ -370,6 +313,7 @@ int main(int argc, char **argv) {
         if (options.worst) print_worst(clip, options.worst);
         std::fflush(stdout);
       }
+    summary.print();
   } catch (const std::exception &e) {
     std::fprintf(stderr, "csd-accuracy: %s\n", e.what());
     return 1;

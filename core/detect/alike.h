@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <opencv2/core.hpp>
+
+namespace csd {
+
+/// Tells how much a place looks like the tissue around it. Along an edge, and in repeated texture, a patch fits as well
+/// elsewhere: nothing but the motion around it says where such a point is.
+class LookAlikes {
+ public:
+  /// `luma`: CV_8UC1, the working image; `patch`: odd side of the patch, working pixels.
+  LookAlikes(const cv::Mat &luma, int patch);
+
+  /// The highest zero-mean normalised cross-correlation of the patch about `at` with patches a third to two thirds of
+  /// its side away, −1…1, at half the resolution. 1 where the picture's edge leaves no room to look, or nothing is to
+  /// be seen.
+  double best(cv::Point2d at) const;
+
+ private:
+  cv::Mat half_;
+  int radius_, reach_, near_;  // of the half picture
+};
+
+}  // namespace csd
