@@ -19,13 +19,13 @@ constexpr double alone_zncc = 0.8;                         // to be found again 
 constexpr double least_unmasked = 0.1;  // of what is reported at all
 // What has no look-alike where the neighbours point needs not their word: what fits so well, and better than anything
 // there did.
-const double apart_zncc = std::getenv("AZ") ? std::atof(std::getenv("AZ")) : 0.7, apart_inliers = 0.6, apart_margin = std::getenv("AM") ? std::atof(std::getenv("AM")) : 0.2;
+constexpr double apart_zncc = 0.8, apart_inliers = 0.6, apart_margin = 0.2;
 // How far about the place a look-alike counts, samples: as much, and so much for each pixel of the neighbours'
 // disagreement with each other and of theirs with the point.
 constexpr double alike_reach = 4, alike_per_spread = 0.5, alike_per_distance = 0.2;
 // sd of where the neighbours put a point, of the sum of its and their deviations. With all of it faint patches slid
 // away from where the neighbours had put them rightly.
-const double expected_share = std::getenv("ES") ? std::atof(std::getenv("ES")) : 0.4;
+constexpr double expected_share = 0.7;
 constexpr double gate_floor = 1, gate_deviations = 2;
 constexpr std::size_t least_judges = 5;  // neighbours that may overrule a point
 constexpr double most_distortion = 0.3;
