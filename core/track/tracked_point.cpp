@@ -31,7 +31,7 @@ constexpr std::size_t least_judges = 5;  // neighbours that may overrule a point
 constexpr double most_distortion = 0.3;
 // Of a point beside its neighbours, from one frame to another: sd, of which its usual deviation makes a part, and the
 // neighbours' disagreement.
-constexpr double least_own_motion = 0.2, own_motion = 0.3, own_motion_of_spread = 0.2;
+constexpr double least_own_motion = 0.2, own_motion_of_deviation = 0.3, own_motion_of_spread = 0.2;
 constexpr double good_zncc = 0.75;  // of a frame that offsets and gains learn from
 constexpr double usual_rate = 0.1;
 constexpr double finer_scale = 0.8, finer_zncc = 0.85, finer_inliers = 0.7;
@@ -211,6 +211,7 @@ void TrackedPoint::judge(const CsdFrame &frame) {
           frame.shows(fine_.state.position);
   distance_ = 0;
   agrees_ = true;
+  own_motion_ = false;
   if (!fine_.usable || !map_) return;
   const double scale = map_.scale() * frame.unit;
   distance_ = cv::norm(prediction().position - fine_.state.position) / scale;
@@ -218,7 +219,8 @@ void TrackedPoint::judge(const CsdFrame &frame) {
   const auto distortion = prediction().shape.inv() * fine_.state.shape - cv::Matx22d::eye();
   agrees_ = distance_ <= gate_floor + gate_deviations * offset_.deviation() + map_.spread / scale &&
             cv::norm(distortion) <= most_distortion;
-  agrees_ = agrees_ || told_apart(frame.unit);
+  own_motion_ = !agrees_ && told_apart(frame.unit);
+  agrees_ = agrees_ || own_motion_;
   sure_ = sure_ && agrees_;
 }
 
@@ -292,7 +294,7 @@ void TrackedPoint::look_again(const CsdFrame &frame, bool alone) {
 cv::Point2d TrackedPoint::fused(const CsdFrame &frame) const {
   const auto expected = prediction().position;
   const auto off = fine_.state.position - expected;
-  const double sd = (least_own_motion + own_motion * offset_.deviation()) * map_.scale() * frame.unit +
+  const double sd = (least_own_motion + own_motion_of_deviation * offset_.deviation()) * map_.scale() * frame.unit +
                     own_motion_of_spread * map_.spread;
   const auto patch = position_covariance(fine_.information).inv();
   const cv::Vec2d pull = (patch + information(sd)).inv() * (patch * cv::Vec2d(off.x, off.y));
@@ -301,7 +303,7 @@ cv::Point2d TrackedPoint::fused(const CsdFrame &frame) const {
 
 void TrackedPoint::decide(const CsdFrame &frame, const Surroundings &around) {
   aligned_ = fine_.state;
-  if (fine_.usable && map_.support >= least_judges) fine_.state.position = fused(frame);
+  if (fine_.usable && map_.support >= least_judges && !own_motion_) fine_.state.position = fused(frame);
   const bool apart = told_apart(frame.unit);
   const bool possible = fine_.usable && agrees_ && (map_ || around.alone || apart) && fine_.unmasked >= least_unmasked &&
                         frame.shows(fine_.state.position);

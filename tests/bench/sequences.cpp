@@ -44,6 +44,10 @@ const Sequence kinds[] = {
     {"turn", S::rotation, "smoke=1", T::heart},
     {"zoom", S::zoom, "specular=1", T::heart},
     {"tools", S::occlusion, "specular=1,light=1,sway=1", T::heart},
+    {"grasp", S::deformation, "grasp=1.5,heart-mild=0.5,liver=0.5,specular=0.6,motion-blur=0.5", T::heart},
+    {"slide", S::deformation, "slide=1.3,heart-mild=0.7,sway=0.5,specular=0.6", T::heart},
+    {"tear", S::deformation, "tear=1.3,heart-mild=0.7,liver=0.5,specular=0.6", T::heart},
+    {"cavity", S::deformation, "cavity=1,liver=0.4,sway=0.5,specular=0.7,motion-blur=0.5", T::heart},
 };
 
 cv::Mat first_frame(const std::string &video) {
@@ -84,11 +88,14 @@ std::vector<Sequence> on_tissue(const std::vector<std::string> &folders) {
     }
   if (pictures.empty()) throw std::runtime_error("no picture in the folders of --tissue");
   std::sort(pictures.begin(), pictures.end(), [](const auto &a, const auto &b) { return a.stem() < b.stem(); });
+  const auto same_stem = [&](const fs::path &picture) {
+    return std::count_if(pictures.begin(), pictures.end(), [&](const auto &p) { return p.stem() == picture.stem(); });
+  };
   std::vector<Sequence> out;
   for (const auto &kind : kinds)
     for (const auto &picture : pictures) {
       out.push_back(kind);
-      out.back().name += '/' + picture.stem().string();
+      out.back().name += '/' + (same_stem(picture) > 1 ? picture.filename() : picture.stem()).string();
       out.back().clip = picture.string();
     }
   return out;

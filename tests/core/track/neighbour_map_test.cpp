@@ -98,16 +98,15 @@ cv::Matx22d knows(double along, double across, double angle = 0) {
   return {i * c * c + j * s * s, (i - j) * s * c, (i - j) * s * c, i * s * s + j * c * c};
 }
 
-TEST(PositionCovariance, IsTheInverseAndMoreAlongAnEdge) {
+TEST(PositionCovariance, IsTheInverseByDirection) {
   const auto corner = position_covariance(knows(0.2, 0.2));
   EXPECT_NEAR(corner(0, 0), 0.04, 1e-4);
   EXPECT_NEAR(corner(1, 1), 0.04, 1e-4);
   EXPECT_NEAR(corner(0, 1), 0, 1e-9);
-  // λ₁/λ₂ = 25: (.1 · 24)² = 5.76 px² beside the .25 of the noise; across the edge the noise alone.
   const double angle = 0.6;
   const auto edge = position_covariance(knows(0.5, 0.1, angle));
   const cv::Vec2d along(std::cos(angle), std::sin(angle)), across(-along[1], along[0]);
-  EXPECT_NEAR(along.dot(edge * along), 0.25 + 5.76, 0.05);
+  EXPECT_NEAR(along.dot(edge * along), 0.25, 1e-3);
   EXPECT_NEAR(across.dot(edge * across), 0.01, 1e-4);
   // A patch that knows nothing at all is finite.
   EXPECT_NEAR(position_covariance(cv::Matx22d::zeros())(0, 0), 1000, 1e-6);
@@ -138,13 +137,11 @@ TEST(NeighbourOffset, IsBelievedAsFarAsThePatchKnowsItsPlace) {
   NeighbourOffset faint;
   for (int i = 0; i < 400; ++i) faint.update(map, at, {at + cv::Point2d(2, -1), cv::Matx22d::eye()}, knows(1, 1), 1, 1);
   expect_near(faint.offset(), {1, -0.5}, 0.02);
-  // A patch on a level edge slides along it, farther and farther. It is not believed there, and as ever across.
+  // Along a level edge it is believed less than across.
   NeighbourOffset edge;
   for (int i = 0; i < 400; ++i)
-    edge.update(map, at, {at + cv::Point2d(0.05 * i, 1), cv::Matx22d::eye()}, knows(1, 0.1), 1, 1);
-  EXPECT_LT(edge.offset().x, 0.2);  // 17 px in the mean, of variance 1 + (.1 · 99)²
-  EXPECT_NEAR(edge.offset().y, 1, 0.03);
-  EXPECT_LE(edge.deviation(), 2);
+    edge.update(map, at, {at + cv::Point2d(2, 2), cv::Matx22d::eye()}, knows(3, 0.1), 1, 1);
+  expect_near(edge.offset(), {0.2, 2 / 1.01}, 0.02);
 }
 
 TEST(NeighbourOffset, IsNeverFarFromTheNeighbours) {

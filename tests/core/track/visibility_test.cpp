@@ -12,11 +12,12 @@ namespace {
 Evidence good() {
   Evidence e;
   e.zncc_fine = e.zncc_coarse = 0.98;
-  e.inliers = e.centre = 0.97;
+  e.centre = 0.97;
   e.unmasked = 1;
   e.noise = 0.5;
   e.disagreement = 0.2;
-  e.seen_before = true;
+  e.contrast = 15;
+  e.likeness = 0.6;
   return e;
 }
 
@@ -32,7 +33,9 @@ TEST(Visibility, FallsWithEachThingThatSpeaksAgainstIt) {
     return visibility(e) < best;
   };
   EXPECT_TRUE(worse([](Evidence &e) { e.zncc_coarse = 0.3; }));
-  EXPECT_TRUE(worse([](Evidence &e) { e.inliers = 0.7; }));
+  EXPECT_TRUE(worse([](Evidence &e) { e.zncc_fine = 0.3; }));
+  EXPECT_TRUE(worse([](Evidence &e) { e.likeness = 0.95; }));
+  EXPECT_TRUE(worse([](Evidence &e) { e.gain = 0.2; }));
   EXPECT_TRUE(worse([](Evidence &e) { e.unmasked = 0.4; }));
   EXPECT_TRUE(worse([](Evidence &e) { e.disagreement = 3; }));
   EXPECT_TRUE(worse([](Evidence &e) { e.noise = 20; }));
@@ -43,12 +46,10 @@ TEST(Visibility, FallsWithEachThingThatSpeaksAgainstIt) {
 
 TEST(Visibility, DoubtsWhatFitsInNoWay) {
   Evidence e;
-  e.inliers = 0.7;
   e.unmasked = 0.3;
   e.gain = 0.08;
   e.noise = 60;
   e.disagreement = 4;
-  e.gain_change = 2;
   EXPECT_LT(visibility(e), 0.1);
 }
 
@@ -59,7 +60,7 @@ TEST(Visibility, IsAProbabilityWhateverTheEvidence) {
       e.zncc_fine = e.zncc_coarse = zncc;
       e.gain = gain;
       e.noise = 1e6;
-      e.disagreement = e.gain_change = e.brightness_change = 1e6;
+      e.disagreement = e.brightness_change = 1e6;
       const double p = visibility(e);
       EXPECT_TRUE(p >= 0 && p <= 1) << p;
     }
