@@ -14,8 +14,8 @@ constexpr double support_share = 0.5, looks_share = 0.85;
 // ln of contrast. A lens as wet as that hides all, however well patches still fit. Of the sequences of
 // tests/bench/accuracy.cpp and the real clips only the one with a wiped lens comes near it.
 constexpr double most_blur = 0.15;
-// Of what detection begins. Points on an edge slide along it: on cholecystectomy.mp4 12 % of the claims that a palindrome
-// compares were apart, with this 3 %; on smoke.mp4 80 % of the samples are claimed instead of 72 %.
+// Of what detection begins. Points on an edge slide along it: on cholecystectomy.mp4 12 % of the claims that a
+// palindrome compares were apart, with this 3 %; on smoke.mp4 80 % of the samples are claimed instead of 72 %.
 constexpr double alike = 0.9;
 }  // namespace
 

@@ -15,7 +15,7 @@ constexpr double shape_deviation = 0.03;    // of each element of A0⁻¹A − 1
 constexpr double shape_pull = 0.3;          // towards the neighbours' shape, before looking, in 40 ms
 constexpr double coarse_information = 0.6;  // of the coarse level's, as the fine level's prior
 constexpr double sure_zncc = 0.6, sure_inliers = 0.5, sure_unmasked = 0.3;
-constexpr double alone_zncc = 0.8;                         // to be found again without neighbours
+constexpr double alone_zncc = 0.8;      // to be found again without neighbours
 constexpr double least_unmasked = 0.1;  // of what is reported at all
 // What has no look-alike where the neighbours point needs not their word: what fits so well, and better than anything
 // there did.
@@ -305,8 +305,8 @@ void TrackedPoint::decide(const CsdFrame &frame, const Surroundings &around) {
   aligned_ = fine_.state;
   if (fine_.usable && map_.support >= least_judges && !own_motion_) fine_.state.position = fused(frame);
   const bool apart = told_apart(frame.unit);
-  const bool possible = fine_.usable && agrees_ && (map_ || around.alone || apart) && fine_.unmasked >= least_unmasked &&
-                        frame.shows(fine_.state.position);
+  const bool possible = fine_.usable && agrees_ && (map_ || around.alone || apart) &&
+                        fine_.unmasked >= least_unmasked && frame.shows(fine_.state.position);
   evidence_.reset();
   if (possible) {
     auto &e = evidence_.emplace();

@@ -149,7 +149,7 @@ class TrackedPoint {
   double distance_ = 0;                       ///< from where the neighbours put it, reference pixels at 480 lines
   bool agrees_ = true;
   bool own_motion_ = false;  ///< against the neighbours, by what tells it apart
-  bool core_ = false;  ///< aligned by its inner disc
+  bool core_ = false;        ///< aligned by its inner disc
   bool sure_ = true, visible_ = true, again_ = false;
   bool pressing_ = true;  ///< visible, and unsure or fast when it was last looked at
   double confidence_ = 1;

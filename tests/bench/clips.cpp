@@ -173,10 +173,13 @@ void print_worst(const Clip &clip, const Run &run, std::size_t wanted) {
       e.marks += mark;
     }
   std::vector<std::pair<csd::FeatureId, Entry>> order(all.begin(), all.end());
-  std::sort(order.begin(), order.end(), [](const auto &a, const auto &b) { return a.second.apart != b.second.apart ? a.second.apart > b.second.apart : a.second.claims < b.second.claims; });
+  std::sort(order.begin(), order.end(), [](const auto &a, const auto &b) {
+    return a.second.apart != b.second.apart ? a.second.apart > b.second.apart : a.second.claims < b.second.claims;
+  });
   order.resize(std::min(order.size(), wanted));
   for (const auto &[id, e] : order) {
-    std::printf("  %3u (%6.1f %6.1f) claims %3zu apart %3zu farthest %5.1f ", id, e.start.x, e.start.y, e.claims, e.apart / 2, e.farthest);
+    std::printf("  %3u (%6.1f %6.1f) claims %3zu apart %3zu farthest %5.1f ", id, e.start.x, e.start.y, e.claims,
+                e.apart / 2, e.farthest);
     for (std::size_t i = 0; i < e.marks.size(); i += 6) std::putchar(e.marks[i]);
     std::putchar('\n');
   }

@@ -139,8 +139,7 @@ TEST(NeighbourOffset, IsBelievedAsFarAsThePatchKnowsItsPlace) {
   expect_near(faint.offset(), {1, -0.5}, 0.02);
   // Along a level edge it is believed less than across.
   NeighbourOffset edge;
-  for (int i = 0; i < 400; ++i)
-    edge.update(map, at, {at + cv::Point2d(2, 2), cv::Matx22d::eye()}, knows(3, 0.1), 1, 1);
+  for (int i = 0; i < 400; ++i) edge.update(map, at, {at + cv::Point2d(2, 2), cv::Matx22d::eye()}, knows(3, 0.1), 1, 1);
   expect_near(edge.offset(), {0.2, 2 / 1.01}, 0.02);
 }
 
