@@ -24,7 +24,6 @@ class Likeness {
 
  private:
   static constexpr std::size_t rings = 5, ways = 16;
-  static cv::Vec2d place(std::size_t ring, std::size_t way);
   std::array<float, rings * ways> fit_{};
   double far_ = 0;
 };

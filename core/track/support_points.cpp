@@ -38,6 +38,9 @@ constexpr std::int64_t young_lost_for = second / 2, lost_for = 10 * second;
 // Looks in a frame, whatever the budget: at points that were visible, and some at others, to find again what comes
 // back; more where fewer than a map stands on are seen, lest the scene seem to be gone when something comes in front.
 constexpr std::size_t least_looks = 24, least_at_visible = 18, more_looks = 96;
+// Frames, for what is hidden while enough others are seen. With 2 the six real clips take a sixth less time, and .003
+// less is claimed and .002 less apart; with 4 a fifth, and .008.
+constexpr std::size_t search_every = 2;
 constexpr double first_looks = 0.6, looks = 0.85;  // of the budget, from its begin; the rest is for anchors
 
 /// Cells of the picture, and how many points each has.
@@ -196,8 +199,10 @@ void SupportPoints::follow(const CsdFrame &frame) {
   const bool due = recall_.due(frame, field_, share_);
   const auto budget = frame.budget.share(looks);
   std::size_t looks_again = 0;
+  const bool enough = field_.size() >= least_looks;
   for (auto *s : turns_) {
     if (s->waits) continue;
+    if (enough && !due && !s->point.visible() && (s->id + frames_) % search_every != 0) continue;
     s->waits = looks_again++ >= least_looks && !s->point.sure() && budget.spent();
     s->waits ? s->point.pass() : s->point.look_again(frame, due);
   }
