@@ -52,6 +52,7 @@ void Csd::track(const FrameContext &context, std::vector<Claim> &claims) {
   for (auto &claim : claims) {
     while (query != queries_.end() && query->id < claim.id) ++query;
     if (query == queries_.end() || query->id != claim.id) continue;  // began outside the picture: its claim stays
+    query->judged_at = context.frame.to_picture(query->point.seen_at());
     report(*query, frame, context.frame, claim);
   }
 }
@@ -117,6 +118,13 @@ void Csd::end(FeatureId id) {
   const auto at =
       std::lower_bound(queries_.begin(), queries_.end(), id, [](const Query &q, FeatureId i) { return q.id < i; });
   if (at != queries_.end() && at->id == id) ended_.push_back(id);
+}
+
+std::optional<Csd::Judgement> Csd::judgement(FeatureId id) const {
+  const auto at =
+      std::lower_bound(queries_.begin(), queries_.end(), id, [](const Query &q, FeatureId i) { return q.id < i; });
+  if (at == queries_.end() || at->id != id || at->waits || !at->point.evidence()) return {};
+  return Judgement{*at->point.evidence(), at->judged_at};
 }
 
 /// All at once: each would move all behind it, and a user may remove ten thousand in one frame.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "image/glare_weights.h"
@@ -28,11 +29,20 @@ class Csd final : public Algorithm {
   void forget() override;
   void add_to(Stats &) const override {}
 
+  /// What the last frame's judgement of a feature went by, and the place that was judged, picture pixels.
+  struct Judgement {
+    Evidence evidence;
+    cv::Point2d position;
+  };
+  /// Nothing where there was nothing to judge.
+  std::optional<Judgement> judgement(FeatureId id) const;
+
  private:
   struct Query {
     FeatureId id;
     TrackedPoint point;
-    bool waits = false;  ///< for a later frame
+    bool waits = false;          ///< for a later frame
+    cv::Point2d judged_at = {};  ///< picture pixels
   };
   CsdFrame load(const FrameContext &context);
   void doubt(const CsdFrame &frame);

@@ -43,8 +43,8 @@ Settings limited(Settings settings) {
 }  // namespace
 
 struct Tracker::Impl {
-  Impl(const Settings &s, Executor &e)
-      : settings(limited(s)), algorithm(make_algorithm(settings, e)), requests(settings) {}
+  Impl(const Settings &s, std::unique_ptr<Algorithm> a)
+      : settings(limited(s)), algorithm(std::move(a)), requests(settings) {}
 
   const Tracks &process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration, bool discont);
   void take_requests();
@@ -355,7 +355,11 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
   return tracks;
 }
 
-Tracker::Tracker(const Settings &settings, Executor &executor) : impl_(std::make_unique<Impl>(settings, executor)) {}
+Tracker::Tracker(const Settings &settings, Executor &executor)
+    : Tracker(settings, make_algorithm(limited(settings), executor)) {}
+
+Tracker::Tracker(const Settings &settings, std::unique_ptr<Algorithm> algorithm)
+    : impl_(std::make_unique<Impl>(settings, std::move(algorithm))) {}
 
 Tracker::~Tracker() = default;
 

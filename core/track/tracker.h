@@ -9,6 +9,8 @@
 
 namespace csd {
 
+class Algorithm;
+
 /// Tracks many features through a stream of frames: finds them, lets the algorithm follow them, keeps their states.
 ///
 /// process() belongs to one thread. add_point(), remove_point(), remove_nearest(), reset() and stats() may be called
@@ -17,6 +19,8 @@ class Tracker {
  public:
   /// `executor` must outlive the tracker.
   Tracker(const Settings &settings, Executor &executor);
+  /// With an algorithm that was made before; `settings.algorithm` says nothing then.
+  Tracker(const Settings &settings, std::unique_ptr<Algorithm> algorithm);
   ~Tracker();
 
   /// Tracks all features into the next frame. `pts` and `duration` in ns, no_time where unknown (then 25 frames a

@@ -18,7 +18,7 @@ double log_odds_of(double zncc) {
   return std::atanh(std::clamp(zncc, -0.2, 0.995));  // Fisher's z: evenly noisy
 }
 
-// Fitted to real tissue as textures (csd-accuracy --tissue), six folds of pictures: docs/method.md, "Evidence".
+// Fitted by tests/bench/fit to real tissue as textures: docs/method.md, "Evidence".
 constexpr Term terms[] = {
     {"one", 2.01, [](const Evidence &) { return 1.0; }},
     {"fine", 0.69, [](const Evidence &e) { return log_odds_of(e.zncc_fine); }},

@@ -27,7 +27,7 @@ struct Evidence {
 /// regression. It is calibrated: of the reports with .8, four in five are right.
 double visibility(const Evidence &evidence);
 
-/// What the regression weighs, and its weights.
+/// What the regression weighs, and its weights: tests/bench/fit finds these.
 inline constexpr std::size_t visibility_terms = 13;
 std::array<double, visibility_terms> visibility_values(const Evidence &evidence);
 std::string_view visibility_name(std::size_t term);

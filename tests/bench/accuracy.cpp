@@ -2,12 +2,13 @@
 // How well an algorithm tracks simulated tissue: the loop for whoever changes one. Simulator, Tracker and scores in one
 // process, no pipeline; what is published comes from pipelines/experiments.
 //   csd-accuracy [--algorithm csd] [--frames 500] [--features 100] [--seeds 1-2] [--keep DIR] [--worst N] [--clips DIR]
-//                [--tissue DIR]... [--budget N] [--list] [SEQUENCE...]
+//                [--tissue DIR]... [--evidence FILE] [--budget N] [--list] [SEQUENCE...]
 // prints a row for each sequence and seed. With --clips (or $CSDTRACK_CLIPS) also sequences whose texture is a picture
 // of real tissue, compressed as recorders do (by ffmpeg). With --tissue, each picture and video of the folder (its
 // first frame) is the texture of each kind of sequence that KIND names: KIND/PICTURE; they alone run then, and a table
 // ends the output: for each kind the means over its pictures, and the worst picture. With --keep, rendered sequences
 // are kept in DIR as raw I420 beside their truth, for the next run: rendering costs ten times what tracking does.
+// --evidence writes what csd's judgements went by, for tests/bench/fit.
 // --worst lists the features that erred most. hidden: the share of hidden samples that is claimed; seen: of these
 // claims, the share within 5 px of the truth; (last): of the last fifth. --budget: a frame's, where each look at the
 // clock takes 1, so it is the same on every machine; another line says of what waited how much was right. --list names
@@ -28,8 +29,10 @@
 #include "bench/sequences.h"
 #include "score/score.h"
 #include "score/sensitivity.h"
+#include "track/csd.h"
 #include "track/thread_pool.h"
 #include "track/tracker.h"
+#include "track/visibility.h"
 
 namespace {
 
@@ -43,7 +46,7 @@ struct Options {
   std::size_t features = 100, worst = 0;
   std::int64_t budget = 0;  // of a frame, in looks at the clock
   bool list = false;
-  std::string keep, clips;
+  std::string keep, clips, evidence;
   std::vector<std::string> tissue;
   std::vector<Sequence> wanted;
 };
@@ -74,7 +77,37 @@ struct Row {
   Waiting waiting;
 };
 
-Row track(const Rendered &rendered, const Options &options, score::Clip &clip) {
+/// What csd went by where it judged a feature, for tests/bench/fit: a line for each fifth frame, with what was to be
+/// said: 1 where the feature is visible and within 5 px (at 576 lines or less).
+class EvidenceFile {
+ public:
+  void open(const std::string &name) {
+    file_.open(name);
+    file_ << "tissue,right";
+    for (std::size_t i = 0; i < visibility_terms; ++i) file_ << ',' << visibility_name(i);
+    file_ << '\n';
+  }
+  void add(const Csd &csd, const std::string &tissue, std::size_t frame, FeatureId id, const sim::TruthPoint &truth) {
+    if (!file_.is_open() || frame % 5 != 4) return;
+    const auto judged = csd.judgement(id);
+    if (!judged) return;
+    const bool right = truth.visibility == sim::Visibility::visible &&
+                       std::hypot(judged->position.x - truth.x, judged->position.y - truth.y) <=
+                           score::tolerance(picture_size.height, score::headline_pixels);
+    file_ << tissue << ',' << right;
+    for (const double value : visibility_values(judged->evidence)) file_ << ',' << value;
+    file_ << '\n';
+  }
+  void close() {
+    if (file_.is_open() && !file_.flush()) throw std::runtime_error("--evidence: cannot write the file");
+  }
+
+ private:
+  std::ofstream file_;
+};
+
+Row track(const Rendered &rendered, const Options &options, const std::string &name, score::Clip &clip,
+          EvidenceFile &evidence) {
   Settings settings;
   settings.algorithm = options.algorithm;
   settings.points_from_start = true;
@@ -83,7 +116,10 @@ Row track(const Rendered &rendered, const Options &options, score::Clip &clip) {
   settings.frame_budget = options.budget;
   settings.clock = [looks = std::int64_t{0}]() mutable { return looks++; };
   ThreadPool pool(1);
-  Tracker tracker(settings, pool);
+  auto made = make_algorithm(settings, pool);
+  const auto *csd = dynamic_cast<const Csd *>(made.get());
+  const auto tissue = name.substr(name.find('/') + 1);
+  Tracker tracker(settings, std::move(made));
   std::vector<StartPoint> starts;
   for (const auto &point : rendered.truth[0])
     if (point.visibility == sim::Visibility::visible) {
@@ -118,6 +154,7 @@ Row track(const Rendered &rendered, const Options &options, score::Clip &clip) {
       sample.dx = feature.x - truth.x;
       sample.dy = feature.y - truth.y;
       sample.confidence = feature.confidence;
+      if (csd) evidence.add(*csd, tissue, i, feature.id, truth);
       if (feature.fresh) continue;
       ++row.waiting.reports;
       if (!sample.claimed) continue;
@@ -221,6 +258,8 @@ Options parse(int argc, char **argv) {
       options.keep = value();
     } else if (name == "--clips") {
       options.clips = value();
+    } else if (name == "--evidence") {
+      options.evidence = value();
     } else if (name == "--seeds") {
       const auto text = value();
       options.first_seed = options.last_seed = std::stoull(text);
@@ -291,11 +330,13 @@ int main(int argc, char **argv) {
     std::printf("%-18s %4s  %6s %6s %6s %6s %6s %7s %6s %6s  %6s %6s %6s  %5s\n", "sequence", "seed", "sens2", "sens5",
                 "K5", "hidden", "seen", "median", "95 %", "ECE", "sens5", "K5", "(last)", "ms");
     Summary summary;
+    EvidenceFile evidence;
+    if (!options.evidence.empty()) evidence.open(options.evidence);
     for (const auto &sequence : options.wanted)
       for (auto seed = options.first_seed; seed <= options.last_seed; ++seed) {
         const auto rendered = render(sequence, seed, options.frames, options.features, options.keep);
         score::Clip clip;
-        const auto [score, ms, waiting] = track(rendered, options, clip);
+        const auto [score, ms, waiting] = track(rendered, options, sequence.name, clip, evidence);
         const auto &frames = score.clips[0].frames;
         const auto last = score::paper_score({frames.data() + frames.size() * 4 / 5, frames.size() / 5});
         std::printf("%-18s %4llu  %6.4f %6.4f %6.4f %6.4f %6.4f %7.3f %6.2f %6.4f  %6.4f %6.4f %6s  %5.2f\n",
@@ -314,6 +355,7 @@ int main(int argc, char **argv) {
         std::fflush(stdout);
       }
     summary.print();
+    evidence.close();
   } catch (const std::exception &e) {
     std::fprintf(stderr, "csd-accuracy: %s\n", e.what());
     return 1;
