@@ -5,8 +5,8 @@
 #include "baselines/collins.h"
 #include "baselines/lk.h"
 #include "baselines/sift.h"
+#include "csd/csd.h"
 #include "track/algorithm.h"
-#include "track/csd.h"
 #include "track/csd2012.h"
 
 namespace csd {

@@ -27,12 +27,12 @@
 #include <vector>
 
 #include "bench/sequences.h"
+#include "csd/csd.h"
+#include "csd/visibility.h"
 #include "score/score.h"
 #include "score/sensitivity.h"
-#include "track/csd.h"
 #include "track/thread_pool.h"
 #include "track/tracker.h"
-#include "track/visibility.h"
 
 namespace {
 

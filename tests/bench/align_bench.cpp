@@ -7,12 +7,12 @@
 #include <opencv2/video/tracking.hpp>
 #include <string>
 
+#include "core/patch/warped_picture.h"
 #include "core/simd_targets.h"
 #include "core/track/moving_scene.h"
-#include "core/track/warped_picture.h"
 #include "image/work_frame.h"
-#include "track/align.h"
-#include "track/anchor_median.h"
+#include "patch/align.h"
+#include "patch/anchor_median.h"
 
 namespace csd {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Many test files in one program, since each program more is linked with all of OpenCV. An argument names a file, as
-// track/csd_test.cpp: only the tests of the files that are named run, all of them if none is.
+// csd/csd_test.cpp: only the tests of the files that are named run, all of them if none is.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -254,7 +254,7 @@ rule_mirrored() {
       # The simulator as a whole: what its truth says against what its pictures show.
       sim/truth | sim/visibility) ;;
       # The tracker where something fails; csd as a whole on each kind of simulated tissue.
-      track/tracker_faults | track/csd_scenes) ;;
+      track/tracker_faults | csd/csd_scenes) ;;
       *)
         [ -f "$root/core/$name.h" ] || [ -f "$root/core/$name.cpp" ] ||
           { echo "error: tests/core/${name}_test.cpp is the test of no file of the core"; bad=1; } ;;

@@ -4,8 +4,8 @@
 #include <stdexcept>
 
 #include "baselines/lk.h"
+#include "csd/csd.h"
 #include "track/algorithm.h"
-#include "track/csd.h"
 #include "track/csd2012.h"
 
 namespace csd {

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "csd/support_points.h"
+#include "csd/tracked_point.h"
+#include "image/glare_weights.h"
+#include "image/pyramid.h"
+#include "track/algorithm.h"
+
+namespace csd {
+
+/// The project's own tracker. Each feature carries an affine state and a frozen anchor, is aligned in each frame as one
+/// MAP estimate, and is judged by how the tissue around it moves. docs/method.md leads from its formulas to the code.
+class Csd final : public Algorithm {
+ public:
+  explicit Csd(const Settings &settings) : settings_(settings) {}
+
+  bool replenishes() const override { return true; }
+  bool avoids_tools() const override { return true; }
+  double most_alike() const override;
+  void track(const FrameContext &context, std::vector<Claim> &claims) override;
+  Claim::Kind begin(FeatureId id, cv::Point2d position, const FrameContext &context) override;
+  void end(FeatureId id) override;
+  void finish(const FrameContext &) override {}
+  void forget() override;
+  void add_to(Stats &) const override {}
+
+  /// What the last frame's judgement of a feature went by, and the place that was judged, picture pixels.
+  struct Judgement {
+    Evidence evidence;
+    cv::Point2d position;
+  };
+  /// Nothing where there was nothing to judge.
+  std::optional<Judgement> judgement(FeatureId id) const;
+
+ private:
+  struct Query {
+    FeatureId id;
+    TrackedPoint point;
+    bool waits = false;          ///< for a later frame
+    cv::Point2d judged_at = {};  ///< picture pixels
+  };
+  CsdFrame load(const FrameContext &context);
+  void doubt(const CsdFrame &frame);
+  void drop_ended();
+  void follow_queries(const CsdFrame &frame);
+  void follow(Query &query, const CsdFrame &frame) const;
+  void report(const Query &query, const CsdFrame &frame, const WorkFrame &work, Claim &claim) const;
+
+  Settings settings_;
+  Pyramid pyramid_;
+  GlareWeights weights_;
+  SupportPoints support_;
+  std::vector<Query> queries_;  // by ascending id
+  std::vector<FeatureId> ended_;
+  std::vector<Query *> turns_;  // scratch: by falling urgency
+  std::int64_t last_time_ = no_time;
+  double steps_ = 1;  // of this frame
+};
+
+}  // namespace csd

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "csd/likeness.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace csd {
+namespace {
+
+constexpr int width = 160, height = 120;
+const cv::Point2d middle(80, 60);
+
+/// The picture whose grey level at (x, y) is `grey`, as a pyramid.
+template <class Grey>
+Pyramid picture(Grey grey) {
+  cv::Mat luma(height, width, CV_8UC1);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) luma.at<std::uint8_t>(y, x) = cv::saturate_cast<std::uint8_t>(grey(x, y));
+  Pyramid pyramid;
+  pyramid.build(luma);
+  return pyramid;
+}
+
+Likeness likeness_of(const Pyramid &pyramid) {
+  const AffineState state{middle, cv::Matx22d::eye()};
+  const auto anchor = make_anchor_level(sample(pyramid, {}, state, 0));
+  return {pyramid, {}, anchor, 0, state};
+}
+
+TEST(Likeness, AnEdgeLooksLikeItselfAlongItselfAlone) {
+  const auto likeness = likeness_of(picture([](int x, int) { return x < 80 ? 60 : 160; }));
+  EXPECT_NEAR(likeness.far(), 1, 1e-3);
+  EXPECT_NEAR(likeness.near({0, 9}, 3), 1, 1e-3);
+  EXPECT_NEAR(likeness.near({0, -9}, 3), 1, 1e-3);
+  // A step of 100, shifted by 9 of 21 samples, agrees with itself in 12 of them: far from well.
+  EXPECT_LT(likeness.near({9, 0}, 2), 0.5);
+}
+
+TEST(Likeness, ABlobIsAloneInAllDirections) {
+  const auto likeness = likeness_of(picture([](int x, int y) {
+    const double dx = x - middle.x, dy = y - middle.y;
+    return 60 + 120 * std::exp(-(dx * dx + dy * dy) / 18);
+  }));
+  EXPECT_LT(likeness.far(), 0.3);
+  EXPECT_LT(likeness.near({0, 9}, 3), 0.3);
+}
+
+TEST(Likeness, FindsTheNextPeriod) {
+  // Stripes 10 px apart: the rings of 9 and 11.5 samples come within half a sample and 1.5 of a whole period.
+  const auto likeness = likeness_of(picture([](int x, int) { return 110 + 50 * std::cos(2 * CV_PI * x / 10); }));
+  EXPECT_GT(likeness.near({10, 0}, 3), 0.6);
+  EXPECT_LT(likeness.near({5, 0}, 1.5), 0.1);
+}
+
+TEST(Likeness, FartherThanTheRingsCountsTheOutermost) {
+  const auto likeness = likeness_of(picture([](int x, int) { return x < 80 ? 60 : 160; }));
+  EXPECT_EQ(likeness.near({0, 100}, 3), likeness.near({0, 14}, 3));
+}
+
+TEST(Likeness, NothingIsMeasuredWithinNoReach) {
+  EXPECT_EQ(likeness_of(picture([](int x, int) { return x < 80 ? 60 : 160; })).near({0, 0}, 1), 0);
+}
+
+}  // namespace
+}  // namespace csd

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "csd/neighbour_map.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace csd {
+namespace {
+
+const cv::Point2d at{100, 80};
+
+/// Fourteen points on a spiral about `at`, the nearest first, moved by `motion`.
+template <class Motion>
+std::vector<Correspondence> around(Motion motion) {
+  std::vector<Correspondence> points;
+  for (int i = 0; i < 14; ++i) {
+    const double angle = 2.4 * i, far = 15 + 6 * i;
+    const auto from = at + far * cv::Point2d(std::cos(angle), std::sin(angle));
+    points.push_back({from, motion(from)});
+  }
+  return points;
+}
+
+cv::Point2d turned(cv::Point2d p) {  // a similarity: 1.2 times as large, turned by 30°
+  const double c = 1.2 * std::cos(CV_PI / 6), s = 1.2 * std::sin(CV_PI / 6);
+  return {c * p.x - s * p.y + 7, s * p.x + c * p.y - 3};
+}
+
+cv::Point2d sheared(cv::Point2d p) {
+  return {1.1 * p.x + 0.1 * p.y - 20, 0.9 * p.y + 12};
+}
+
+void expect_near(cv::Point2d a, cv::Point2d b, double within) {
+  EXPECT_NEAR(a.x, b.x, within);
+  EXPECT_NEAR(a.y, b.y, within);
+}
+
+TEST(NeighbourMap, FindsTheMotionOfThePoints) {
+  const auto similarity = fit_neighbours(around(turned), at, 1);
+  EXPECT_EQ(similarity.support, 14u);
+  expect_near(similarity(at), turned(at), 1e-9);
+  EXPECT_NEAR(similarity.scale(), 1.2, 1e-9);
+  EXPECT_EQ(similarity.spread, 0.5) << "its floor, where all agree";
+  expect_near(similarity.inverse(turned({90, 70})), {90, 70}, 1e-9);
+  // The ridge of 60 px² leaves an affine map almost as it is.
+  const auto affine = fit_neighbours(around(sheared), at, 1);
+  expect_near(affine(at), sheared(at), 0.05);
+  EXPECT_NEAR(affine.linear(0, 0), 1.1, 0.005);
+  EXPECT_NEAR(affine.linear(0, 1), 0.1, 0.005);
+}
+
+TEST(NeighbourMap, DoesNotFollowTheFewThatGoAnotherWay) {
+  auto points = around(turned);
+  for (const std::size_t i : {1, 4, 8}) points[i].to += cv::Point2d(60, -40);
+  expect_near(fit_neighbours(points, at, 1)(at), turned(at), 0.3);
+}
+
+TEST(NeighbourMap, NeedsThreePointsThatAgree) {
+  const auto points = around(sheared);
+  EXPECT_FALSE(fit_neighbours({points.data(), 2}, at, 1));
+  const auto three = fit_neighbours({points.data(), 3}, at, 1);
+  EXPECT_EQ(three.support, 3u);
+  EXPECT_EQ(three.linear(0, 0), three.linear(1, 1)) << "a similarity";
+  EXPECT_EQ(three.linear(0, 1), -three.linear(1, 0));
+  auto scattered = points;
+  for (std::size_t i = 0; i < scattered.size(); ++i) scattered[i].to = scattered[(5 * i + 3) % 14].from;
+  EXPECT_FALSE(fit_neighbours(scattered, at, 1)) << "they agree on nothing";
+}
+
+TEST(NeighbourField, TakesTheNearestOfTheChartButTheOwnersOwn) {
+  NeighbourField field;
+  const auto points = around(turned);
+  for (std::size_t i = 0; i < points.size(); ++i) field.add(i, 0, points[i]);
+  for (std::size_t i = 0; i < 4; ++i) field.add(100 + i, 1, {points[i].from, points[i].from});
+  // Farther ones that move otherwise have no say.
+  for (std::size_t i = 0; i < 14; ++i) field.add(200 + i, 0, {points[i].from + cv::Point2d(400, 0), {0, 0}});
+  expect_near(field.map_at(at, 0, 1)(at), turned(at), 1e-9);
+  expect_near(field.inverse_map_at(turned(at), 0, 1)(turned(at)), at, 1e-9);
+  EXPECT_EQ(field.map_at(at, 1, 1).support, 4u);
+  EXPECT_EQ(field.map_at(at, 1, 1, 102).support, 3u);
+  EXPECT_FALSE(field.map_at(at, 2, 1));
+  const auto map = field.map_at(at, 0, 1);
+  EXPECT_GT(map.nearby, std::pow(cv::norm(points.back().from - at), 2));
+  // A hint that is right, too small, or nothing at all.
+  for (const double nearby : {map.nearby, 1.0, 0.0})
+    EXPECT_EQ(field.map_at(at, 0, 1, NeighbourField::nobody, nearby).linear, map.linear) << nearby;
+  EXPECT_TRUE(std::isinf(field.map_at(at, 1, 1).nearby)) << "all there are";
+  field.drop_small_charts(5);
+  EXPECT_FALSE(field.map_at(at, 1, 1));
+  EXPECT_EQ(field.size(), 28u);
+}
+
+/// Information of a patch that knows its place by `along` and `across` (sd, px), the first in direction (cos, sin).
+cv::Matx22d knows(double along, double across, double angle = 0) {
+  const double c = std::cos(angle), s = std::sin(angle), i = 1 / (along * along), j = 1 / (across * across);
+  return {i * c * c + j * s * s, (i - j) * s * c, (i - j) * s * c, i * s * s + j * c * c};
+}
+
+TEST(PositionCovariance, IsTheInverseByDirection) {
+  const auto corner = position_covariance(knows(0.2, 0.2));
+  EXPECT_NEAR(corner(0, 0), 0.04, 1e-4);
+  EXPECT_NEAR(corner(1, 1), 0.04, 1e-4);
+  EXPECT_NEAR(corner(0, 1), 0, 1e-9);
+  const double angle = 0.6;
+  const auto edge = position_covariance(knows(0.5, 0.1, angle));
+  const cv::Vec2d along(std::cos(angle), std::sin(angle)), across(-along[1], along[0]);
+  EXPECT_NEAR(along.dot(edge * along), 0.25, 1e-3);
+  EXPECT_NEAR(across.dot(edge * across), 0.01, 1e-4);
+  // A patch that knows nothing at all is finite.
+  EXPECT_NEAR(position_covariance(cv::Matx22d::zeros())(0, 0), 1000, 1e-6);
+}
+
+TEST(NeighbourOffset, LearnsWhereAPointIsBesideItsNeighbours) {
+  const auto map = fit_neighbours(around(turned), at, 1);
+  const cv::Point2d beside{2, -1};
+  const cv::Matx22d shape(1, 0.1, 0, 1), sure = knows(0.05, 0.05);
+  NeighbourOffset offset;
+  EXPECT_EQ(offset.deviation(), 2);
+  expect_near(offset.predict(map, at).position, turned(at), 1e-9);
+  const AffineState seen{turned(at + beside), map.linear * shape};
+  for (int i = 0; i < 400; ++i) offset.update(map, at, seen, sure, 1, 1);
+  expect_near(offset.offset(), beside, 0.02);
+  EXPECT_EQ(offset.deviation(), 0.3) << "its floor";
+  expect_near(offset.predict(map, at).position, seen.position, 0.03);
+  EXPECT_NEAR(offset.predict(map, at).shape(0, 1), seen.shape(0, 1), 0.01);
+  // One wild frame can't carry it away: the deviation is clipped, the mean takes a fiftieth.
+  offset.update(map, at, {turned(at + beside + cv::Point2d(50, 0)), seen.shape}, sure, 1, 1);
+  EXPECT_LT(offset.offset().x, beside.x + 1.1);
+  EXPECT_LT(offset.deviation(), 0.5);
+}
+
+TEST(NeighbourOffset, IsBelievedAsFarAsThePatchKnowsItsPlace) {
+  const NeighbourMap map{cv::Matx22d::eye(), {}, 0.5, 14};
+  // sd 1 px against the 1 px of what tissue has beside its neighbours: half of it is believed.
+  NeighbourOffset faint;
+  for (int i = 0; i < 400; ++i) faint.update(map, at, {at + cv::Point2d(2, -1), cv::Matx22d::eye()}, knows(1, 1), 1, 1);
+  expect_near(faint.offset(), {1, -0.5}, 0.02);
+  // Along a level edge it is believed less than across.
+  NeighbourOffset edge;
+  for (int i = 0; i < 400; ++i) edge.update(map, at, {at + cv::Point2d(2, 2), cv::Matx22d::eye()}, knows(3, 0.1), 1, 1);
+  expect_near(edge.offset(), {0.2, 2 / 1.01}, 0.02);
+}
+
+TEST(NeighbourOffset, IsNeverFarFromTheNeighbours) {
+  const NeighbourMap map{cv::Matx22d::eye(), {}, 0.5, 14};
+  NeighbourOffset offset;
+  for (int i = 0; i < 2000; ++i)
+    offset.update(map, at, {at + cv::Point2d(0.02 * i, 0), cv::Matx22d::eye()}, knows(0.05, 0.05), 1, 1);
+  EXPECT_LE(offset.offset().x, 6);
+  EXPECT_GT(offset.offset().x, 5.5);
+}
+
+}  // namespace
+}  // namespace csd

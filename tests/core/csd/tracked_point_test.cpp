@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "csd/tracked_point.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "track/moving_scene.h"
+#include "track/types.h"
+
+namespace csd {
+namespace {
+
+/// A point that a test leads through frames by hand.
+class Scene {
+ public:
+  cv::Mat picture(cv::Point2d shift) const {
+    cv::Mat luma;
+    cv::cvtColor(scene_.render(shift), luma, cv::COLOR_BGR2GRAY);
+    return luma;
+  }
+  CsdFrame frame(cv::Point2d shift) { return show(picture(shift)); }
+  CsdFrame show(const cv::Mat &luma) {
+    pyramid_.build(luma);
+    return {pyramid_, glare_, luma.size(), 0.5, 1, time_ += second / 25, second / 2};
+  }
+  /// Maps as neighbours would make them that move by `shift` from their reference coordinates.
+  static NeighbourMap neighbours(cv::Point2d shift) {
+    NeighbourMap map;
+    map.shift = shift;
+    map.spread = 0.25;
+    map.support = 14;
+    return map;
+  }
+  static void follow(TrackedPoint &point, const CsdFrame &frame, const NeighbourMap &map) {
+    point.look(frame);
+    point.meet(frame, map);
+    point.look_again(frame, true);
+    point.decide(frame, {});
+    point.learn(frame);
+    if (point.ripe(frame)) point.freeze();
+  }
+
+ private:
+  MovingScene scene_;
+  Pyramid pyramid_;
+  GlareWeights glare_;
+  std::int64_t time_ = 0;
+};
+
+TEST(TrackedPoint, IsFollowedAndLearnsItsAnchorForTheTrainingTime) {
+  Scene scene;
+  TrackedPoint point(scene.frame({}), {160, 120});
+  point.found(0);
+  for (int i = 1; i <= 14; ++i) {
+    const cv::Point2d shift(0.7 * i, -0.4 * i);
+    EXPECT_EQ(point.learning(), i <= 13) << i;
+    Scene::follow(point, scene.frame(shift), Scene::neighbours(shift));
+    EXPECT_TRUE(point.visible() && point.sure());
+    EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 0.2) << i;
+  }
+  EXPECT_LT(point.offset().deviation(), 1);
+}
+
+TEST(TrackedPoint, MayRestOnceItsAnchorIsMadeWhereItsNeighboursKnowTheWay) {
+  Scene scene;
+  TrackedPoint point(scene.frame({}), {160, 120}, TrackedPoint::Purpose::support);
+  point.found(0);
+  cv::Point2d shift;
+  const auto follow = [&](NeighbourMap map) {
+    const auto frame = scene.frame(shift);
+    Scene::follow(point, frame, map);
+    return point.may_rest(frame);
+  };
+  for (int i = 1; i <= 12; ++i) EXPECT_FALSE(follow(Scene::neighbours(shift))) << "it learns";
+  for (int i = 0; i < 3; ++i) {
+    shift += {0.4, -0.2};
+    EXPECT_TRUE(follow(Scene::neighbours(shift)));
+  }
+  auto loose = Scene::neighbours(shift);
+  loose.spread = 1;  // 2 pixels at 480 lines
+  EXPECT_FALSE(follow(loose)) << "its neighbours don't agree";
+  EXPECT_TRUE(follow(Scene::neighbours(shift)));
+  EXPECT_FALSE(follow(Scene::neighbours(shift + cv::Point2d(0.6, 0)))) << "it is elsewhere than they say";
+  shift += {3, 0};
+  EXPECT_FALSE(follow(Scene::neighbours(shift))) << "it went elsewhere than it was going";
+  shift += {3, 0};
+  ASSERT_TRUE(follow(Scene::neighbours(shift)));
+
+  shift += {3, 0};
+  const auto next = scene.frame(shift);
+  point.rest();
+  point.meet(next, Scene::neighbours(shift));
+  point.wait(next);
+  EXPECT_TRUE(point.visible());
+  EXPECT_FALSE(point.sure()) << "nothing was seen that another point's map could stand on";
+  EXPECT_NEAR(point.state().position.x, 160 + shift.x, 0.3);
+  EXPECT_FALSE(point.may_rest(next)) << "not twice";
+}
+
+TEST(TrackedPoint, DoesNotSlideAlongAnEdge) {
+  // An upright edge, with next to nothing along it; what little there is moves down, and the tissue to the right.
+  const auto picture = [](cv::Point2d shift, double slide) {
+    cv::Mat luma(240, 320, CV_8UC1);
+    for (int y = 0; y < luma.rows; ++y)
+      for (int x = 0; x < luma.cols; ++x)
+        luma.at<std::uint8_t>(y, x) = cv::saturate_cast<std::uint8_t>(120 + 60 * std::tanh((x - 160 - shift.x) / 3) +
+                                                                      3 * std::sin((y - 120 - slide) / 4));
+    return luma;
+  };
+  Scene scene;
+  TrackedPoint point(scene.show(picture({}, 0)), {160, 120});
+  point.found(0);
+  for (int i = 1; i <= 60; ++i) {
+    const cv::Point2d shift(0.4 * i, 0);
+    Scene::follow(point, scene.show(picture(shift, 0.1 * i)), Scene::neighbours(shift));
+    ASSERT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 2) << i;
+    ASSERT_LT(std::abs(point.state().position.x - 160 - shift.x), 0.3) << i << ": the edge itself is seen";
+  }
+}
+
+/// Where a point is after a frame in which the picture stays, but all others say that the tissue has moved on.
+TrackedPoint overruled(const cv::Mat &picture, cv::Point2d gone) {
+  Scene scene;
+  TrackedPoint point(scene.show(picture), {160, 120});
+  point.found(0);
+  for (int i = 1; i <= 20; ++i) Scene::follow(point, scene.show(picture), Scene::neighbours({}));
+  Scene::follow(point, scene.show(picture), Scene::neighbours(gone));
+  return point;
+}
+
+TEST(TrackedPoint, BelievesTheNeighboursBeforeALookAlike) {
+  // Dots in rows: each looks like the next.
+  cv::Mat dots(240, 320, CV_8UC1, cv::Scalar(60));
+  for (int y = 0; y < dots.rows; y += 14)
+    for (int x = 4; x < dots.cols; x += 14) cv::circle(dots, {x, y}, 3, cv::Scalar(160), cv::FILLED, cv::LINE_AA);
+  const auto point = overruled(dots, {14, 0});
+  EXPECT_LT(cv::norm(point.state().position - cv::Point2d(174, 120)), 0.5) << "where the neighbours put it";
+}
+
+TEST(TrackedPoint, BelievesItsOwnEyesWhereNothingElseLooksLikeIt) {
+  const auto point = overruled(Scene().picture({}), {15, 0});
+  EXPECT_TRUE(point.visible());
+  EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120)), 0.3);
+}
+
+TEST(TrackedPoint, IsFoundAgainWhereTheNeighboursPutIt) {
+  Scene scene;
+  TrackedPoint point(scene.frame({}), {160, 120});
+  point.found(0);
+  for (int i = 1; i <= 15; ++i) Scene::follow(point, scene.frame({}), Scene::neighbours({}));
+  Scene::follow(point, scene.show(cv::Mat(240, 320, CV_8UC1, cv::Scalar(128))), Scene::neighbours({}));
+  EXPECT_FALSE(point.visible());
+  const cv::Point2d shift(20, -12);
+  Scene::follow(point, scene.frame(shift), Scene::neighbours(shift + cv::Point2d(0.6, 0.3)));
+  EXPECT_TRUE(point.visible());
+  EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 0.2);
+}
+
+TEST(TrackedPoint, WithoutAMapIsSilentUnlessItIsAloneInThePicture) {
+  Scene scene;
+  TrackedPoint point(scene.frame({}), {160, 120});
+  const auto frame = scene.frame({1, 1});
+  point.look(frame);
+  point.meet(frame, NeighbourMap{});
+  point.look_again(frame, true);
+  point.decide(frame, {});
+  EXPECT_FALSE(point.visible());
+  Surroundings none;
+  none.alone = true;
+  const auto again = scene.frame({1, 1});
+  point.look(again);
+  point.meet(again, NeighbourMap{});
+  point.look_again(again, false);
+  EXPECT_FALSE(point.sure());
+  point.look_again(again, true);
+  point.decide(again, none);
+  EXPECT_TRUE(point.visible());
+}
+
+TEST(TrackedPoint, InDoubtIsSilentUntilItKnowsItselfAgain) {
+  const auto visible_in = [](double share, bool doubt) {
+    Scene scene;
+    TrackedPoint point(scene.frame({}), {160, 120});
+    point.found(0);
+    for (int i = 1; i <= 15; ++i) Scene::follow(point, scene.frame({}), Scene::neighbours({}));
+    if (doubt) {
+      point.doubt();
+      EXPECT_FALSE(point.visible() || point.sure());
+    }
+    // Something else shines through, and there are no neighbours.
+    cv::Mat here, other;
+    cv::cvtColor(MovingScene().render({}), here, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(MovingScene({320, 240}, 9).render({}), other, cv::COLOR_BGR2GRAY);
+    cv::addWeighted(here, share, other, 1 - share, 0, here);
+    const auto frame = scene.show(here);
+    Surroundings none;
+    none.alone = true;
+    point.look(frame);
+    point.meet(frame, NeighbourMap{});
+    point.look_again(frame, true);
+    point.decide(frame, none);
+    return point.visible();
+  };
+  EXPECT_TRUE(visible_in(1, true));
+  EXPECT_TRUE(visible_in(0.45, false));
+  EXPECT_FALSE(visible_in(0.45, true));
+}
+
+TEST(TrackedPoint, ThatWaitsGoesWithTheNeighboursAndBeliefFades) {
+  Scene scene;
+  TrackedPoint point(scene.frame({}), {160, 120});
+  point.found(0);
+  for (int i = 1; i <= 15; ++i) Scene::follow(point, scene.frame({}), Scene::neighbours({}));
+  const double seen_with = point.confidence();
+  const auto first = point.urgency(scene.frame({}));
+  for (int i = 1; i <= 3; ++i) {
+    const auto frame = scene.frame({});
+    point.pass();
+    point.meet(frame, Scene::neighbours({3.0 * i, 0}));
+    point.wait(frame);
+    EXPECT_TRUE(point.visible());
+    EXPECT_FALSE(point.sure());
+    EXPECT_NEAR(point.state().position.x, 160 + 3 * i, 0.05);
+    EXPECT_NEAR(point.confidence(), seen_with * std::pow(0.5, i / 100.0), 1e-9) << "half of it in 100 frames";
+    EXPECT_GT(point.urgency(frame), first * i);
+  }
+  const auto frame = scene.frame({});
+  point.pass();
+  point.meet(frame, NeighbourMap{});
+  point.wait(frame);
+  EXPECT_FALSE(point.visible()) << "nobody says where it went";
+  EXPECT_EQ(point.confidence(), 0);
+}
+
+TEST(TrackedPoint, ASupportingOneIsFollowedAsWell) {
+  // It begins in motion, moves steadily, jumps by more than its finest level finds its way over, stops, and is looked
+  // at again only after five frames' time.
+  std::vector<std::pair<cv::Point2d, double>> frames;
+  for (int i = 1; i <= 20; ++i) frames.push_back({{2.5 * i, -1.0 * i}, 1});
+  frames.push_back({{56, -14}, 1});
+  for (int i = 0; i < 5; ++i) frames.push_back({{56, -14}, 1});
+  frames.push_back({{48, -10}, 5});
+  Scene scene;
+  TrackedPoint point(scene.frame({}), {160, 120}, TrackedPoint::Purpose::support);
+  point.found(0);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const auto [shift, steps] = frames[i];
+    auto frame = scene.frame(shift);
+    frame.steps = steps;
+    point.look(frame);
+    EXPECT_TRUE(point.sure()) << i << ": by its own motion alone";
+    point.meet(frame, Scene::neighbours(shift));
+    point.look_again(frame, true);
+    point.decide(frame, {});
+    point.learn(frame);
+    if (point.ripe(frame)) point.freeze();
+    EXPECT_TRUE(point.visible()) << i;
+    EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 0.3) << i;
+  }
+}
+
+TEST(TrackedPoint, AnotherPatchSizeIsAnotherScaleOfItsShape) {
+  for (const double patch : {0.6, 2.0}) {
+    Scene scene;
+    const auto framed = [&](cv::Point2d shift) {
+      auto frame = scene.frame(shift);
+      return CsdFrame{frame.pyramid, frame.weights, frame.size,          frame.unit,
+                      frame.steps,   frame.time,    frame.training_time, patch};
+    };
+    TrackedPoint point(framed({}), {160, 120});
+    point.found(0);
+    for (int i = 1; i <= 20; ++i) {
+      const cv::Point2d shift(0.7 * i, -0.4 * i);
+      Scene::follow(point, framed(shift), Scene::neighbours(shift));
+      EXPECT_TRUE(point.visible() && point.sure());
+      EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 0.2) << i;
+      EXPECT_NEAR(point.state().scale(), patch, 0.05 * patch);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace csd

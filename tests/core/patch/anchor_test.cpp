@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "patch/anchor.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/patch/patch_offsets.h"
+#include "core/patch/warped_picture.h"
+#include "core/track/moving_scene.h"
+#include "image/work_frame.h"
+
+namespace csd {
+namespace {
+
+using test::for_each_offset;
+using test::similarity;
+
+constexpr int radius = PatchPlane::radius;
+const GlareWeights no_glare;
+
+/// A picture whose grey level is a plane, which neither the pyramid's smoothing nor bilinear sampling changes.
+cv::Mat plane(cv::Size size, double x, double y, double constant) {
+  cv::Mat m(size, CV_8UC1);
+  for (int j = 0; j < m.rows; ++j)
+    for (int i = 0; i < m.cols; ++i) m.ptr(j)[i] = cv::saturate_cast<std::uint8_t>(x * i + y * j + constant);
+  return m;
+}
+
+Pyramid pyramid(const cv::Mat &luma) {
+  Pyramid p;
+  p.build(luma);
+  return p;
+}
+
+TEST(Anchor, KnowsItsLevels) {
+  Anchor a;
+  a.set(1, {});
+  EXPECT_EQ(a.fine_level(1), 1);
+  EXPECT_EQ(a.fine_level(.1), 1);  // too small for all that exist: the coarsest
+  a.set(2, {});
+  a.set(0, {});
+  EXPECT_TRUE(a.has(0) && a.has(1) && a.has(2));
+  EXPECT_FALSE(a.has(-1) || a.has(-2) || a.has(-3) || a.has(3));
+  EXPECT_EQ(a.fine_level(.75), 0);
+  EXPECT_EQ(a.fine_level(.74), 1);
+  EXPECT_EQ(a.fine_level(.37), 2);
+  EXPECT_EQ(a.fine_level(.1), 2);
+  EXPECT_EQ(a.fine_level(3), 0);  // −1 would do, but is not there
+  a.set(-2, {});
+  EXPECT_EQ(a.fine_level(2.9), 0);
+  EXPECT_EQ(a.fine_level(3), -2);  // the finest, also past a gap
+}
+
+TEST(Sample, ReadsThroughTheState) {
+  // 1 and 2 grey levels a pixel: whole values at all pixels.
+  const Pyramid p = pyramid(plane({100, 60}, 1, 2, 10));
+  for (const int level : {0, 1}) {
+    const AffineState state{{50.25, 30.75}, similarity(30, .7)};
+    const PatchSample s = sample(p, no_glare, state, level);
+    EXPECT_EQ(s.inside, 1);
+    for_each_offset([&](int x, int y) {
+      const cv::Vec2d u = state.shape * cv::Vec2d(x, y) * (1 << level);
+      EXPECT_NEAR(s.value.at(x, y), 50.25 + u[0] + 2 * (30.75 + u[1]) + 10, .02) << x << ' ' << y;
+      EXPECT_EQ(s.weight.at(x, y), 1);
+    });
+  }
+}
+
+TEST(Sample, OutsideThePictureWeighsNothing) {
+  const Pyramid p = pyramid(plane({100, 60}, 1, 2, 10));
+  const PatchSample s = sample(p, no_glare, {{3, 57}}, 0);
+  for_each_offset([&](int x, int y) {
+    const bool in = x >= -3 && y <= 2;
+    EXPECT_EQ(s.weight.at(x, y), in ? 1 : 0) << x << ' ' << y;
+    EXPECT_TRUE(std::isfinite(s.value.at(x, y)));
+  });
+  EXPECT_DOUBLE_EQ(s.inside, 14. * 13 / 441);
+  const PatchSample far = sample(p, no_glare, {{-500, 9000}}, 0);
+  EXPECT_EQ(far.inside, 0);
+}
+
+TEST(Sample, LargePatchesAreSampledToo) {
+  // Past the coarsest level a patch spans more than any tile.
+  const Pyramid p = pyramid(cv::Mat(900, 1600, CV_8UC1, 77));
+  const PatchSample s = sample(p, no_glare, {{800, 450}, cv::Matx22d::eye() * 20}, 2);
+  EXPECT_EQ(s.inside, 11. * 20 / 441);  // at level 4, 100 × 57 pixels, samples are 5 apart
+  EXPECT_NEAR(s.value.at(3, 3), 77, 1e-3);
+}
+
+TEST(Sample, HighlightsWeighNothing) {
+  const cv::Mat luma(80, 100, CV_8UC1, 100);
+  WorkFrame frame;
+  frame.load(MovingScene::gray_view(luma));
+  cv::Mat forbidden = cv::Mat::zeros(luma.size(), CV_8UC1);
+  forbidden.colRange(53, 100).setTo(255);
+  GlareWeights glare;
+  glare.build(frame, forbidden);
+  const PatchSample s = sample(pyramid(luma), glare, {{50.5, 40}}, 0);
+  EXPECT_EQ(s.inside, 1);
+  for_each_offset([&](int x, int y) {
+    EXPECT_NEAR(s.weight.at(x, y), x < 2 ? 1 : x == 2 ? .5 : x == 1 ? 1 : 0, x <= 2 ? .51 : 0) << x << ' ' << y;
+  });
+  EXPECT_EQ(s.weight.at(-5, 0), 1);
+  EXPECT_EQ(s.weight.at(3, 0), 0);
+}
+
+TEST(AnchorLevel, MeanGoesOutAndGradientsAreCentral) {
+  PatchSample s;
+  for_each_offset([&](int x, int y) {
+    s.value.at(x, y) = static_cast<float>(x * x + 3 * y + 50);
+    s.weight.at(x, y) = x >= 0 ? 1 : 0;
+  });
+  const AnchorLevel a = make_anchor_level(s);
+  // Mean over x = 0…10: 385 / 11 = 35.
+  for_each_offset([&](int x, int y) {
+    EXPECT_NEAR(a.patch.at(x, y), x * x + 3 * y - 35, 1e-4);
+    EXPECT_NEAR(a.gradient_x.at(x, y), std::abs(x) < radius ? 2 * x : x > 0 ? 19 : -19, 1e-4);
+    EXPECT_NEAR(a.gradient_y.at(x, y), 3, 1e-4);
+    EXPECT_EQ(a.weight.at(x, y), s.weight.at(x, y));
+  });
+  for (std::size_t i = 0; i < PatchPlane::size; ++i)
+    if (i % PatchPlane::stride >= PatchPlane::side) {
+      EXPECT_EQ(a.weight.data[i], 0);
+    }
+}
+
+}  // namespace
+}  // namespace csd
