@@ -8,43 +8,49 @@
 namespace csd {
 namespace {
 constexpr std::int64_t step = second / 25;  // what rates are given for
-constexpr double most_steps = 10;           // after a gap: farther ahead nothing is known
-// Of a frame's budget, from its begin: supporting points, then looks at the user's, then these points' anchors.
-constexpr double support_share = 0.5, looks_share = 0.85;
-// ln of contrast. A lens as wet as that hides all, however well patches still fit. Of the sequences of
-// tests/bench/accuracy.cpp and the real clips only the one with a wiped lens comes near it.
-constexpr double most_blur = 0.15;
-// Of what detection begins. Points on an edge slide along it: on cholecystectomy.mp4 12 % of the claims that a
-// palindrome compares were apart, with this 3 %; on smoke.mp4 80 % of the samples are claimed instead of 72 %.
-constexpr double alike = 0.9;
-}  // namespace
 
-double Csd::most_alike() const {
-  return alike;
-}
+/// The supporting points: no user's point has a say in another's.
+class Given final : public Company {
+ public:
+  explicit Given(const SupportPoints &support) : support_(support) {}
+  const NeighbourField &field() const override { return support_.field(); }
+  const Surroundings &surroundings() const override { return support_.surroundings(); }
+
+ private:
+  const SupportPoints &support_;
+};
+}  // namespace
 
 CsdFrame Csd::load(const FrameContext &context) {
   const auto &work = context.frame;
   const double patch = patch_side(settings_, work) / static_cast<double>(PatchPlane::side);
-  return {
-      pyramid_, weights_,       work.size(), work.size().height / 480.0, steps_, context.time, settings_.training_time,
-      patch,    context.budget, &work};
+  return {pyramid_,
+          weights_,
+          work.size(),
+          work.size().height / 480.0,
+          steps_,
+          context.time,
+          settings_.training_time,
+          patch,
+          context.budget,
+          &work,
+          tuning_};
 }
 
 void Csd::track(const FrameContext &context, std::vector<Claim> &claims) {
   drop_ended();
   pyramid_.build(context.frame.luma());
-  weights_.build(context.frame, context.forbidden);
-  steps_ =
-      last_time_ == no_time
-          ? 1
-          : std::clamp(static_cast<double>(context.time - last_time_) / static_cast<double>(step), 0.01, most_steps);
+  weights_.build(context.frame, context.forbidden, tuning_.highlight);
+  steps_ = last_time_ == no_time
+               ? 1
+               : std::clamp(static_cast<double>(context.time - last_time_) / static_cast<double>(step), 0.01,
+                            tuning_.most_steps);
   last_time_ = context.time;
 
   const auto frame = load(context);
   if (context.jumped) doubt(frame);
   auto part = frame;
-  part.budget = frame.budget.share(support_share);
+  part.budget = frame.budget.share(tuning_.support_share);
   support_.follow(part);
   support_.replenish(part);
   follow_queries(frame);
@@ -62,43 +68,25 @@ void Csd::doubt(const CsdFrame &frame) {
   for (auto &query : queries_) query.point.doubt();
 }
 
-/// The most urgent first; one in each frame, however late it is, so that none waits for ever.
+/// One in each frame at least, however late it is, so that none waits for ever.
 void Csd::follow_queries(const CsdFrame &frame) {
   turns_.clear();
   for (auto &query : queries_) turns_.push_back(&query);
-  if (frame.budget.limited())
-    std::stable_sort(turns_.begin(), turns_.end(),
-                     [&](const Query *a, const Query *b) { return a->point.urgency(frame) > b->point.urgency(frame); });
-  const auto budget = frame.budget.share(looks_share);
-  for (auto *query : turns_) {
-    query->waits = query != turns_.front() && budget.spent();
-    follow(*query, frame);
-  }
-  for (auto &query : queries_)
-    if (query.point.ripe(frame) && !frame.budget.spent()) query.point.freeze();
-}
-
-/// One user's point, by the field of the supporting points: no other user's point has a say.
-void Csd::follow(Query &query, const CsdFrame &frame) const {
-  auto &point = query.point;
-  query.waits ? point.pass() : point.look(frame);
-  point.meet(frame, support_.field());
-  if (query.waits) return point.wait(frame);
-  point.look_again(frame, support_.surroundings().alone);
-  point.decide(frame, support_.surroundings());
-  point.learn(frame);
+  Given company(support_);
+  follow(frame, turns_, company, {tuning_.query_share, tuning_.query_share});
   // What began where nothing was known of the tissue around it, or before a cut.
-  if (point.sure() && !point.map()) point.join(support_.field(), support_.chart(), frame.unit);
+  for (auto &query : queries_)
+    if (query.point.sure() && !query.point.map()) query.point.join(support_.field(), support_.chart(), frame);
 }
 
 void Csd::report(const Query &query, const CsdFrame &frame, const WorkFrame &work, Claim &claim) const {
   const auto &point = query.point;
   claim.position = work.to_picture(point.state().position);
-  const bool clear = support_.surroundings().blur < most_blur;
+  const bool clear = support_.surroundings().blur < tuning_.most_blur;
   claim.confidence = clear ? point.confidence() : 0;
-  claim.fresh = !query.waits;
+  claim.fresh = query.turn != Followed::Turn::waits;
   claim.surrounded = clear && point.map();
-  if (point.visible() && clear)
+  if ((point.visible() && clear) || tuning_.claim_all != 0)
     claim.kind = point.learning() ? Claim::Kind::learning : Claim::Kind::tracked;
   else
     claim.kind = frame.shows(point.state().position) ? Claim::Kind::hidden : Claim::Kind::out;
@@ -106,8 +94,8 @@ void Csd::report(const Query &query, const CsdFrame &frame, const WorkFrame &wor
 
 Claim::Kind Csd::begin(FeatureId id, cv::Point2d position, const FrameContext &context) {
   const auto frame = load(context);
-  Query query{id, TrackedPoint(frame, context.frame.to_work(position))};
-  query.point.join(support_.field(), support_.chart(), frame.unit);
+  Query query{{TrackedPoint(frame, context.frame.to_work(position)), id}};
+  query.point.join(support_.field(), support_.chart(), frame);
   const auto at =
       std::upper_bound(queries_.begin(), queries_.end(), id, [](FeatureId i, const Query &q) { return i < q.id; });
   queries_.insert(at, std::move(query));
@@ -120,11 +108,11 @@ void Csd::end(FeatureId id) {
   if (at != queries_.end() && at->id == id) ended_.push_back(id);
 }
 
-std::optional<Csd::Judgement> Csd::judgement(FeatureId id) const {
+std::optional<Csd::Judged> Csd::judged(FeatureId id) const {
   const auto at =
       std::lower_bound(queries_.begin(), queries_.end(), id, [](const Query &q, FeatureId i) { return q.id < i; });
-  if (at == queries_.end() || at->id != id || at->waits || !at->point.evidence()) return {};
-  return Judgement{*at->point.evidence(), at->judged_at};
+  if (at == queries_.end() || at->id != id || at->turn == Followed::Turn::waits || !at->point.evidence()) return {};
+  return Judged{*at->point.evidence(), at->judged_at};
 }
 
 /// All at once: each would move all behind it, and a user may remove ten thousand in one frame.

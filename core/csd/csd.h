@@ -17,11 +17,11 @@ namespace csd {
 /// MAP estimate, and is judged by how the tissue around it moves. docs/method.md leads from its formulas to the code.
 class Csd final : public Algorithm {
  public:
-  explicit Csd(const Settings &settings) : settings_(settings) {}
+  explicit Csd(const Settings &settings, const Tuning &tuning = {}) : settings_(settings), tuning_(tuning) {}
 
   bool replenishes() const override { return true; }
   bool avoids_tools() const override { return true; }
-  double most_alike() const override;
+  double most_alike() const override { return tuning_.most_alike; }
   void track(const FrameContext &context, std::vector<Claim> &claims) override;
   Claim::Kind begin(FeatureId id, cv::Point2d position, const FrameContext &context) override;
   void end(FeatureId id) override;
@@ -30,34 +30,31 @@ class Csd final : public Algorithm {
   void add_to(Stats &) const override {}
 
   /// What the last frame's judgement of a feature went by, and the place that was judged, picture pixels.
-  struct Judgement {
+  struct Judged {
     Evidence evidence;
     cv::Point2d position;
   };
   /// Nothing where there was nothing to judge.
-  std::optional<Judgement> judgement(FeatureId id) const;
+  std::optional<Judged> judged(FeatureId id) const;
 
  private:
-  struct Query {
-    FeatureId id;
-    TrackedPoint point;
-    bool waits = false;          ///< for a later frame
+  struct Query : Followed {
     cv::Point2d judged_at = {};  ///< picture pixels
   };
   CsdFrame load(const FrameContext &context);
   void doubt(const CsdFrame &frame);
   void drop_ended();
   void follow_queries(const CsdFrame &frame);
-  void follow(Query &query, const CsdFrame &frame) const;
   void report(const Query &query, const CsdFrame &frame, const WorkFrame &work, Claim &claim) const;
 
   Settings settings_;
+  Tuning tuning_;
   Pyramid pyramid_;
   GlareWeights weights_;
   SupportPoints support_;
   std::vector<Query> queries_;  // by ascending id
   std::vector<FeatureId> ended_;
-  std::vector<Query *> turns_;  // scratch: by falling urgency
+  std::vector<Followed *> turns_;  // scratch
   std::int64_t last_time_ = no_time;
   double steps_ = 1;  // of this frame
 };

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 
+#include "csd/tuning.h"
 #include "patch/anchor.h"
 
 namespace csd {
@@ -14,7 +15,7 @@ class Likeness {
  public:
   /// `state`: where the anchor of this level lies in the frame.
   Likeness(const Pyramid &pyramid, const GlareWeights &weights, const AnchorLevel &anchor, int level,
-           const AffineState &state);
+           const AffineState &state, const Tuning &tuning);
 
   /// The best fit within `around` samples of the offset; farther out than the rings reach, of the outermost. 0…1; 0
   /// where nothing was measured.
@@ -24,7 +25,11 @@ class Likeness {
 
  private:
   static constexpr std::size_t rings = 5, ways = 16;
+  double radius(std::size_t ring) const;  ///< samples
+  cv::Vec2d place(std::size_t i) const;   ///< samples from the point, by ring and way
+
   std::array<float, rings * ways> fit_{};
+  double nearest_ = 0, step_ = 0;  ///< samples, of the rings
   double far_ = 0;
 };
 

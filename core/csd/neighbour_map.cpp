@@ -8,21 +8,8 @@
 namespace csd {
 namespace {
 
-// In pixels of a 480-line picture (prototype.md I.2).
-constexpr double least_reach = 45, reach_per_fifth = 0.7, floor_weight = 0.01;
-constexpr double ridge = 60;  // px², towards the similarity
-constexpr double least_spread = 0.5, spread_per_median = 1.5;
-constexpr double most_spread = 8;  // points that don't agree on anything make no map
-constexpr double outlier = 2.5;    // spreads
-constexpr int rounds = 5;
-constexpr double settled = 0.005;  // change of a weight, of at most 1: the next round would change nothing
-constexpr std::size_t least_points = 3, least_affine = 6;
-constexpr double nearby_margin = 1.3;  // of a squared distance: some of the points will not be sure in the next frame
-
-constexpr double slowest = 0.02;  // of what a frame of 40 ms adds to the running means
-constexpr double least_deviation = 0.3, most_deviation = 2;
-constexpr double usual_offset = 1;  // sd of what tissue has beside its neighbours' motion
-constexpr double most_offset = 6;
+constexpr int rounds = 5;                                  // of reweighting
+constexpr std::size_t least_points = 3, least_affine = 6;  // that a similarity, an affine map can stand on
 
 double square(double x) {
   return x * x;
@@ -93,36 +80,37 @@ double NeighbourMap::scale() const {
   return std::sqrt(linear(0, 0) * linear(1, 1) - linear(0, 1) * linear(1, 0));
 }
 
-NeighbourMap fit_neighbours(std::span<const Correspondence> nearest, cv::Point2d at, double unit) {
+NeighbourMap fit_neighbours(std::span<const Correspondence> nearest, cv::Point2d at, double unit,
+                            const Tuning &tuning) {
   NeighbourMap map;
   if (nearest.size() < least_points) return map;
   std::array<double, NeighbourField::most> near{}, weights{};
   const auto n = std::min(nearest.size(), near.size());
   const auto points = nearest.first(n);
   const double fifth = std::sqrt(squared(points[std::min<std::size_t>(n - 1, 4)].from - at));
-  const double reach = std::max(least_reach * unit, reach_per_fifth * fifth);
+  const double reach = std::max(tuning.least_reach * unit, tuning.reach_per_fifth * fifth);
   for (std::size_t i = 0; i < n; ++i)
-    weights[i] = near[i] = std::exp(-squared(points[i].from - at) / (2 * reach * reach)) + floor_weight;
+    weights[i] = near[i] = std::exp(-squared(points[i].from - at) / (2 * reach * reach)) + tuning.floor_weight;
 
   std::array<double, NeighbourField::most> residual{}, ordered{};
   for (int round = 0; round <= rounds; ++round) {
-    if (!fit(points, weights.data(), n >= least_affine, ridge * unit * unit, map)) return map;
+    if (!fit(points, weights.data(), n >= least_affine, tuning.ridge * unit * unit, map)) return map;
     if (round == rounds) break;
     for (std::size_t i = 0; i < n; ++i) residual[i] = squared(map(points[i].from) - points[i].to);
     std::copy_n(residual.begin(), n, ordered.begin());
     const auto middle = ordered.begin() + static_cast<std::ptrdiff_t>(n / 2);
     std::nth_element(ordered.begin(), middle, ordered.begin() + static_cast<std::ptrdiff_t>(n));
-    map.spread = std::max(least_spread * unit, spread_per_median * std::sqrt(*middle));
-    const double scale = 1 / square(outlier * map.spread);
+    map.spread = std::max(tuning.least_spread * unit, tuning.spread_per_median * std::sqrt(*middle));
+    const double scale = 1 / square(tuning.outlier * map.spread);
     double change = 0;
     for (std::size_t i = 0; i < n; ++i) {
       const double weight = near[i] / square(1 + residual[i] * scale);
       change = std::max(change, std::abs(weight - weights[i]));
       weights[i] = weight;
     }
-    if (change < settled) break;
+    if (change < tuning.settled) break;
   }
-  if (map.spread <= most_spread * unit) map.support = n;
+  if (map.spread <= tuning.most_spread * unit) map.support = n;
   return map;
 }
 
@@ -147,15 +135,16 @@ std::size_t find_nearest(std::size_t n, double nearby, Distance distance, Neares
 }
 
 template <class Distance, class Turn>
-NeighbourMap fit_nearest(std::size_t n, cv::Point2d at, double unit, double nearby, Distance distance, Turn turn) {
+NeighbourMap fit_nearest(std::size_t n, cv::Point2d at, double unit, const Tuning &tuning, double nearby,
+                         Distance distance, Turn turn) {
   Nearest best;
   auto found = find_nearest(n, nearby, distance, best);
   if (found < best.size() && !std::isinf(nearby))
     found = find_nearest(n, std::numeric_limits<double>::infinity(), distance, best);
   std::array<Correspondence, NeighbourField::most> nearest;
   for (std::size_t k = 0; k < found; ++k) nearest[k] = turn(best[k].second);
-  auto map = fit_neighbours({nearest.data(), found}, at, unit);
-  if (found == best.size()) map.nearby = nearby_margin * best.back().first;
+  auto map = fit_neighbours({nearest.data(), found}, at, unit, tuning);
+  if (found == best.size()) map.nearby = tuning.nearby_margin * best.back().first;
   return map;
 }
 
@@ -181,10 +170,10 @@ std::size_t NeighbourField::size(int chart) const {
       std::count_if(points_.begin(), points_.end(), [chart](const Point &p) { return p.chart == chart; }));
 }
 
-NeighbourMap NeighbourField::map_at(cv::Point2d reference, int chart, double unit, std::size_t owner,
-                                    double nearby) const {
+NeighbourMap NeighbourField::map_at(cv::Point2d reference, int chart, double unit, const Tuning &tuning,
+                                    std::size_t owner, double nearby) const {
   return fit_nearest(
-      points_.size(), reference, unit, nearby,
+      points_.size(), reference, unit, tuning, nearby,
       [&](std::size_t i) {
         const auto &p = points_[i];
         return p.owner == owner || p.chart != chart ? -1 : squared(p.at.from - reference);
@@ -192,9 +181,9 @@ NeighbourMap NeighbourField::map_at(cv::Point2d reference, int chart, double uni
       [&](std::size_t i) { return points_[i].at; });
 }
 
-NeighbourMap NeighbourField::inverse_map_at(cv::Point2d position, int chart, double unit) const {
+NeighbourMap NeighbourField::inverse_map_at(cv::Point2d position, int chart, double unit, const Tuning &tuning) const {
   return fit_nearest(
-      points_.size(), position, unit, std::numeric_limits<double>::infinity(),
+      points_.size(), position, unit, tuning, std::numeric_limits<double>::infinity(),
       [&](std::size_t i) { return points_[i].chart != chart ? -1 : squared(points_[i].at.to - position); },
       [&](std::size_t i) { return points_[i].at.reversed(); });
 }
@@ -203,8 +192,8 @@ cv::Matx22d position_covariance(const cv::Matx22d &information) {
   return (information + 1e-3 * cv::Matx22d::eye()).inv();
 }
 
-double NeighbourOffset::deviation() const {
-  return std::clamp(std::sqrt(variance_), least_deviation, most_deviation);
+double NeighbourOffset::deviation(const Tuning &tuning) const {
+  return std::clamp(std::sqrt(variance_), tuning.least_deviation, tuning.most_deviation);
 }
 
 AffineState NeighbourOffset::predict(const NeighbourMap &map, cv::Point2d reference) const {
@@ -217,17 +206,18 @@ void NeighbourOffset::begin(const cv::Matx22d &shape) {
 }
 
 void NeighbourOffset::update(const NeighbourMap &map, cv::Point2d reference, const AffineState &seen,
-                             const cv::Matx22d &information, double steps, double unit) {
-  const double rate = std::min(1.0, std::max(slowest * steps, 1 / (frames_ + 1)));
+                             const cv::Matx22d &information, double steps, double unit, const Tuning &tuning) {
+  const double rate = std::min(1.0, std::max(tuning.slowest * steps, 1 / (frames_ + 1)));
   const auto difference = map.inverse(seen.position) - reference - mean_;
-  const double clipped = std::min(squared(difference) / (unit * unit), 9 * square(deviation()) + 4);
+  const double clipped = std::min(squared(difference) / (unit * unit), 9 * square(deviation(tuning)) + 4);
   variance_ += rate * (clipped - variance_);
   mean_ += rate * difference;
   const auto back = map.linear.inv();
   covariance_ += rate * (back * position_covariance(information) * back.t() - covariance_);
-  const double prior = square(usual_offset * unit);
+  const double prior = square(tuning.usual_offset * unit);
   offset_ = (covariance_ + prior * cv::Matx22d::eye()).inv() * mean_ * prior;
-  if (const double size = std::sqrt(squared(offset_)); size > most_offset * unit) offset_ *= most_offset * unit / size;
+  if (const double size = std::sqrt(squared(offset_)); size > tuning.most_offset * unit)
+    offset_ *= tuning.most_offset * unit / size;
   shape_ += rate * (back * seen.shape - shape_);
   ++frames_;
 }

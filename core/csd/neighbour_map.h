@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "csd/tuning.h"
 #include "patch/affine_state.h"
 
 namespace csd {
@@ -39,7 +40,7 @@ struct NeighbourMap {
 /// similarity, a similarity below, none below three or where they lie on a point.
 /// @param unit length of a pixel of the 480-line picture in the coordinates of `from`; the spread's floor is half a
 /// unit
-NeighbourMap fit_neighbours(std::span<const Correspondence> nearest, cv::Point2d at, double unit);
+NeighbourMap fit_neighbours(std::span<const Correspondence> nearest, cv::Point2d at, double unit, const Tuning &tuning);
 
 /// Points that are surely seen: they say how the tissue around any other point has moved.
 class NeighbourField {
@@ -64,10 +65,10 @@ class NeighbourField {
 
   /// The map about `reference`, from the nearest points by their reference coordinates. `nearby`: of the last frame's
   /// map there; it saves time, and changes nothing.
-  NeighbourMap map_at(cv::Point2d reference, int chart, double unit, std::size_t owner = nobody,
+  NeighbourMap map_at(cv::Point2d reference, int chart, double unit, const Tuning &tuning, std::size_t owner = nobody,
                       double nearby = std::numeric_limits<double>::infinity()) const;
   /// The other way: from the nearest points by where they are now, a map from the picture to reference coordinates.
-  NeighbourMap inverse_map_at(cv::Point2d position, int chart, double unit) const;
+  NeighbourMap inverse_map_at(cv::Point2d position, int chart, double unit, const Tuning &tuning) const;
 
  private:
   struct Point {
@@ -88,7 +89,7 @@ cv::Matx22d position_covariance(const cv::Matx22d &information);
 class NeighbourOffset {
  public:
   cv::Point2d offset() const { return offset_; }
-  double deviation() const;  ///< sd of the offset, reference pixels at 480 lines: .3 to 2
+  double deviation(const Tuning &tuning) const;  ///< sd of the offset, reference pixels at 480 lines: .3 to 2
   /// State that the neighbours predict for a feature with reference coordinates `reference`.
   AffineState predict(const NeighbourMap &map, cv::Point2d reference) const;
   /// The feature begins with this shape in the map's reference coordinates.
@@ -96,7 +97,7 @@ class NeighbourOffset {
   /// @param seen where, and how surely (information, in working pixels)
   /// @param steps frames of 40 ms since the last one. @param unit as above
   void update(const NeighbourMap &map, cv::Point2d reference, const AffineState &seen, const cv::Matx22d &information,
-              double steps, double unit);
+              double steps, double unit, const Tuning &tuning);
 
  private:
   cv::Point2d mean_, offset_;                      ///< as seen; as believed

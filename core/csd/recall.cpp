@@ -9,21 +9,7 @@
 namespace csd {
 namespace {
 
-constexpr std::size_t most_scenes = 4;
-constexpr double usual_share = 0.7, usual_rate = 0.02;
-constexpr std::int64_t try_every = second * 3 / 25, try_at_least_every = 5 * second;
-constexpr double tries_while_gone = 0.01;      // the next try comes after this share of the time since it was seen
-constexpr std::int64_t settles = 10 * second;  // what is seen then is another scene for good, and is left alone
-constexpr double handful = 0.1;                // of the points of a scene: that few may be chance likenesses
-constexpr double least_contrast = 3;  // grey levels, sd of the coarsest level: black and a covered lens have less
-
-// Half the working image's pixels. Contrast as in the baseline SIFT: at Lowe's, tissue has few keypoints.
-constexpr int most_keypoints = 500;
-constexpr double stretched = 40;  // grey levels, sd of the picture that keypoints are looked for in
-constexpr double contrast_threshold = 0.01, ratio = 0.8;
-constexpr std::size_t hypotheses = 60, least_matches = 8;
-constexpr double tolerance = 6;  // at 240 lines: a heart moves as far
-constexpr double most_zoom = 4;
+constexpr std::size_t hypotheses = 60;  // matches of which all pairs are tried
 
 /// Of a pyramid's level: standard deviation, grey levels.
 double contrast(const cv::Mat &level) {
@@ -73,13 +59,15 @@ double Similarity::scale() const {
 }
 
 std::optional<Similarity> agree_on_similarity(const std::vector<Correspondence> &matches, double tolerance,
-                                              std::size_t least) {
+                                              std::size_t least, double most_zoom) {
   const double limit = tolerance * tolerance;
   const auto agreeing = [&](const Similarity &s) {
     return static_cast<std::size_t>(std::count_if(
         matches.begin(), matches.end(), [&](const Correspondence &m) { return squared(s(m.from) - m.to) <= limit; }));
   };
-  const auto plausible = [](const Similarity &s) { return s.scale() <= most_zoom && s.scale() >= 1 / most_zoom; };
+  const auto plausible = [most_zoom](const Similarity &s) {
+    return s.scale() <= most_zoom && s.scale() >= 1 / most_zoom;
+  };
   Similarity best;
   std::size_t most = 0;
   const auto n = std::min(matches.size(), hypotheses);
@@ -106,7 +94,7 @@ void Recall::remember(const CsdFrame &frame, const NeighbourField &field, int ch
   if (n == 0) return;
   if (scenes_.empty() || scenes_.back().chart < chart) {
     // The eldest is where the operation began; the last ones are where it was just now.
-    if (scenes_.size() == most_scenes) scenes_.erase(scenes_.begin() + 1);
+    if (scenes_.size() >= count(frame.tuning.most_scenes)) scenes_.erase(scenes_.begin() + 1);
     scenes_.push_back({});
     scenes_.back().chart = chart;
   }
@@ -114,8 +102,8 @@ void Recall::remember(const CsdFrame &frame, const NeighbourField &field, int ch
   if (scene == scenes_.end()) return;
   // Points are seen long into a fade to black, when there is little left to be recognised by.
   const double worth = static_cast<double>(n) * contrast(frame.pyramid.level(Pyramid::levels - 1));
-  const bool usual = worth >= usual_share * scene->usual;
-  scene->usual += (scene->usual == 0 ? 1.0 : usual_rate * frame.steps) * (worth - scene->usual);
+  const bool usual = worth >= frame.tuning.usual_share * scene->usual;
+  scene->usual += (scene->usual == 0 ? 1.0 : frame.tuning.scene_rate * frame.steps) * (worth - scene->usual);
   if (!usual) return;
   scene->field = field;
   scene->field.keep(chart);
@@ -125,12 +113,12 @@ void Recall::remember(const CsdFrame &frame, const NeighbourField &field, int ch
   scene->described = false;
 }
 
-void Recall::describe(const cv::Mat &level, const cv::Mat &mask, std::vector<cv::KeyPoint> &keypoints,
-                      cv::Mat &descriptors) {
-  if (!sift_) sift_ = cv::SIFT::create(most_keypoints, 3, contrast_threshold);
+void Recall::describe(const cv::Mat &level, const cv::Mat &mask, const Tuning &tuning,
+                      std::vector<cv::KeyPoint> &keypoints, cv::Mat &descriptors) {
+  if (!sift_) sift_ = cv::SIFT::create(static_cast<int>(tuning.most_keypoints), 3, tuning.keypoint_contrast);
   cv::Mat picture;
   // What comes out of the dark is dim at first.
-  const double gain = stretched / std::max(contrast(level), least_contrast) / 256;
+  const double gain = tuning.stretched / std::max(contrast(level), tuning.least_contrast) / 256;
   level.convertTo(picture, CV_8U, gain, 128 - gain * cv::mean(level)[0]);
   sift_->detectAndCompute(picture, mask, keypoints, descriptors);
 }
@@ -140,32 +128,35 @@ bool Recall::knows(int chart) const {
 }
 
 bool blank(const CsdFrame &frame) {
-  return contrast(frame.pyramid.level(Pyramid::levels - 1)) < least_contrast;
+  return contrast(frame.pyramid.level(Pyramid::levels - 1)) < frame.tuning.least_contrast;
 }
 
-bool Recall::seen(const Scene &scene, const NeighbourField &present, double share) {
-  return static_cast<double>(present.size(scene.chart)) > handful * share * static_cast<double>(scene.field.size());
+bool Recall::seen(const Scene &scene, const Present &present) {
+  return static_cast<double>(present.field.size(scene.chart)) >
+         present.handful * present.share * static_cast<double>(scene.field.size());
 }
 
-bool Recall::nothing(const NeighbourField &present, double share) const {
-  return std::none_of(scenes_.begin(), scenes_.end(), [&](const Scene &s) { return seen(s, present, share); });
+bool Recall::nothing(const Present &present) const {
+  return std::none_of(scenes_.begin(), scenes_.end(), [&](const Scene &s) { return seen(s, present); });
 }
 
-bool Recall::wanted(const Scene &scene, const NeighbourField &present, double share) const {
-  if (seen(scene, present, share)) return false;
-  const auto later = [&](const Scene &s) { return s.chart > scene.chart && seen(s, present, share); };
-  return nothing(present, share) || std::any_of(scenes_.begin(), scenes_.end(), later);
+bool Recall::wanted(const Scene &scene, const Present &present) const {
+  if (seen(scene, present)) return false;
+  const auto later = [&](const Scene &s) { return s.chart > scene.chart && seen(s, present); };
+  return nothing(present) || std::any_of(scenes_.begin(), scenes_.end(), later);
 }
 
-bool Recall::due(const CsdFrame &frame, const NeighbourField &present, double share) {
-  if (nothing(present, share)) last_nothing_ = frame.time;
-  if (frame.time - last_nothing_ > settles) return false;
+bool Recall::due(const CsdFrame &frame, const NeighbourField &field, double share) {
+  const auto &tuning = frame.tuning;
+  const Present present{field, share, tuning.handful};
+  if (nothing(present)) last_nothing_ = frame.time;
+  if (frame.time - last_nothing_ > nanoseconds(tuning.settles)) return false;
   std::int64_t gone = -1;
   for (const auto &s : scenes_)
-    if (wanted(s, present, share)) gone = gone < 0 ? frame.time - s.time : std::min(gone, frame.time - s.time);
+    if (wanted(s, present)) gone = gone < 0 ? frame.time - s.time : std::min(gone, frame.time - s.time);
   if (gone < 0) return false;
-  const auto pause = std::clamp(static_cast<std::int64_t>(tries_while_gone * static_cast<double>(gone)), try_every,
-                                try_at_least_every);
+  const auto pause = std::clamp(static_cast<std::int64_t>(tuning.tries_while_gone * static_cast<double>(gone)),
+                                nanoseconds(tuning.try_every), nanoseconds(tuning.try_at_least_every));
   if (frame.time - last_try_ < pause || blank(frame)) return false;
   last_try_ = frame.time;
   return true;
@@ -175,23 +166,26 @@ void Recall::forget(int chart) {
   std::erase_if(scenes_, [chart](const Scene &s) { return s.chart == chart; });
 }
 
-int Recall::find(const CsdFrame &frame, const NeighbourField &present, double share, NeighbourField &found) {
+int Recall::find(const CsdFrame &frame, const NeighbourField &field, double share, NeighbourField &found) {
+  const auto &tuning = frame.tuning;
+  const Present present{field, share, tuning.handful};
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
-  describe(frame.pyramid.level(1), frame.weights.level(1), keypoints, descriptors);
+  describe(frame.pyramid.level(1), frame.weights.level(1), tuning, keypoints, descriptors);
   if (descriptors.rows < 2) return -1;
   const cv::BFMatcher matcher(cv::NORM_L2);
   // clang 14 can't compile libstdc++'s std::views::reverse.
   // NOLINTNEXTLINE(modernize-loop-convert)
   for (auto newest = scenes_.rbegin(); newest != scenes_.rend(); ++newest) {
     Scene &scene = *newest;
-    if (!wanted(scene, present, share)) continue;
-    if (!scene.described) describe(scene.picture, scene.mask, scene.keypoints, scene.descriptors);
+    if (!wanted(scene, present)) continue;
+    if (!scene.described) describe(scene.picture, scene.mask, tuning, scene.keypoints, scene.descriptors);
     scene.described = true;
     if (scene.descriptors.empty()) continue;
     std::vector<std::vector<cv::DMatch>> nearest;
     matcher.knnMatch(scene.descriptors, descriptors, nearest, 2);
-    std::erase_if(nearest, [](const auto &m) { return m.size() < 2 || m[0].distance >= ratio * m[1].distance; });
+    std::erase_if(nearest,
+                  [&](const auto &m) { return m.size() < 2 || m[0].distance >= tuning.match_ratio * m[1].distance; });
     std::sort(nearest.begin(), nearest.end(), [](const auto &m, const auto &o) {
       return m[0].distance * o[1].distance < o[0].distance * m[1].distance;
     });
@@ -200,7 +194,8 @@ int Recall::find(const CsdFrame &frame, const NeighbourField &present, double sh
     for (const auto &m : nearest)
       matches.push_back({scene.keypoints[static_cast<std::size_t>(m[0].queryIdx)].pt,
                          keypoints[static_cast<std::size_t>(m[0].trainIdx)].pt});
-    const auto motion = agree_on_similarity(matches, tolerance * frame.unit, least_matches);
+    const auto motion = agree_on_similarity(matches, tuning.match_tolerance * frame.unit, count(tuning.least_matches),
+                                            tuning.most_zoom);
     if (!motion) continue;
     found = scene.field;
     found.move([&](cv::Point2d p) { return 2 * (*motion)(p / 2); });

@@ -21,9 +21,9 @@ struct Similarity {
 
 /// The similarity that most of the correspondences agree with to `tolerance` (in units of `to`), by trying all pairs of
 /// the first 60, then by least squares over those that agree, three rounds. Nothing if fewer than `least` agree, or
-/// where it zooms more than fourfold either way.
+/// where it zooms more than `most_zoom`-fold either way.
 std::optional<Similarity> agree_on_similarity(const std::vector<Correspondence> &matches, double tolerance,
-                                              std::size_t least);
+                                              std::size_t least, double most_zoom);
 
 /// Black, or a covered lens: nothing to look for.
 bool blank(const CsdFrame &frame);
@@ -59,10 +59,16 @@ class Recall {
     cv::Mat descriptors;  ///< of keypoints, once they were needed
     bool described = false;
   };
-  static bool seen(const Scene &scene, const NeighbourField &present, double share);
-  bool nothing(const NeighbourField &present, double share) const;
-  bool wanted(const Scene &scene, const NeighbourField &present, double share) const;
-  void describe(const cv::Mat &level, const cv::Mat &mask, std::vector<cv::KeyPoint> &keypoints, cv::Mat &descriptors);
+  /// What is seen of the scenes: the points of `field`, of `share` of all, of which a handful is none.
+  struct Present {
+    const NeighbourField &field;
+    double share, handful;
+  };
+  static bool seen(const Scene &scene, const Present &present);
+  bool nothing(const Present &present) const;
+  bool wanted(const Scene &scene, const Present &present) const;
+  void describe(const cv::Mat &level, const cv::Mat &mask, const Tuning &tuning, std::vector<cv::KeyPoint> &keypoints,
+                cv::Mat &descriptors);
 
   cv::Ptr<cv::SIFT> sift_;
   std::vector<Scene> scenes_;                     ///< by ascending chart

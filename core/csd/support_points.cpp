@@ -12,42 +12,11 @@
 namespace csd {
 namespace {
 
-// Pixels are those of a 480-line picture.
-constexpr double cell_side = 32;         // 20 × 15 cells at 640×480
-constexpr double most_cells = 1200;      // of a picture that is very wide or very high
-constexpr double least_distance = 14.4;  // of a new point from the others
-constexpr double gap = 30;               // the same, when others have been there for a while
-constexpr double edge = 8;               // a new point's distance from the picture's
-constexpr std::size_t most_in_cell = 2;
-constexpr std::size_t most_points = 1200;
-constexpr double quality = 0.003;          // of the picture's best corner
-constexpr float least_eigenvalue = 0.05F;  // a mean slope of .1 grey levels a pixel; less is noise
-constexpr int corner_window = 7;           // pixels of level 1
-constexpr double clear_weight = 230;       // of 255: no highlight near
-
-constexpr double recalled_spread = 8;  // of what a similarity of the whole picture puts somewhere
-
-constexpr std::size_t least_agreeing = 5;  // points that make a motion believed after none was known
-
-constexpr std::int64_t replenish_every = second / 2;
-constexpr std::int64_t new_chart_after = second;
-constexpr std::int64_t trial = second / 2;  // a new point's, before its neighbours believe it
-constexpr double trial_deviation = 1.5;     // of its offset, at most
-constexpr std::int64_t young_lost_for = second / 2, lost_for = 10 * second;
-
-// Looks in a frame, whatever the budget: at points that were visible, and some at others, to find again what comes
-// back; more where fewer than a map stands on are seen, lest the scene seem to be gone when something comes in front.
-constexpr std::size_t least_looks = 24, least_at_visible = 18, more_looks = 96;
-// Frames, for what is hidden while enough others are seen. With 2 the six real clips take a sixth less time, and .003
-// less is claimed and .002 less apart; with 4 a fifth, and .008.
-constexpr std::size_t search_every = 2;
-constexpr double first_looks = 0.6, looks = 0.85;  // of the budget, from its begin; the rest is for anchors
-
 /// Cells of the picture, and how many points each has.
 class Cells {
  public:
   Cells(const CsdFrame &frame)
-      : side_(std::max(cell_side * frame.unit, std::sqrt(frame.size.area() / most_cells))),
+      : side_(std::max(frame.tuning.cell_side * frame.unit, std::sqrt(frame.size.area() / frame.tuning.most_cells))),
         columns_(std::max(1, static_cast<int>(std::lround(frame.size.width / side_)))),
         rows_(std::max(1, static_cast<int>(std::lround(frame.size.height / side_)))),
         size_(frame.size),
@@ -92,51 +61,21 @@ void SupportPoints::doubt(const CsdFrame &frame) {
   last_sure_ = last_begin_ = frame.time;
 }
 
-/// The first looks, for as long as there is time; where all is calm, half of the points rest. Points that are as urgent
-/// as each other take turns all over the picture: their ids go along its rows, multiples of the golden ratio don't.
-void SupportPoints::look(const CsdFrame &frame) {
-  turns_.clear();
-  for (auto &s : points_) turns_.push_back(&s);
-  if (frame.budget.limited()) {
-    const auto place = [](const Support *s) { return std::fmod(static_cast<double>(s->id) * 0.6180339887498949, 1); };
-    std::sort(turns_.begin(), turns_.end(), [&](const Support *a, const Support *b) {
-      const double u = a->point.urgency(frame), v = b->point.urgency(frame);
-      return u != v ? u > v : place(a) < place(b);
-    });
-    // Those that maps may stand on come first, however many new or hidden ones there are.
-    auto first = turns_.begin();
-    for (auto s = first; s != turns_.end() && first - turns_.begin() < static_cast<std::ptrdiff_t>(least_at_visible);
-         ++s)
-      if ((*s)->established && (*s)->point.visible()) std::rotate(first++, s, s + 1);
-  }
-  const auto budget = frame.budget.share(first_looks);
-  ++frames_;
-  std::size_t looked = 0, sure = 0, late = 0;
-  for (auto *s : turns_) {
-    // Every other frame, and of those beside each other not both in one.
-    const bool rests = s->established && (s->id + frames_) % 2 == 0 && s->point.may_rest(frame);
-    const bool few = sure < NeighbourField::most && s->point.visible();
-    s->waits = rests || (looked >= (few ? more_looks : least_looks) && budget.spent());
-    if (!s->waits) {
-      s->point.look(frame);
-      ++looked;
-      sure += s->point.sure();
-    } else if (rests) {
-      s->point.rest();
-    } else {
-      s->point.pass();
-      ++late;
-    }
-  }
-  share_ = 1 - static_cast<double>(late) / static_cast<double>(std::max<std::size_t>(turns_.size(), 1));
+/// Every other frame, and of those beside each other not both in one.
+bool SupportPoints::may_rest(const CsdFrame &frame, const Followed &support) const {
+  return support.established && (support.id + frames_) % 2 == 0 && support.point.may_rest(frame);
 }
 
-void SupportPoints::collect() {
+bool SupportPoints::searched_for(const Followed &support) const {
+  return searching_ || (support.id + frames_) % search_every_ == 0;
+}
+
+void SupportPoints::gather(const CsdFrame &frame) {
   field_.clear();
   for (const auto &support : points_)
     if (support.established && support.point.sure())
       field_.add(support.id, support.point.chart(), {support.point.own_reference(), support.point.seen_at()});
-  field_.drop_small_charts(least_agreeing);
+  field_.drop_small_charts(count(frame.tuning.least_agreeing));
 }
 
 /// What all points together say of the frame: smoke and a new exposure change them all.
@@ -155,13 +94,13 @@ void SupportPoints::sum_up(const CsdFrame &frame) {
   };
   surroundings_.gain_drift = median_of(if_sure(&TrackedPoint::gain_change));
   surroundings_.brightness_drift = median_of(if_sure(&TrackedPoint::brightness_change));
-  surroundings_.blur = median_of([](const TrackedPoint &p) { return p.blur(); });
+  surroundings_.blur = median_of([&](const TrackedPoint &p) { return p.blur(frame.tuning); });
   std::size_t expected = 0;
   for (const auto &s : points_)
     if (s.established && (s.point.chart() == chart_ || s.point.map()) &&
         (!s.point.map() || frame.shows(s.point.expected_at())))
       ++expected;
-  surroundings_.alone = expected < least_agreeing;
+  surroundings_.alone = expected < count(frame.tuning.least_agreeing);
 }
 
 /// A chart that nothing is seen of: where the whole picture says that its points are, do they agree?
@@ -171,88 +110,93 @@ void SupportPoints::recall(const CsdFrame &frame) {
   if (chart < 0) return;
   for (auto &s : points_) {
     if (s.point.chart() != chart) continue;
-    auto map = found.map_at(s.point.own_reference(), chart, frame.unit, s.id);
-    map.spread = std::max(map.spread, recalled_spread * frame.unit);
-    s.waits = false;
+    auto map = found.map_at(s.point.own_reference(), chart, frame.unit, frame.tuning, s.id);
+    map.spread = std::max(map.spread, frame.tuning.recalled_spread * frame.unit);
+    s.turn = Followed::Turn::looks;
     s.point.meet(frame, map);
     s.point.look_again(frame, false);
   }
-  collect();
+  gather(frame);
   for (auto &s : points_)
     if (s.point.chart() == chart) s.point.meet(frame, field_, s.id);
-  collect();
+  gather(frame);
   if (field_.size(chart) == 0) return;
   // The same tissue may have founded a chart meanwhile: its points go over to the elder one.
   for (auto &s : points_)
     if (s.point.chart() > chart && s.point.sure()) {
       recall_.forget(s.point.chart());
-      s.point.join(field_, chart, frame.unit);
+      s.point.join(field_, chart, frame);
     }
-  collect();
+  gather(frame);
   chart_ = chart;
 }
 
 void SupportPoints::follow(const CsdFrame &frame) {
-  look(frame);
-  collect();
-  for (auto &s : points_) s.point.meet(frame, field_, s.id);
-  const bool due = recall_.due(frame, field_, share_);
-  const auto budget = frame.budget.share(looks);
-  std::size_t looks_again = 0;
-  const bool enough = field_.size() >= least_looks;
-  for (auto *s : turns_) {
-    if (s->waits) continue;
-    if (enough && !due && !s->point.visible() && (s->id + frames_) % search_every != 0) continue;
-    s->waits = looks_again++ >= least_looks && !s->point.sure() && budget.spent();
-    s->waits ? s->point.pass() : s->point.look_again(frame, due);
-  }
-  // What has no map has looked for itself alone: chance likenesses don't agree on a motion.
-  collect();
-  for (auto &s : points_)
-    if (!s.point.map()) s.point.meet(frame, field_, s.id);
-
-  if (due) recall(frame);
-
-  sum_up(frame);
-  for (auto &s : points_) s.waits ? s.point.wait(frame) : s.point.decide(frame, surroundings_);
-  collect();
+  const auto &tuning = frame.tuning;
+  turns_.clear();
+  for (auto &s : points_) turns_.push_back(&s);
+  ++frames_;
+  search_every_ = std::max<std::size_t>(1, count(tuning.search_every));
+  csd::follow(frame, turns_, *this,
+              {tuning.first_looks, tuning.query_share, count(tuning.least_looks), count(tuning.more_looks)});
   recall_.remember(frame, field_, chart_);
+  age(frame);
+}
+
+void SupportPoints::met(const CsdFrame &frame) {
+  const auto late =
+      std::count_if(points_.begin(), points_.end(), [](const Support &s) { return s.turn == Followed::Turn::waits; });
+  share_ = 1 - static_cast<double>(late) / static_cast<double>(std::max<std::size_t>(points_.size(), 1));
+  due_ = recall_.due(frame, field_, share_);
+  searching_ = due_ || field_.size() < count(frame.tuning.least_looks);
+}
+
+void SupportPoints::looked(const CsdFrame &frame) {
+  if (due_) recall(frame);
+  sum_up(frame);
+}
+
+/// A new point that has moved with its neighbours for a while is established; what was seen is covered.
+void SupportPoints::age(const CsdFrame &frame) {
+  const auto &tuning = frame.tuning;
   for (auto &s : points_) {
-    if (!s.waits) s.point.learn(frame);
-    if (s.point.ripe(frame) && !frame.budget.spent()) s.point.freeze();
     const bool out = s.point.map() && !frame.shows(s.point.state().position);
     const auto elsewhere = [&] { return recall_.knows(s.point.chart()) && field_.size(s.point.chart()) == 0; };
     if (s.point.visible() || out || elsewhere()) s.covered = frame.time;
-    if (!s.established && s.point.chart() >= 0 && frame.time - s.begun >= trial && s.point.sure() &&
-        s.point.offset().deviation() <= trial_deviation)
+    if (!s.established && s.point.chart() >= 0 && frame.time - s.begun >= nanoseconds(tuning.trial) && s.point.sure() &&
+        s.point.offset().deviation(tuning) <= tuning.trial_deviation)
       s.established = true;
     if (s.established && s.point.sure()) last_sure_ = frame.time;
   }
 }
 
 void SupportPoints::replenish(const CsdFrame &frame) {
-  if (!points_.empty() && frame.time - last_begin_ < replenish_every) return;
+  if (!points_.empty() && frame.time - last_begin_ < nanoseconds(frame.tuning.replenish_every)) return;
   drop(frame);
   begin(frame);
   last_begin_ = frame.time;
 }
 
 void SupportPoints::drop(const CsdFrame &frame) {
-  std::erase_if(points_,
-                [&](const Support &s) { return frame.time - s.covered > (s.established ? lost_for : young_lost_for); });
+  const auto &tuning = frame.tuning;
+  std::erase_if(points_, [&](const Support &s) {
+    return frame.time - s.covered > nanoseconds(s.established ? tuning.lost_for : tuning.young_lost_for);
+  });
   // What a zoom out has crowded together: the eldest know the tissue best.
   Cells cells(frame);
+  const auto most_outside = count(tuning.most_points);
   std::size_t outside = 0;
   for (const auto &s : points_) outside += !frame.shows(s.point.state().position);
   std::erase_if(points_, [&](const Support &s) {
     const auto position = s.point.state().position;
-    if (!frame.shows(position)) return outside > most_points && outside-- > most_points;
-    return s.point.visible() && ++cells.count(position) > most_in_cell;
+    if (!frame.shows(position)) return outside > most_outside && outside-- > most_outside;
+    return s.point.visible() && ++cells.count(position) > count(tuning.most_in_cell);
   });
 }
 
 void SupportPoints::begin(const CsdFrame &frame) {
-  const bool founding = points_.empty() || frame.time - last_sure_ > new_chart_after;
+  const auto &tuning = frame.tuning;
+  const bool founding = points_.empty() || frame.time - last_sure_ > nanoseconds(tuning.new_chart_after);
   if (founding && blank(frame)) return;
   Cells cells(frame);
   for (const auto &s : points_) {
@@ -267,20 +211,20 @@ void SupportPoints::begin(const CsdFrame &frame) {
 
   const auto &half = frame.pyramid.level(1);
   half.convertTo(level_, CV_32F, 1.0 / 256);
-  cv::cornerMinEigenVal(level_, corners_, corner_window);
+  cv::cornerMinEigenVal(level_, corners_, static_cast<int>(tuning.corner_window));
   double best = 0;
   cv::minMaxLoc(corners_, nullptr, &best);
-  const float least = std::max(least_eigenvalue, static_cast<float>(quality * best));
+  const float least = static_cast<float>(std::max(tuning.least_eigenvalue, tuning.quality * best));
   const auto &weights = frame.weights.level(1);
-  if (frame.colour) {
+  if (frame.colour && tuning.avoid_tools != 0) {
     find_tools(*frame.colour, tools_);
     cv::resize(tools_, tools_, half.size(), 0, 0, cv::INTER_NEAREST);
     corners_.setTo(0, tools_);
   }
-  const int margin = static_cast<int>(std::lround(edge * frame.unit / 2));
+  const int margin = static_cast<int>(std::lround(tuning.edge * frame.unit / 2));
   const cv::Rect inner(margin, margin, half.cols - 2 * margin, half.rows - 2 * margin);
   // What sways across the border of two cells leaves one of them empty for a while: no gap that wants a point.
-  const double apart = (founding ? least_distance : gap) * frame.unit;
+  const double apart = (founding ? tuning.least_distance : tuning.gap) * frame.unit;
   const auto begun = points_.size();
   if (founding && begun == 0) chart_ = -1;
   for (int y = 0; y < cells.rows(); ++y)
@@ -299,7 +243,7 @@ void SupportPoints::begin(const CsdFrame &frame) {
       cv::Point at(-1, -1);
       for (int v = rect.y; v < rect.y + rect.height; ++v)
         for (int u = rect.x; u < rect.x + rect.width; ++u)
-          if (corners_.at<float>(v, u) > strongest && weights.at<std::uint8_t>(v, u) >= clear_weight) {
+          if (corners_.at<float>(v, u) > strongest && weights.at<std::uint8_t>(v, u) >= tuning.clear_weight) {
             const cv::Point2d p(2 * u, 2 * v);
             if (std::any_of(near_.begin(), near_.end(),
                             [&](cv::Point2d other) { return (other - p).dot(other - p) < apart * apart; }))
@@ -309,7 +253,7 @@ void SupportPoints::begin(const CsdFrame &frame) {
           }
       if (at.x < 0) continue;
       points_.push_back(
-          {TrackedPoint(frame, at, TrackedPoint::Purpose::support), frame.time, frame.time, false, next_id_++});
+          {{TrackedPoint(frame, at, TrackedPoint::Purpose::support), next_id_++}, frame.time, frame.time});
     }
   if (points_.size() == begun) return;
   if (founding) {
@@ -322,10 +266,10 @@ void SupportPoints::begin(const CsdFrame &frame) {
       s.point.found(chart_);
       s.established = true;
     } else {
-      s.point.join(field_, chart_, frame.unit);
+      s.point.join(field_, chart_, frame);
     }
   }
-  collect();
+  gather(frame);
 }
 
 }  // namespace csd

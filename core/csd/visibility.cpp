@@ -7,41 +7,47 @@
 namespace csd {
 namespace {
 
-/// One term of the sum: its weight, and what it weighs.
+/// One term of the sum: what it weighs, and its weight.
 struct Term {
   std::string_view name;
-  double weight;
-  double (*value)(const Evidence &);
+  double Tuning::*weight;
+  double (*value)(const Evidence &, const Tuning &);
 };
 
 double log_odds_of(double zncc) {
   return std::atanh(std::clamp(zncc, -0.2, 0.995));  // Fisher's z: evenly noisy
 }
 
-// Fitted by tests/bench/fit to real tissue as textures: docs/method.md, "Evidence".
 constexpr Term terms[] = {
-    {"one", 2.01, [](const Evidence &) { return 1.0; }},
-    {"fine", 0.69, [](const Evidence &e) { return log_odds_of(e.zncc_fine); }},
-    {"coarse", 0.97, [](const Evidence &e) { return log_odds_of(e.zncc_coarse); }},
-    {"unmasked", 2.85, [](const Evidence &e) { return e.unmasked; }},
-    {"centre", 0.45, [](const Evidence &e) { return e.centre; }},
+    {"one", &Tuning::weigh_one, [](const Evidence &, const Tuning &) { return 1.0; }},
+    {"fine", &Tuning::weigh_fine, [](const Evidence &e, const Tuning &) { return log_odds_of(e.zncc_fine); }},
+    {"coarse", &Tuning::weigh_coarse, [](const Evidence &e, const Tuning &) { return log_odds_of(e.zncc_coarse); }},
+    {"unmasked", &Tuning::weigh_unmasked, [](const Evidence &e, const Tuning &) { return e.unmasked; }},
+    {"centre", &Tuning::weigh_centre, [](const Evidence &e, const Tuning &) { return e.centre; }},
     // How much of the anchor's contrast is gone, beyond what light and distance do.
-    {"dim", -0.61, [](const Evidence &e) { return std::max(0.0, -std::log(e.gain) - 0.7); }},
-    {"noise", -1.86, [](const Evidence &e) { return std::min(1.0, e.noise * e.gain / 8); }},
-    {"brighter", -3.29, [](const Evidence &e) { return std::clamp(e.brightness_change / 64, 0.0, 1.0); }},
-    {"darker", -1.50, [](const Evidence &e) { return std::clamp(-e.brightness_change / 64, 0.0, 1.0); }},
-    {"likeness", -2.43, [](const Evidence &e) { return e.likeness ? std::max(0.5, *e.likeness) : 0.0; }},
-    {"unknown", -1.73, [](const Evidence &e) { return e.likeness ? 0.0 : 1.0; }},
-    {"contrast", -0.42, [](const Evidence &e) { return e.likeness ? std::log(std::max(0.1, e.contrast)) : 0.0; }},
-    {"disagreement", -1.39, [](const Evidence &e) { return std::min(6.0, e.disagreement); }},
+    {"dim", &Tuning::weigh_dim,
+     [](const Evidence &e, const Tuning &t) { return std::max(0.0, -std::log(e.gain) - t.dim_from); }},
+    {"noise", &Tuning::weigh_noise,
+     [](const Evidence &e, const Tuning &t) { return std::min(1.0, e.noise * e.gain / t.noisy); }},
+    {"brighter", &Tuning::weigh_brighter,
+     [](const Evidence &e, const Tuning &t) { return std::clamp(e.brightness_change / t.other_light, 0.0, 1.0); }},
+    {"darker", &Tuning::weigh_darker,
+     [](const Evidence &e, const Tuning &t) { return std::clamp(-e.brightness_change / t.other_light, 0.0, 1.0); }},
+    {"likeness", &Tuning::weigh_likeness,
+     [](const Evidence &e, const Tuning &t) { return e.likeness ? std::max(t.least_likeness, *e.likeness) : 0.0; }},
+    {"unknown", &Tuning::weigh_unknown, [](const Evidence &e, const Tuning &) { return e.likeness ? 0.0 : 1.0; }},
+    {"contrast", &Tuning::weigh_contrast,
+     [](const Evidence &e, const Tuning &) { return e.likeness ? std::log(std::max(0.1, e.contrast)) : 0.0; }},
+    {"disagreement", &Tuning::weigh_disagreement,
+     [](const Evidence &e, const Tuning &t) { return std::min(t.most_disagreement, e.disagreement); }},
 };
 static_assert(std::size(terms) == visibility_terms);
 
 }  // namespace
 
-std::array<double, visibility_terms> visibility_values(const Evidence &evidence) {
+std::array<double, visibility_terms> visibility_values(const Evidence &evidence, const Tuning &tuning) {
   std::array<double, visibility_terms> values{};
-  for (std::size_t i = 0; i < visibility_terms; ++i) values[i] = terms[i].value(evidence);
+  for (std::size_t i = 0; i < visibility_terms; ++i) values[i] = terms[i].value(evidence, tuning);
   return values;
 }
 
@@ -49,13 +55,9 @@ std::string_view visibility_name(std::size_t term) {
   return terms[term].name;
 }
 
-double visibility_weight(std::size_t term) {
-  return terms[term].weight;
-}
-
-double visibility(const Evidence &evidence) {
+double visibility(const Evidence &evidence, const Tuning &tuning) {
   double sum = 0;
-  for (const auto &term : terms) sum += term.weight * term.value(evidence);
+  for (const auto &term : terms) sum += tuning.*term.weight * term.value(evidence, tuning);
   return 1 / (1 + std::exp(-sum));
 }
 

@@ -6,6 +6,8 @@
 #include <optional>
 #include <string_view>
 
+#include "csd/tuning.h"
+
 namespace csd {
 
 /// All that speaks for a feature being visible where it was aligned.
@@ -25,12 +27,11 @@ struct Evidence {
 
 /// Probability that the feature is visible and within 5 px (at 576 lines or less) of where it was aligned: a logistic
 /// regression. It is calibrated: of the reports with .8, four in five are right.
-double visibility(const Evidence &evidence);
+double visibility(const Evidence &evidence, const Tuning &tuning);
 
-/// What the regression weighs, and its weights: tests/bench/fit finds these.
+/// What the regression weighs; the weights are Tuning's, and tests/bench/fit finds them.
 inline constexpr std::size_t visibility_terms = 13;
-std::array<double, visibility_terms> visibility_values(const Evidence &evidence);
+std::array<double, visibility_terms> visibility_values(const Evidence &evidence, const Tuning &tuning);
 std::string_view visibility_name(std::size_t term);
-double visibility_weight(std::size_t term);
 
 }  // namespace csd

@@ -64,18 +64,18 @@ cv::Mat1b means_of_cells(const cv::Mat &least, const cv::Mat &forbidden, int cel
   return mean;
 }
 
-/// Above this a pixel is a highlight, in 1/256: surroundings + .4·(250 − surroundings). With .2 pale relief was masked
-/// too: on six clips 1 to 4 % fewer claims.
-int limit(int surroundings) {
-  return 25600 + (768 * surroundings + 2) / 5;
+/// Above this a pixel is a highlight, in 1/256.
+int limit(int surroundings, double share) {
+  return static_cast<int>(std::lround(std::clamp(256 * (surroundings + share * (250 - surroundings)), 0.0, 65535.0)));
 }
 
 /// Limits of a row of cells, at every pixel: linear between the cells' centres.
-void limits_of_row(const cv::Mat1b &cells, int row, int cell, Words &out) {
+void limits_of_row(const cv::Mat1b &cells, int row, int cell, double share, Words &out) {
   const int n = static_cast<int>(out.size());
   for (int i = -1, begin = 0; begin < n; ++i) {
     const int end = std::min((i + 1) * cell + cell / 2, n);
-    const int left = limit(cells(row, std::max(i, 0))), right = limit(cells(row, std::min(i + 1, cells.cols - 1)));
+    const int left = limit(cells(row, std::max(i, 0)), share);
+    const int right = limit(cells(row, std::min(i + 1, cells.cols - 1)), share);
     const int step = (right - left) * 256 / cell;
     const int start = left * 256 + (cell % 2 ? 0 : step / 2) + 128;
     for (int x = begin; x < end; ++x)
@@ -86,7 +86,7 @@ void limits_of_row(const cv::Mat1b &cells, int row, int cell, Words &out) {
 
 }  // namespace
 
-void GlareWeights::build(const WorkFrame &frame, const cv::Mat &forbidden) {
+void GlareWeights::build(const WorkFrame &frame, const cv::Mat &forbidden, double highlight) {
   const cv::Size size = frame.size();
   if (!forbidden.empty() && (forbidden.type() != CV_8UC1 || forbidden.size() != size))
     throw std::invalid_argument("GlareWeights: forbidden must be CV_8UC1 of the working size");
@@ -112,8 +112,8 @@ void GlareWeights::build(const WorkFrame &frame, const cv::Mat &forbidden) {
     // Between the centres of cells, in halves of a pixel.
     const int at = 2 * y + 1 + cell, row = at / (2 * cell) - 1, part = at % (2 * cell);
     if (y == 0 || part < 2) {
-      limits_of_row(surroundings, std::max(row, 0), cell, above);
-      limits_of_row(surroundings, std::min(row + 1, surroundings.rows - 1), cell, below);
+      limits_of_row(surroundings, std::max(row, 0), cell, highlight, above);
+      limits_of_row(surroundings, std::min(row + 1, surroundings.rows - 1), cell, highlight, below);
     }
     const std::uint8_t *rows[3];
     for (int k = 0; k < 3; ++k) rows[k] = least_.ptr(mirrored(y + k - 1, size.height));

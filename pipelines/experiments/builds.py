@@ -13,7 +13,8 @@ import subprocess
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(os.environ.get("CSDTRACK_BUILD", ROOT / "build")).resolve()
 TARGETS = {"csd-score": "core/cli/csd-score", "csd-peers": "core/cli/peers/csd-peers",
-           "learning-cost": "tests/bench/learning-cost", "plugin": "gst/libgstcsdtrack.so"}
+           "learning-cost": "tests/bench/learning-cost", "csd-accuracy": "tests/bench/csd-accuracy",
+           "bench-clips": "tests/bench/bench-clips", "plugin": "gst/libgstcsdtrack.so"}
 
 
 class Failure(Exception):
@@ -24,7 +25,7 @@ def program(name):
     return BUILD / TARGETS[name]
 
 
-def make(install, targets=tuple(TARGETS), packages="run test", commands=("parallel", "gnuplot")):
+def make(install, targets=("csd-score", "csd-peers", "learning-cost", "plugin"), packages="run test", commands=("parallel", "gnuplot")):
     """Installs what is missing, unless told not to, and builds. Raises Failure."""
     script = '. "$root/pipelines/lib/setup.sh"\n'
     if install:

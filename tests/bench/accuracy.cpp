@@ -42,6 +42,7 @@ namespace fs = std::filesystem;
 
 struct Options {
   AlgorithmKind algorithm = AlgorithmKind::csd;
+  Tuning tuning;
   std::uint64_t frames = 500, first_seed = 1, last_seed = 1;
   std::size_t features = 100, worst = 0;
   std::int64_t budget = 0;  // of a frame, in looks at the clock
@@ -89,13 +90,13 @@ class EvidenceFile {
   }
   void add(const Csd &csd, const std::string &tissue, std::size_t frame, FeatureId id, const sim::TruthPoint &truth) {
     if (!file_.is_open() || frame % 5 != 4) return;
-    const auto judged = csd.judgement(id);
+    const auto judged = csd.judged(id);
     if (!judged) return;
     const bool right = truth.visibility == sim::Visibility::visible &&
                        std::hypot(judged->position.x - truth.x, judged->position.y - truth.y) <=
                            score::tolerance(picture_size.height, score::headline_pixels);
     file_ << tissue << ',' << right;
-    for (const double value : visibility_values(judged->evidence)) file_ << ',' << value;
+    for (const double value : visibility_values(judged->evidence, default_tuning)) file_ << ',' << value;
     file_ << '\n';
   }
   void close() {
@@ -116,7 +117,8 @@ Row track(const Rendered &rendered, const Options &options, const std::string &n
   settings.frame_budget = options.budget;
   settings.clock = [looks = std::int64_t{0}]() mutable { return looks++; };
   ThreadPool pool(1);
-  auto made = make_algorithm(settings, pool);
+  auto made = options.algorithm == AlgorithmKind::csd ? std::make_unique<Csd>(settings, options.tuning)
+                                                      : make_algorithm(settings, pool);
   const auto *csd = dynamic_cast<const Csd *>(made.get());
   const auto tissue = name.substr(name.find('/') + 1);
   Tracker tracker(settings, std::move(made));
@@ -258,6 +260,8 @@ Options parse(int argc, char **argv) {
       options.keep = value();
     } else if (name == "--clips") {
       options.clips = value();
+    } else if (name == "--set") {
+      set(options.tuning, value());
     } else if (name == "--evidence") {
       options.evidence = value();
     } else if (name == "--seeds") {

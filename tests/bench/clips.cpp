@@ -2,11 +2,13 @@
 // What csd costs on real video, and whether its points come home: each clip is decoded into memory, then tracked
 // forward and backward (a palindrome) with features that csd finds in the first frame. No pipeline, so that it is
 // quick.
-//   bench-clips [--algorithm csd] [--features 50] [--frames 250] [--rivals] [VIDEO...]
+//   bench-clips [--algorithm csd] [--features 50] [--frames 250] [--rivals] [--set NUMBER=VALUE]
+//               [VIDEO...]
 // Without VIDEO those in $CSDTRACK_CLIPS. A row for each clip: the share of samples that is claimed; of two claims on
 // the same image, the share more than 5 px apart (at 576 lines or less; docs/metrics.md); ms a frame p50, p95, the most
 // after the first, and the first. beads.mkv gets its truth's sensitivity and K too, if beads.truth.csv lies beside it.
-// --rivals: beside it OpenCV's PyrLK forward and backward on the same points, and its CSRT on ten of them.
+// --set: of csd's Tuning. --rivals: beside it OpenCV's PyrLK forward and backward on the same points, and its CSRT on
+// ten of them.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -23,6 +25,7 @@
 #include <string_view>
 #include <vector>
 
+#include "csd/csd.h"
 #include "score/sensitivity.h"
 #include "track/thread_pool.h"
 #include "track/tracker.h"
@@ -37,6 +40,7 @@ using Clock = std::chrono::steady_clock;
 
 struct Options {
   csd::AlgorithmKind algorithm = csd::AlgorithmKind::csd;
+  csd::Tuning tuning;
   unsigned features = 50;
   std::size_t frames = 250;
   bool rivals = false;
@@ -109,7 +113,9 @@ Run track(const Clip &clip, const Options &options, std::size_t frames, const st
   settings.learn_synchronously = true;
   settings.points_from_start = !starts.empty();
   csd::ThreadPool pool(1, 10);
-  csd::Tracker tracker(settings, pool);
+  csd::Tracker tracker(settings, options.algorithm == csd::AlgorithmKind::csd
+                                     ? std::make_unique<csd::Csd>(settings, options.tuning)
+                                     : csd::make_algorithm(settings, pool));
   Run out;
   for (std::size_t i = 0; i < frames; ++i) {
     if (!starts.empty()) tracker.offer_start(starts);
@@ -285,6 +291,8 @@ Options parse(int argc, char **argv) {
       for (int k = 0; k < 8; ++k)
         if (csd::algorithm_name(static_cast<csd::AlgorithmKind>(k)) == wanted)
           options.algorithm = static_cast<csd::AlgorithmKind>(k);
+    } else if (name == "--set") {
+      csd::set(options.tuning, value());
     } else if (name == "--features") {
       options.features = static_cast<unsigned>(std::stoul(value()));
     } else if (name == "--frames") {

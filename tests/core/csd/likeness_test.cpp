@@ -25,7 +25,7 @@ Pyramid picture(Grey grey) {
 Likeness likeness_of(const Pyramid &pyramid) {
   const AffineState state{middle, cv::Matx22d::eye()};
   const auto anchor = make_anchor_level(sample(pyramid, {}, state, 0));
-  return {pyramid, {}, anchor, 0, state};
+  return {pyramid, {}, anchor, 0, state, {}};
 }
 
 TEST(Likeness, AnEdgeLooksLikeItselfAlongItselfAlone) {

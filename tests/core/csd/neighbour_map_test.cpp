@@ -38,14 +38,14 @@ void expect_near(cv::Point2d a, cv::Point2d b, double within) {
 }
 
 TEST(NeighbourMap, FindsTheMotionOfThePoints) {
-  const auto similarity = fit_neighbours(around(turned), at, 1);
+  const auto similarity = fit_neighbours(around(turned), at, 1, {});
   EXPECT_EQ(similarity.support, 14u);
   expect_near(similarity(at), turned(at), 1e-9);
   EXPECT_NEAR(similarity.scale(), 1.2, 1e-9);
   EXPECT_EQ(similarity.spread, 0.5) << "its floor, where all agree";
   expect_near(similarity.inverse(turned({90, 70})), {90, 70}, 1e-9);
   // The ridge of 60 px² leaves an affine map almost as it is.
-  const auto affine = fit_neighbours(around(sheared), at, 1);
+  const auto affine = fit_neighbours(around(sheared), at, 1, {});
   expect_near(affine(at), sheared(at), 0.05);
   EXPECT_NEAR(affine.linear(0, 0), 1.1, 0.005);
   EXPECT_NEAR(affine.linear(0, 1), 0.1, 0.005);
@@ -54,19 +54,19 @@ TEST(NeighbourMap, FindsTheMotionOfThePoints) {
 TEST(NeighbourMap, DoesNotFollowTheFewThatGoAnotherWay) {
   auto points = around(turned);
   for (const std::size_t i : {1, 4, 8}) points[i].to += cv::Point2d(60, -40);
-  expect_near(fit_neighbours(points, at, 1)(at), turned(at), 0.3);
+  expect_near(fit_neighbours(points, at, 1, {})(at), turned(at), 0.3);
 }
 
 TEST(NeighbourMap, NeedsThreePointsThatAgree) {
   const auto points = around(sheared);
-  EXPECT_FALSE(fit_neighbours({points.data(), 2}, at, 1));
-  const auto three = fit_neighbours({points.data(), 3}, at, 1);
+  EXPECT_FALSE(fit_neighbours({points.data(), 2}, at, 1, {}));
+  const auto three = fit_neighbours({points.data(), 3}, at, 1, {});
   EXPECT_EQ(three.support, 3u);
   EXPECT_EQ(three.linear(0, 0), three.linear(1, 1)) << "a similarity";
   EXPECT_EQ(three.linear(0, 1), -three.linear(1, 0));
   auto scattered = points;
   for (std::size_t i = 0; i < scattered.size(); ++i) scattered[i].to = scattered[(5 * i + 3) % 14].from;
-  EXPECT_FALSE(fit_neighbours(scattered, at, 1)) << "they agree on nothing";
+  EXPECT_FALSE(fit_neighbours(scattered, at, 1, {})) << "they agree on nothing";
 }
 
 TEST(NeighbourField, TakesTheNearestOfTheChartButTheOwnersOwn) {
@@ -76,19 +76,19 @@ TEST(NeighbourField, TakesTheNearestOfTheChartButTheOwnersOwn) {
   for (std::size_t i = 0; i < 4; ++i) field.add(100 + i, 1, {points[i].from, points[i].from});
   // Farther ones that move otherwise have no say.
   for (std::size_t i = 0; i < 14; ++i) field.add(200 + i, 0, {points[i].from + cv::Point2d(400, 0), {0, 0}});
-  expect_near(field.map_at(at, 0, 1)(at), turned(at), 1e-9);
-  expect_near(field.inverse_map_at(turned(at), 0, 1)(turned(at)), at, 1e-9);
-  EXPECT_EQ(field.map_at(at, 1, 1).support, 4u);
-  EXPECT_EQ(field.map_at(at, 1, 1, 102).support, 3u);
-  EXPECT_FALSE(field.map_at(at, 2, 1));
-  const auto map = field.map_at(at, 0, 1);
+  expect_near(field.map_at(at, 0, 1, {})(at), turned(at), 1e-9);
+  expect_near(field.inverse_map_at(turned(at), 0, 1, {})(turned(at)), at, 1e-9);
+  EXPECT_EQ(field.map_at(at, 1, 1, {}).support, 4u);
+  EXPECT_EQ(field.map_at(at, 1, 1, {}, 102).support, 3u);
+  EXPECT_FALSE(field.map_at(at, 2, 1, {}));
+  const auto map = field.map_at(at, 0, 1, {});
   EXPECT_GT(map.nearby, std::pow(cv::norm(points.back().from - at), 2));
   // A hint that is right, too small, or nothing at all.
   for (const double nearby : {map.nearby, 1.0, 0.0})
-    EXPECT_EQ(field.map_at(at, 0, 1, NeighbourField::nobody, nearby).linear, map.linear) << nearby;
-  EXPECT_TRUE(std::isinf(field.map_at(at, 1, 1).nearby)) << "all there are";
+    EXPECT_EQ(field.map_at(at, 0, 1, {}, NeighbourField::nobody, nearby).linear, map.linear) << nearby;
+  EXPECT_TRUE(std::isinf(field.map_at(at, 1, 1, {}).nearby)) << "all there are";
   field.drop_small_charts(5);
-  EXPECT_FALSE(field.map_at(at, 1, 1));
+  EXPECT_FALSE(field.map_at(at, 1, 1, {}));
   EXPECT_EQ(field.size(), 28u);
 }
 
@@ -113,33 +113,35 @@ TEST(PositionCovariance, IsTheInverseByDirection) {
 }
 
 TEST(NeighbourOffset, LearnsWhereAPointIsBesideItsNeighbours) {
-  const auto map = fit_neighbours(around(turned), at, 1);
+  const auto map = fit_neighbours(around(turned), at, 1, {});
   const cv::Point2d beside{2, -1};
   const cv::Matx22d shape(1, 0.1, 0, 1), sure = knows(0.05, 0.05);
   NeighbourOffset offset;
-  EXPECT_EQ(offset.deviation(), 2);
+  EXPECT_EQ(offset.deviation({}), 2);
   expect_near(offset.predict(map, at).position, turned(at), 1e-9);
   const AffineState seen{turned(at + beside), map.linear * shape};
-  for (int i = 0; i < 400; ++i) offset.update(map, at, seen, sure, 1, 1);
+  for (int i = 0; i < 400; ++i) offset.update(map, at, seen, sure, 1, 1, {});
   expect_near(offset.offset(), beside, 0.02);
-  EXPECT_EQ(offset.deviation(), 0.3) << "its floor";
+  EXPECT_EQ(offset.deviation({}), 0.3) << "its floor";
   expect_near(offset.predict(map, at).position, seen.position, 0.03);
   EXPECT_NEAR(offset.predict(map, at).shape(0, 1), seen.shape(0, 1), 0.01);
   // One wild frame can't carry it away: the deviation is clipped, the mean takes a fiftieth.
-  offset.update(map, at, {turned(at + beside + cv::Point2d(50, 0)), seen.shape}, sure, 1, 1);
+  offset.update(map, at, {turned(at + beside + cv::Point2d(50, 0)), seen.shape}, sure, 1, 1, {});
   EXPECT_LT(offset.offset().x, beside.x + 1.1);
-  EXPECT_LT(offset.deviation(), 0.5);
+  EXPECT_LT(offset.deviation({}), 0.5);
 }
 
 TEST(NeighbourOffset, IsBelievedAsFarAsThePatchKnowsItsPlace) {
   const NeighbourMap map{cv::Matx22d::eye(), {}, 0.5, 14};
   // sd 1 px against the 1 px of what tissue has beside its neighbours: half of it is believed.
   NeighbourOffset faint;
-  for (int i = 0; i < 400; ++i) faint.update(map, at, {at + cv::Point2d(2, -1), cv::Matx22d::eye()}, knows(1, 1), 1, 1);
+  for (int i = 0; i < 400; ++i)
+    faint.update(map, at, {at + cv::Point2d(2, -1), cv::Matx22d::eye()}, knows(1, 1), 1, 1, {});
   expect_near(faint.offset(), {1, -0.5}, 0.02);
   // Along a level edge it is believed less than across.
   NeighbourOffset edge;
-  for (int i = 0; i < 400; ++i) edge.update(map, at, {at + cv::Point2d(2, 2), cv::Matx22d::eye()}, knows(3, 0.1), 1, 1);
+  for (int i = 0; i < 400; ++i)
+    edge.update(map, at, {at + cv::Point2d(2, 2), cv::Matx22d::eye()}, knows(3, 0.1), 1, 1, {});
   expect_near(edge.offset(), {0.2, 2 / 1.01}, 0.02);
 }
 
@@ -147,7 +149,7 @@ TEST(NeighbourOffset, IsNeverFarFromTheNeighbours) {
   const NeighbourMap map{cv::Matx22d::eye(), {}, 0.5, 14};
   NeighbourOffset offset;
   for (int i = 0; i < 2000; ++i)
-    offset.update(map, at, {at + cv::Point2d(0.02 * i, 0), cv::Matx22d::eye()}, knows(0.05, 0.05), 1, 1);
+    offset.update(map, at, {at + cv::Point2d(0.02 * i, 0), cv::Matx22d::eye()}, knows(0.05, 0.05), 1, 1, {});
   EXPECT_LE(offset.offset().x, 6);
   EXPECT_GT(offset.offset().x, 5.5);
 }

@@ -34,19 +34,19 @@ std::vector<Correspondence> matches_of(const Similarity &motion, int right, int 
 
 TEST(AgreeOnSimilarity, FindsWhatAThirdOfTheMatchesSay) {
   const auto motion = turn(75, 0.6, {250, -20});
-  const auto found = agree_on_similarity(matches_of(motion, 20, 40), 3, 8);
+  const auto found = agree_on_similarity(matches_of(motion, 20, 40), 3, 8, 4);
   ASSERT_TRUE(found);
   for (const cv::Point2d p : {cv::Point2d(0, 0), {319, 0}, {160, 239}}) EXPECT_LT(cv::norm((*found)(p)-motion(p)), 0.7);
   EXPECT_NEAR(found->scale(), 0.6, 0.01);
 }
 
 TEST(AgreeOnSimilarity, SaysNothingOfChanceOrTooFew) {
-  EXPECT_FALSE(agree_on_similarity(matches_of({}, 0, 60), 3, 8));
-  EXPECT_FALSE(agree_on_similarity(matches_of(turn(30, 1, {}), 7, 0), 3, 8));
-  EXPECT_TRUE(agree_on_similarity(matches_of(turn(30, 1, {}), 8, 0), 3, 8));
-  EXPECT_FALSE(agree_on_similarity(matches_of(turn(30, 5, {}), 30, 0), 3, 8)) << "nobody zooms as far in a cut";
-  EXPECT_FALSE(agree_on_similarity({}, 3, 8));
-  EXPECT_FALSE(agree_on_similarity(std::vector<Correspondence>(20, {{5, 5}, {9, 9}}), 3, 8)) << "all in one place";
+  EXPECT_FALSE(agree_on_similarity(matches_of({}, 0, 60), 3, 8, 4));
+  EXPECT_FALSE(agree_on_similarity(matches_of(turn(30, 1, {}), 7, 0), 3, 8, 4));
+  EXPECT_TRUE(agree_on_similarity(matches_of(turn(30, 1, {}), 8, 0), 3, 8, 4));
+  EXPECT_FALSE(agree_on_similarity(matches_of(turn(30, 5, {}), 30, 0), 3, 8, 4)) << "nobody zooms as far in a cut";
+  EXPECT_FALSE(agree_on_similarity({}, 3, 8, 4));
+  EXPECT_FALSE(agree_on_similarity(std::vector<Correspondence>(20, {{5, 5}, {9, 9}}), 3, 8, 4)) << "all in one place";
 }
 
 class RecallTest : public testing::Test {
@@ -94,7 +94,7 @@ TEST_F(RecallTest, FindsAChartHoweverTheViewHasTurnedAndZoomed) {
   ASSERT_EQ(recall_.find(frame, {}, 1, found), 0);
   EXPECT_EQ(found.size(0), 48u);
   for (const cv::Point2d p : {cv::Point2d(160, 120), {120, 90}, {200, 150}})
-    EXPECT_LT(cv::norm(found.map_at(p, 0, 0.5)(p) - motion(p)), 2);
+    EXPECT_LT(cv::norm(found.map_at(p, 0, 0.5, {})(p) - motion(p)), 2);
 }
 
 TEST_F(RecallTest, AnotherSceneIsNotTaken) {
@@ -116,7 +116,7 @@ TEST_F(RecallTest, KeepsTheLastFrameInWhichMostWasSeen) {
   NeighbourField found;
   ASSERT_EQ(recall_.find(frame, {}, 1, found), 0);
   EXPECT_EQ(found.size(0), 48u);
-  EXPECT_LT(cv::norm(found.map_at({160, 120}, 0, 0.5)({160, 120}) - cv::Point2d(160, 120)), 1);
+  EXPECT_LT(cv::norm(found.map_at({160, 120}, 0, 0.5, {})({160, 120}) - cv::Point2d(160, 120)), 1);
 }
 
 TEST_F(RecallTest, IsDueEverMoreRarelyAndNeverInTheDark) {

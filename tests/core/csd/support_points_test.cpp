@@ -26,7 +26,7 @@ class Support : public testing::Test {
     support_.replenish(frame);
   }
   void show_scene(cv::Point2d shift) { show(scene_.render(shift)); }
-  cv::Point2d moved(cv::Point2d from) const { return support_.field().map_at(from, support_.chart(), 0.5)(from); }
+  cv::Point2d moved(cv::Point2d from) const { return support_.field().map_at(from, support_.chart(), 0.5, {})(from); }
 
   MovingScene scene_;
   WorkFrame frame_;
@@ -112,13 +112,13 @@ TEST_F(Support, AnotherSceneFoundsAChartOfItsOwnAndTheFirstComesBack) {
   for (int i = 0; i < 40; ++i) {
     show(other.render({}));
     if (i > 0 && i < 20) {
-      EXPECT_FALSE(support_.field().map_at({160, 120}, 0, 0.5)) << i;
+      EXPECT_FALSE(support_.field().map_at({160, 120}, 0, 0.5, {})) << i;
     }
   }
   EXPECT_EQ(support_.chart(), 1);
-  EXPECT_TRUE(support_.field().map_at({160, 120}, 1, 0.5));
+  EXPECT_TRUE(support_.field().map_at({160, 120}, 1, 0.5, {}));
   for (int i = 0; i < 3; ++i) show_scene({});
-  const auto back = support_.field().map_at({160, 120}, 0, 0.5);
+  const auto back = support_.field().map_at({160, 120}, 0, 0.5, {});
   ASSERT_TRUE(back);
   EXPECT_NEAR(back({160, 120}).x, 160, 0.3);
 }
@@ -133,7 +133,7 @@ TEST_F(Support, IsFoundAgainAfterALongTimeHoweverTheViewHasTurned) {
   cv::warpAffine(scene_.render({}), turned, turn, {320, 240}, cv::INTER_LINEAR, cv::BORDER_REFLECT_101);
   show(turned);
   EXPECT_EQ(support_.chart(), 0);
-  const auto map = support_.field().map_at({130, 110}, 0, 0.5);
+  const auto map = support_.field().map_at({130, 110}, 0, 0.5, {});
   ASSERT_TRUE(map);
   const cv::Mat_<double> to = turn * (cv::Mat_<double>(3, 1) << 130, 110, 1);
   EXPECT_LT(cv::norm(map({130, 110}) - cv::Point2d(to(0), to(1))), 0.5);
@@ -149,8 +149,8 @@ TEST_F(Support, AChartFoundedMeanwhileOnTheSameTissueGoesOverToTheFirst) {
   ASSERT_EQ(support_.chart(), 1);
   for (int i = 0; i < 5; ++i) show(turned);
   EXPECT_EQ(support_.chart(), 0);
-  EXPECT_FALSE(support_.field().map_at({160, 120}, 1, 0.5));
-  EXPECT_TRUE(support_.field().map_at({160, 120}, 0, 0.5));
+  EXPECT_FALSE(support_.field().map_at({160, 120}, 1, 0.5, {}));
+  EXPECT_TRUE(support_.field().map_at({160, 120}, 0, 0.5, {}));
 }
 
 TEST_F(Support, PastTheBudgetAFewTakeTurnsAllOverThePicture) {

@@ -6,48 +6,20 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "track/moving_scene.h"
-#include "track/types.h"
+#include "core/csd/scene.h"
 
 namespace csd {
 namespace {
 
-/// A point that a test leads through frames by hand.
-class Scene {
- public:
-  cv::Mat picture(cv::Point2d shift) const {
-    cv::Mat luma;
-    cv::cvtColor(scene_.render(shift), luma, cv::COLOR_BGR2GRAY);
-    return luma;
-  }
-  CsdFrame frame(cv::Point2d shift) { return show(picture(shift)); }
-  CsdFrame show(const cv::Mat &luma) {
-    pyramid_.build(luma);
-    return {pyramid_, glare_, luma.size(), 0.5, 1, time_ += second / 25, second / 2};
-  }
-  /// Maps as neighbours would make them that move by `shift` from their reference coordinates.
-  static NeighbourMap neighbours(cv::Point2d shift) {
-    NeighbourMap map;
-    map.shift = shift;
-    map.spread = 0.25;
-    map.support = 14;
-    return map;
-  }
-  static void follow(TrackedPoint &point, const CsdFrame &frame, const NeighbourMap &map) {
-    point.look(frame);
-    point.meet(frame, map);
-    point.look_again(frame, true);
-    point.decide(frame, {});
-    point.learn(frame);
-    if (point.ripe(frame)) point.freeze();
-  }
-
- private:
-  MovingScene scene_;
-  Pyramid pyramid_;
-  GlareWeights glare_;
-  std::int64_t time_ = 0;
-};
+/// A test leads a point through frames by hand.
+void follow(TrackedPoint &point, const CsdFrame &frame, const NeighbourMap &map) {
+  point.look(frame);
+  point.meet(frame, map);
+  point.look_again(frame, true);
+  point.decide(frame, {});
+  point.learn(frame);
+  if (point.ripe(frame)) point.freeze();
+}
 
 TEST(TrackedPoint, IsFollowedAndLearnsItsAnchorForTheTrainingTime) {
   Scene scene;
@@ -56,11 +28,11 @@ TEST(TrackedPoint, IsFollowedAndLearnsItsAnchorForTheTrainingTime) {
   for (int i = 1; i <= 14; ++i) {
     const cv::Point2d shift(0.7 * i, -0.4 * i);
     EXPECT_EQ(point.learning(), i <= 13) << i;
-    Scene::follow(point, scene.frame(shift), Scene::neighbours(shift));
+    follow(point, scene.frame(shift), Scene::neighbours(shift));
     EXPECT_TRUE(point.visible() && point.sure());
     EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 0.2) << i;
   }
-  EXPECT_LT(point.offset().deviation(), 1);
+  EXPECT_LT(point.offset().deviation({}), 1);
 }
 
 TEST(TrackedPoint, MayRestOnceItsAnchorIsMadeWhereItsNeighboursKnowTheWay) {
@@ -68,25 +40,25 @@ TEST(TrackedPoint, MayRestOnceItsAnchorIsMadeWhereItsNeighboursKnowTheWay) {
   TrackedPoint point(scene.frame({}), {160, 120}, TrackedPoint::Purpose::support);
   point.found(0);
   cv::Point2d shift;
-  const auto follow = [&](NeighbourMap map) {
+  const auto rests = [&](NeighbourMap map) {
     const auto frame = scene.frame(shift);
-    Scene::follow(point, frame, map);
+    follow(point, frame, map);
     return point.may_rest(frame);
   };
-  for (int i = 1; i <= 12; ++i) EXPECT_FALSE(follow(Scene::neighbours(shift))) << "it learns";
+  for (int i = 1; i <= 12; ++i) EXPECT_FALSE(rests(Scene::neighbours(shift))) << "it learns";
   for (int i = 0; i < 3; ++i) {
     shift += {0.4, -0.2};
-    EXPECT_TRUE(follow(Scene::neighbours(shift)));
+    EXPECT_TRUE(rests(Scene::neighbours(shift)));
   }
   auto loose = Scene::neighbours(shift);
   loose.spread = 1;  // 2 pixels at 480 lines
-  EXPECT_FALSE(follow(loose)) << "its neighbours don't agree";
-  EXPECT_TRUE(follow(Scene::neighbours(shift)));
-  EXPECT_FALSE(follow(Scene::neighbours(shift + cv::Point2d(0.6, 0)))) << "it is elsewhere than they say";
+  EXPECT_FALSE(rests(loose)) << "its neighbours don't agree";
+  EXPECT_TRUE(rests(Scene::neighbours(shift)));
+  EXPECT_FALSE(rests(Scene::neighbours(shift + cv::Point2d(0.6, 0)))) << "it is elsewhere than they say";
   shift += {3, 0};
-  EXPECT_FALSE(follow(Scene::neighbours(shift))) << "it went elsewhere than it was going";
+  EXPECT_FALSE(rests(Scene::neighbours(shift))) << "it went elsewhere than it was going";
   shift += {3, 0};
-  ASSERT_TRUE(follow(Scene::neighbours(shift)));
+  ASSERT_TRUE(rests(Scene::neighbours(shift)));
 
   shift += {3, 0};
   const auto next = scene.frame(shift);
@@ -114,7 +86,7 @@ TEST(TrackedPoint, DoesNotSlideAlongAnEdge) {
   point.found(0);
   for (int i = 1; i <= 60; ++i) {
     const cv::Point2d shift(0.4 * i, 0);
-    Scene::follow(point, scene.show(picture(shift, 0.1 * i)), Scene::neighbours(shift));
+    follow(point, scene.show(picture(shift, 0.1 * i)), Scene::neighbours(shift));
     ASSERT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 2) << i;
     ASSERT_LT(std::abs(point.state().position.x - 160 - shift.x), 0.3) << i << ": the edge itself is seen";
   }
@@ -125,8 +97,8 @@ TrackedPoint overruled(const cv::Mat &picture, cv::Point2d gone) {
   Scene scene;
   TrackedPoint point(scene.show(picture), {160, 120});
   point.found(0);
-  for (int i = 1; i <= 20; ++i) Scene::follow(point, scene.show(picture), Scene::neighbours({}));
-  Scene::follow(point, scene.show(picture), Scene::neighbours(gone));
+  for (int i = 1; i <= 20; ++i) follow(point, scene.show(picture), Scene::neighbours({}));
+  follow(point, scene.show(picture), Scene::neighbours(gone));
   return point;
 }
 
@@ -149,11 +121,11 @@ TEST(TrackedPoint, IsFoundAgainWhereTheNeighboursPutIt) {
   Scene scene;
   TrackedPoint point(scene.frame({}), {160, 120});
   point.found(0);
-  for (int i = 1; i <= 15; ++i) Scene::follow(point, scene.frame({}), Scene::neighbours({}));
-  Scene::follow(point, scene.show(cv::Mat(240, 320, CV_8UC1, cv::Scalar(128))), Scene::neighbours({}));
+  for (int i = 1; i <= 15; ++i) follow(point, scene.frame({}), Scene::neighbours({}));
+  follow(point, scene.show(cv::Mat(240, 320, CV_8UC1, cv::Scalar(128))), Scene::neighbours({}));
   EXPECT_FALSE(point.visible());
   const cv::Point2d shift(20, -12);
-  Scene::follow(point, scene.frame(shift), Scene::neighbours(shift + cv::Point2d(0.6, 0.3)));
+  follow(point, scene.frame(shift), Scene::neighbours(shift + cv::Point2d(0.6, 0.3)));
   EXPECT_TRUE(point.visible());
   EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 0.2);
 }
@@ -184,7 +156,7 @@ TEST(TrackedPoint, InDoubtIsSilentUntilItKnowsItselfAgain) {
     Scene scene;
     TrackedPoint point(scene.frame({}), {160, 120});
     point.found(0);
-    for (int i = 1; i <= 15; ++i) Scene::follow(point, scene.frame({}), Scene::neighbours({}));
+    for (int i = 1; i <= 15; ++i) follow(point, scene.frame({}), Scene::neighbours({}));
     if (doubt) {
       point.doubt();
       EXPECT_FALSE(point.visible() || point.sure());
@@ -212,7 +184,7 @@ TEST(TrackedPoint, ThatWaitsGoesWithTheNeighboursAndBeliefFades) {
   Scene scene;
   TrackedPoint point(scene.frame({}), {160, 120});
   point.found(0);
-  for (int i = 1; i <= 15; ++i) Scene::follow(point, scene.frame({}), Scene::neighbours({}));
+  for (int i = 1; i <= 15; ++i) follow(point, scene.frame({}), Scene::neighbours({}));
   const double seen_with = point.confidence();
   const auto first = point.urgency(scene.frame({}));
   for (int i = 1; i <= 3; ++i) {
@@ -273,7 +245,7 @@ TEST(TrackedPoint, AnotherPatchSizeIsAnotherScaleOfItsShape) {
     point.found(0);
     for (int i = 1; i <= 20; ++i) {
       const cv::Point2d shift(0.7 * i, -0.4 * i);
-      Scene::follow(point, framed(shift), Scene::neighbours(shift));
+      follow(point, framed(shift), Scene::neighbours(shift));
       EXPECT_TRUE(point.visible() && point.sure());
       EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 0.2) << i;
       EXPECT_NEAR(point.state().scale(), patch, 0.05 * patch);

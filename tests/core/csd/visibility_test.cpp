@@ -22,15 +22,15 @@ Evidence good() {
 }
 
 TEST(Visibility, IsSureOfWhatFitsInEveryWay) {
-  EXPECT_GT(visibility(good()), 0.98);
+  EXPECT_GT(visibility(good(), {}), 0.98);
 }
 
 TEST(Visibility, FallsWithEachThingThatSpeaksAgainstIt) {
-  const double best = visibility(good());
+  const double best = visibility(good(), {});
   const auto worse = [&](auto change) {
     auto e = good();
     change(e);
-    return visibility(e) < best;
+    return visibility(e, {}) < best;
   };
   EXPECT_TRUE(worse([](Evidence &e) { e.zncc_coarse = 0.3; }));
   EXPECT_TRUE(worse([](Evidence &e) { e.zncc_fine = 0.3; }));
@@ -50,7 +50,7 @@ TEST(Visibility, DoubtsWhatFitsInNoWay) {
   e.gain = 0.08;
   e.noise = 60;
   e.disagreement = 4;
-  EXPECT_LT(visibility(e), 0.1);
+  EXPECT_LT(visibility(e, {}), 0.1);
 }
 
 TEST(Visibility, IsAProbabilityWhateverTheEvidence) {
@@ -61,7 +61,7 @@ TEST(Visibility, IsAProbabilityWhateverTheEvidence) {
       e.gain = gain;
       e.noise = 1e6;
       e.disagreement = e.brightness_change = 1e6;
-      const double p = visibility(e);
+      const double p = visibility(e, {});
       EXPECT_TRUE(p >= 0 && p <= 1) << p;
     }
 }

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "csd/memory.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace csd {
+namespace {
+
+std::size_t slot(int level) {
+  return static_cast<std::size_t>(level);
+}
+
+/// Of the patch's unmasked pixels, whose mean is 0.
+double deviation(const AnchorLevel &anchor) {
+  double sum = 0, weight = 0;
+  for (std::size_t i = 0; i < PatchPlane::size; ++i) {
+    weight += anchor.weight.data[i];
+    sum += double{anchor.weight.data[i]} * anchor.patch.data[i] * anchor.patch.data[i];
+  }
+  return weight > 0 ? std::sqrt(sum / weight) : 0;
+}
+
+/// Of the residual in the picture's grey levels; what is below half a grey level is as good as none.
+double log_noise(const Alignment &seen) {
+  return std::log(std::max(seen.noise * seen.gain, 0.5));
+}
+
+}  // namespace
+
+Memory::Memory(const CsdFrame &frame, const AffineState &state)
+    : medians_(Anchor::coarsest + 1), begun_(frame.time), last_sample_(frame.time) {
+  for (int level = 0; level <= Anchor::coarsest; ++level) {
+    const auto patch = sample(frame.pyramid, frame.weights, state, level);
+    set_anchor(level, make_anchor_level(patch));
+    medians_[slot(level)].add(patch);
+  }
+}
+
+void Memory::set_anchor(int level, const AnchorLevel &anchor) {
+  const auto &weight = anchor.weight.data;
+  unmasked_[slot(level - Anchor::finest)] = std::accumulate(weight.begin(), weight.end(), 0.0) / PatchPlane::pixels;
+  anchor_.set(level, anchor);
+}
+
+void Memory::freeze() {
+  for (int level = 0; level <= Anchor::coarsest; ++level) set_anchor(level, medians_[slot(level)].make());
+  medians_.clear();
+}
+
+void Memory::sample_at(const CsdFrame &frame, const AffineState &state) {
+  const auto most = std::min(frame.tuning.anchor_samples, double{AnchorMedian::most});
+  const double pause = static_cast<double>(frame.training_time) / std::max(most - 1, 1.0);
+  if (static_cast<double>(medians_.front().size()) >= most || frame.time - last_sample_ < std::floor(pause)) return;
+  for (int level = 0; level <= Anchor::coarsest; ++level)
+    medians_[slot(level)].add(sample(frame.pyramid, frame.weights, state, level));
+  last_sample_ = frame.time;
+}
+
+void Memory::learn_usual(const CsdFrame &frame, const Alignment &seen) {
+  const Usual now{std::log(seen.gain), log_noise(seen), seen.bias};
+  if (!usual_) {
+    usual_ = now;
+    return;
+  }
+  const double rate = std::min(1.0, frame.tuning.usual_rate * frame.steps);
+  usual_->log_gain += rate * (now.log_gain - usual_->log_gain);
+  usual_->log_noise += rate * (now.log_noise - usual_->log_noise);
+  usual_->brightness += rate * (now.brightness - usual_->brightness);
+}
+
+void Memory::measure_likeness(const CsdFrame &frame, const AffineState &state) {
+  if (likeness_) return;
+  const int level = finest_level(state.scale() / frame.patch, frame.tuning);
+  likeness_.emplace(frame.pyramid, frame.weights, anchor_.level(level), level, state, frame.tuning);
+  contrast_ = deviation(anchor_.level(level));
+}
+
+void Memory::refine(const CsdFrame &frame, const AffineState &state, double scale, const Alignment &seen) {
+  const auto &tuning = frame.tuning;
+  if (seen.zncc < tuning.finer_zncc || seen.inliers <= tuning.finer_inliers) return;
+  for (int level = -1; level >= Anchor::finest; --level)
+    if (!anchor_.has(level) && anchor_.has(level + 1) &&
+        scale / frame.patch * std::ldexp(1.0, level) >= tuning.finer_scale)
+      set_anchor(level, make_anchor_level(sample(frame.pyramid, frame.weights, state, level)));
+}
+
+int Memory::finest_level(double zoom, const Tuning &tuning) const {
+  const auto share = [this](int level) { return unmasked_[slot(level - Anchor::finest)]; };
+  int best = anchor_.fine_level(zoom);
+  for (int level = best; level <= Anchor::coarsest && share(best) < tuning.least_anchor; ++level)
+    if (anchor_.has(level) && share(level) > share(best)) best = level;
+  return best;
+}
+
+double Memory::usual_noise() const {
+  return usual_ ? std::exp(usual_->log_noise) : 0;
+}
+
+std::optional<double> Memory::gain_change(const Alignment &seen) const {
+  if (!usual_ || !seen.usable) return {};
+  return std::log(seen.gain) - usual_->log_gain;
+}
+
+std::optional<double> Memory::brightness_change(const Alignment &seen) const {
+  if (!usual_ || !seen.usable) return {};
+  return seen.bias - usual_->brightness;
+}
+
+}  // namespace csd

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "csd/look.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/csd/scene.h"
+#include "csd/memory.h"
+
+namespace csd {
+namespace {
+
+const AffineState start{{160, 120}};
+
+double miss(const Look &look, cv::Point2d shift) {
+  return cv::norm(look.fine.state.position - start.position - shift);
+}
+
+TEST(Look, ComesFromCoarseToFineAsFarAsItsLevelsReach) {
+  Scene scene;
+  const Memory memory(scene.frame({}), start);
+  const cv::Point2d shift(11, -7);
+  const auto frame = scene.frame(shift);
+  const auto near = look_at(frame, memory, {start}), far = look_at(frame, memory, {start, 0, 2});
+  EXPECT_GT(miss(near, shift), 2) << "the finest level alone does not find its way over thirteen samples";
+  EXPECT_LT(miss(far, shift), 0.1);
+  EXPECT_GT(far.fine.zncc, 0.98);
+  EXPECT_EQ(near.gain_coarse, 0) << "no coarser level was looked at";
+  EXPECT_EQ(near.zncc_coarse, near.fine.zncc);
+  EXPECT_NEAR(far.gain_coarse, 1, 0.1);
+}
+
+TEST(Look, StaysWhereItIsBelievedToBe) {
+  Scene scene;
+  const Memory memory(scene.frame({}), start);
+  const cv::Point2d shift(1.5, 1);
+  const auto frame = scene.frame(shift);
+  EXPECT_LT(miss(look_at(frame, memory, {start}), shift), 0.1);
+  EXPECT_GT(miss(look_at(frame, memory, {start, 1e-3}), shift), 1) << "to a thousandth of a pixel";
+}
+
+TEST(Look, AtTheInnerDiscSeesNothingOfWhatIsRoundIt) {
+  Scene scene;
+  const Memory memory(scene.frame({}), start);
+  // Something bright has come from all sides, up to eight pixels.
+  cv::Mat mask(240, 320, CV_8UC1, cv::Scalar(255));
+  cv::circle(mask, {160, 120}, 8, cv::Scalar(0), cv::FILLED);
+  auto covered = scene.picture({});
+  covered.setTo(230, mask);
+  const auto frame = scene.show(covered);
+  const auto whole = look_at(frame, memory, {start}), inner = look_at(frame, memory, {start, 0, 0, true});
+  EXPECT_LT(whole.fine.zncc, 0.8);
+  EXPECT_GT(inner.fine.zncc, 0.95);
+  EXPECT_LT(miss(inner, {}), 0.3);
+  EXPECT_NEAR(inner.fine.unmasked, 1, 1e-6) << "share of the disc, not of the patch";
+}
+
+TEST(Look, ACoarserLevelTellsBlurFromDimLight) {
+  Scene scene;
+  const Memory memory(scene.frame({}), start);
+  const auto loss = [&](const cv::Mat &picture) {
+    const auto frame = scene.show(picture);
+    auto look = look_at(frame, memory, {start});
+    EXPECT_EQ(look.gain_coarse, 0);
+    const auto fine = look.fine.gain;
+    weigh_coarser(frame, memory, look);
+    EXPECT_EQ(look.fine.gain, fine) << "what was seen stays";
+    return std::log(look.gain_coarse / fine);
+  };
+  cv::Mat dim, blurred;
+  scene.picture({}).convertTo(dim, CV_8U, 0.5, 60);
+  cv::GaussianBlur(scene.picture({}), blurred, {}, 2);
+  EXPECT_NEAR(loss(dim), 0, 0.02) << "both levels lose half";
+  EXPECT_GT(loss(blurred), 0.05) << "the finer one loses more";
+}
+
+TEST(Look, WithoutShearFindsATurnAndAZoomAlone) {
+  Scene scene;
+  const Memory memory(scene.frame({}), start);
+  cv::Mat sheared;
+  const cv::Matx23d shear(1, 0.12, -0.12 * 120, 0, 1, 0);  // about (160, 120)
+  cv::warpAffine(scene.picture({}), sheared, shear, {320, 240});
+  auto frame = scene.show(sheared);
+  frame.steps = 9;  // as if after some time: the shape may have changed
+  const auto affine = look_at(frame, memory, {start});
+  EXPECT_NEAR(affine.fine.state.shape(0, 1), 0.12, 0.03);
+  Tuning stiff;
+  stiff.affine = 0;
+  const CsdFrame same{frame.pyramid, frame.weights,       frame.size, frame.unit, frame.steps,
+                      frame.time,    frame.training_time, 1,          {},         nullptr,
+                      stiff};
+  const auto similar = look_at(same, memory, {start});
+  EXPECT_NEAR(similar.fine.state.shape(0, 1), -similar.fine.state.shape(1, 0), 1e-9);
+  EXPECT_LT(similar.fine.zncc, affine.fine.zncc);
+}
+
+}  // namespace
+}  // namespace csd
