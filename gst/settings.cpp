@@ -90,21 +90,23 @@ void install_properties(GObjectClass *klass) {
                               "csd-2012: at least 8 frames, followed by Lucas-Kanade, before its descriptor takes over",
                               0, longest, d.training_time, structural));
   install(prop_learning,
-          g_param_spec_enum("learning", "Learning",
-                            "Whether frames wait for the learning that they cause (only csd-2012 learns)",
-                            GST_TYPE_CSD_TRACK_LEARNING, d.learning, structural));
+          g_param_spec_enum(
+              "learning", "Learning",
+              "Whether frames wait for the learning that they cause (of csd-2012: csd learns in the frame itself)",
+              GST_TYPE_CSD_TRACK_LEARNING, d.learning, structural));
   install(prop_n_threads,
           g_param_spec_uint("n-threads", "Threads",
-                            "Learner threads of this element, below normal priority; 0 = one fewer than the machine "
-                            "has processors, at least 1",
+                            "Threads of this element, below normal priority: csd follows points in them while they are "
+                            "idle, csd-2012 learns in them; 0 = one fewer than the machine has processors, at least 1",
                             0, 256, d.n_threads, structural));
   install(prop_frame_budget,
           g_param_spec_uint64("frame-budget", "Frame budget",
                               "Past so many nanoseconds of a frame the features that are least urgent wait for the "
                               "next one (fresh=false); 0 = none waits (only csd does)",
                               0, longest, d.frame_budget, structural));
-  install(prop_seed, g_param_spec_uint64("seed", "Seed", "Of every random choice that learning makes", 0, G_MAXUINT64,
-                                         d.seed, structural));
+  install(prop_seed, g_param_spec_uint64("seed", "Seed",
+                                         "Of every random choice that learning makes (of csd-2012: csd makes none)", 0,
+                                         G_MAXUINT64, d.seed, structural));
 
   install(prop_overlay, Overlay::param_spec());
   install(prop_attach_meta,

@@ -34,7 +34,8 @@ CsdFrame Csd::load(const FrameContext &context) {
           patch,
           context.budget,
           &work,
-          tuning_};
+          tuning_,
+          workers_};
 }
 
 void Csd::track(const FrameContext &context, std::vector<Claim> &claims) {

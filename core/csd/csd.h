@@ -17,7 +17,9 @@ namespace csd {
 /// MAP estimate, and is judged by how the tissue around it moves. docs/method.md leads from its formulas to the code.
 class Csd final : public Algorithm {
  public:
-  explicit Csd(const Settings &settings, const Tuning &tuning = {}) : settings_(settings), tuning_(tuning) {}
+  /// Points that don't depend on each other are followed side by side, where `workers` has threads.
+  explicit Csd(const Settings &settings, SideBySide workers = {}, const Tuning &tuning = {})
+      : settings_(settings), tuning_(tuning), workers_(workers) {}
 
   bool replenishes() const override { return true; }
   bool avoids_tools() const override { return true; }
@@ -49,6 +51,7 @@ class Csd final : public Algorithm {
 
   Settings settings_;
   Tuning tuning_;
+  SideBySide workers_;
   Pyramid pyramid_;
   GlareWeights weights_;
   SupportPoints support_;

@@ -9,6 +9,7 @@
 #include "image/glare_weights.h"
 #include "image/pyramid.h"
 #include "track/frame_budget.h"
+#include "track/side_by_side.h"
 
 namespace csd {
 
@@ -27,6 +28,7 @@ struct CsdFrame {
   FrameBudget budget = {};            ///< when it is spent, points wait
   const WorkFrame *colour = nullptr;  ///< tells tools from tissue, where new points begin; none: nothing does
   const Tuning &tuning = default_tuning;
+  SideBySide workers = {};  ///< independent points are followed side by side
   bool shows(cv::Point2d p) const {
     return p.x >= -0.5 && p.y >= -0.5 && p.x < size.width - 0.5 && p.y < size.height - 0.5;
   }

@@ -25,38 +25,55 @@ void order(const CsdFrame &frame, std::vector<Followed *> &points) {
     if ((*p)->established && (*p)->point.visible()) std::rotate(first++, p, p + 1);
 }
 
-void look(const CsdFrame &frame, std::vector<Followed *> &points, const Company &company, const Shares &shares) {
-  const auto budget = frame.budget.share(shares.first);
-  std::size_t looked = 0, sure = 0;
-  for (auto *p : points) {
-    const bool few = sure < NeighbourField::most && p->point.visible();
-    if (company.may_rest(frame, *p)) {
-      p->turn = Turn::rests;
-      p->point.rest();
-    } else if (looked >= (few ? shares.more : shares.least) && budget.spent()) {
-      p->turn = Turn::waits;
-      p->point.pass();
-    } else {
-      p->turn = Turn::looks;
-      p->point.look(frame);
-      ++looked;
-      sure += p->point.sure();
-    }
-  }
+/// Each point by itself. With a budget they go one after the other: who waits depends on those before.
+template <class Step>
+void each(const CsdFrame &frame, const std::vector<Followed *> &points, Step step) {
+  const auto workers = frame.budget.limited() ? SideBySide() : frame.workers;
+  workers.each(points.size(), [&](std::size_t i) { step(*points[i]); });
 }
 
-void look_again(const CsdFrame &frame, std::vector<Followed *> &points, const Company &company, const Shares &shares) {
-  const auto budget = frame.budget.share(shares.all);
-  std::size_t looked = 0;
-  for (auto *p : points) {
-    if (p->turn != Turn::looks || p->point.sure() || (!p->point.visible() && !company.searched_for(*p))) continue;
-    if (looked++ < shares.least || !budget.spent()) {
-      p->point.look_again(frame, company.alone());
+void look(const CsdFrame &frame, const std::vector<Followed *> &points, const Company &company, const Shares &shares) {
+  const auto budget = frame.budget.share(shares.first);
+  std::size_t looked = 0, sure = 0;  // counted where there is a budget
+  each(frame, points, [&](Followed &p) {
+    const bool few = sure < NeighbourField::most && p.point.visible();
+    if (company.may_rest(frame, p)) {
+      p.turn = Turn::rests;
+      p.point.rest();
+    } else if (budget.limited() && looked >= (few ? shares.more : shares.least) && budget.spent()) {
+      p.turn = Turn::waits;
+      p.point.pass();
     } else {
-      p->turn = Turn::waits;
-      p->point.pass();
+      p.turn = Turn::looks;
+      p.point.look(frame);
+      if (!budget.limited()) return;
+      ++looked;
+      sure += p.point.sure();
     }
-  }
+  });
+}
+
+void look_again(const CsdFrame &frame, const std::vector<Followed *> &points, const Company &company,
+                const Shares &shares) {
+  const auto budget = frame.budget.share(shares.all);
+  std::size_t looked = 0;  // counted where there is a budget
+  each(frame, points, [&](Followed &p) {
+    if (p.turn != Turn::looks || p.point.sure() || (!p.point.visible() && !company.searched_for(p))) return;
+    if (budget.limited() && looked++ >= shares.least && budget.spent()) {
+      p.turn = Turn::waits;
+      p.point.pass();
+    } else {
+      p.point.look_again(frame, company.alone());
+    }
+  });
+}
+
+/// All, or those alone that have no map.
+enum class Whom { all, unmapped };
+void meet(const CsdFrame &frame, const std::vector<Followed *> &points, const Company &company, Whom whom) {
+  each(frame, points, [&](Followed &p) {
+    if (whom == Whom::all || !p.point.map()) p.point.meet(frame, company.field(), company.owner(p));
+  });
 }
 
 }  // namespace
@@ -65,20 +82,21 @@ void follow(const CsdFrame &frame, std::vector<Followed *> &points, Company &com
   order(frame, points);
   look(frame, points, company, shares);
   company.gather(frame);
-  for (auto *p : points) p->point.meet(frame, company.field(), company.owner(*p));
+  meet(frame, points, company, Whom::all);
   company.met(frame);
   look_again(frame, points, company, shares);
   company.gather(frame);
   // What had no map has looked for itself alone: chance likenesses don't agree on a motion.
-  for (auto *p : points)
-    if (!p->point.map()) p->point.meet(frame, company.field(), company.owner(*p));
+  meet(frame, points, company, Whom::unmapped);
   company.looked(frame);
-  for (auto *p : points) p->turn == Turn::looks ? p->point.decide(frame, company.surroundings()) : p->point.wait(frame);
+  each(frame, points, [&](Followed &p) {
+    p.turn == Turn::looks ? p.point.decide(frame, company.surroundings()) : p.point.wait(frame);
+  });
   company.gather(frame);
-  for (auto *p : points) {
-    if (p->turn == Turn::looks) p->point.learn(frame);
-    if (p->point.ripe(frame) && !frame.budget.spent()) p->point.freeze();
-  }
+  each(frame, points, [&](Followed &p) {
+    if (p.turn == Turn::looks) p.point.learn(frame);
+    if (p.point.ripe(frame) && !frame.budget.spent()) p.point.freeze();
+  });
 }
 
 }  // namespace csd

@@ -21,7 +21,7 @@ class FrameBudget {
 
   bool limited() const { return budget_ > 0; }
   /// Once it is spent it stays so, and no clock is asked.
-  bool spent() const { return spent_ = spent_ || (limited() && now() - begun_ >= budget_); }
+  bool spent() const { return limited() && (spent_ = spent_ || now() - begun_ >= budget_); }
   /// A part of the time, 0…1, which begins with the whole.
   FrameBudget share(double part) const {
     FrameBudget out = *this;

@@ -22,7 +22,7 @@ std::unique_ptr<Algorithm> make_algorithm(const Settings &settings, Executor &ex
     case AlgorithmKind::sift:
       return std::make_unique<SiftMatching>(settings);
     case AlgorithmKind::csd:
-      return std::make_unique<Csd>(settings);
+      return std::make_unique<Csd>(settings, SideBySide(executor));
     case AlgorithmKind::csd_2012:
       return std::make_unique<Csd2012>(settings, executor);
   }

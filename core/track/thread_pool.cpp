@@ -15,7 +15,7 @@ namespace {
 
 void begin_thread(int nice) {
 #ifdef __linux__
-  pthread_setname_np(pthread_self(), "csd-learner");
+  pthread_setname_np(pthread_self(), "csd-worker");
   // On Linux a nice value belongs to a thread, and who == its id names it. Raising it is always allowed.
   const auto self = static_cast<id_t>(gettid());
   if (nice != 0) setpriority(PRIO_PROCESS, self, getpriority(PRIO_PROCESS, self) + nice);

@@ -11,7 +11,7 @@
 
 namespace csd {
 
-/// A bounded set of threads for learning, of one owner: nothing process-wide.
+/// A bounded set of threads, of one owner: nothing process-wide.
 class ThreadPool final : public Executor {
  public:
   /// `threads` 0 means one for each processor but one, at least one. `nice` is added to the threads' nice value where
@@ -23,7 +23,7 @@ class ThreadPool final : public Executor {
   ThreadPool &operator=(const ThreadPool &) = delete;
 
   void post(std::function<void()> job) override;
-  unsigned size() const { return static_cast<unsigned>(threads_.size()); }
+  unsigned width() const override { return static_cast<unsigned>(threads_.size()); }
 
  private:
   void work(int nice);

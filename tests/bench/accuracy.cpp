@@ -117,7 +117,7 @@ Row track(const Rendered &rendered, const Options &options, const std::string &n
   settings.frame_budget = options.budget;
   settings.clock = [looks = std::int64_t{0}]() mutable { return looks++; };
   ThreadPool pool(1);
-  auto made = options.algorithm == AlgorithmKind::csd ? std::make_unique<Csd>(settings, options.tuning)
+  auto made = options.algorithm == AlgorithmKind::csd ? std::make_unique<Csd>(settings, SideBySide(), options.tuning)
                                                       : make_algorithm(settings, pool);
   const auto *csd = dynamic_cast<const Csd *>(made.get());
   const auto tissue = name.substr(name.find('/') + 1);

@@ -3,12 +3,12 @@
 // forward and backward (a palindrome) with features that csd finds in the first frame. No pipeline, so that it is
 // quick.
 //   bench-clips [--algorithm csd] [--features 50] [--frames 250] [--rivals] [--set NUMBER=VALUE]
-//               [VIDEO...]
+//               [--threads 0] [VIDEO...]
 // Without VIDEO those in $CSDTRACK_CLIPS. A row for each clip: the share of samples that is claimed; of two claims on
 // the same image, the share more than 5 px apart (at 576 lines or less; docs/metrics.md); ms a frame p50, p95, the most
 // after the first, and the first. beads.mkv gets its truth's sensitivity and K too, if beads.truth.csv lies beside it.
-// --set: of csd's Tuning. --rivals: beside it OpenCV's PyrLK forward and backward on the same points, and its CSRT on
-// ten of them.
+// --set: of csd's Tuning. --threads: that help this one. --rivals: beside it OpenCV's PyrLK forward and backward on the
+// same points, and its CSRT on ten of them.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -41,6 +41,7 @@ using Clock = std::chrono::steady_clock;
 struct Options {
   csd::AlgorithmKind algorithm = csd::AlgorithmKind::csd;
   csd::Tuning tuning;
+  unsigned threads = 0;  // besides this one
   unsigned features = 50;
   std::size_t frames = 250;
   bool rivals = false;
@@ -112,10 +113,12 @@ Run track(const Clip &clip, const Options &options, std::size_t frames, const st
   settings.forget_after = 0;
   settings.learn_synchronously = true;
   settings.points_from_start = !starts.empty();
-  csd::ThreadPool pool(1, 10);
-  csd::Tracker tracker(settings, options.algorithm == csd::AlgorithmKind::csd
-                                     ? std::make_unique<csd::Csd>(settings, options.tuning)
-                                     : csd::make_algorithm(settings, pool));
+  csd::ThreadPool pool(std::max(1U, options.threads), 10);
+  csd::Tracker tracker(
+      settings, options.algorithm == csd::AlgorithmKind::csd
+                    ? std::make_unique<csd::Csd>(
+                          settings, options.threads > 0 ? csd::SideBySide(pool) : csd::SideBySide(), options.tuning)
+                    : csd::make_algorithm(settings, pool));
   Run out;
   for (std::size_t i = 0; i < frames; ++i) {
     if (!starts.empty()) tracker.offer_start(starts);
@@ -291,6 +294,8 @@ Options parse(int argc, char **argv) {
       for (int k = 0; k < 8; ++k)
         if (csd::algorithm_name(static_cast<csd::AlgorithmKind>(k)) == wanted)
           options.algorithm = static_cast<csd::AlgorithmKind>(k);
+    } else if (name == "--threads") {
+      options.threads = static_cast<unsigned>(std::stoul(value()));
     } else if (name == "--set") {
       csd::set(options.tuning, value());
     } else if (name == "--features") {

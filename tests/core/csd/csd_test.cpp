@@ -32,8 +32,8 @@ Settings at(std::vector<cv::Point2d> points) {
 
 using Scene = std::function<cv::Mat(int)>;
 
-std::vector<Tracks> run(const Settings &settings, int frames, const Scene &scene) {
-  ThreadPool pool(1);
+std::vector<Tracks> run(const Settings &settings, int frames, const Scene &scene, unsigned threads = 1) {
+  ThreadPool pool(threads);
   Tracker tracker(settings, pool);
   std::vector<Tracks> all;
   for (int i = 0; i < frames; ++i) {
@@ -372,6 +372,15 @@ TEST(Csd, NoFeatureBeginsOnATool) {
   };
   EXPECT_GT(on_tool(AlgorithmKind::lk), 5);
   EXPECT_EQ(on_tool(AlgorithmKind::csd), 0);
+}
+
+TEST(Csd, TracksAreTheSameForEveryNumberOfThreads) {
+  const auto one = run(at(some), 60, swaying), five = run(at(some), 60, swaying, 5);
+  for (std::size_t i = 0; i < one.size(); ++i)
+    for (std::size_t k = 0; k < some.size(); ++k) {
+      const auto &a = one[i].features[k], &b = five[i].features[k];
+      ASSERT_TRUE(a.x == b.x && a.y == b.y && a.state == b.state && a.confidence == b.confidence) << i << ' ' << k;
+    }
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ TEST(ThreadPool, RunsEveryJobOnce) {
   std::atomic<int> sum = 0;
   std::promise<void> last;
   ThreadPool pool(3);
-  EXPECT_EQ(pool.size(), 3u);
+  EXPECT_EQ(pool.width(), 3u);
   std::atomic<int> left = 100;
   for (int i = 1; i <= 100; ++i)
     pool.post([&, i] {
@@ -31,7 +31,7 @@ TEST(ThreadPool, RunsEveryJobOnce) {
 
 TEST(ThreadPool, HasAtLeastOneThread) {
   const ThreadPool pool;
-  EXPECT_GE(pool.size(), 1u);
+  EXPECT_GE(pool.width(), 1u);
 }
 
 TEST(ThreadPool, DestructionDropsWhatHasNotBegun) {
