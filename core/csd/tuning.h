@@ -48,7 +48,7 @@ struct Tuning {
   // Told apart: what has no look-alike where the neighbours point needs not their word.
   double apart_zncc = 0.8;          ///< of both levels
   double apart_inliers = 0.6;       ///< of the fine one
-  double apart_margin = 0.2;        ///< ZNCC above the best look-alike's
+  double apart_margin = 0.1;        ///< ZNCC above the best look-alike's
   double alike_reach = 4;           ///< samples about the place in which a look-alike counts: as much,
   double alike_per_spread = 0.5;    ///< so much for each px of the neighbours' disagreement with each other,
   double alike_per_distance = 0.2;  ///< and so much for each of theirs with the point

@@ -15,7 +15,7 @@ struct AlignPrior {
 };
 
 /// How much of the way may be left when a pass ends, samples: it is what the steps to come would add.
-inline constexpr double fine_precision = .008, support_precision = .03, coarse_precision = .1;
+inline constexpr double fine_precision = .008, support_precision = .06, coarse_precision = .2;
 
 enum class AlignModel { similarity, affine };  ///< 4 or 6 degrees of freedom
 

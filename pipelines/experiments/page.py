@@ -8,7 +8,7 @@ import shutil
 
 import builds
 
-COMMANDS = ("beyond", "paper")  # in the order of their sections
+COMMANDS = ("beyond", "tissue", "paper")  # in the order of their sections
 HEAD = """# Evaluation
 
 How good the trackers are on simulated tissue ([simulator.md](simulator.md)), with exact truth in each frame. Everything below the marks is
@@ -52,6 +52,7 @@ def table(header, rows):
 
 
 def marks(command):
+    """The lines around a command's section. `tissue` is beyond --tissue."""
     return f"<!-- written by pipelines/experiments/{command} -->", f"<!-- end of {command} -->"
 
 
@@ -88,16 +89,18 @@ def sections(path):
 
 
 def empty(command):
-    return f"\nNot run yet: `pipelines/experiments/{command}`.\n\n"
+    run = "beyond --tissue DIR" if command == "tissue" else command
+    return f"\nNot run yet: `pipelines/experiments/{run}`.\n\n"
 
 
 def write(path, command, section, figures):
-    """The page with this section and the others as they are; whole or not at all. figures: folder that becomes the section's own."""
+    """The page with this section and the others as they are; whole or not at all. figures: folder that becomes the section's own; None: it has none."""
     kept = {**sections(path), command: f"\n{section.strip()}\n\n"}
     text = HEAD + "".join("\n{}\n{}{}\n".format(marks(c)[0], kept[c] or empty(c), marks(c)[1]) for c in COMMANDS)
     unfinished = aside(path, linked(text, path.parent))
     shutil.rmtree(figures_of(path, command), ignore_errors=True)
-    os.replace(figures, figures_of(path, command))
+    if figures:
+        os.replace(figures, figures_of(path, command))
     os.replace(unfinished, path)
 
 

@@ -2,12 +2,13 @@
 // How well an algorithm tracks simulated tissue: the loop for whoever changes one. Simulator, Tracker and scores in one
 // process, no pipeline; what is published comes from pipelines/experiments.
 //   csd-accuracy [--algorithm csd] [--frames 500] [--features 100] [--seeds 1-2] [--keep DIR] [--worst N] [--clips DIR]
-//                [--tissue DIR]... [--evidence FILE] [--budget N] [--list] [SEQUENCE...]
+//                [--tissue DIR]... [--evidence FILE] [--bound] [--budget N] [--list] [SEQUENCE...]
 // prints a row for each sequence and seed. With --clips (or $CSDTRACK_CLIPS) also sequences whose texture is a picture
 // of real tissue, compressed as recorders do (by ffmpeg). With --tissue, each picture and video of the folder (its
 // first frame) is the texture of each kind of sequence that KIND names: KIND/PICTURE; they alone run then, and a table
 // ends the output: for each kind the means over its pictures, and the worst picture. With --keep, rendered sequences
 // are kept in DIR as raw I420 beside their truth, for the next run: rendering costs ten times what tracking does.
+// --bound adds what a look finds that begins at the true place.
 // --evidence writes what csd's judgements went by, for tests/bench/fit.
 // --worst lists the features that erred most. hidden: the share of hidden samples that is claimed; seen: of these
 // claims, the share within 5 px of the truth; (last): of the last fifth. --budget: a frame's, where each look at the
@@ -26,6 +27,8 @@
 #include <utility>
 #include <vector>
 
+#include "bench/bound.h"
+#include "bench/i420.h"
 #include "bench/sequences.h"
 #include "csd/csd.h"
 #include "csd/visibility.h"
@@ -46,25 +49,11 @@ struct Options {
   std::uint64_t frames = 500, first_seed = 1, last_seed = 1;
   std::size_t features = 100, worst = 0;
   std::int64_t budget = 0;  // of a frame, in looks at the clock
-  bool list = false;
+  bool list = false, bound = false;
   std::string keep, clips, evidence;
   std::vector<std::string> tissue;
   std::vector<Sequence> wanted;
 };
-
-FrameView view(const std::vector<std::uint8_t> &i420) {
-  FrameView v;
-  v.width = picture_size.width;
-  v.height = v.rows = picture_size.height;
-  v.model = ColourModel::yuv;
-  v.kr = 0.299;  // cv::cvtColor's
-  v.kb = 0.114;
-  const std::ptrdiff_t width = picture_size.width, luma = width * picture_size.height;
-  v.component[0] = {i420.data(), width, 1, 1, 0, 0, 0};
-  v.component[1] = {i420.data() + luma, width / 2, 1, 1, 0, 1, 1};
-  v.component[2] = {i420.data() + luma + luma / 4, width / 2, 1, 1, 0, 1, 1};
-  return v;
-}
 
 /// Reports on features that nobody looked at in the frame.
 struct Waiting {
@@ -142,7 +131,7 @@ Row track(const Rendered &rendered, const Options &options, const std::string &n
     clip.moments[i] = {i, pts};
     tracker.offer_start(starts);
     const auto begin = std::chrono::steady_clock::now();
-    const auto &tracks = tracker.process(view(picture), pts, second / 25);
+    const auto &tracks = tracker.process(view_of(picture.data(), picture_size), pts, second / 25);
     row.ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
     for (std::size_t f = 0; f < clip.ids.size(); ++f) {
       auto &sample = clip.at(f, i);
@@ -246,6 +235,8 @@ Options parse(int argc, char **argv) {
     };
     if (name == "--list") {
       options.list = true;
+    } else if (name == "--bound") {
+      options.bound = true;
     } else if (name == "--algorithm") {
       options.algorithm = parse_algorithm(value());
     } else if (name == "--frames") {
@@ -349,6 +340,11 @@ int main(int argc, char **argv) {
                     seen_through(clip), score.error_median, score.error_95, score.reliability.ece(), last.sensitivity,
                     last.k, "", ms);
         summary.add(sequence.name, score);
+        if (options.bound) {
+          const auto bound = look_from_truth(rendered);
+          std::printf("    from the truth: within 2 px %.4f, within 5 px %.4f; of what seems sure, wrong %.4f\n",
+                      bound.within_2, bound.within_5, bound.wrong);
+        }
         if (options.budget > 0) {
           const auto claims = static_cast<double>(std::max<std::size_t>(waiting.claims, 1));
           std::printf("    not looked at: %.3f of the reports; of these, claims: %zu, right %.3f, believed %.3f\n",

@@ -25,6 +25,7 @@
 #include <string_view>
 #include <vector>
 
+#include "bench/i420.h"
 #include "csd/csd.h"
 #include "score/sensitivity.h"
 #include "track/thread_pool.h"
@@ -57,20 +58,6 @@ double percentile(std::vector<double> values, double share) {
   if (values.empty()) return 0;
   std::sort(values.begin(), values.end());
   return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
-}
-
-csd::FrameView view(const cv::Mat &i420, cv::Size size) {
-  csd::FrameView v;
-  v.width = size.width;
-  v.height = v.rows = size.height;
-  v.model = csd::ColourModel::yuv;
-  v.kr = 0.299;  // cv::cvtColor's
-  v.kb = 0.114;
-  const std::ptrdiff_t width = size.width, luma = width * size.height;
-  v.component[0] = {i420.data, width, 1, 1, 0, 0, 0};
-  v.component[1] = {i420.data + luma, width / 2, 1, 1, 0, 1, 1};
-  v.component[2] = {i420.data + luma + luma / 4, width / 2, 1, 1, 0, 1, 1};
-  return v;
 }
 
 struct Clip {
@@ -123,7 +110,7 @@ Run track(const Clip &clip, const Options &options, std::size_t frames, const st
   for (std::size_t i = 0; i < frames; ++i) {
     if (!starts.empty()) tracker.offer_start(starts);
     const auto begin = Clock::now();
-    const auto &tracks = tracker.process(view(clip.picture(i), clip.size),
+    const auto &tracks = tracker.process(csd::bench::view_of(clip.picture(i).data, clip.size),
                                          static_cast<std::int64_t>(i) * csd::second / 25, csd::second / 25);
     out.times.push_back(ms(begin));
     out.features.push_back(tracks.features);

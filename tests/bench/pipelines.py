@@ -4,9 +4,11 @@
 
 usage: tests/bench/pipelines.py [--quick | --end]    --end: how long a pipeline takes to stop while learners are busy, alone
 
-Nothing is asserted. The picture is a coloured texture that sways; frames are made before anything is timed and pushed
+Nothing is asserted. The picture is a coloured texture that sways, and one recording is of cholecystectomy.mp4 in $CSDTRACK_CLIPS; frames are made before anything is timed and pushed
 by reference.
 """
+import os
+import pathlib
 import statistics
 import sys
 import time
@@ -37,6 +39,18 @@ def make_frames(count=32):
         yuv = cv2.cvtColor(np.clip(moved, 0, 255).astype(np.uint8), cv2.COLOR_BGR2YUV_I420)
         frames.append(Gst.Buffer.new_wrapped(yuv.tobytes()))
     return frames
+
+
+def clip_frames():
+    """I420 frames of a real operation, there and back; none where the clip is not."""
+    file = pathlib.Path(os.environ.get("CSDTRACK_CLIPS", "/nowhere")) / "cholecystectomy.mp4"
+    video, frames = cv2.VideoCapture(str(file)) if file.exists() else None, []
+    while video:
+        there, bgr = video.read()
+        if not there:
+            break
+        frames.append(Gst.Buffer.new_wrapped(cv2.cvtColor(bgr, cv2.COLOR_BGR2YUV_I420).tobytes()))
+    return frames + frames[-2:0:-1]
 
 
 def stamped(frames, i):
@@ -151,16 +165,20 @@ def main():
         return 0
     count, rounds, seconds = (30, 1, 1) if quick else (600, 5, 20)
 
-    print(f"record: {WIDTH}x{HEIGHT} I420 ! x264enc speed-preset=veryfast, {count} frames, in alternation, medians of {rounds}")
     elements = {"without csdtrack": ""} | {
         f"csdtrack algorithm={name}": f"csdtrack algorithm={name} !" for name in ("csd", "csd-2012", "lk")}
-    rates = {name: [] for name in elements}
-    for _ in range(rounds):
-        for name, element in elements.items():
-            rates[name].append(record(frames, element, count))
-    for name, values in rates.items():
-        kept = statistics.median(r / b for r, b in zip(values, rates["without csdtrack"]))
-        print(f"  {name:30} {statistics.median(values):7.1f} fps  {100 * kept:5.1f} % kept")
+    for what, pictures in (("I420", frames), ("cholecystectomy.mp4", clip_frames())):
+        if not pictures:
+            print(f"record: no {what} in $CSDTRACK_CLIPS")
+            continue
+        print(f"record: {WIDTH}x{HEIGHT} {what} ! x264enc speed-preset=veryfast, {count} frames, in alternation, medians of {rounds}")
+        rates = {name: [] for name in elements}
+        for _ in range(rounds):
+            for name, element in elements.items():
+                rates[name].append(record(pictures, element, count))
+        for name, values in rates.items():
+            kept = statistics.median(r / b for r, b in zip(values, rates["without csdtrack"]))
+            print(f"  {name:30} {statistics.median(values):7.1f} fps  {100 * kept:5.1f} % kept")
     print(f"live: {WIDTH}x{HEIGHT} I420 at {RATE} fps ! x264enc speed-preset=veryfast tune=zerolatency, {seconds} s")
     for name, element in elements.items():
         made, dropped = live(frames, element, seconds)

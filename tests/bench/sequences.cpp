@@ -9,6 +9,8 @@
 #include <opencv2/videoio.hpp>
 #include <stdexcept>
 
+#include "image/dark_border.h"
+
 namespace csd::bench {
 namespace {
 
@@ -50,9 +52,35 @@ const Sequence kinds[] = {
     {"cavity", S::deformation, "cavity=1,liver=0.4,sway=0.5,specular=0.7,motion-blur=0.5", T::heart},
 };
 
+/// Without the dark border: the side that has most of it loses a row or column until none has any.
+cv::Mat without_border(const cv::Mat &picture) {
+  cv::Mat luma;
+  cv::cvtColor(picture, luma, cv::COLOR_BGR2GRAY);
+  DarkBorder border;
+  border.update(luma, 0);
+  cv::Mat mask;
+  cv::resize(border.mask(), mask, luma.size(), 0, 0, cv::INTER_NEAREST);
+  cv::Rect inside({0, 0}, luma.size());
+  const auto share = [&mask](const cv::Rect &line) {
+    return static_cast<double>(cv::countNonZero(mask(line))) / line.area();
+  };
+  while (inside.area() > 0) {
+    const auto &r = inside;
+    const double sides[] = {share({r.x, r.y, r.width, 1}), share({r.x, r.y + r.height - 1, r.width, 1}),
+                            share({r.x, r.y, 1, r.height}), share({r.x + r.width - 1, r.y, 1, r.height})};
+    const auto worst = std::max_element(std::begin(sides), std::end(sides)) - std::begin(sides);
+    if (sides[worst] == 0) break;
+    if (worst < 2) --inside.height, inside.y += worst == 0;
+    if (worst >= 2) --inside.width, inside.x += worst == 2;
+  }
+  return picture(inside).clone();
+}
+
+/// Of a picture or video, what its dark border leaves.
 cv::Mat first_frame(const std::string &video) {
   cv::Mat frame;
   cv::VideoCapture(video).read(frame);
+  if (!frame.empty()) frame = without_border(frame);
   if (frame.empty()) throw std::runtime_error("no picture in " + video);
   return frame;
 }

@@ -21,6 +21,7 @@ import sequences  # noqa: E402
 import truth  # noqa: E402
 
 RIVALS = {"lk", "ms1", "ms2", "lk-fb", "lk-anchored", "still", "csrt", "kcf", "medianflow", "csd-2012", "csd-2012-smoothed", "sift"}
+TISSUE = "\nof tissue\n\n"
 KEPT = "\nof paper\n\n", f"\n{reach.CLIPS[0]}\nof the clips, measured before\n{reach.CLIPS[1]}\n\n"
 
 
@@ -37,7 +38,7 @@ class Quick(unittest.TestCase):
         cls.out = pathlib.Path(tempfile.mkdtemp(prefix="csdtrack-beyond-"))
         cls.addClassCleanup(shutil.rmtree, cls.out)
         (cls.out / "evaluation.md").write_text("".join(
-            "{}\n{}{}\n".format(page.marks(c)[0], text, page.marks(c)[1]) for c, text in zip(("paper", "beyond"), KEPT)))
+            "{}\n{}{}\n".format(page.marks(c)[0], text, page.marks(c)[1]) for c, text in zip(("paper", "beyond", "tissue"), (*KEPT, TISSUE))))
         done = beyond("--quick", "--out", cls.out)
         assert done.returncode == 0, done.stderr
         cls.page = (cls.out / "evaluation.md").read_text()
