@@ -248,7 +248,7 @@ class Errors(unittest.TestCase):
             with self.subTest(text), tempfile.TemporaryDirectory() as out:
                 written = pathlib.Path(out) / "evaluation.md"
                 written.write_text("".join("{}\n{}{}\n".format(page.marks(c)[0], t, page.marks(c)[1])
-                                           for c, t in (("beyond", text), ("paper", "\n"))))
+                                           for c, t in (("beyond", text), ("tissue", TISSUE), ("paper", "\n"))))
                 before = written.read_text()
                 done = beyond("--quick", "--out", out)
                 self.assertEqual(done.returncode, 1, done.stderr)
