@@ -27,8 +27,8 @@ TEST(SideBySide, DoesEachJobOnceWithAnyNumberOfThreads) {
 }
 
 TEST(SideBySide, DoesNotWaitForABusyExecutor) {
+  std::promise<void> begun, go_on;  // before the pool: its thread may be in them until it ends
   ThreadPool pool(1);
-  std::promise<void> begun, go_on;
   pool.post([&] {
     begun.set_value();
     go_on.get_future().wait();
@@ -45,9 +45,9 @@ TEST(SideBySide, DoesNotWaitForABusyExecutor) {
 }
 
 TEST(SideBySide, WorksInOtherThreadsToo) {
-  ThreadPool pool(1);
   // Two jobs that wait for each other: a single thread would never end.
   std::promise<void> first, second;
+  ThreadPool pool(1);
   const auto other = [](std::promise<void> &mine, std::promise<void> &theirs) {
     mine.set_value();
     return theirs.get_future().wait_for(std::chrono::minutes(1)) == std::future_status::ready;
