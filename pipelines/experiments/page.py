@@ -40,8 +40,8 @@ corrected for the number of comparisons. All trackers see the same bytes (I420, 
 at the same features of the first frame. The seeds are 101 and up: no tracker was tuned on them. The strengths of the tools, the blood and the turn
 in black were set with a look at these seeds' pictures and hidden shares, not at scores.
 
-The simulated tissue is one sheet that moves smoothly, and tools pass over it without touching it: what is torn, grasped or slides on something
-else is not in it. A tracker that trusts a point's neighbours, as `csd` does, is favoured by that ([method.md](method.md#what-it-does-badly-1)).
+In all sections but [the one on real tissue](#csd-on-real-tissue-as-texture) the tissue is one sheet that moves smoothly, and tools pass over it
+without touching it: nothing is torn or grasped, or slides over something else. A tracker that trusts a point's neighbours, as `csd` does, is favoured by that ([method.md](method.md#what-csd-does-badly)).
 The rivals are OpenCV's; there is no learnt point tracker among them, as those want a GPU.
 """
 
