@@ -1,18 +1,14 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "csd/tuning.h"
 
-#include <algorithm>
-#include <cmath>
-#include <cstdlib>
-#include <stdexcept>
-#include <string>
+#include <iterator>
 
 namespace csd {
 namespace {
 
 #define FIELD(name) \
   { #name, &Tuning::name }
-constexpr TuningField fields[] = {
+constexpr NamedNumber<Tuning> fields[] = {
     FIELD(shape_deviation),
     FIELD(shape_pull),
     FIELD(coarse_information),
@@ -151,24 +147,12 @@ static_assert(std::size(fields) * sizeof(double) == sizeof(Tuning), "a field has
 
 }  // namespace
 
-std::span<const TuningField> tuning_fields() {
+std::span<const NamedNumber<Tuning>> tuning_fields() {
   return fields;
 }
 
 void set(Tuning &tuning, std::string_view assignment) {
-  const auto sign = assignment.find('=');
-  const auto name = assignment.substr(0, sign);
-  if (sign == std::string_view::npos)
-    throw std::invalid_argument("\"" + std::string(assignment) + "\" is not NAME=VALUE");
-  const auto field = std::find_if(std::begin(fields), std::end(fields), [name](auto &f) { return f.name == name; });
-  if (field == std::end(fields))
-    throw std::invalid_argument("no number of csd is called \"" + std::string(name) + "\"");
-  const std::string text(assignment.substr(sign + 1));
-  char *end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !std::isfinite(value))
-    throw std::invalid_argument("\"" + text + "\" is not a number, for " + std::string(name));
-  tuning.*field->field = value;
+  set_number(tuning, tuning_fields(), assignment, "csd");
 }
 
 }  // namespace csd

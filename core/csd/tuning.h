@@ -8,6 +8,7 @@
 
 #include "image/glare_weights.h"
 #include "patch/align.h"
+#include "track/named_number.h"
 #include "track/types.h"
 
 namespace csd {
@@ -182,13 +183,8 @@ struct Tuning {
   double claim_all = 0;               ///< 1: claims every point in every frame: a bound for the ablation, no tracker
 };
 
-/// One field of it, by its name.
-struct TuningField {
-  std::string_view name;
-  double Tuning::*field;
-};
 /// All fields, in the struct's order.
-std::span<const TuningField> tuning_fields();
+std::span<const NamedNumber<Tuning>> tuning_fields();
 /// Sets a field by "name=value". Throws std::invalid_argument with a text that names what is wrong.
 void set(Tuning &tuning, std::string_view assignment);
 

@@ -6,8 +6,8 @@
 #include "baselines/lk.h"
 #include "baselines/sift.h"
 #include "csd/csd.h"
+#include "csd2012/csd2012.h"
 #include "track/algorithm.h"
-#include "track/csd2012.h"
 
 namespace csd {
 

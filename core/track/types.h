@@ -10,8 +10,6 @@
 #include <vector>
 
 #include "image/specular.h"
-#include "learn/pair_search.h"
-#include "learn/smoke.h"
 
 namespace csd {
 
@@ -77,10 +75,8 @@ struct Settings {
   std::uint64_t seed = 1;
 
   // For experiments and tests: no property sets these.
-  std::function<std::int64_t()> clock;            ///< ns, what frame_budget is measured by; empty: the steady clock
-  SpecularOptions specular;                       ///< near what detection puts no feature (A6)
-  SmokeEquation smoke = SmokeEquation::as_meant;  ///< csd-2012: how Eq. 1 is read (A13)
-  PairSearch pair_search = PairSearch::ranked;    ///< csd-2012: how a node's test is looked for (A21)
+  std::function<std::int64_t()> clock;  ///< ns, what frame_budget is measured by; empty: the steady clock
+  SpecularOptions specular;             ///< near what detection puts no feature (A6)
 };
 
 struct Stats {

@@ -32,6 +32,7 @@
 #include "bench/sequences.h"
 #include "csd/csd.h"
 #include "csd/visibility.h"
+#include "csd2012/csd2012.h"
 #include "score/score.h"
 #include "score/sensitivity.h"
 #include "track/thread_pool.h"
@@ -46,6 +47,7 @@ namespace fs = std::filesystem;
 struct Options {
   AlgorithmKind algorithm = AlgorithmKind::csd;
   Tuning tuning;
+  csd2012::Choices choices;
   std::uint64_t frames = 500, first_seed = 1, last_seed = 1;
   std::size_t features = 100, worst = 0;
   std::int64_t budget = 0;  // of a frame, in looks at the clock
@@ -96,6 +98,17 @@ class EvidenceFile {
   std::ofstream file_;
 };
 
+std::unique_ptr<Algorithm> make(const Settings &settings, const Options &options, ThreadPool &pool) {
+  switch (settings.algorithm) {
+    case AlgorithmKind::csd:
+      return std::make_unique<Csd>(settings, SideBySide(), options.tuning);
+    case AlgorithmKind::csd_2012:
+      return std::make_unique<Csd2012>(settings, pool, options.choices);
+    default:
+      return make_algorithm(settings, pool);
+  }
+}
+
 Row track(const Rendered &rendered, const Options &options, const std::string &name, score::Clip &clip,
           EvidenceFile &evidence) {
   Settings settings;
@@ -106,8 +119,7 @@ Row track(const Rendered &rendered, const Options &options, const std::string &n
   settings.frame_budget = options.budget;
   settings.clock = [looks = std::int64_t{0}]() mutable { return looks++; };
   ThreadPool pool(1);
-  auto made = options.algorithm == AlgorithmKind::csd ? std::make_unique<Csd>(settings, SideBySide(), options.tuning)
-                                                      : make_algorithm(settings, pool);
+  auto made = make(settings, options, pool);
   const auto *csd = dynamic_cast<const Csd *>(made.get());
   const auto tissue = name.substr(name.find('/') + 1);
   Tracker tracker(settings, std::move(made));
@@ -252,7 +264,7 @@ Options parse(int argc, char **argv) {
     } else if (name == "--clips") {
       options.clips = value();
     } else if (name == "--set") {
-      set(options.tuning, value());
+      options.algorithm == AlgorithmKind::csd ? set(options.tuning, value()) : set(options.choices, value());
     } else if (name == "--evidence") {
       options.evidence = value();
     } else if (name == "--seeds") {

@@ -16,6 +16,7 @@
 #include <functional>
 #include <stdexcept>
 
+#include "csd2012/csd2012.h"
 #include "sim/simulator.h"
 #include "track/tracker.h"
 
@@ -73,9 +74,10 @@ void measure(PairSearch search, sim::Simulator &simulator, const std::vector<cv:
   settings.points = points;
   settings.content_area = ContentArea::full;
   settings.learn_synchronously = true;
-  settings.pair_search = search;
   Inline executor;
-  Tracker tracker(settings, executor);
+  csd2012::Choices choices;
+  choices.exhaustive = search == PairSearch::exhaustive;
+  Tracker tracker(settings, std::make_unique<Csd2012>(settings, executor, choices));
   const auto features = static_cast<double>(points.size());
   const auto duration = static_cast<std::int64_t>(second / simulator.settings().rate);
   cv::Mat picture;

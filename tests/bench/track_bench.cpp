@@ -6,11 +6,12 @@
 #include <opencv2/video/tracking.hpp>
 
 #include "core/track/moving_scene.h"
+#include "csd2012/feature_learner.h"
+#include "csd2012/search.h"
 #include "image/convert.h"
+#include "image/patch.h"
 #include "image/work_frame.h"
-#include "track/feature_learner.h"
 #include "track/recursive.h"
-#include "track/search.h"
 
 namespace csd {
 namespace {
@@ -43,7 +44,7 @@ Snapshot snapshot() {
 /// A learner that has had 12 frames, which is half a second at 25 frames a second.
 std::unique_ptr<FeatureLearner> taught(PairSearch search, std::uint64_t seed, int lessons = 12) {
   LearnerOptions options;
-  options.pair_search = search;
+  options.choices.exhaustive = search == PairSearch::exhaustive;
   auto learner = std::make_unique<FeatureLearner>(options, Random(seed), std::make_shared<LearningCounters>());
   const auto s = snapshot();
   const cv::Point at(60 + static_cast<int>(seed * 71 % 500), 60 + static_cast<int>(seed * 37 % 360));
@@ -122,11 +123,15 @@ void update_per_frame(benchmark::State &state) {
   cv::Mat channel;
   to_space(scene().render({0, 0}), learner->published()->space(), channel);
   Random random(3);
-  const auto cut = [&](cv::Point p) { return channel({p.x - 10, p.y - 10, 21, 21}).clone(); };
+  const auto cut = [&](cv::Point p) {
+    cv::Mat patch;
+    sample_patch(channel, p, learner->grown(), patch);
+    return patch;
+  };
   for (auto _ : state) {
     state.PauseTiming();
     DescriptorUpdate update;
-    update.positives.push_back(cut({131, 97}));
+    update.feature = cut({131, 97});
     for (int i = 0; i < 10; ++i)
       update.negatives.push_back(
           cut({10 + static_cast<int>(random.below(620)), 10 + static_cast<int>(random.below(460))}));

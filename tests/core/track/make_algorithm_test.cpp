@@ -5,8 +5,8 @@
 
 #include "baselines/lk.h"
 #include "csd/csd.h"
+#include "csd2012/csd2012.h"
 #include "track/algorithm.h"
-#include "track/csd2012.h"
 
 namespace csd {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "track/search.h"
+#include "csd2012/search.h"
 
 #include <gtest/gtest.h>
 
@@ -41,13 +41,13 @@ TEST(Search, TheLargestWeightedProbabilityWins) {
   // Distances from (111,210): 0 for the second; (120,205): √106 for the first.
   auto result = search(by_hand(), m, origin, area, {{111, 210}, 5});
   ASSERT_EQ(result.matches.size(), 2u);
-  EXPECT_EQ(*result.best, cv::Point(111, 210));
+  EXPECT_EQ(*result.best, cv::Point2d(111, 210));
   EXPECT_DOUBLE_EQ(result.weighted, 0.25);
   result = search(by_hand(), m, origin, area, {{111, 210}, 20});
-  EXPECT_EQ(*result.best, cv::Point(120, 205));
+  EXPECT_EQ(*result.best, cv::Point2d(120, 205));
   EXPECT_DOUBLE_EQ(result.weighted, 0.75 * std::exp(-106.0 / 800));
   result = search(by_hand(), m, origin, area, {{111, 210}});
-  EXPECT_EQ(*result.best, cv::Point(120, 205));
+  EXPECT_EQ(*result.best, cv::Point2d(120, 205));
   EXPECT_DOUBLE_EQ(result.weighted, 0.75);
 }
 
@@ -55,8 +55,8 @@ TEST(Search, EqualsGoToTheNearest) {
   cv::Mat m = falling(20, 30);
   m.at<unsigned char>(5, 5) = 255;
   m.at<unsigned char>(5, 20) = 255;
-  EXPECT_EQ(*search(by_hand(), m, {0, 0}, {{1, 1, 28, 18}, 1}, {{14, 5}}).best, cv::Point(20, 5));
-  EXPECT_EQ(*search(by_hand(), m, {0, 0}, {{1, 1, 28, 18}, 1}, {{11, 5}}).best, cv::Point(5, 5));
+  EXPECT_EQ(*search(by_hand(), m, {0, 0}, {{1, 1, 28, 18}, 1}, {{14, 5}}).best, cv::Point2d(20, 5));
+  EXPECT_EQ(*search(by_hand(), m, {0, 0}, {{1, 1, 28, 18}, 1}, {{11, 5}}).best, cv::Point2d(5, 5));
 }
 
 TEST(Search, FromCoarseToFine) {
@@ -65,25 +65,46 @@ TEST(Search, FromCoarseToFine) {
   for (int y : {6, 7}) m.at<unsigned char>(y, 9) = m.at<unsigned char>(y, 8);
   m.at<unsigned char>(6, 10) = 255;
   const auto coarse = search(by_hand(), m, {0, 0}, {{1, 1, 28, 18}, 2}, {{0, 0}});
-  EXPECT_EQ(*coarse.best, cv::Point(9, 7));
+  EXPECT_EQ(*coarse.best, cv::Point2d(9, 7));
   const auto result = search_coarse_to_fine(by_hand(), m, {0, 0}, {{1, 1, 28, 18}, 2}, {{0, 0}});
-  EXPECT_EQ(*result.best, cv::Point(10, 6));
+  EXPECT_EQ(*result.best, cv::Point2d(10, 6));
   EXPECT_DOUBLE_EQ(result.weighted, 0.75);
+}
+
+// A lone patch of P = 3/4, and three of P = 1/4 side by side, whose sum is as large: the place is their middle.
+TEST(Search, ACluster) {
+  cv::Mat m = falling(20, 30);
+  m.at<unsigned char>(5, 20) = 255;
+  for (int y : {11, 12, 13, 14}) m.at<unsigned char>(y, 9) = m.at<unsigned char>(y, 8);
+  const SearchArea area{{1, 1, 28, 18}, 1};
+  EXPECT_EQ(*search(by_hand(), m, {0, 0}, area, {{10, 10}}).best, cv::Point2d(20, 5));
+  const auto result = search(by_hand(), m, {0, 0}, area, {{10, 10}}, {2});
+  ASSERT_TRUE(result.best);
+  EXPECT_EQ(*result.best, cv::Point2d(9, 12.5));
+  EXPECT_EQ(result.cluster, 4);
+  EXPECT_NEAR(result.weighted, 1, 1e-6);
+  EXPECT_NEAR(result.share, 1 / 1.75, 1e-6) << "of all that is labelled feature";
+  EXPECT_EQ(result.matches.size(), 5u);
+  // Too few patches, or too much elsewhere.
+  EXPECT_TRUE(search(by_hand(), m, {0, 0}, area, {{10, 10}}, {2, 4}).best);
+  EXPECT_FALSE(search(by_hand(), m, {0, 0}, area, {{10, 10}}, {2, 5}).best);
+  EXPECT_TRUE(search(by_hand(), m, {0, 0}, area, {{10, 10}}, {2, 1, .5}).best);
+  EXPECT_FALSE(search(by_hand(), m, {0, 0}, area, {{10, 10}}, {2, 1, .6}).best);
 }
 
 // σ = width/64; √(1 + absence/40 ms) wider, the window no more than twice; not known after a second (A26, A27).
 TEST(Search, TheReachGrowsWithTheAbsence) {
   constexpr std::int64_t ms = 1000000;
-  EXPECT_DOUBLE_EQ(reach_after(0, false, 640, 20).sigma, 10);
-  EXPECT_EQ(reach_after(0, false, 640, 20).radius, 20);
-  EXPECT_NEAR(reach_after(40 * ms, false, 640, 20).sigma, 14.1421, 1e-4);
-  EXPECT_EQ(reach_after(40 * ms, false, 640, 20).radius, 28);
-  EXPECT_DOUBLE_EQ(reach_after(120 * ms, false, 640, 20).sigma, 20);
-  EXPECT_EQ(reach_after(120 * ms, false, 640, 20).radius, 40);
-  EXPECT_DOUBLE_EQ(reach_after(960 * ms, false, 640, 20).sigma, 50);
-  EXPECT_EQ(reach_after(960 * ms, false, 640, 20).radius, 40);
-  EXPECT_TRUE(std::isinf(reach_after(1000 * ms, true, 640, 20).sigma));
-  EXPECT_EQ(reach_after(1000 * ms, true, 640, 20).radius, 20);
+  EXPECT_DOUBLE_EQ(reach_after(csd2012::Choices{}, 0, false, 640, 20).sigma, 10);
+  EXPECT_EQ(reach_after(csd2012::Choices{}, 0, false, 640, 20).radius, 20);
+  EXPECT_NEAR(reach_after(csd2012::Choices{}, 40 * ms, false, 640, 20).sigma, 14.1421, 1e-4);
+  EXPECT_EQ(reach_after(csd2012::Choices{}, 40 * ms, false, 640, 20).radius, 28);
+  EXPECT_DOUBLE_EQ(reach_after(csd2012::Choices{}, 120 * ms, false, 640, 20).sigma, 20);
+  EXPECT_EQ(reach_after(csd2012::Choices{}, 120 * ms, false, 640, 20).radius, 40);
+  EXPECT_DOUBLE_EQ(reach_after(csd2012::Choices{}, 960 * ms, false, 640, 20).sigma, 50);
+  EXPECT_EQ(reach_after(csd2012::Choices{}, 960 * ms, false, 640, 20).radius, 40);
+  EXPECT_TRUE(std::isinf(reach_after(csd2012::Choices{}, 1000 * ms, true, 640, 20).sigma));
+  EXPECT_EQ(reach_after(csd2012::Choices{}, 1000 * ms, true, 640, 20).radius, 20);
 }
 
 TEST(Search, AnEmptyAreaIsNothingFound) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "track/learning_queue.h"
+#include "csd2012/learning_queue.h"
 
 #include <gtest/gtest.h>
 

@@ -8,15 +8,25 @@
 #include <optional>
 #include <vector>
 
+#include "csd2012/choices.h"
 #include "learn/tree.h"
 
 namespace csd {
 
 /// Positions that a descriptor calls "feature", and the best of them (§2.1.4).
 struct SearchResult {
-  std::optional<cv::Point> best;   ///< none: nothing is labelled feature, the feature is hidden (A29)
-  double weighted = 0;             ///< its probability times the weight of its place
-  std::vector<cv::Point> matches;  ///< all positions labelled feature, row by row
+  std::optional<cv::Point2d> best;  ///< none: nothing is labelled feature, the feature is hidden
+  double weighted = 0;              ///< its probability, or its cluster's, times the weight of its place
+  int cluster = 0;                  ///< patches of its cluster that are labelled feature
+  double share = 1;                 ///< of the weighted probability of all patches, that its cluster holds
+  std::vector<cv::Point> matches;   ///< all positions labelled feature, row by row
+};
+
+/// Patches that lie together, for "image patches around the true location may be visually similar" (§2.1.4).
+struct Clusters {
+  int radius = 0;    ///< half of their square's side; 0: each patch is for itself
+  int least = 1;     ///< patches labelled feature; fewer are no feature
+  double share = 0;  ///< of all weighted probability; less is no feature: it may be anywhere
 };
 
 /// Where to look: each `step`-th position of each `step`-th line of `centres` (working pixels).
@@ -31,7 +41,7 @@ struct SpatialWeight {
   double sigma = std::numeric_limits<double>::infinity();
 };
 
-/// How far from its last position a feature is looked for, working pixels (A26, A27).
+/// How far from its last position a feature is looked for, working pixels.
 struct Reach {
   double sigma;  ///< of the spatial weight
   int radius;    ///< of the square window
@@ -40,18 +50,19 @@ struct Reach {
 /// The reach in a picture of `width` for a feature that could be seen in the frame `absence` ns before the last one: 0
 /// if it was seen in that. `radius`: the reach's then. `anywhere`: it has been hidden for so long that its last
 /// position says nothing.
-Reach reach_after(std::int64_t absence, bool anywhere, int width, int radius);
+Reach reach_after(const csd2012::Choices &choices, std::int64_t absence, bool anywhere, int width, int radius);
 
 /// §2.1.4: the patch labelled feature with the largest P(N) = |a|·|b|⁻¹ times the spatial weight; equals go to the
-/// nearest to the last position, then to the first.
+/// nearest to the last position, then to the first. With clusters: the square of patches whose sum of P(N) times the
+/// weight of its middle is the largest, and of it the centroid of P(N).
 ///
 /// `channel`: CV_8UC1 in the descriptor's colour space, whose pixel (0,0) is `origin` in working coordinates; the
 /// patches around all centres lie in it.
 SearchResult search(const Tree &descriptor, const cv::Mat &channel, cv::Point origin, const SearchArea &area,
-                    const SpatialWeight &weight);
+                    const SpatialWeight &weight, const Clusters &clusters = {});
 
-/// For a feature that may be anywhere (A27): coarsely, then all around the best.
+/// For a feature that may be anywhere: coarsely, then all around the best.
 SearchResult search_coarse_to_fine(const Tree &descriptor, const cv::Mat &channel, cv::Point origin,
-                                   const SearchArea &area, const SpatialWeight &weight);
+                                   const SearchArea &area, const SpatialWeight &weight, const Clusters &clusters = {});
 
 }  // namespace csd

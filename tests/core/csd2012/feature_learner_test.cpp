@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "track/feature_learner.h"
+#include "csd2012/feature_learner.h"
 
 #include <gtest/gtest.h>
 
@@ -8,10 +8,12 @@
 #include <opencv2/imgproc.hpp>
 #include <thread>
 
+#include "csd2012/search.h"
+#include "csd2012/smoothed.h"
 #include "image/convert.h"
 #include "image/patch.h"
+#include "image/warps.h"
 #include "track/moving_scene.h"
-#include "track/search.h"
 
 namespace csd {
 namespace {
@@ -24,16 +26,33 @@ class LearningAFeature : public testing::Test {
   }
   /// The patch around `p` as the descriptor sees it.
   cv::Mat patch(cv::Point2d p, const Warp &warp = Warp::eye()) const {
-    cv::Mat bgr, channel;
-    sample_patch(snapshot_.bgr, p, 21, warp, bgr);
-    to_space(bgr, learner_.published()->space(), channel);
-    return channel;
+    cv::Mat channel;
+    csd2012::smooth(grown(p, warp), choices_.smoothing, channel);
+    return channel.clone();
+  }
+  /// The same, before it is smoothed.
+  cv::Mat grown(cv::Point2d p, const Warp &warp = Warp::eye()) const {
+    cv::Mat channel, out;
+    to_space(snapshot_.bgr, learner_.published()->space(), channel);
+    sample_patch(channel, p, learner_.grown(), warp, out);
+    return out;
   }
   bool is_feature(const cv::Mat &patch) const {
     const auto tree = learner_.published();
     return tree->is_feature(tree->leaf(patch));
   }
 
+  /// The picture as the descriptor sees it.
+  cv::Mat whole_picture() const {
+    cv::Mat channel;
+    const int margin = csd2012::smoothing_margin(choices_.smoothing);
+    to_space(snapshot_.bgr, learner_.published()->space(), channel);
+    cv::copyMakeBorder(channel, channel, margin, margin, margin, margin, cv::BORDER_REPLICATE);
+    csd2012::smooth(channel, choices_.smoothing, channel);
+    return channel.clone();
+  }
+
+  const csd2012::Choices choices_;
   Snapshot snapshot_;
   const cv::Point at_{160, 120};
   std::shared_ptr<LearningCounters> counters_ = std::make_shared<LearningCounters>();
@@ -50,8 +69,7 @@ TEST_F(LearningAFeature, AfterALessonTheFeatureIsRecognisedAndItsSurroundingsAre
   learner_.learn(snapshot_, at_);
   const auto tree = learner_.published();
   ASSERT_NE(tree, nullptr);
-  cv::Mat channel;
-  to_space(snapshot_.bgr, tree->space(), channel);
+  const cv::Mat channel = whole_picture();
   EXPECT_TRUE(is_feature(patch(at_)));
   // One positive, 3 in smoke, 66 warps.
   EXPECT_EQ(tree->features(), 70u);
@@ -72,10 +90,7 @@ TEST_F(LearningAFeature, AfterALessonTheFeatureIsRecognisedAndItsSurroundingsAre
 TEST_F(LearningAFeature, InTheCornerItIsRecognisedWithTheBorderReplicated) {
   const cv::Point corner(319, 239);
   learner_.learn(snapshot_, corner);
-  cv::Mat bordered, channel;
-  cv::copyMakeBorder(snapshot_.bgr, bordered, 10, 10, 10, 10, cv::BORDER_REPLICATE);
-  to_space(bordered({corner.x, corner.y, 21, 21}).clone(), learner_.published()->space(), channel);
-  EXPECT_TRUE(is_feature(channel));
+  EXPECT_TRUE(is_feature(patch(corner)));
   EXPECT_EQ(learner_.published()->features(), 70u);
 }
 
@@ -84,11 +99,9 @@ TEST_F(LearningAFeature, InTheCornerItIsRecognisedWithTheBorderReplicated) {
 TEST_F(LearningAFeature, WarpsOfTheFeatureAreRecognisedAsFarAsTheStopRulesAllow) {
   learner_.learn(snapshot_, at_);
   const auto tree = learner_.published();
-  cv::Mat channel, bent;
-  to_space(snapshot_.bgr, tree->space(), channel);
   int recognised = 0;
   for (const auto &warp : geometric_warps(21)) {
-    sample_patch(channel, at_, 21, warp, bent);
+    const cv::Mat bent = patch(at_, warp);
     const auto &leaf = tree->nodes()[static_cast<std::size_t>(tree->leaf(bent))];
     EXPECT_GE(leaf.feature, 1u);
     if (is_feature(bent))
@@ -97,6 +110,38 @@ TEST_F(LearningAFeature, WarpsOfTheFeatureAreRecognisedAsFarAsTheStopRulesAllow)
       EXPECT_LT(leaf.feature + leaf.not_feature, 4u);
   }
   EXPECT_GT(recognised, 33);
+}
+
+TEST_F(LearningAFeature, InTheColourSpaceThatTheChoicesName) {
+  LearnerOptions options;
+  options.choices.colour = 0;
+  FeatureLearner intensity(options, Random(1), counters_);
+  intensity.learn(snapshot_, at_);
+  EXPECT_EQ(intensity.published()->space(), (ColourSpace{1, 1, 1}));
+  learner_.learn(snapshot_, at_);
+  EXPECT_FALSE(learner_.published()->space() == (ColourSpace{1, 1, 1})) << "the scene's colours tell more";
+}
+
+// What is found at the end of what was learnt, turned by 40°, is a feature that may turn by 40° more.
+TEST_F(LearningAFeature, WarpsOfWhatWasFoundReachFurther) {
+  const auto recognised = [&](double warps) {
+    LearnerOptions options;
+    options.choices.update_warps = warps;
+    FeatureLearner learner(options, Random(1), counters_);
+    learner.learn(snapshot_, at_);
+    cv::Mat channel, turned, patch;
+    to_space(snapshot_.bgr, learner.published()->space(), channel);
+    sample_patch(channel, at_, learner.surroundings(), rotation_warp(40), turned);
+    for (int i = 0; i < 30; ++i) learner.update({turned, {}});
+    int found = 0;
+    for (int degrees = 50; degrees <= 80; degrees += 2) {
+      sample_patch(channel, at_, learner.grown(), rotation_warp(degrees), patch);
+      const auto tree = learner.published();
+      found += tree->is_feature(tree->leaf(patch));
+    }
+    return found;
+  };
+  EXPECT_GT(recognised(8), recognised(0) + 4) << "of 16";
 }
 
 TEST_F(LearningAFeature, EachLessonAddsItsPositives) {
@@ -129,7 +174,7 @@ TEST_F(LearningAFeature, TheDescriptorMayBeUsedWhileTheNextIsLearnt) {
 TEST_F(LearningAFeature, SuccessAddsToTheDistributionAndTheRingHolds200) {
   learner_.learn(snapshot_, at_);
   DescriptorUpdate update;
-  update.positives.push_back(patch(at_));
+  update.feature = grown(at_);
   learner_.update(update);
   EXPECT_EQ(learner_.published()->features(), 71u);
   for (int i = 0; i < 300; ++i) learner_.update(update);
@@ -140,16 +185,18 @@ TEST_F(LearningAFeature, AFalseCorrespondenceRetrainsItsLeaf) {
   learner_.learn(snapshot_, at_);
   // A look-alike: the feature itself with a bright stripe, of which the descriptor knows nothing yet.
   cv::Mat alike;
-  for (int row = 0; row < 21 && alike.empty(); ++row) {
-    cv::Mat tried = patch(at_).clone();
+  for (int row = 0; row < learner_.grown() && alike.empty(); ++row) {
+    cv::Mat tried = grown(at_), seen;
     tried.row(row).setTo(255);
-    if (is_feature(tried)) alike = tried;
+    csd2012::smooth(tried, choices_.smoothing, seen);
+    if (is_feature(seen.clone())) alike = tried;
   }
   ASSERT_FALSE(alike.empty()) << "no stripe fools the descriptor";
   const auto retrainings = counters_->retrainings.load();
   // Of so many negatives the reservoir keeps one in twenty, but every one that is called the feature.
-  const cv::Mat flat(21, 21, CV_8UC1, cv::Scalar(90));
-  ASSERT_FALSE(is_feature(flat));
+  const int side = learner_.grown();
+  const cv::Mat flat(side, side, CV_8UC1, cv::Scalar(90));
+  ASSERT_FALSE(is_feature(flat({0, 0, 21, 21}).clone()));
   DescriptorUpdate update;
   update.negatives.assign(60000, flat);
   learner_.update(update);
@@ -161,7 +208,9 @@ TEST_F(LearningAFeature, AFalseCorrespondenceRetrainsItsLeaf) {
   // Four of them: a leaf of fewer samples than four is not divided.
   for (int i = 0; i < 4; ++i) update.negatives.push_back(alike);
   learner_.update(update);
-  EXPECT_FALSE(is_feature(alike));
+  cv::Mat seen;
+  csd2012::smooth(alike, choices_.smoothing, seen);
+  EXPECT_FALSE(is_feature(seen.clone()));
   EXPECT_TRUE(is_feature(patch(at_)));
   EXPECT_GT(counters_->retrainings, retrainings);
 }
@@ -199,21 +248,24 @@ TEST_F(LearningAFeature, NegativesAreRandomAndSimilarOnesEachWithSmoke) {
 
 TEST_F(LearningAFeature, TheRingForgetsTheOldestSuccesses) {
   learner_.learn(snapshot_, at_);
-  const cv::Mat own = patch(at_), other = 255 - own;
+  const cv::Mat own = grown(at_), inverse = 255 - own;
+  cv::Mat other;
+  csd2012::smooth(inverse, choices_.smoothing, other);
+  other = other.clone();
   const auto features_with_other = [&] {
     const auto tree = learner_.published();
     return tree->nodes()[static_cast<std::size_t>(tree->leaf(other))].feature;
   };
-  ASSERT_NE(learner_.published()->leaf(own), learner_.published()->leaf(other));
+  ASSERT_NE(learner_.published()->leaf(patch(at_)), learner_.published()->leaf(other));
   const auto before = features_with_other();
-  DescriptorUpdate update;
-  update.positives.assign(200, other);
-  learner_.update(update);
+  const auto succeed = [&](int times, const cv::Mat &feature) {
+    for (int i = 0; i < times; ++i) learner_.update({feature, {}});
+  };
+  succeed(200, inverse);
   EXPECT_EQ(features_with_other(), before + 200);
-  update.positives.assign(150, own);
-  learner_.update(update);
+  succeed(150, own);
   EXPECT_EQ(features_with_other(), before + 50);
-  learner_.update(update);
+  succeed(150, own);
   EXPECT_EQ(features_with_other(), before);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "track/csd2012.h"
+#include "csd2012/csd2012.h"
 
 #include <gtest/gtest.h>
 
@@ -9,52 +9,10 @@
 #include <set>
 #include <thread>
 
-#include "track/moving_scene.h"
-#include "track/thread_pool.h"
-#include "track/tracker.h"
+#include "csd2012/easy_scene.h"
 
 namespace csd {
 namespace {
-
-constexpr std::int64_t frame_time = second / 25;
-
-/// The scene sways by some pixels; with no more than 1 px from frame to frame.
-cv::Point2d sway(int frame) {
-  return {6 * std::sin(frame * 0.15), 4 * std::sin(frame * 0.1)};
-}
-
-Settings few_features() {
-  Settings settings;
-  settings.algorithm = AlgorithmKind::csd_2012;
-  settings.max_features = 12;
-  settings.learn_synchronously = true;
-  settings.training_time = second / 5;  // the least of 8 frames holds
-  settings.content_area = ContentArea::full;
-  return settings;
-}
-
-/// All that was said of `frames` frames.
-std::vector<Tracks> run(const Settings &settings, unsigned threads, int frames) {
-  const MovingScene scene;
-  ThreadPool pool(threads);
-  Tracker tracker(settings, pool);
-  std::vector<Tracks> all;
-  for (int i = 0; i < frames; ++i) {
-    const auto picture = scene.render(sway(i));
-    all.push_back(tracker.process(MovingScene::view(picture), i * frame_time));
-  }
-  return all;
-}
-
-/// Byte for byte.
-bool same_tracks(const std::vector<Tracks> &a, const std::vector<Tracks> &b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Tracks &p, const Tracks &q) {
-    return std::equal(p.features.begin(), p.features.end(), q.features.begin(), q.features.end(),
-                      [](const Feature &f, const Feature &g) {
-                        return f.id == g.id && f.state == g.state && f.x == g.x && f.y == g.y;
-                      });
-  });
-}
 
 TEST(Csd2012, HandsOverToTheDescriptorAndFollowsTheTexture) {
   const auto all = run(few_features(), 1, 40);
@@ -90,25 +48,6 @@ TEST(Csd2012, TheSeedMatters) {
   settings.seed = 2;
   const auto other = run(settings, 2, 20);
   EXPECT_FALSE(same_tracks(one, other));
-}
-
-// Other smoke, or other tests in the nodes, make other descriptors, and these find other places.
-TEST(Csd2012, LearnsWithTheSmokeAndTheSearchThatTheSettingsName) {
-  auto settings = few_features();
-  settings.max_features = 6;
-  const auto by_default = run(settings, 2, 20);
-  settings.smoke = SmokeEquation::as_printed;
-  const auto printed = run(settings, 2, 20);
-  EXPECT_FALSE(same_tracks(by_default, printed));
-  settings.smoke = SmokeEquation::as_meant;
-  settings.pair_search = PairSearch::exhaustive;
-  const auto exhaustive = run(settings, 2, 20);
-  EXPECT_FALSE(same_tracks(by_default, exhaustive));
-  // Either way descriptors take over from LK, and see most of the easy scene.
-  for (const auto *all : {&printed, &exhaustive})
-    EXPECT_GE(std::count_if(all->back().features.begin(), all->back().features.end(),
-                            [](const Feature &f) { return f.state == FeatureState::tracked; }),
-              4);
 }
 
 // Each in a thread of its own, as eight elements would; TSan watches.

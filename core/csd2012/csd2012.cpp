@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "track/csd2012.h"
+#include "csd2012/csd2012.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "csd2012/search.h"
+#include "csd2012/smoothed.h"
 #include "learn/negatives.h"
-#include "track/csd2012_choices.h"
 #include "track/patch_side.h"
-#include "track/search.h"
 
 namespace csd {
 
-using namespace csd2012;
+using csd2012::Choices;
 
 /// A feature as the streaming thread sees it.
 struct Csd2012::Follower {
@@ -39,9 +39,9 @@ double choice_scale(const WorkFrame &frame) {
   return default_patch_size(frame.size().height) / 21.0;
 }
 
-int radius_of(const Settings &settings, const WorkFrame &frame) {
+int radius_of(const Settings &settings, const Choices &choices, const WorkFrame &frame) {
   const double radius =
-      settings.search_radius ? settings.search_radius / frame.scale() : search_radius * choice_scale(frame);
+      settings.search_radius ? settings.search_radius / frame.scale() : choices.search_radius * choice_scale(frame);
   return std::clamp(static_cast<int>(std::lround(radius)), 1, std::max(frame.size().width, frame.size().height));
 }
 
@@ -49,9 +49,9 @@ cv::Rect square(cv::Point centre, int radius) {
   return {centre.x - radius, centre.y - radius, 2 * radius + 1, 2 * radius + 1};
 }
 
-NegativeRules rules_for(const Settings &settings, const WorkFrame &frame) {
+NegativeRules rules_for(const Settings &settings, const Choices &choices, const WorkFrame &frame) {
   const double scale = choice_scale(frame);
-  return {patch_side(settings, frame), ignore_radius * scale, near_radius * scale};
+  return {patch_side(settings, frame), choices.ignore_radius * scale, choices.near_radius * scale};
 }
 
 double apart(cv::Point a, cv::Point b) {
@@ -64,8 +64,8 @@ cv::Point rounded(cv::Point2d p) {
 
 }  // namespace
 
-Csd2012::Csd2012(const Settings &settings, Executor &executor)
-    : settings_(settings), counters_(std::make_shared<LearningCounters>()), queue_(executor) {}
+Csd2012::Csd2012(const Settings &settings, Executor &executor, const Choices &choices)
+    : settings_(settings), choices_(choices), counters_(std::make_shared<LearningCounters>()), queue_(executor) {}
 
 Csd2012::~Csd2012() = default;
 
@@ -79,10 +79,9 @@ Claim::Kind Csd2012::begin(FeatureId id, cv::Point2d position, const FrameContex
   auto follower = std::make_unique<Follower>(id, context.frame.to_work(position), context.time, settings_.seed);
   LearnerOptions options;
   options.patch = patch_side(settings_, context.frame);
-  options.search_radius = radius_of(settings_, context.frame);
+  options.search_radius = radius_of(settings_, choices_, context.frame);
   options.pixel = choice_scale(context.frame);
-  options.smoke = settings_.smoke;
-  options.pair_search = settings_.pair_search;
+  options.choices = choices_;
   follower->learner =
       std::make_shared<FeatureLearner>(options, Random(settings_.seed, 2 * std::uint64_t{id}), counters_);
   follower->lane = queue_.make_lane();
@@ -102,6 +101,8 @@ void Csd2012::forget() {
 }
 
 void Csd2012::track(const FrameContext &context, std::vector<Claim> &claims) {
+  const auto anywhere_after = static_cast<std::int64_t>(choices_.anywhere_after * 1e9);
+  const auto whole_pictures_per_frame = static_cast<std::size_t>(choices_.whole_pictures_per_frame);
   recurse(context);
 
   std::size_t hidden_long = 0;
@@ -161,10 +162,11 @@ void Csd2012::recurse(const FrameContext &context) {
     follower.work = position;
     follower.last_seen = context.time;
     const bool training =
-        context.time - follower.begun < settings_.training_time || follower.lessons < least_training_frames;
+        context.time - follower.begun < settings_.training_time || follower.lessons < choices_.least_training_frames;
     if (training) {
-      const auto apart = settings_.training_time / most_lessons;
-      follower.learn = context.time - follower.last_lesson >= apart && follower.lane.waiting() < waiting_lessons;
+      const auto apart = settings_.training_time / static_cast<std::int64_t>(choices_.most_lessons);
+      follower.learn = context.time - follower.last_lesson >= apart &&
+                       static_cast<double>(follower.lane.waiting()) < choices_.waiting_lessons;
     } else if (follower.lane.waiting() == 0 && follower.learner->published()) {
       follower.recursive = false;
       follower.last_seen = context.time - 1;  // The descriptor has yet to see it in this frame.
@@ -180,62 +182,71 @@ void Csd2012::look(const FrameContext &context, Follower &follower, bool whole_p
   const auto &frame = context.frame;
   const int half = descriptor->patch_size() / 2;
   const auto absence = std::max<std::int64_t>(last_time_ - follower.last_seen, 0);
-  const bool anywhere = context.time - follower.last_seen > anywhere_after;
-  const auto [sigma, radius] = reach_after(absence, anywhere, frame.size().width, radius_of(settings_, frame));
+  const bool anywhere = context.time - follower.last_seen > static_cast<std::int64_t>(choices_.anywhere_after * 1e9);
+  const auto [sigma, radius] =
+      reach_after(choices_, absence, anywhere, frame.size().width, radius_of(settings_, choices_, frame));
   const cv::Rect picture({0, 0}, frame.size());
   const auto centres = square(rounded(follower.work), radius) & picture;
   if (centres.empty()) return;
 
-  // The border is replicated by half a patch (A37), so that a feature can be followed up to the picture's edge.
-  auto origin = centres.tl() - cv::Point(half, half);
-  frame.gather({origin.x, origin.y, centres.width + 2 * half, centres.height + 2 * half}, descriptor->space(),
-               channel_);
-  auto result = search(*descriptor, channel_, origin, {centres, 1}, {follower.work, sigma});
+  // The border is replicated by half a patch, so that a feature can be followed up to the picture's edge.
+  const double pixel = choice_scale(frame);
+  const int margin = csd2012::smoothing_margin(choices_.smoothing * pixel), grown = half + margin;
+  const auto take = [&](const cv::Rect &where) {
+    cv::Mat raw;
+    frame.gather({where.x - grown, where.y - grown, where.width + 2 * grown, where.height + 2 * grown},
+                 descriptor->space(), raw);
+    csd2012::smooth(raw, choices_.smoothing * pixel, channel_);
+    return where.tl() - cv::Point(half, half);
+  };
+  const Clusters clusters{static_cast<int>(std::lround(choices_.cluster_radius * pixel)),
+                          static_cast<int>(choices_.least_cluster), choices_.least_share};
+  const SpatialWeight weight{follower.work, sigma};
+  auto origin = take(centres);
+  auto result = search(*descriptor, channel_, origin, {centres, 1}, weight, clusters);
   if (!result.best && whole_picture) {
-    origin = {-half, -half};
-    frame.gather({origin.x, origin.y, picture.width + 2 * half, picture.height + 2 * half}, descriptor->space(),
-                 channel_);
-    result = search_coarse_to_fine(*descriptor, channel_, origin, {picture, coarse_step}, {follower.work, sigma});
+    origin = take(picture);
+    result = search_coarse_to_fine(*descriptor, channel_, origin, {picture, static_cast<int>(choices_.coarse_step)},
+                                   weight, clusters);
   }
   if (result.best) {
     follower.work = *result.best;
     follower.last_seen = context.time;
     // What is left are the false correspondences, of which those on what is no tissue teach nothing.
-    const double ignore = rules_for(settings_, frame).ignore_radius;
+    const double ignore = rules_for(settings_, choices_, frame).ignore_radius;
     std::erase_if(result.matches, [&](cv::Point p) {
-      return apart(p, *result.best) <= ignore || (!context.forbidden.empty() && context.forbidden.at<std::uint8_t>(p));
+      return apart(p, rounded(*result.best)) <= ignore ||
+             (!context.forbidden.empty() && context.forbidden.at<std::uint8_t>(p));
     });
     counters_->false_correspondences += result.matches.size();
   }
-  if (settings_.learn_synchronously || follower.lane.waiting() < waiting_updates)
-    prepare_update(context, follower, *descriptor, result, origin);
+  if (settings_.learn_synchronously || static_cast<double>(follower.lane.waiting()) < choices_.waiting_updates)
+    prepare_update(context, follower, descriptor->space(), result);
 }
 
-void Csd2012::prepare_update(const FrameContext &context, Follower &follower, const Tree &descriptor,
-                             const SearchResult &result, cv::Point origin) {
-  const auto rules = rules_for(settings_, context.frame);
-  const int half = rules.patch / 2;
+void Csd2012::prepare_update(const FrameContext &context, Follower &follower, const ColourSpace &space,
+                             const SearchResult &result) {
+  const auto rules = rules_for(settings_, choices_, context.frame);
+  const auto &learner = *follower.learner;
   auto &update = follower.update.emplace();
-  const auto cut = [&](cv::Point p) {
-    return channel_({p.x - origin.x - half, p.y - origin.y - half, rules.patch, rules.patch}).clone();
+  const auto cut = [&](cv::Point p, int side) {
+    cv::Mat patch;
+    context.frame.gather(square(p, side / 2), space, patch);
+    return patch;
   };
-  if (result.best) {
-    update.positives.push_back(cut(*result.best));
+  if (result.best && result.share >= choices_.update_share) {
+    update.feature = cut(rounded(*result.best), choices_.update_warps > 0 ? learner.surroundings() : learner.grown());
     auto wrong = result.matches;
-    for (int i = 0; i < false_updates && !wrong.empty(); ++i) {
+    for (int i = 0; i < static_cast<int>(choices_.false_updates) && !wrong.empty(); ++i) {
       const auto k = follower.random.below(static_cast<std::uint32_t>(wrong.size()));
-      update.negatives.push_back(cut(wrong[k]));
+      update.negatives.push_back(cut(wrong[k], learner.grown()));
       wrong[k] = wrong.back();
       wrong.pop_back();
     }
   }
-  for (const auto &p : random_negatives(context.frame.size(), context.forbidden, rounded(follower.work), random_updates,
-                                        rules, follower.random)) {
-    cv::Mat patch;
-    context.frame.gather(square(p, half), descriptor.space(), patch);
-    counters_->false_correspondences += descriptor.is_feature(descriptor.leaf(patch));
-    update.negatives.push_back(patch);
-  }
+  for (const auto &p : random_negatives(context.frame.size(), context.forbidden, rounded(follower.work),
+                                        static_cast<int>(choices_.random_updates), rules, follower.random))
+    update.negatives.push_back(cut(p, learner.grown()));
 }
 
 void Csd2012::finish(const FrameContext &context) {

@@ -4,11 +4,11 @@
 #include <memory>
 #include <vector>
 
+#include "csd2012/feature_learner.h"
+#include "csd2012/learning_queue.h"
+#include "csd2012/search.h"
 #include "track/algorithm.h"
-#include "track/feature_learner.h"
-#include "track/learning_queue.h"
 #include "track/recursive.h"
-#include "track/search.h"
 
 namespace csd {
 
@@ -17,7 +17,7 @@ namespace csd {
 /// leads from the paper's equations to the code.
 class Csd2012 final : public Algorithm {
  public:
-  Csd2012(const Settings &settings, Executor &executor);
+  Csd2012(const Settings &settings, Executor &executor, const csd2012::Choices &choices = {});
   ~Csd2012() override;
 
   void track(const FrameContext &context, std::vector<Claim> &claims) override;
@@ -32,11 +32,12 @@ class Csd2012 final : public Algorithm {
 
   void recurse(const FrameContext &context);
   void look(const FrameContext &context, Follower &follower, bool whole_picture);
-  void prepare_update(const FrameContext &context, Follower &follower, const Tree &descriptor,
-                      const SearchResult &result, cv::Point origin);
+  void prepare_update(const FrameContext &context, Follower &follower, const ColourSpace &space,
+                      const SearchResult &result);
   Follower *find(FeatureId id);
 
   Settings settings_;
+  csd2012::Choices choices_;
   RecursiveTracker recursive_;
   std::shared_ptr<LearningCounters> counters_;
   std::atomic<std::uint64_t> learned_ = 0;

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "track/feature_learner.h"
+#include "csd2012/feature_learner.h"
 
 #include <cmath>
 
+#include "csd2012/search.h"
+#include "csd2012/smoothed.h"
 #include "image/convert.h"
-#include "track/search.h"
 
 namespace csd {
 
-using namespace csd2012;
+using csd2012::Choices;
 
 namespace {
 
@@ -16,10 +17,17 @@ int scaled(double pixels, double pixel) {
   return std::max(1, static_cast<int>(std::lround(pixels * pixel)));
 }
 
+int whole(double number) {
+  return static_cast<int>(number);
+}
+
 }  // namespace
 
 FeatureLearner::FeatureLearner(const LearnerOptions &options, Random random, std::shared_ptr<LearningCounters> counters)
-    : options_(options), random_(random), counters_(std::move(counters)) {}
+    : options_(options),
+      margin_(csd2012::smoothing_margin(options.choices.smoothing * options.pixel)),
+      random_(random),
+      counters_(std::move(counters)) {}
 
 std::shared_ptr<const Tree> FeatureLearner::published() const {
   const std::lock_guard lock(mutex_);
@@ -33,15 +41,28 @@ void FeatureLearner::publish() {
 }
 
 NegativeRules FeatureLearner::rules() const {
-  return {options_.patch, ignore_radius * options_.pixel, near_radius * options_.pixel};
+  const auto &c = options_.choices;
+  return {options_.patch, c.ignore_radius * options_.pixel, c.near_radius * options_.pixel};
+}
+
+cv::Mat FeatureLearner::smoothed(const cv::Mat &grown) const {
+  cv::Mat out;
+  csd2012::smooth(grown, options_.choices.smoothing * options_.pixel, out);
+  return out;
+}
+
+/// §2.2.1: one for the whole tree.
+ColourSpace FeatureLearner::choose_space(const ColourPatches &root) const {
+  return options_.choices.colour != 0 ? choose_colour(root) : ColourSpace{1, 1, 1};
 }
 
 /// S of one frame (§2.1.2.1) without the warps: what LK, chance and likeness label, each with smoke.
 ColourPatches FeatureLearner::collect(const Snapshot &snapshot, cv::Point position) {
-  ColourPatches lesson(options_.patch);
+  const auto &c = options_.choices;
+  ColourPatches lesson(grown());
   cv::Mat patch, smoky;
   const auto with_smoke = [&](cv::Point p, Label label) {
-    sample_patch(snapshot.bgr, p, options_.patch, patch);
+    sample_patch(snapshot.bgr, p, grown(), patch);
     lesson.add(patch, label);
     for (const double density : smoke_densities) {
       patch.copyTo(smoky);
@@ -50,11 +71,11 @@ ColourPatches FeatureLearner::collect(const Snapshot &snapshot, cv::Point positi
     }
   };
   with_smoke(position, Label::feature);
-  for (const auto &p :
-       random_negatives(snapshot.bgr.size(), snapshot.forbidden, position, random_per_lesson, rules(), random_))
+  for (const auto &p : random_negatives(snapshot.bgr.size(), snapshot.forbidden, position, whole(c.random_per_lesson),
+                                        rules(), random_))
     with_smoke(p, Label::not_feature);
-  for (const auto &p : similar_negatives(snapshot.luma, snapshot.forbidden, position, similar_per_lesson,
-                                         least_similarity, scaled(similarity_radius, options_.pixel), rules()))
+  for (const auto &p : similar_negatives(snapshot.luma, snapshot.forbidden, position, whole(c.similar_per_lesson),
+                                         c.least_similarity, scaled(c.similarity_radius, options_.pixel), rules()))
     with_smoke(p, Label::not_feature);
   return lesson;
 }
@@ -62,7 +83,8 @@ ColourPatches FeatureLearner::collect(const Snapshot &snapshot, cv::Point positi
 void FeatureLearner::learn(const Snapshot &snapshot, cv::Point position) {
   if (!smoke_) {
     // Not in the constructor, which runs in the streaming thread: 3 ms.
-    smoke_.emplace(options_.patch, random_, options_.smoke);
+    smoke_.emplace(grown(), random_,
+                   options_.choices.smoke_as_printed != 0 ? SmokeEquation::as_printed : SmokeEquation::as_meant);
     warps_ = geometric_warps(options_.patch);
   }
   const auto lesson = collect(snapshot, position);
@@ -71,16 +93,19 @@ void FeatureLearner::learn(const Snapshot &snapshot, cv::Point position) {
   if (first) {
     auto root = lesson;
     for (const auto &warp : warps_) {
-      sample_patch(snapshot.bgr, position, options_.patch, warp, patch);
+      sample_patch(snapshot.bgr, position, grown(), warp, patch);
       root.add(patch, Label::feature);
     }
     GrowthOptions growth;
-    growth.search.search = options_.pair_search;
+    growth.search.search = options_.choices.exhaustive != 0 ? PairSearch::exhaustive : PairSearch::ranked;
+    growth.stop.max_depth = whole(options_.choices.max_depth);
+    growth.stop.min_samples = static_cast<std::size_t>(options_.choices.min_samples);
     growth.seed = random_.next();
-    tree_.emplace(options_.patch, choose_colour(root), growth);
+    tree_.emplace(options_.patch, choose_space(root), growth);
   }
   std::vector<SampleId> wrong, positives;
   const auto add = [&](Label label) {
+    patch = smoothed(patch);
     const bool errs = !first && tree_->classify(patch) != label;
     const auto id = tree_->add(patch, label);
     if (errs) wrong.push_back(id);
@@ -94,7 +119,7 @@ void FeatureLearner::learn(const Snapshot &snapshot, cv::Point position) {
   cv::Mat channel;
   to_space(snapshot.bgr, tree_->space(), channel);
   for (const auto &warp : warps_) {
-    sample_patch(channel, position, options_.patch, warp, patch);
+    sample_patch(channel, position, grown(), warp, patch);
     add(Label::feature);
   }
   if (first)
@@ -118,17 +143,20 @@ void FeatureLearner::correct(const Snapshot &snapshot, const cv::Mat &channel, c
   const int half = options_.patch / 2;
   const cv::Rect picture({0, 0}, snapshot.bgr.size());
   cv::Mat bordered;
-  cv::copyMakeBorder(channel, bordered, half, half, half, half, cv::BORDER_REPLICATE);
+  const int border = half + margin_;
+  cv::copyMakeBorder(channel, bordered, border, border, border, border, cv::BORDER_REPLICATE);
+  bordered = smoothed(bordered);
   const cv::Point origin(-half, -half);
   const int radius = options_.search_radius;
   const cv::Rect window = cv::Rect(position.x - radius, position.y - radius, 2 * radius + 1, 2 * radius + 1) & picture;
-  const double ignore = ignore_radius * options_.pixel;
+  const auto &c = options_.choices;
+  const double ignore = c.ignore_radius * options_.pixel;
 
-  for (int round = 0; round < learning_rounds; ++round) {
+  for (int round = 0; round < whole(c.learning_rounds); ++round) {
     const auto tree = tree_->publish();
     const SpatialWeight anywhere{position};
     auto wrong = search(*tree, bordered, origin, {window, 1}, anywhere).matches;
-    for (const auto &p : search(*tree, bordered, origin, {picture, evaluation_grid}, anywhere).matches)
+    for (const auto &p : search(*tree, bordered, origin, {picture, whole(c.evaluation_grid)}, anywhere).matches)
       if (!window.contains(p)) wrong.push_back(p);
     std::erase_if(wrong, [&](cv::Point p) {
       return std::hypot(p.x - position.x, p.y - position.y) <= ignore ||
@@ -138,7 +166,7 @@ void FeatureLearner::correct(const Snapshot &snapshot, const cv::Mat &channel, c
     std::vector<SampleId> errors;
     for (const auto id : positives)
       if (tree_->misclassified(id)) errors.push_back(id);
-    for (int i = 0; i < errors_per_round && !wrong.empty(); ++i) {
+    for (int i = 0; i < whole(c.errors_per_round) && !wrong.empty(); ++i) {
       const auto k = random_.below(static_cast<std::uint32_t>(wrong.size()));
       const auto p = wrong[k];
       wrong[k] = wrong.back();
@@ -150,24 +178,47 @@ void FeatureLearner::correct(const Snapshot &snapshot, const cv::Mat &channel, c
   }
 }
 
+/// The oldest one goes for it.
+void FeatureLearner::keep_positive(const cv::Mat &patch, std::vector<SampleId> &wrong) {
+  const auto &c = options_.choices;
+  const auto most = static_cast<std::size_t>(c.recent_positives * (1 + c.update_warps));
+  const bool error = tree_->classify(patch) != Label::feature;
+  SampleId id = 0;
+  if (recent_.size() < most) {
+    id = tree_->add(patch, Label::feature);
+    recent_.push_back(id);
+  } else {
+    id = recent_[next_recent_];
+    tree_->replace(id, patch, Label::feature);
+    next_recent_ = (next_recent_ + 1) % recent_.size();
+  }
+  if (error && c.update_warps > 0) wrong.push_back(id);
+}
+
 void FeatureLearner::update(const DescriptorUpdate &update) {
   if (!tree_) return;
+  const auto &c = options_.choices;
   std::vector<SampleId> wrong;
-  for (const auto &patch : update.positives) {
-    if (recent_.size() < static_cast<std::size_t>(recent_positives)) {
-      recent_.push_back(tree_->add(patch, Label::feature));
-    } else {
-      tree_->replace(recent_[next_recent_], patch, Label::feature);
-      next_recent_ = (next_recent_ + 1) % recent_.size();
+  if (!update.feature.empty()) {
+    const int middle = update.feature.cols / 2;
+    cv::Mat patch;
+    sample_patch(update.feature, {static_cast<double>(middle), static_cast<double>(middle)}, grown(), patch);
+    keep_positive(smoothed(patch), wrong);
+    for (int i = 0; i < whole(c.update_warps); ++i) {
+      const auto &warp = warps_[random_.below(static_cast<std::uint32_t>(warps_.size()))];
+      sample_patch(update.feature, {static_cast<double>(middle), static_cast<double>(middle)}, grown(), warp, patch);
+      keep_positive(smoothed(patch), wrong);
     }
   }
-  for (const auto &patch : update.negatives) {
+  for (const auto &raw : update.negatives) {
+    const cv::Mat patch = smoothed(raw);
     const bool error = tree_->classify(patch) == Label::feature;
+    counters_->false_correspondences += error;
     // Reservoir: each negative ever seen is kept with equal probability. One that was called the feature always stays,
     // in the place of another: without it the leaf could not be retrained.
     ++negatives_seen_;
     SampleId id = 0;
-    if (reservoir_.size() < static_cast<std::size_t>(negative_reservoir)) {
+    if (reservoir_.size() < static_cast<std::size_t>(c.negative_reservoir)) {
       id = tree_->add(patch, Label::not_feature);
       reservoir_.push_back(id);
     } else {

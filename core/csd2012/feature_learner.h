@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "csd2012/choices.h"
 #include "image/warps.h"
 #include "learn/colour_choice.h"
 #include "learn/growing_tree.h"
@@ -15,7 +16,6 @@
 #include "learn/random.h"
 #include "learn/smoke.h"
 #include "learn/tree.h"
-#include "track/csd2012_choices.h"
 
 namespace csd {
 
@@ -31,18 +31,18 @@ struct Snapshot {
   cv::Mat forbidden;  ///< CV_8UC1 or empty: nothing is learnt there
 };
 
-/// Patches of one frame that the descriptor in use is updated with (§2.1.5), cut out while the frame was there.
+/// What the descriptor in use is updated with (§2.1.5), cut out of one frame while it was there. CV_8UC1 in the
+/// descriptor's colour space, not smoothed yet.
 struct DescriptorUpdate {
-  std::vector<cv::Mat> positives;  ///< the patch at the tracked position; none if the feature was not found
-  std::vector<cv::Mat> negatives;  ///< random ones and false correspondences; CV_8UC1 in the descriptor's colour space
+  cv::Mat feature;                 ///< FeatureLearner::surroundings() to a side; empty if the feature was not found
+  std::vector<cv::Mat> negatives;  ///< FeatureLearner::grown() to a side: random ones and false correspondences
 };
 
 struct LearnerOptions {
-  int patch = 21;                              ///< odd side, working pixels
-  int search_radius = csd2012::search_radius;  ///< working pixels
-  double pixel = 1;  ///< of a 480-line picture, in working pixels: scales the distances of csd2012_choices.h
-  SmokeEquation smoke = SmokeEquation::as_meant;
-  PairSearch pair_search = PairSearch::ranked;
+  int patch = 21;          ///< odd side, working pixels
+  int search_radius = 20;  ///< working pixels
+  double pixel = 1;        ///< of a 480-line picture, in working pixels: scales the distances of the choices
+  csd2012::Choices choices;
 };
 
 /// Learns the context specific descriptor of one feature (§2.2): grows the training set and the tree and publishes
@@ -59,6 +59,10 @@ class FeatureLearner {
   /// One frame of tracking (§2.1.5).
   void update(const DescriptorUpdate &update);
 
+  int grown() const { return options_.patch + 2 * margin_; }  ///< side of a patch that is yet to be smoothed
+  /// Side of what the warps of a patch need: turned by 45° and made smaller it shows so much.
+  int surroundings() const { return grown() + 2 * (grown() / 4 + 2); }
+
   /// The descriptor of now; null before the first learn() is done. Any thread.
   std::shared_ptr<const Tree> published() const;
 
@@ -66,11 +70,15 @@ class FeatureLearner {
   ColourPatches collect(const Snapshot &snapshot, cv::Point position);
   void correct(const Snapshot &snapshot, const cv::Mat &channel, cv::Point position,
                const std::vector<SampleId> &positives);
+  ColourSpace choose_space(const ColourPatches &root) const;
+  cv::Mat smoothed(const cv::Mat &grown) const;
   int retrain(const std::vector<SampleId> &samples);
+  void keep_positive(const cv::Mat &patch, std::vector<SampleId> &wrong);
   void publish();
   NegativeRules rules() const;
 
   LearnerOptions options_;
+  int margin_;  ///< pixels that smoothing reaches
   Random random_;
   std::optional<Smoke> smoke_;  // made with the first lesson
   std::vector<Warp> warps_;

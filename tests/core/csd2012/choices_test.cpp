@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "csd2012/choices.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <string>
+
+#include "csd2012/easy_scene.h"
+
+namespace csd::csd2012 {
+namespace {
+
+TEST(Choices, EachFieldIsSetByItsOwnName) {
+  std::set<std::string_view> names;
+  constexpr Choices usual;
+  for (const auto &field : choice_fields()) {
+    EXPECT_TRUE(names.insert(field.name).second) << field.name;
+    Choices choices;
+    set(choices, std::string(field.name) + "=-12.5");
+    for (const auto &other : choice_fields())
+      EXPECT_EQ(choices.*other.field, &other == &field ? -12.5 : usual.*other.field) << other.name;
+  }
+}
+
+TEST(Choices, SayWhoseNumberIsMissing) {
+  Choices choices;
+  try {
+    set(choices, "gate_floor=1");
+    ADD_FAILURE() << "gate_floor is csd's";
+  } catch (const std::invalid_argument &e) {
+    EXPECT_STREQ(e.what(), "no number of csd-2012 is called \"gate_floor\"");
+  }
+}
+
+// Other smoke, or other tests in the nodes, make other descriptors, and these find other places.
+TEST(Choices, OfSmokeAndSearchMakeOtherDescriptors) {
+  auto settings = few_features();
+  settings.max_features = 6;
+  const auto by_default = run(settings, 2, 20);
+  Choices choices;
+  choices.smoke_as_printed = 1;
+  const auto printed = run(settings, 2, 20, choices);
+  EXPECT_FALSE(same_tracks(by_default, printed));
+  choices.smoke_as_printed = 0;
+  choices.exhaustive = 1;
+  const auto exhaustive = run(settings, 2, 20, choices);
+  EXPECT_FALSE(same_tracks(by_default, exhaustive));
+  // Either way descriptors take over from LK, and see most of the easy scene.
+  for (const auto *all : {&printed, &exhaustive})
+    EXPECT_GE(std::count_if(all->back().features.begin(), all->back().features.end(),
+                            [](const Feature &f) { return f.state == FeatureState::tracked; }),
+              4);
+}
+
+/// How far claims are off in the mean, px.
+double error_of(const std::vector<Tracks> &all) {
+  double sum = 0;
+  int claims = 0;
+  for (std::size_t i = 9; i < all.size(); ++i)
+    for (const auto &f : all[i].features) {
+      if (f.state != FeatureState::tracked) continue;
+      const auto &start = all[0].features[f.id];
+      const auto at = sway(static_cast<int>(i)) - sway(0);
+      sum += std::hypot(f.x - start.x - at.x, f.y - start.y - at.y);
+      ++claims;
+    }
+  return sum / claims;
+}
+
+// Pixels that noise moves less, and the middle of a cluster instead of one patch of it.
+TEST(Choices, SmoothedAndByItsClusterAFeatureIsFoundMoreExactly) {
+  const double usual = error_of(run(few_features(), 2, 40));
+  Choices choices;
+  choices.cluster_radius = 2;
+  EXPECT_LT(error_of(run(few_features(), 2, 40, choices)), usual);
+  choices.smoothing = 2;
+  EXPECT_LT(error_of(run(few_features(), 2, 40, choices)), usual);
+}
+
+}  // namespace
+}  // namespace csd::csd2012

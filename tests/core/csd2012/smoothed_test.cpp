@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "csd2012/smoothed.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace csd::csd2012 {
+namespace {
+
+TEST(Smoothed, WithoutSmoothingThePictureStaysAsItIs) {
+  const cv::Mat picture(5, 7, CV_8UC1, cv::Scalar(3));
+  cv::Mat out;
+  EXPECT_EQ(smoothing_margin(0), 0);
+  smooth(picture, 0, out);
+  EXPECT_EQ(out.data, picture.data);
+  EXPECT_EQ(out.size(), picture.size());
+}
+
+// A dot becomes a Gaussian's bell: 250 / (2πσ²) in the middle, less by exp(−½) at a distance of σ.
+TEST(Smoothed, ADotBecomesABell) {
+  const int margin = smoothing_margin(2);
+  cv::Mat grown(21 + 2 * margin, 21 + 2 * margin, CV_8UC1, cv::Scalar(0)), out;
+  grown.at<unsigned char>(margin + 10, margin + 10) = 250;
+  smooth(grown, 2, out);
+  ASSERT_EQ(out.size(), cv::Size(21, 21));
+  EXPECT_NEAR(out.at<unsigned char>(10, 10), 250 / (8 * CV_PI), 1);
+  EXPECT_NEAR(out.at<unsigned char>(10, 12), 250 / (8 * CV_PI) * std::exp(-.5), 1);
+  EXPECT_NEAR(out.at<unsigned char>(12, 10), 250 / (8 * CV_PI) * std::exp(-.5), 1);
+  EXPECT_EQ(out.at<unsigned char>(0, 0), 0);
+}
+
+// What lies in the margin counts.
+TEST(Smoothed, TheMarginIsSeen) {
+  const int margin = smoothing_margin(1);
+  cv::Mat grown(5 + 2 * margin, 5 + 2 * margin, CV_8UC1, cv::Scalar(0)), out;
+  grown.row(margin - 1).setTo(200);
+  smooth(grown, 1, out);
+  EXPECT_GT(out.at<unsigned char>(0, 2), 30);
+  EXPECT_EQ(out.at<unsigned char>(4, 2), 0);
+}
+
+}  // namespace
+}  // namespace csd::csd2012
