@@ -39,6 +39,15 @@ void talk(GstElement *track, unsigned round, bool reset) {
   if (reset && round % 16 == 15) g_signal_emit_by_name(track, "reset");
 }
 
+using Clock = std::chrono::steady_clock;
+
+/// Sleeps three times as long as the turn took that began at `start`. Learners have a lower priority than the three
+/// threads that take turns. Under TSan and on one processor a sleep of a fixed length left them none of it: no feature
+/// was ever learnt, and the test went on until its timeout. Half a millisecond at least, else frames hardly get a turn.
+void leave_time_to_learners(Clock::time_point start) {
+  std::this_thread::sleep_for(std::max<Clock::duration>(std::chrono::microseconds(500), 3 * (Clock::now() - start)));
+}
+
 /// Until `learned` features have been learnt; then for a hundred rounds more, in which it is reset, too.
 void frames_flow_while_two_threads_talk(const char *launch, guint64 learned) {
   GstHarness *h = harness(launch);
@@ -50,9 +59,10 @@ void frames_flow_while_two_threads_talk(const char *launch, guint64 learned) {
   std::atomic<unsigned> rounds{0};
   auto busy = [&] {
     while (!over.load(std::memory_order_relaxed)) {
+      const Clock::time_point start = Clock::now();
       talk(track, rounds.fetch_add(1, std::memory_order_relaxed), reset.load(std::memory_order_relaxed));
       while (GstMessage *message = gst_bus_pop(bus)) gst_message_unref(message);
-      std::this_thread::sleep_for(std::chrono::microseconds(500));  // else the frames hardly get a turn
+      leave_time_to_learners(start);
     }
   };
   std::thread one(busy), other(busy);
@@ -63,10 +73,11 @@ void frames_flow_while_two_threads_talk(const char *launch, guint64 learned) {
       reset = true;
       end = rounds + 100;
     }
+    const Clock::time_point start = Clock::now();
     GstBuffer *out = gst_harness_push_and_pull(h, picture(320, 240, i));
     fail_unless(out != nullptr);
     gst_buffer_unref(out);
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));  // learners have the lower priority
+    leave_time_to_learners(start);
   }
   over = true;
   one.join();
