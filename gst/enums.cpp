@@ -12,6 +12,10 @@ GType gst_csd_track_algorithm_get_type() {
       {GST_CSD_TRACK_ALGORITHM_MS2, "Mean shift on colours chosen by peak difference, to compare with", "ms2"},
       {GST_CSD_TRACK_ALGORITHM_SIFT, "SIFT keypoints matched with the first frame's, to compare with; for files only",
        "sift"},
+      {GST_CSD_TRACK_ALGORITHM_CSD_FOREST,
+       "csd-2012 with several trees a feature, trained together with its aligned patch: the future work of Mountney & "
+       "Yang 2012",
+       "csd-forest"},
       {0, nullptr, nullptr}};
   static const GType type = g_enum_register_static("GstCsdTrackAlgorithm", values);
   return type;

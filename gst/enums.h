@@ -12,7 +12,8 @@ enum GstCsdTrackAlgorithm {
   GST_CSD_TRACK_ALGORITHM_LK,
   GST_CSD_TRACK_ALGORITHM_MS1,
   GST_CSD_TRACK_ALGORITHM_MS2,
-  GST_CSD_TRACK_ALGORITHM_SIFT
+  GST_CSD_TRACK_ALGORITHM_SIFT,
+  GST_CSD_TRACK_ALGORITHM_CSD_FOREST
 };
 #define GST_TYPE_CSD_TRACK_ALGORITHM (gst_csd_track_algorithm_get_type())
 GType gst_csd_track_algorithm_get_type();

@@ -26,6 +26,8 @@ AlgorithmKind algorithm_of(GstCsdTrackAlgorithm algorithm) {
       return AlgorithmKind::ms2;
     case GST_CSD_TRACK_ALGORITHM_SIFT:
       return AlgorithmKind::sift;
+    case GST_CSD_TRACK_ALGORITHM_CSD_FOREST:
+      return AlgorithmKind::csd_forest;
     case GST_CSD_TRACK_ALGORITHM_CSD:
       return AlgorithmKind::csd;
     case GST_CSD_TRACK_ALGORITHM_CSD_2012:
@@ -82,31 +84,33 @@ void install_properties(GObjectClass *klass) {
   install(prop_search_radius,
           g_param_spec_uint("search-radius", "Search radius",
                             "How far a feature is looked for from where it was, in pixels of the full picture; 0 = "
-                            "from the picture's height (20 at 480 lines; only csd-2012 uses it)",
+                            "from the picture's height (20 at 480 lines; only csd-2012 and csd-forest use it)",
                             0, 2048, d.search_radius, structural));
   install(prop_training_time,
-          g_param_spec_uint64("training-time", "Training time",
-                              "How many nanoseconds a feature is in state learning. csd: while its anchor is gathered; "
-                              "csd-2012: at least 8 frames, followed by Lucas-Kanade, before its descriptor takes over",
-                              0, longest, d.training_time, structural));
-  install(prop_learning,
-          g_param_spec_enum(
-              "learning", "Learning",
-              "Whether frames wait for the learning that they cause (of csd-2012: csd learns in the frame itself)",
-              GST_TYPE_CSD_TRACK_LEARNING, d.learning, structural));
+          g_param_spec_uint64(
+              "training-time", "Training time",
+              "How many nanoseconds a feature is in state learning. csd: while its anchor is gathered; "
+              "csd-2012, csd-forest: at least 8 frames, followed by Lucas-Kanade, before descriptors take over",
+              0, longest, d.training_time, structural));
+  install(prop_learning, g_param_spec_enum("learning", "Learning",
+                                           "Whether frames wait for the learning that they cause (of csd-2012 and "
+                                           "csd-forest: csd learns in the frame itself)",
+                                           GST_TYPE_CSD_TRACK_LEARNING, d.learning, structural));
   install(prop_n_threads,
-          g_param_spec_uint("n-threads", "Threads",
-                            "Threads of this element, below normal priority: csd follows points in them while they are "
-                            "idle, csd-2012 learns in them; 0 = one fewer than the machine has processors, at least 1",
-                            0, 256, d.n_threads, structural));
+          g_param_spec_uint(
+              "n-threads", "Threads",
+              "Threads of this element, below normal priority: csd follows points in them while they are "
+              "idle, csd-2012 and csd-forest learn in them; 0 = one fewer than the machine has processors, at least 1",
+              0, 256, d.n_threads, structural));
   install(prop_frame_budget,
           g_param_spec_uint64("frame-budget", "Frame budget",
                               "Past so many nanoseconds of a frame the features that are least urgent wait for the "
                               "next one (fresh=false); 0 = none waits (only csd does)",
                               0, longest, d.frame_budget, structural));
-  install(prop_seed, g_param_spec_uint64("seed", "Seed",
-                                         "Of every random choice that learning makes (of csd-2012: csd makes none)", 0,
-                                         G_MAXUINT64, d.seed, structural));
+  install(prop_seed,
+          g_param_spec_uint64("seed", "Seed",
+                              "Of every random choice that learning makes (of csd-2012 and csd-forest: csd makes none)",
+                              0, G_MAXUINT64, d.seed, structural));
 
   install(prop_overlay, Overlay::param_spec());
   install(prop_attach_meta,

@@ -21,8 +21,16 @@ constexpr NamedNumber<Choices> fields[] = {
     FIELD(similarity_radius),
     FIELD(ignore_radius),
     FIELD(near_radius),
+    FIELD(widest_test),
+    FIELD(top_pixels),
+    FIELD(random_pairs),
     FIELD(max_depth),
     FIELD(min_samples),
+    FIELD(trees),
+    FIELD(sample_share),
+    FIELD(co_training),
+    FIELD(fits),
+    FIELD(fit_reach),
     FIELD(learning_rounds),
     FIELD(evaluation_grid),
     FIELD(errors_per_round),
@@ -34,9 +42,8 @@ constexpr NamedNumber<Choices> fields[] = {
     FIELD(coarse_step),
     FIELD(whole_pictures_per_frame),
     FIELD(cluster_radius),
-    FIELD(least_cluster),
-    FIELD(least_share),
-    FIELD(update_share),
+    FIELD(least_probability),
+    FIELD(update_probability),
     FIELD(random_updates),
     FIELD(false_updates),
     FIELD(update_warps),
@@ -49,6 +56,20 @@ constexpr NamedNumber<Choices> fields[] = {
 static_assert(std::size(fields) * sizeof(double) == sizeof(Choices), "a field has no name");
 
 }  // namespace
+
+Choices forest_choices() {
+  Choices c;
+  c.colour = 0;
+  c.smoothing = 2;
+  c.widest_test = 1;
+  c.trees = 5;
+  c.co_training = 1;
+  c.anywhere_after = 1e6;
+  c.cluster_radius = 2;
+  c.least_probability = 0.02;
+  c.update_probability = 0.02;
+  return c;
+}
 
 std::span<const NamedNumber<Choices>> choice_fields() {
   return fields;

@@ -34,8 +34,20 @@ struct Choices {
   double near_radius = 12;        ///< a third of the random negatives come from within
 
   // Growing the tree (§2.2.1).
-  double max_depth = 16;   ///< of a tree; samples may contradict each other
-  double min_samples = 4;  ///< fewer are not divided
+  double widest_test = 0;  ///< of the tests of entropy 0: 0: the first by rank, 1: the one with the largest Σ|P1 − P2|
+  double top_pixels = 64;     ///< of the ranking, each with each
+  double random_pairs = 512;  ///< and so many others
+  double max_depth = 16;      ///< of a tree; samples may contradict each other
+  double min_samples = 4;     ///< fewer are not divided
+
+  // Several trees (§5, future work).
+  double trees = 1;
+  double sample_share = 0.5;  ///< of the training set, for each of several trees
+
+  // Co-training (§5) with the patch of the start, aligned.
+  double co_training = 0;
+  double fits = 0.8;     ///< ZNCC
+  double fit_reach = 6;  ///< pixels from where it began
 
   // Evaluation while learning (§2.2.2).
   double learning_rounds = 8;
@@ -53,19 +65,22 @@ struct Choices {
   /// Half the side of the square whose patches are taken together: the place is the middle of the best such cluster. 0:
   /// the patch with the largest weighted probability, of equal ones the nearest to the last place.
   double cluster_radius = 0;
-  double least_cluster = 1;  ///< patches of a cluster that are labelled feature: fewer are no feature
-  double least_share = 0;    ///< of the window's weighted probability, that the cluster holds: else it is not found
+  double least_probability = 0;  ///< weighted, of the best patch or cluster: with less, the feature is hidden
 
   // The adaptive update (§2.1.5).
-  double update_share = 0;        ///< the same, for "successfully tracked": with less, nothing is learnt from the frame
-  double random_updates = 10;     ///< random negatives of a frame
-  double false_updates = 10;      ///< at most so many of the patches of the window that are wrongly labelled feature
-  double update_warps = 0;        ///< warps, drawn at random, of the feature's patch
-  double recent_positives = 200;  ///< frames, of the updates' positives that are kept
+  double update_probability = 0;     ///< the same, for "successfully tracked": with less, the patch is not learnt
+  double random_updates = 10;        ///< random negatives of a frame
+  double false_updates = 10;         ///< at most so many of the patches of the window that are wrongly labelled feature
+  double update_warps = 0;           ///< warps, drawn at random, of the feature's patch
+  double recent_positives = 200;     ///< frames, of the updates' positives that are kept
   double negative_reservoir = 3000;  ///< of the updates' negatives
   double waiting_updates = 4;        ///< of one feature; with learning=async more are skipped
   double waiting_lessons = 32;       ///< training frames of one feature that may wait
 };
+
+/// csd-forest's, found on seed 1 with three pictures of real tissue as texture; docs/evaluation.md has what each is
+/// worth on others.
+Choices forest_choices();
 
 std::span<const NamedNumber<Choices>> choice_fields();
 /// Sets a field by "name=value". Throws std::invalid_argument with a text that names what is wrong.

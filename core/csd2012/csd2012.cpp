@@ -30,6 +30,7 @@ struct Csd2012::Follower {
   std::shared_ptr<FeatureLearner> learner;
   LearningQueue::Lane lane;
   std::optional<DescriptorUpdate> update;
+  std::optional<AlignedPatch> aligned;
 };
 
 namespace {
@@ -85,6 +86,9 @@ Claim::Kind Csd2012::begin(FeatureId id, cv::Point2d position, const FrameContex
   follower->learner =
       std::make_shared<FeatureLearner>(options, Random(settings_.seed, 2 * std::uint64_t{id}), counters_);
   follower->lane = queue_.make_lane();
+  if (choices_.co_training != 0)
+    follower->aligned.emplace(pyramid_, weights_, follower->work,
+                              options.patch / static_cast<double>(PatchPlane::side));
   const auto at = std::upper_bound(followers_.begin(), followers_.end(), id,
                                    [](FeatureId wanted, const auto &f) { return wanted < f->id; });
   followers_.insert(at, std::move(follower));
@@ -103,6 +107,10 @@ void Csd2012::forget() {
 void Csd2012::track(const FrameContext &context, std::vector<Claim> &claims) {
   const auto anywhere_after = static_cast<std::int64_t>(choices_.anywhere_after * 1e9);
   const auto whole_pictures_per_frame = static_cast<std::size_t>(choices_.whole_pictures_per_frame);
+  if (choices_.co_training != 0) {
+    pyramid_.build(context.frame.luma());
+    weights_.build(context.frame, context.forbidden);
+  }
   recurse(context);
 
   std::size_t hidden_long = 0;
@@ -161,6 +169,10 @@ void Csd2012::recurse(const FrameContext &context) {
     }
     follower.work = position;
     follower.last_seen = context.time;
+    if (const auto seen = fit(context, follower, position); seen.zncc > 0) {
+      follower.aligned->accept(seen);
+      follower.work = seen.state.position;
+    }
     const bool training =
         context.time - follower.begun < settings_.training_time || follower.lessons < choices_.least_training_frames;
     if (training) {
@@ -172,6 +184,30 @@ void Csd2012::recurse(const FrameContext &context) {
       follower.last_seen = context.time - 1;  // The descriptor has yet to see it in this frame.
     }
   }
+}
+
+/// The aligned patch at `position` or near it; of ZNCC 0 where it doesn't fit.
+AlignedPatch::Fit Csd2012::fit(const FrameContext &context, const Follower &follower, cv::Point2d position) const {
+  if (!follower.aligned) return {};
+  auto found = follower.aligned->fit(pyramid_, weights_, position);
+  const double way = std::hypot(found.state.position.x - position.x, found.state.position.y - position.y);
+  if (found.zncc < choices_.fits || way > choices_.fit_reach * choice_scale(context.frame) ||
+      !context.bounds().contains(context.frame.to_picture(found.state.position)))
+    found.zncc = 0;
+  return found;
+}
+
+/// §5, co-training: where the patch fits, at the descriptor's place or where the feature was in the last frame, there
+/// the feature is, and the descriptor learns so.
+void Csd2012::confirm(const FrameContext &context, Follower &follower, SearchResult &result) const {
+  AlignedPatch::Fit seen;
+  if (result.best) seen = fit(context, follower, *result.best);
+  if (follower.last_seen == last_time_)
+    if (const auto other = fit(context, follower, follower.work); other.zncc > seen.zncc) seen = other;
+  if (seen.zncc == 0) return;
+  follower.aligned->accept(seen);
+  result.best = seen.state.position;
+  result.weighted = 1;
 }
 
 /// §2.1.4, and the patches for §2.1.5.
@@ -193,22 +229,21 @@ void Csd2012::look(const FrameContext &context, Follower &follower, bool whole_p
   const double pixel = choice_scale(frame);
   const int margin = csd2012::smoothing_margin(choices_.smoothing * pixel), grown = half + margin;
   const auto take = [&](const cv::Rect &where) {
-    cv::Mat raw;
-    frame.gather({where.x - grown, where.y - grown, where.width + 2 * grown, where.height + 2 * grown},
-                 descriptor->space(), raw);
-    csd2012::smooth(raw, choices_.smoothing * pixel, channel_);
+    gathered_ = {where.x - grown, where.y - grown, where.width + 2 * grown, where.height + 2 * grown};
+    frame.gather(gathered_, descriptor->space(), raw_);
+    csd2012::smooth(raw_, choices_.smoothing * pixel, channel_);
     return where.tl() - cv::Point(half, half);
   };
-  const Clusters clusters{static_cast<int>(std::lround(choices_.cluster_radius * pixel)),
-                          static_cast<int>(choices_.least_cluster), choices_.least_share};
+  const Best wanted{static_cast<int>(std::lround(choices_.cluster_radius * pixel)), choices_.least_probability};
   const SpatialWeight weight{follower.work, sigma};
   auto origin = take(centres);
-  auto result = search(*descriptor, channel_, origin, {centres, 1}, weight, clusters);
+  auto result = search(*descriptor, channel_, origin, {centres, 1}, weight, wanted);
   if (!result.best && whole_picture) {
     origin = take(picture);
     result = search_coarse_to_fine(*descriptor, channel_, origin, {picture, static_cast<int>(choices_.coarse_step)},
-                                   weight, clusters);
+                                   weight, wanted);
   }
+  if (follower.aligned) confirm(context, follower, result);
   if (result.best) {
     follower.work = *result.best;
     follower.last_seen = context.time;
@@ -230,11 +265,13 @@ void Csd2012::prepare_update(const FrameContext &context, Follower &follower, co
   const auto &learner = *follower.learner;
   auto &update = follower.update.emplace();
   const auto cut = [&](cv::Point p, int side) {
+    const cv::Rect where = square(p, side / 2);
+    if ((where & gathered_) == where) return raw_(where - gathered_.tl()).clone();
     cv::Mat patch;
-    context.frame.gather(square(p, side / 2), space, patch);
+    context.frame.gather(where, space, patch);
     return patch;
   };
-  if (result.best && result.share >= choices_.update_share) {
+  if (result.best && result.weighted >= choices_.update_probability) {
     update.feature = cut(rounded(*result.best), choices_.update_warps > 0 ? learner.surroundings() : learner.grown());
     auto wrong = result.matches;
     for (int i = 0; i < static_cast<int>(choices_.false_updates) && !wrong.empty(); ++i) {

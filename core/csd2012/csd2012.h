@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "csd2012/aligned_patch.h"
 #include "csd2012/feature_learner.h"
 #include "csd2012/learning_queue.h"
 #include "csd2012/search.h"
@@ -12,9 +13,9 @@
 
 namespace csd {
 
-/// The tracker of Mountney & Yang (2012) as printed: LK for the first half second, while a descriptor is learnt from
-/// what LK finds; then the descriptor alone finds the feature in each frame and goes on learning (§2.1). docs/method.md
-/// leads from the paper's equations to the code.
+/// The tracker of Mountney & Yang (2012): LK for the first half second, while a descriptor is learnt from what LK
+/// finds; then the descriptor alone finds the feature in each frame and goes on learning (§2.1). docs/method.md leads
+/// from the paper's equations to the code. With forest_choices() it is what the paper names as future work (§5).
 class Csd2012 final : public Algorithm {
  public:
   Csd2012(const Settings &settings, Executor &executor, const csd2012::Choices &choices = {});
@@ -32,6 +33,8 @@ class Csd2012 final : public Algorithm {
 
   void recurse(const FrameContext &context);
   void look(const FrameContext &context, Follower &follower, bool whole_picture);
+  void confirm(const FrameContext &context, Follower &follower, SearchResult &result) const;
+  AlignedPatch::Fit fit(const FrameContext &context, const Follower &follower, cv::Point2d position) const;
   void prepare_update(const FrameContext &context, Follower &follower, const ColourSpace &space,
                       const SearchResult &result);
   Follower *find(FeatureId id);
@@ -45,7 +48,12 @@ class Csd2012 final : public Algorithm {
   std::vector<std::unique_ptr<Follower>> followers_;  // by ascending id
   std::size_t turn_ = 0;                              // whose turn it is to be looked for in the whole picture
   std::int64_t last_time_ = 0;                        // of the frame before
-  cv::Mat channel_;                                   // scratch: the window of the feature that is looked for
+  // Scratch: where the feature is looked for, before and after smoothing; raw_ is the frame's gathered_.
+  cv::Mat raw_, channel_;
+  cv::Rect gathered_;
+  // With co-training: the frame as patches are aligned with it.
+  Pyramid pyramid_;
+  GlareWeights weights_;
 };
 
 }  // namespace csd

@@ -29,15 +29,17 @@ FeatureLearner::FeatureLearner(const LearnerOptions &options, Random random, std
       random_(random),
       counters_(std::move(counters)) {}
 
-std::shared_ptr<const Tree> FeatureLearner::published() const {
+std::shared_ptr<const Forest> FeatureLearner::published() const {
   const std::lock_guard lock(mutex_);
   return published_;
 }
 
 void FeatureLearner::publish() {
-  auto tree = tree_->publish();
+  std::vector<std::shared_ptr<const Tree>> trees;
+  for (const auto &member : members_) trees.push_back(member.tree.publish());
+  auto forest = std::make_shared<const Forest>(std::move(trees));
   const std::lock_guard lock(mutex_);
-  published_.swap(tree);
+  published_.swap(forest);
 }
 
 NegativeRules FeatureLearner::rules() const {
@@ -80,6 +82,26 @@ ColourPatches FeatureLearner::collect(const Snapshot &snapshot, cv::Point positi
   return lesson;
 }
 
+void FeatureLearner::plant(const ColourSpace &space) {
+  const auto &c = options_.choices;
+  GrowthOptions growth;
+  growth.search.search = c.exhaustive != 0 ? PairSearch::exhaustive : PairSearch::ranked;
+  growth.search.stop_at_zero = c.widest_test == 0;
+  growth.search.random_pairs = static_cast<std::size_t>(c.random_pairs);
+  growth.search.top_pixels = static_cast<std::size_t>(c.top_pixels);
+  growth.stop.max_depth = whole(c.max_depth);
+  growth.stop.min_samples = static_cast<std::size_t>(c.min_samples);
+  for (int i = 0; i < whole(c.trees); ++i) {
+    growth.seed = random_.next();
+    members_.push_back({GrowingTree(options_.patch, space, growth)});
+  }
+}
+
+/// Trees that saw the same would say the same: each gets its share of the samples.
+bool FeatureLearner::takes_part() {
+  return options_.choices.trees <= 1 || random_.uniform() < options_.choices.sample_share;
+}
+
 void FeatureLearner::learn(const Snapshot &snapshot, cv::Point position) {
   if (!smoke_) {
     // Not in the constructor, which runs in the streaming thread: 3 ms.
@@ -88,7 +110,7 @@ void FeatureLearner::learn(const Snapshot &snapshot, cv::Point position) {
     warps_ = geometric_warps(options_.patch);
   }
   const auto lesson = collect(snapshot, position);
-  const bool first = !tree_;
+  const bool first = members_.empty();
   cv::Mat patch;
   if (first) {
     auto root = lesson;
@@ -96,141 +118,151 @@ void FeatureLearner::learn(const Snapshot &snapshot, cv::Point position) {
       sample_patch(snapshot.bgr, position, grown(), warp, patch);
       root.add(patch, Label::feature);
     }
-    GrowthOptions growth;
-    growth.search.search = options_.choices.exhaustive != 0 ? PairSearch::exhaustive : PairSearch::ranked;
-    growth.stop.max_depth = whole(options_.choices.max_depth);
-    growth.stop.min_samples = static_cast<std::size_t>(options_.choices.min_samples);
-    growth.seed = random_.next();
-    tree_.emplace(options_.patch, choose_space(root), growth);
+    plant(choose_space(root));
   }
-  std::vector<SampleId> wrong, positives;
-  const auto add = [&](Label label) {
-    patch = smoothed(patch);
-    const bool errs = !first && tree_->classify(patch) != label;
-    const auto id = tree_->add(patch, label);
-    if (errs) wrong.push_back(id);
-    if (label == Label::feature) positives.push_back(id);
-  };
+  const auto &space = members_.front().tree.space();
+  Samples samples;
   for (std::size_t i = 0; i < lesson.size(); ++i) {
-    lesson.convert(i, tree_->space(), patch);
-    add(lesson.label(i));
+    lesson.convert(i, space, patch);
+    samples.emplace_back(smoothed(patch).clone(), lesson.label(i));
   }
   // Warped in the one colour space: a third of the cost of warping B, G and R.
   cv::Mat channel;
-  to_space(snapshot.bgr, tree_->space(), channel);
+  to_space(snapshot.bgr, space, channel);
   for (const auto &warp : warps_) {
     sample_patch(channel, position, grown(), warp, patch);
-    add(Label::feature);
+    samples.emplace_back(smoothed(patch).clone(), Label::feature);
   }
-  if (first)
-    tree_->build();
-  else
-    retrain(wrong);
-  correct(snapshot, channel, position, positives);
+  const int border = options_.patch / 2 + margin_;
+  cv::copyMakeBorder(channel, channel, border, border, border, border, cv::BORDER_REPLICATE);
+  const cv::Mat picture = smoothed(channel);
+  for (auto &member : members_) learn(member, samples, picture, snapshot.forbidden, position, first);
   publish();
 }
 
-int FeatureLearner::retrain(const std::vector<SampleId> &samples) {
-  const int replaced = tree_->retrain(samples);
+void FeatureLearner::learn(Member &member, const Samples &samples, const cv::Mat &picture, const cv::Mat &forbidden,
+                           cv::Point position, bool first) {
+  std::vector<SampleId> wrong, positives;
+  for (const auto &[patch, label] : samples) {
+    if (!takes_part()) continue;
+    const bool errs = !first && member.tree.classify(patch) != label;
+    const auto id = member.tree.add(patch, label);
+    if (errs) wrong.push_back(id);
+    if (label == Label::feature) positives.push_back(id);
+  }
+  if (first)
+    member.tree.build();
+  else
+    retrain(member.tree, wrong);
+  correct(member, picture, forbidden, position, positives);
+}
+
+int FeatureLearner::retrain(GrowingTree &tree, const std::vector<SampleId> &samples) {
+  const int replaced = tree.retrain(samples);
   counters_->retrainings += static_cast<std::uint64_t>(replaced);
   return replaced;
 }
 
 /// §2.2.2: classify patches of the current frame, add those that are wrongly called the feature, retrain the leaves
 /// that did it, and those that call the feature something else; until there are none, or A34's rounds are over.
-void FeatureLearner::correct(const Snapshot &snapshot, const cv::Mat &channel, cv::Point position,
+/// `picture`: smoothed, with a border of half a patch.
+void FeatureLearner::correct(Member &member, const cv::Mat &picture, const cv::Mat &forbidden, cv::Point position,
                              const std::vector<SampleId> &positives) {
-  const int half = options_.patch / 2;
-  const cv::Rect picture({0, 0}, snapshot.bgr.size());
-  cv::Mat bordered;
-  const int border = half + margin_;
-  cv::copyMakeBorder(channel, bordered, border, border, border, border, cv::BORDER_REPLICATE);
-  bordered = smoothed(bordered);
+  const int half = options_.patch / 2, radius = options_.search_radius;
   const cv::Point origin(-half, -half);
-  const int radius = options_.search_radius;
-  const cv::Rect window = cv::Rect(position.x - radius, position.y - radius, 2 * radius + 1, 2 * radius + 1) & picture;
+  const cv::Rect all(0, 0, picture.cols - 2 * half, picture.rows - 2 * half);
+  const cv::Rect window = cv::Rect(position.x - radius, position.y - radius, 2 * radius + 1, 2 * radius + 1) & all;
   const auto &c = options_.choices;
   const double ignore = c.ignore_radius * options_.pixel;
 
   for (int round = 0; round < whole(c.learning_rounds); ++round) {
-    const auto tree = tree_->publish();
+    const Forest alone({member.tree.publish()});
     const SpatialWeight anywhere{position};
-    auto wrong = search(*tree, bordered, origin, {window, 1}, anywhere).matches;
-    for (const auto &p : search(*tree, bordered, origin, {picture, whole(c.evaluation_grid)}, anywhere).matches)
+    auto wrong = search(alone, picture, origin, {window, 1}, anywhere).matches;
+    for (const auto &p : search(alone, picture, origin, {all, whole(c.evaluation_grid)}, anywhere).matches)
       if (!window.contains(p)) wrong.push_back(p);
     std::erase_if(wrong, [&](cv::Point p) {
       return std::hypot(p.x - position.x, p.y - position.y) <= ignore ||
-             (!snapshot.forbidden.empty() && snapshot.forbidden.at<unsigned char>(p) != 0);
+             (!forbidden.empty() && forbidden.at<unsigned char>(p) != 0);
     });
     counters_->false_correspondences += wrong.size();
     std::vector<SampleId> errors;
     for (const auto id : positives)
-      if (tree_->misclassified(id)) errors.push_back(id);
+      if (member.tree.misclassified(id)) errors.push_back(id);
     for (int i = 0; i < whole(c.errors_per_round) && !wrong.empty(); ++i) {
       const auto k = random_.below(static_cast<std::uint32_t>(wrong.size()));
       const auto p = wrong[k];
       wrong[k] = wrong.back();
       wrong.pop_back();
-      errors.push_back(tree_->add(bordered({p.x, p.y, options_.patch, options_.patch}), Label::not_feature));
+      errors.push_back(member.tree.add(picture({p.x, p.y, options_.patch, options_.patch}), Label::not_feature));
     }
     // Nothing errs, or nothing that the stop rules let divide.
-    if (errors.empty() || retrain(errors) == 0) break;
+    if (errors.empty() || retrain(member.tree, errors) == 0) break;
   }
 }
 
 /// The oldest one goes for it.
-void FeatureLearner::keep_positive(const cv::Mat &patch, std::vector<SampleId> &wrong) {
+SampleId FeatureLearner::keep_positive(Member &member, const cv::Mat &patch) {
   const auto &c = options_.choices;
-  const auto most = static_cast<std::size_t>(c.recent_positives * (1 + c.update_warps));
-  const bool error = tree_->classify(patch) != Label::feature;
-  SampleId id = 0;
-  if (recent_.size() < most) {
-    id = tree_->add(patch, Label::feature);
-    recent_.push_back(id);
-  } else {
-    id = recent_[next_recent_];
-    tree_->replace(id, patch, Label::feature);
-    next_recent_ = (next_recent_ + 1) % recent_.size();
+  if (member.recent.size() < static_cast<std::size_t>(c.recent_positives * (1 + c.update_warps))) {
+    member.recent.push_back(member.tree.add(patch, Label::feature));
+    return member.recent.back();
   }
-  if (error && c.update_warps > 0) wrong.push_back(id);
+  const auto id = member.recent[member.next_recent];
+  member.tree.replace(id, patch, Label::feature);
+  member.next_recent = (member.next_recent + 1) % member.recent.size();
+  return id;
+}
+
+/// Reservoir: each negative ever seen is kept with equal probability. One that was called the feature always stays, in
+/// the place of another: without it the leaf could not be retrained.
+std::optional<SampleId> FeatureLearner::keep_negative(Member &member, const cv::Mat &patch, bool error) {
+  ++member.negatives_seen;
+  if (member.reservoir.size() < static_cast<std::size_t>(options_.choices.negative_reservoir)) {
+    member.reservoir.push_back(member.tree.add(patch, Label::not_feature));
+    return member.reservoir.back();
+  }
+  const auto slot = static_cast<std::size_t>(random_.uniform() * static_cast<double>(member.negatives_seen));
+  if (slot >= member.reservoir.size() && !error) return std::nullopt;
+  const auto id = member.reservoir[slot % member.reservoir.size()];
+  member.tree.replace(id, patch, Label::not_feature);
+  return id;
 }
 
 void FeatureLearner::update(const DescriptorUpdate &update) {
-  if (!tree_) return;
-  const auto &c = options_.choices;
-  std::vector<SampleId> wrong;
+  if (members_.empty()) return;
+  Samples samples;
   if (!update.feature.empty()) {
-    const int middle = update.feature.cols / 2;
+    const double middle = update.feature.cols / 2;
     cv::Mat patch;
-    sample_patch(update.feature, {static_cast<double>(middle), static_cast<double>(middle)}, grown(), patch);
-    keep_positive(smoothed(patch), wrong);
-    for (int i = 0; i < whole(c.update_warps); ++i) {
+    sample_patch(update.feature, {middle, middle}, grown(), patch);
+    samples.emplace_back(smoothed(patch).clone(), Label::feature);
+    for (int i = 0; i < whole(options_.choices.update_warps); ++i) {
       const auto &warp = warps_[random_.below(static_cast<std::uint32_t>(warps_.size()))];
-      sample_patch(update.feature, {static_cast<double>(middle), static_cast<double>(middle)}, grown(), warp, patch);
-      keep_positive(smoothed(patch), wrong);
+      sample_patch(update.feature, {middle, middle}, grown(), warp, patch);
+      samples.emplace_back(smoothed(patch).clone(), Label::feature);
     }
   }
-  for (const auto &raw : update.negatives) {
-    const cv::Mat patch = smoothed(raw);
-    const bool error = tree_->classify(patch) == Label::feature;
-    counters_->false_correspondences += error;
-    // Reservoir: each negative ever seen is kept with equal probability. One that was called the feature always stays,
-    // in the place of another: without it the leaf could not be retrained.
-    ++negatives_seen_;
-    SampleId id = 0;
-    if (reservoir_.size() < static_cast<std::size_t>(c.negative_reservoir)) {
-      id = tree_->add(patch, Label::not_feature);
-      reservoir_.push_back(id);
-    } else {
-      const auto slot = static_cast<std::size_t>(random_.uniform() * static_cast<double>(negatives_seen_));
-      if (slot >= reservoir_.size() && !error) continue;
-      id = reservoir_[slot % reservoir_.size()];
-      tree_->replace(id, patch, Label::not_feature);
-    }
-    if (error) wrong.push_back(id);
-  }
-  retrain(wrong);
+  for (const auto &raw : update.negatives) samples.emplace_back(smoothed(raw), Label::not_feature);
+  for (auto &member : members_) this->update(member, samples);
   publish();
+}
+
+void FeatureLearner::update(Member &member, const Samples &samples) {
+  std::vector<SampleId> wrong;
+  for (const auto &[patch, label] : samples) {
+    if (!takes_part()) continue;
+    const bool error = member.tree.classify(patch) != label;
+    if (label == Label::feature) {
+      const auto id = keep_positive(member, patch);
+      if (error && options_.choices.update_warps > 0) wrong.push_back(id);
+    } else {
+      counters_->false_correspondences += error;
+      const auto id = keep_negative(member, patch, error);
+      if (error && id) wrong.push_back(*id);
+    }
+  }
+  retrain(member.tree, wrong);
 }
 
 }  // namespace csd

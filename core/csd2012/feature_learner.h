@@ -6,11 +6,13 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "csd2012/choices.h"
 #include "image/warps.h"
 #include "learn/colour_choice.h"
+#include "learn/forest.h"
 #include "learn/growing_tree.h"
 #include "learn/negatives.h"
 #include "learn/random.h"
@@ -64,16 +66,30 @@ class FeatureLearner {
   int surroundings() const { return grown() + 2 * (grown() / 4 + 2); }
 
   /// The descriptor of now; null before the first learn() is done. Any thread.
-  std::shared_ptr<const Tree> published() const;
+  std::shared_ptr<const Forest> published() const;
 
  private:
+  /// A tree, and the slots of its samples that came by update().
+  struct Member {
+    GrowingTree tree;
+    std::vector<SampleId> recent = {}, reservoir = {};  // positives, negatives
+    std::size_t next_recent = 0, negatives_seen = 0;
+  };
+  using Samples = std::vector<std::pair<cv::Mat, Label>>;  // of one frame, as the tests compare them
+
   ColourPatches collect(const Snapshot &snapshot, cv::Point position);
-  void correct(const Snapshot &snapshot, const cv::Mat &channel, cv::Point position,
+  void plant(const ColourSpace &space);
+  void learn(Member &member, const Samples &samples, const cv::Mat &picture, const cv::Mat &forbidden,
+             cv::Point position, bool first);
+  void correct(Member &member, const cv::Mat &picture, const cv::Mat &forbidden, cv::Point position,
                const std::vector<SampleId> &positives);
+  void update(Member &member, const Samples &samples);
+  bool takes_part();
   ColourSpace choose_space(const ColourPatches &root) const;
   cv::Mat smoothed(const cv::Mat &grown) const;
-  int retrain(const std::vector<SampleId> &samples);
-  void keep_positive(const cv::Mat &patch, std::vector<SampleId> &wrong);
+  int retrain(GrowingTree &tree, const std::vector<SampleId> &samples);
+  SampleId keep_positive(Member &member, const cv::Mat &patch);
+  std::optional<SampleId> keep_negative(Member &member, const cv::Mat &patch, bool error);
   void publish();
   NegativeRules rules() const;
 
@@ -83,12 +99,10 @@ class FeatureLearner {
   std::optional<Smoke> smoke_;  // made with the first lesson
   std::vector<Warp> warps_;
   std::shared_ptr<LearningCounters> counters_;
-  std::optional<GrowingTree> tree_;
-  std::vector<SampleId> recent_, reservoir_;  // slots of the positives and negatives that came by update()
-  std::size_t next_recent_ = 0, negatives_seen_ = 0;
+  std::vector<Member> members_;
 
   mutable std::mutex mutex_;
-  std::shared_ptr<const Tree> published_;  // guarded by mutex_
+  std::shared_ptr<const Forest> published_;  // guarded by mutex_
 };
 
 }  // namespace csd

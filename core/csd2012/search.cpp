@@ -29,15 +29,14 @@ void take_best_patch(const cv::Mat &probability, const SearchArea &area, const S
     if (result.best && weighted == result.weighted && distance >= best_distance) continue;
     result.best = p;
     result.weighted = weighted;
-    result.cluster = 1;
     best_distance = distance;
   }
 }
 
-void take_best_cluster(const cv::Mat &probability, const SearchArea &area, const SpatialWeight &weight,
-                       const Clusters &clusters, SearchResult &result) {
+void take_best_cluster(const cv::Mat &probability, const SearchArea &area, const SpatialWeight &weight, int radius,
+                       SearchResult &result) {
   if (result.matches.empty()) return;
-  const int radius = std::max(1, clusters.radius / area.step), side = 2 * radius + 1;
+  const int side = 2 * radius + 1;
   cv::Mat sums;
   cv::boxFilter(probability, sums, -1, {side, side}, {-1, -1}, false, cv::BORDER_CONSTANT);
   cv::Point middle(-1, -1);
@@ -55,25 +54,15 @@ void take_best_cluster(const cv::Mat &probability, const SearchArea &area, const
     }
   if (middle.x < 0) return;
   const cv::Rect square = cv::Rect(middle.x - radius, middle.y - radius, side, side) & cv::Rect({0, 0}, sums.size());
-  cv::Point2d sum;
-  double total = 0, inside = 0, all = 0;
-  for (const auto &p : result.matches) {
-    const cv::Point at = (p - area.centres.tl()) / area.step;
-    const double weighted = probability.at<float>(at) * std::exp(-squared_distance(p, weight.last) * falloff(weight));
-    all += weighted;
-    if (square.contains(at)) inside += weighted;
-  }
-  result.share = all > 0 ? inside / all : 0;
+  cv::Point2d moment;
+  double total = 0;
   for (int row = square.y; row < square.br().y; ++row)
     for (int column = square.x; column < square.br().x; ++column) {
       const double p = probability.at<float>(row, column);
-      if (p <= 0) continue;
-      ++result.cluster;
       total += p;
-      sum += p * cv::Point2d(column, row);
+      moment += p * cv::Point2d(column, row);
     }
-  if (result.cluster < clusters.least || result.share < clusters.share || total <= 0) return;
-  result.best = cv::Point2d(area.centres.tl()) + area.step / total * sum;
+  if (total > 0) result.best = cv::Point2d(area.centres.tl()) + area.step / total * moment;
 }
 
 }  // namespace
@@ -85,39 +74,35 @@ Reach reach_after(const csd2012::Choices &choices, std::int64_t absence, bool an
           static_cast<int>(std::lround(radius * std::min(widened, choices.widest_search)))};
 }
 
-SearchResult search(const Tree &descriptor, const cv::Mat &channel, cv::Point origin, const SearchArea &area,
-                    const SpatialWeight &weight, const Clusters &clusters) {
+SearchResult search(const Forest &descriptor, const cv::Mat &channel, cv::Point origin, const SearchArea &area,
+                    const SpatialWeight &weight, const Best &wanted) {
   SearchResult result;
   const auto &centres = area.centres;
   if (centres.empty()) return result;
-  std::vector<std::int32_t> leaves;
-  descriptor.scan(channel, centres - origin, leaves, area.step);
-  const auto steps = [&](int length) { return (length + area.step - 1) / area.step; };
-  cv::Mat probability(steps(centres.height), steps(centres.width), CV_32FC1, cv::Scalar(0));
-  std::size_t i = 0;
+  cv::Mat probability;
+  descriptor.scan(channel, centres - origin, area.step, probability);
   for (int row = 0; row < probability.rows; ++row)
-    for (int column = 0; column < probability.cols; ++column, ++i) {
-      if (!descriptor.is_feature(leaves[i])) continue;
-      result.matches.push_back(centres.tl() + area.step * cv::Point(column, row));
-      probability.at<float>(row, column) = static_cast<float>(descriptor.probability(leaves[i]));
-    }
-  clusters.radius > 0 ? take_best_cluster(probability, area, weight, clusters, result)
-                      : take_best_patch(probability, area, weight, result);
+    for (int column = 0; column < probability.cols; ++column)
+      if (probability.at<float>(row, column) > 0)
+        result.matches.push_back(centres.tl() + area.step * cv::Point(column, row));
+  if (wanted.cluster_radius > 0)
+    take_best_cluster(probability, area, weight, std::max(1, wanted.cluster_radius / area.step), result);
+  else
+    take_best_patch(probability, area, weight, result);
+  if (result.weighted < wanted.least_probability) result.best.reset();
   return result;
 }
 
-SearchResult search_coarse_to_fine(const Tree &descriptor, const cv::Mat &channel, cv::Point origin,
-                                   const SearchArea &area, const SpatialWeight &weight, const Clusters &clusters) {
-  auto result = search(descriptor, channel, origin, area, weight, {clusters.radius});
-  if (!result.best || area.step == 1) return result;
-  const int reach = area.step - 1 + 2 * clusters.radius, side = 2 * reach + 1;
+SearchResult search_coarse_to_fine(const Forest &descriptor, const cv::Mat &channel, cv::Point origin,
+                                   const SearchArea &area, const SpatialWeight &weight, const Best &wanted) {
+  auto result = search(descriptor, channel, origin, area, weight, {wanted.cluster_radius});
+  if (!result.best) return result;
+  const int reach = area.step - 1 + 2 * wanted.cluster_radius, side = 2 * reach + 1;
   const cv::Rect around =
       cv::Rect(cvRound(result.best->x) - reach, cvRound(result.best->y) - reach, side, side) & area.centres;
-  const auto fine = search(descriptor, channel, origin, {around, 1}, weight, clusters);
+  const auto fine = search(descriptor, channel, origin, {around, 1}, weight, wanted);
   result.best = fine.best;
   result.weighted = fine.weighted;
-  result.cluster = fine.cluster;
-  result.share = fine.share;
   return result;
 }
 

@@ -9,24 +9,22 @@
 #include <vector>
 
 #include "csd2012/choices.h"
-#include "learn/tree.h"
+#include "learn/forest.h"
 
 namespace csd {
 
 /// Positions that a descriptor calls "feature", and the best of them (§2.1.4).
 struct SearchResult {
-  std::optional<cv::Point2d> best;  ///< none: nothing is labelled feature, the feature is hidden
-  double weighted = 0;              ///< its probability, or its cluster's, times the weight of its place
-  int cluster = 0;                  ///< patches of its cluster that are labelled feature
-  double share = 1;                 ///< of the weighted probability of all patches, that its cluster holds
+  std::optional<cv::Point2d> best;  ///< none: the feature is hidden
+  double weighted = 0;              ///< of the best patch or cluster: its probability times the weight of its place
   std::vector<cv::Point> matches;   ///< all positions labelled feature, row by row
 };
 
-/// Patches that lie together, for "image patches around the true location may be visually similar" (§2.1.4).
-struct Clusters {
-  int radius = 0;    ///< half of their square's side; 0: each patch is for itself
-  int least = 1;     ///< patches labelled feature; fewer are no feature
-  double share = 0;  ///< of all weighted probability; less is no feature: it may be anywhere
+/// What is taken for the feature. Patches that lie together may be taken together, for "image patches around the true
+/// location may be visually similar" (§2.1.4).
+struct Best {
+  int cluster_radius = 0;        ///< half of a cluster's side; 0: each patch is for itself
+  double least_probability = 0;  ///< weighted: with less, the feature is hidden
 };
 
 /// Where to look: each `step`-th position of each `step`-th line of `centres` (working pixels).
@@ -58,11 +56,11 @@ Reach reach_after(const csd2012::Choices &choices, std::int64_t absence, bool an
 ///
 /// `channel`: CV_8UC1 in the descriptor's colour space, whose pixel (0,0) is `origin` in working coordinates; the
 /// patches around all centres lie in it.
-SearchResult search(const Tree &descriptor, const cv::Mat &channel, cv::Point origin, const SearchArea &area,
-                    const SpatialWeight &weight, const Clusters &clusters = {});
+SearchResult search(const Forest &descriptor, const cv::Mat &channel, cv::Point origin, const SearchArea &area,
+                    const SpatialWeight &weight, const Best &wanted = {});
 
 /// For a feature that may be anywhere: coarsely, then all around the best.
-SearchResult search_coarse_to_fine(const Tree &descriptor, const cv::Mat &channel, cv::Point origin,
-                                   const SearchArea &area, const SpatialWeight &weight, const Clusters &clusters = {});
+SearchResult search_coarse_to_fine(const Forest &descriptor, const cv::Mat &channel, cv::Point origin,
+                                   const SearchArea &area, const SpatialWeight &weight, const Best &wanted = {});
 
 }  // namespace csd

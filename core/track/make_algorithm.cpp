@@ -25,6 +25,8 @@ std::unique_ptr<Algorithm> make_algorithm(const Settings &settings, Executor &ex
       return std::make_unique<Csd>(settings, SideBySide(executor));
     case AlgorithmKind::csd_2012:
       return std::make_unique<Csd2012>(settings, executor);
+    case AlgorithmKind::csd_forest:
+      return std::make_unique<Csd2012>(settings, executor, csd2012::forest_choices());
   }
   throw std::invalid_argument("make_algorithm: no such algorithm");
 }

@@ -23,6 +23,8 @@ std::string_view algorithm_name(AlgorithmKind kind) {
       return "ms2";
     case AlgorithmKind::sift:
       return "sift";
+    case AlgorithmKind::csd_forest:
+      return "csd-forest";
   }
   return "";
 }

@@ -49,7 +49,7 @@ struct Tracks {
   bool changed = false;    ///< some feature's state is not what it was in the frame before, or a feature is new
 };
 
-enum class AlgorithmKind : std::uint8_t { csd, csd_2012, lk, ms1, ms2, sift };
+enum class AlgorithmKind : std::uint8_t { csd, csd_2012, lk, ms1, ms2, sift, csd_forest };
 std::string_view algorithm_name(AlgorithmKind kind);  ///< "csd", "csd-2012", …: as the element's property says it
 
 enum class ContentArea : std::uint8_t { automatic, full };

@@ -37,10 +37,10 @@ class Tracker(_core.Tracker):  # signatures are Python's, and so is what is said
         region         (x, y, width, height) in whole pixels: where detection may look; None: everywhere
         content_area   "auto": the dark border and burnt-in graphics are left alone; "full": all is tissue
         patch_size     0…1024 px: side of a feature's patch; 0: from the frame's height
-        search_radius  0…2048 px; 0: from the frame's height (csd-2012 only)
+        search_radius  0…2048 px; 0: from the frame's height (csd-2012 and csd-forest only)
         training_time  ns: how long a feature is "learning"
         learning       "async": frames don't wait for learning; "sync": they do, and results are the same on each run
-                       (only csd-2012 learns beside the frames)
+                       (only csd-2012 and csd-forest learn beside the frames)
         n_threads      0…256 learner threads; 0: one fewer than there are processors, at least 1
         frame_budget   ns: past it the least urgent features of a frame wait; 0: none (csd only)
         seed           of every random choice

@@ -31,7 +31,7 @@ class Tracker:
     def __init__(
         self,
         *,
-        algorithm: Literal["csd", "csd-2012", "lk", "ms1", "ms2", "sift"] = "csd",
+        algorithm: Literal["csd", "csd-2012", "lk", "ms1", "ms2", "sift", "csd-forest"] = "csd",
         order: Literal["rgb", "bgr"] = "rgb",
         max_features: int = 50,
         points: ArrayLike | None = None,

@@ -27,7 +27,7 @@ namespace {
 
 constexpr int learner_nice = 10;  // learners give way, as those of the element do
 
-constexpr std::size_t algorithms = static_cast<std::size_t>(AlgorithmKind::sift) + 1;
+constexpr std::size_t algorithms = static_cast<std::size_t>(AlgorithmKind::csd_forest) + 1;
 
 std::string_view algorithm_word(std::size_t i) {
   return algorithm_name(static_cast<AlgorithmKind>(i));

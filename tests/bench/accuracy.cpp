@@ -103,6 +103,7 @@ std::unique_ptr<Algorithm> make(const Settings &settings, const Options &options
     case AlgorithmKind::csd:
       return std::make_unique<Csd>(settings, SideBySide(), options.tuning);
     case AlgorithmKind::csd_2012:
+    case AlgorithmKind::csd_forest:
       return std::make_unique<Csd2012>(settings, pool, options.choices);
     default:
       return make_algorithm(settings, pool);
@@ -238,7 +239,7 @@ Options parse(int argc, char **argv) {
   Options options;
   options.keep = fs::temp_directory_path().string();
   if (const char *clips = std::getenv("CSDTRACK_CLIPS")) options.clips = clips;
-  std::vector<std::string> names;
+  std::vector<std::string> names, assignments;
   for (int i = 1; i < argc; ++i) {
     const std::string_view name = argv[i];
     const auto value = [&]() -> std::string {
@@ -264,7 +265,7 @@ Options parse(int argc, char **argv) {
     } else if (name == "--clips") {
       options.clips = value();
     } else if (name == "--set") {
-      options.algorithm == AlgorithmKind::csd ? set(options.tuning, value()) : set(options.choices, value());
+      assignments.push_back(value());
     } else if (name == "--evidence") {
       options.evidence = value();
     } else if (name == "--seeds") {
@@ -277,6 +278,9 @@ Options parse(int argc, char **argv) {
       names.emplace_back(name);
     }
   }
+  if (options.algorithm == AlgorithmKind::csd_forest) options.choices = csd2012::forest_choices();
+  for (const auto &assignment : assignments)
+    options.algorithm == AlgorithmKind::csd ? set(options.tuning, assignment) : set(options.choices, assignment);
   const auto known = options.tissue.empty() ? known_sequences(options.clips) : on_tissue(options.tissue);
   for (const auto &name : names) {
     const auto before = options.wanted.size();

@@ -102,7 +102,7 @@ void gather_and_search_41(benchmark::State &state) {
     auto result = search(*tree, channel, {at.x - 30, at.y - 30}, {{at.x - 20, at.y - 20, 41, 41}, 1}, {at, 10});
     benchmark::DoNotOptimize(result.weighted);
   }
-  state.counters["nodes"] = static_cast<double>(tree->nodes().size());
+  state.counters["nodes"] = static_cast<double>(tree->trees().front()->nodes().size());
 }
 BENCHMARK(gather_and_search_41)->Unit(benchmark::kMicrosecond);
 

@@ -27,7 +27,7 @@ constexpr Size sizes[] = {{1, 1},    {2, 2},     {1, 97},    {14, 11},     {31, 
 constexpr std::size_t small_sizes = 6, usual_sizes = 8;
 
 constexpr unsigned paddings[] = {0, 1, 5};
-constexpr const char *algorithms[] = {"csd", "csd-2012", "lk", "ms1", "ms2", "sift"};
+constexpr const char *algorithms[] = {"csd", "csd-2012", "csd-forest", "lk", "ms1", "ms2", "sift"};
 constexpr const char *overlays[] = {"none", "meta", "draw"};
 constexpr GstVideoInterlaceMode fields[] = {GST_VIDEO_INTERLACE_MODE_PROGRESSIVE, GST_VIDEO_INTERLACE_MODE_INTERLEAVED,
                                             GST_VIDEO_INTERLACE_MODE_MIXED};

@@ -193,7 +193,7 @@ void emit_signals(GstElement *track, unsigned round) {
 }  // namespace
 
 GST_START_TEST(four_threads_at_full_speed) {
-  constexpr const char *algorithms[] = {"csd", "csd-2012", "lk"};
+  constexpr const char *algorithms[] = {"csd", "csd-2012", "csd-forest", "lk"};
   const char *wanted = g_getenv("CSDTRACK_OPERATIONS");
   const unsigned operations = wanted ? static_cast<unsigned>(std::atol(wanted)) : 2000;
   GstElement *pipeline =
@@ -247,7 +247,7 @@ static void plays_to_its_end(GstElement *pipeline, int elements, guint64 frames)
 }
 
 GST_START_TEST(eight_elements_in_a_process) {
-  constexpr const char *algorithms[] = {"csd", "csd-2012", "lk", "sift"};
+  constexpr const char *algorithms[] = {"csd", "csd-2012", "lk", "csd-forest"};
   std::string branches = "tee name=s";
   for (int i = 0; i < 8; ++i)
     branches += std::string(i ? " ! fakesink s." : "") + " ! queue ! csdtrack max-features=5 n-threads=2 name=t" +
@@ -273,7 +273,7 @@ static Suite *csdtrack_threads_suite() {
   tcase_add_test(tc, lk_is_talked_to);
   tcase_add_test(tc, csd_2012_is_talked_to_as_it_learns);
   tcase_add_test(tc, states_change_while_another_thread_talks);
-  tcase_add_loop_test(tc, four_threads_at_full_speed, 0, 3);
+  tcase_add_loop_test(tc, four_threads_at_full_speed, 0, 4);
   tcase_add_test(tc, eight_elements_in_a_process);
   tcase_add_loop_test(tc, any_number_of_threads, 1, 17);
   return suite;

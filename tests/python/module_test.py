@@ -318,7 +318,7 @@ class Stream(harness.Case):
 
     def test_settings_that_are_none(self):
         for name, value, kind, text in (
-                ("algorithm", "kcf", ValueError, "none of 'csd', 'csd-2012', 'lk', 'ms1', 'ms2', 'sift'"),
+                ("algorithm", "kcf", ValueError, "none of 'csd', 'csd-2012', 'lk', 'ms1', 'ms2', 'sift', 'csd-forest'"),
                 ("algorithm", 3, TypeError, "algorithm=3"), ("order", "RGB", ValueError, "'rgb', 'bgr'"),
                 ("learning", "no", ValueError, "'async', 'sync'"), ("content_area", "", ValueError, "'auto', 'full'"),
                 ("points", [], ValueError, "max_features=0"), ("points", [[1, 2, 3]], ValueError, r"\(1, 3\)"),

@@ -81,5 +81,38 @@ TEST(Choices, SmoothedAndByItsClusterAFeatureIsFoundMoreExactly) {
   EXPECT_LT(error_of(run(few_features(), 2, 40, choices)), usual);
 }
 
+// Five trees say another place than one; the patch, where it fits, says it to a fraction of a pixel.
+TEST(Choices, OfTheForestSeveralTreesAndTheAlignedPatchBothTell) {
+  auto settings = few_features();
+  settings.max_features = 6;
+  Choices alone = forest_choices();
+  alone.co_training = 0;
+  auto one = alone;
+  one.trees = 1;
+  const auto five_trees = run(settings, 2, 30, alone), one_tree = run(settings, 2, 30, one);
+  EXPECT_FALSE(same_tracks(five_trees, one_tree));
+  const double together = error_of(run(settings, 2, 30, forest_choices()));
+  EXPECT_LT(together, 0.5 * error_of(five_trees));
+  EXPECT_LT(together, 0.2);
+}
+
+// With sync learning no thread decides anything, however many trees there are.
+TEST(Choices, OfTheForestGiveTheSameForEveryNumberOfThreads) {
+  auto settings = few_features();
+  settings.max_features = 4;
+  EXPECT_TRUE(same_tracks(run(settings, 1, 20, forest_choices()), run(settings, 3, 20, forest_choices())));
+}
+
+// Nothing is learnt, and nothing claimed, where less than the least probability is found.
+TEST(Choices, WithMoreThanAnyProbabilityNothingIsClaimedOnceTheDescriptorHasTakenOver) {
+  auto settings = few_features();
+  settings.max_features = 3;
+  Choices choices;
+  choices.least_probability = 2;
+  const auto all = run(settings, 2, 30, choices);
+  EXPECT_TRUE(std::none_of(all.back().features.begin(), all.back().features.end(),
+                           [](const Feature &f) { return claims_position(f.state); }));
+}
+
 }  // namespace
 }  // namespace csd::csd2012

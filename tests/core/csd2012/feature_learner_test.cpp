@@ -18,6 +18,12 @@
 namespace csd {
 namespace {
 
+/// Of the one tree that it has.
+std::shared_ptr<const Tree> tree_of(const FeatureLearner &learner) {
+  const auto forest = learner.published();
+  return forest ? forest->trees().front() : nullptr;
+}
+
 class LearningAFeature : public testing::Test {
  protected:
   LearningAFeature() {
@@ -37,10 +43,7 @@ class LearningAFeature : public testing::Test {
     sample_patch(channel, p, learner_.grown(), warp, out);
     return out;
   }
-  bool is_feature(const cv::Mat &patch) const {
-    const auto tree = learner_.published();
-    return tree->is_feature(tree->leaf(patch));
-  }
+  bool is_feature(const cv::Mat &patch) const { return learner_.published()->probability(patch) > 0; }
 
   /// The picture as the descriptor sees it.
   cv::Mat whole_picture() const {
@@ -67,13 +70,13 @@ TEST_F(LearningAFeature, NothingIsPublishedBeforeTheFirstLesson) {
 
 TEST_F(LearningAFeature, AfterALessonTheFeatureIsRecognisedAndItsSurroundingsAreNot) {
   learner_.learn(snapshot_, at_);
-  const auto tree = learner_.published();
+  const auto tree = tree_of(learner_);
   ASSERT_NE(tree, nullptr);
   const cv::Mat channel = whole_picture();
   EXPECT_TRUE(is_feature(patch(at_)));
   // One positive, 3 in smoke, 66 warps.
   EXPECT_EQ(tree->features(), 70u);
-  const auto result = search(*tree, channel, {0, 0}, {{120, 80, 81, 81}, 1}, {at_, 10});
+  const auto result = search(*learner_.published(), channel, {0, 0}, {{120, 80, 81, 81}, 1}, {at_, 10});
   ASSERT_TRUE(result.best);
   EXPECT_LE(std::hypot(result.best->x - at_.x, result.best->y - at_.y), 4);
   // §2.2.2 ends with no false correspondence in the search window (radius 20) beyond the 4 px that are left alone.
@@ -82,7 +85,7 @@ TEST_F(LearningAFeature, AfterALessonTheFeatureIsRecognisedAndItsSurroundingsAre
     EXPECT_TRUE(distance <= 4 || std::abs(p.x - at_.x) > 20 || std::abs(p.y - at_.y) > 20) << p;
   }
   // And with none on the grid of every 4th position of the picture.
-  const auto grid = search(*tree, channel, {0, 0}, {{12, 12, 296, 216}, 4}, {at_, 10});
+  const auto grid = search(*learner_.published(), channel, {0, 0}, {{12, 12, 296, 216}, 4}, {at_, 10});
   for (const auto &p : grid.matches) EXPECT_LE(std::hypot(p.x - at_.x, p.y - at_.y), 4) << p;
 }
 
@@ -91,14 +94,14 @@ TEST_F(LearningAFeature, InTheCornerItIsRecognisedWithTheBorderReplicated) {
   const cv::Point corner(319, 239);
   learner_.learn(snapshot_, corner);
   EXPECT_TRUE(is_feature(patch(corner)));
-  EXPECT_EQ(learner_.published()->features(), 70u);
+  EXPECT_EQ(tree_of(learner_)->features(), 70u);
 }
 
 // The warps are in the training set. One may still be called "not a feature", but only in a leaf that the stop rules do
 // not let divide: of fewer than four samples (StopRules).
 TEST_F(LearningAFeature, WarpsOfTheFeatureAreRecognisedAsFarAsTheStopRulesAllow) {
   learner_.learn(snapshot_, at_);
-  const auto tree = learner_.published();
+  const auto tree = tree_of(learner_);
   int recognised = 0;
   for (const auto &warp : geometric_warps(21)) {
     const cv::Mat bent = patch(at_, warp);
@@ -136,7 +139,7 @@ TEST_F(LearningAFeature, WarpsOfWhatWasFoundReachFurther) {
     int found = 0;
     for (int degrees = 50; degrees <= 80; degrees += 2) {
       sample_patch(channel, at_, learner.grown(), rotation_warp(degrees), patch);
-      const auto tree = learner.published();
+      const auto tree = tree_of(learner);
       found += tree->is_feature(tree->leaf(patch));
     }
     return found;
@@ -147,7 +150,7 @@ TEST_F(LearningAFeature, WarpsOfWhatWasFoundReachFurther) {
 TEST_F(LearningAFeature, EachLessonAddsItsPositives) {
   learner_.learn(snapshot_, at_);
   learner_.learn(snapshot_, at_);
-  EXPECT_EQ(learner_.published()->features(), 140u);
+  EXPECT_EQ(tree_of(learner_)->features(), 140u);
 }
 
 TEST_F(LearningAFeature, TheDescriptorMayBeUsedWhileTheNextIsLearnt) {
@@ -156,7 +159,7 @@ TEST_F(LearningAFeature, TheDescriptorMayBeUsedWhileTheNextIsLearnt) {
   std::vector<std::uint32_t> seen;
   std::thread reader([&] {
     do {
-      const auto tree = learner_.published();
+      const auto tree = tree_of(learner_);
       const cv::Mat flat(21, 21, CV_8UC1, cv::Scalar(90));
       EXPECT_LE(tree->probability(tree->leaf(flat)), 1.0);
       if (seen.empty() || seen.back() != tree->features()) seen.push_back(tree->features());
@@ -168,7 +171,7 @@ TEST_F(LearningAFeature, TheDescriptorMayBeUsedWhileTheNextIsLearnt) {
   reader.join();
   // Only whole lessons are published.
   for (const auto features : seen) EXPECT_EQ(features % 70, 0u);
-  EXPECT_EQ(learner_.published()->features(), 210u);
+  EXPECT_EQ(tree_of(learner_)->features(), 210u);
 }
 
 TEST_F(LearningAFeature, SuccessAddsToTheDistributionAndTheRingHolds200) {
@@ -176,9 +179,9 @@ TEST_F(LearningAFeature, SuccessAddsToTheDistributionAndTheRingHolds200) {
   DescriptorUpdate update;
   update.feature = grown(at_);
   learner_.update(update);
-  EXPECT_EQ(learner_.published()->features(), 71u);
+  EXPECT_EQ(tree_of(learner_)->features(), 71u);
   for (int i = 0; i < 300; ++i) learner_.update(update);
-  EXPECT_EQ(learner_.published()->features(), 270u);
+  EXPECT_EQ(tree_of(learner_)->features(), 270u);
 }
 
 TEST_F(LearningAFeature, AFalseCorrespondenceRetrainsItsLeaf) {
@@ -201,7 +204,7 @@ TEST_F(LearningAFeature, AFalseCorrespondenceRetrainsItsLeaf) {
   update.negatives.assign(60000, flat);
   learner_.update(update);
   std::size_t negatives = 0;
-  for (const auto tree = learner_.published(); const auto &node : tree->nodes()) negatives += node.not_feature;
+  for (const auto tree = tree_of(learner_); const auto &node : tree->nodes()) negatives += node.not_feature;
   EXPECT_LT(negatives, 4000u);
   EXPECT_GE(negatives, 3000u);
   update.negatives.clear();
@@ -218,7 +221,7 @@ TEST_F(LearningAFeature, AFalseCorrespondenceRetrainsItsLeaf) {
 TEST_F(LearningAFeature, NothingIsLearntWhereItIsForbidden) {
   snapshot_.forbidden = cv::Mat(snapshot_.luma.size(), CV_8UC1, cv::Scalar(255));
   learner_.learn(snapshot_, at_);
-  const auto tree = learner_.published();
+  const auto tree = tree_of(learner_);
   std::uint32_t negatives = 0;
   for (const auto &node : tree->nodes()) negatives += node.not_feature;
   EXPECT_EQ(negatives, 0u);
@@ -241,7 +244,7 @@ TEST_F(LearningAFeature, NegativesAreRandomAndSimilarOnesEachWithSmoke) {
   ASSERT_GE(similar, 1u) << "the copy";
   learner_.learn(snapshot_, at_);
   std::size_t negatives = 0;
-  const auto tree = learner_.published();
+  const auto tree = tree_of(learner_);
   for (const auto &node : tree->nodes()) negatives += node.not_feature;
   EXPECT_EQ(negatives, 4 * (26 + similar));
 }
@@ -253,10 +256,10 @@ TEST_F(LearningAFeature, TheRingForgetsTheOldestSuccesses) {
   csd2012::smooth(inverse, choices_.smoothing, other);
   other = other.clone();
   const auto features_with_other = [&] {
-    const auto tree = learner_.published();
+    const auto tree = tree_of(learner_);
     return tree->nodes()[static_cast<std::size_t>(tree->leaf(other))].feature;
   };
-  ASSERT_NE(learner_.published()->leaf(patch(at_)), learner_.published()->leaf(other));
+  ASSERT_NE(tree_of(learner_)->leaf(patch(at_)), tree_of(learner_)->leaf(other));
   const auto before = features_with_other();
   const auto succeed = [&](int times, const cv::Mat &feature) {
     for (int i = 0; i < times; ++i) learner_.update({feature, {}});
@@ -274,7 +277,7 @@ TEST_F(LearningAFeature, AtTheEdgeOfThePicture) {
     FeatureLearner learner(LearnerOptions{}, Random(1), counters_);
     learner.learn(snapshot_, p);
     ASSERT_NE(learner.published(), nullptr);
-    EXPECT_GE(learner.published()->features(), 70u);
+    EXPECT_GE(tree_of(learner)->features(), 70u);
   }
 }
 

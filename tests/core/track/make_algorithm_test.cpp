@@ -25,6 +25,8 @@ TEST(MakeAlgorithm, MakesTheOneThatTheSettingsName) {
   EXPECT_NE(dynamic_cast<Csd *>(make_algorithm(settings, none).get()), nullptr);
   settings.algorithm = AlgorithmKind::csd_2012;
   EXPECT_NE(dynamic_cast<Csd2012 *>(make_algorithm(settings, none).get()), nullptr);
+  settings.algorithm = AlgorithmKind::csd_forest;
+  EXPECT_NE(dynamic_cast<Csd2012 *>(make_algorithm(settings, none).get()), nullptr);
 }
 
 TEST(MakeAlgorithm, RefusesAnUnknownOne) {
@@ -38,8 +40,8 @@ TEST(MakeAlgorithm, RefusesAnUnknownOne) {
 TEST(MakeAlgorithm, NoneReplenishes) {
   NoExecutor none;
   Settings settings;
-  for (const auto kind :
-       {AlgorithmKind::csd_2012, AlgorithmKind::lk, AlgorithmKind::ms1, AlgorithmKind::ms2, AlgorithmKind::sift}) {
+  for (const auto kind : {AlgorithmKind::csd_2012, AlgorithmKind::csd_forest, AlgorithmKind::lk, AlgorithmKind::ms1,
+                          AlgorithmKind::ms2, AlgorithmKind::sift}) {
     settings.algorithm = kind;
     EXPECT_FALSE(make_algorithm(settings, none)->replenishes()) << algorithm_name(kind);
     EXPECT_FALSE(make_algorithm(settings, none)->avoids_tools()) << algorithm_name(kind);
