@@ -8,7 +8,7 @@ import shutil
 
 import builds
 
-COMMANDS = ("beyond", "tissue", "paper")  # in the order of their sections
+COMMANDS = ("beyond", "tissue", "choices", "paper")  # in the order of their sections
 HEAD = """# Evaluation
 
 How good the trackers are on simulated tissue ([simulator.md](simulator.md)), with exact truth in each frame. Everything below the marks is
@@ -89,7 +89,7 @@ def sections(path):
 
 
 def empty(command):
-    run = "beyond --tissue DIR" if command == "tissue" else command
+    run = {"tissue": "beyond --tissue DIR", "choices": "choices --tissue DIR"}.get(command, command)
     return f"\nNot run yet: `pipelines/experiments/{run}`.\n\n"
 
 

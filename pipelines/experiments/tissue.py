@@ -55,6 +55,21 @@ def accuracy(*arguments):
     return done.stdout
 
 
+def each(work, of, known, kept, jobs, say):
+    """[of(w) for w in work], `jobs` at a time. After each, say(how many are done, its result), and `known`, to which of() adds, is written to `kept`."""
+    results = []
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        try:
+            for done, result in enumerate(pool.map(of, work), 1):
+                results.append(result)
+                say(done, result)
+                kept.write_text(json.dumps(known))
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+    return results
+
+
 def measure(options, out, frames):
     """A Result for each scene, those of an earlier run of the same program among them."""
     folders = [word for folder in options.tissue for word in ("--tissue", folder)]
@@ -72,17 +87,9 @@ def measure(options, out, frames):
         bound = BOUND.search(known[key], row.end())
         return Result(row[1], row[2], *map(float, row.groups()[2:]), float(bound[2]))
 
-    results = []
-    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-        try:
-            for done, result in enumerate(pool.map(of, scenes), 1):
-                results.append(result)
-                print(f"{done} of {len(scenes)}: {result.kind}/{result.tissue} {result.sensitivity:.4f} / {result.k:.4f}", file=sys.stderr)
-                kept.write_text(json.dumps(known))
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
-    return results
+    def say(done, result):
+        print(f"{done} of {len(scenes)}: {result.kind}/{result.tissue} {result.sensitivity:.4f} / {result.k:.4f}", file=sys.stderr)
+    return each(scenes, of, known, kept, options.jobs, say)
 
 
 def mean(results, field):

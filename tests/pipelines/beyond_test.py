@@ -38,7 +38,7 @@ class Quick(unittest.TestCase):
         cls.out = pathlib.Path(tempfile.mkdtemp(prefix="csdtrack-beyond-"))
         cls.addClassCleanup(shutil.rmtree, cls.out)
         (cls.out / "evaluation.md").write_text("".join(
-            "{}\n{}{}\n".format(page.marks(c)[0], text, page.marks(c)[1]) for c, text in zip(("paper", "beyond", "tissue"), (*KEPT, TISSUE))))
+            "{}\n{}{}\n".format(page.marks(c)[0], text, page.marks(c)[1]) for c, text in zip(("paper", "beyond", "tissue", "choices"), (*KEPT, TISSUE, "\n"))))
         done = beyond("--quick", "--out", cls.out)
         assert done.returncode == 0, done.stderr
         cls.page = (cls.out / "evaluation.md").read_text()
@@ -248,7 +248,7 @@ class Errors(unittest.TestCase):
             with self.subTest(text), tempfile.TemporaryDirectory() as out:
                 written = pathlib.Path(out) / "evaluation.md"
                 written.write_text("".join("{}\n{}{}\n".format(page.marks(c)[0], t, page.marks(c)[1])
-                                           for c, t in (("beyond", text), ("tissue", TISSUE), ("paper", "\n"))))
+                                           for c, t in (("beyond", text), ("tissue", TISSUE), ("choices", "\n"), ("paper", "\n"))))
                 before = written.read_text()
                 done = beyond("--quick", "--out", out)
                 self.assertEqual(done.returncode, 1, done.stderr)

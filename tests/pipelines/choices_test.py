@@ -1,0 +1,89 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""pipelines/experiments/choices on a generated picture, and what it says of wrong folders. choices_test.py ROOT BUILD"""
+
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import cv2
+import numpy as np
+
+ROOT, BUILD = map(pathlib.Path, sys.argv[1:3])
+sys.path.insert(0, str(ROOT / "pipelines" / "experiments"))
+import page  # noqa: E402
+
+PLAN = json.loads((ROOT / "pipelines" / "experiments" / "choices.json").read_text())
+CELL = r"^[01]\.\d{3} / [01]\.\d{3}$"
+
+
+def choices(*arguments):
+    return subprocess.run([ROOT / "pipelines" / "experiments" / "choices", "--no-install", *map(str, arguments)],
+                          capture_output=True, text=True, env={**os.environ, "CSDTRACK_BUILD": str(BUILD)})
+
+
+class Choices(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="csdtrack-choices-"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        cls.pictures = cls.folder / "pictures"
+        cls.pictures.mkdir()
+        noise = cv2.GaussianBlur(np.random.default_rng(1).normal(size=(400, 400, 3)).astype(np.float32), (0, 0), 3)
+        cv2.imwrite(str(cls.pictures / "rich.png"), np.clip(120 + 30 * noise / noise.std(), 0, 255).astype(np.uint8))
+        cls.out = cls.folder / "out"
+        cls.done = choices("--tissue", cls.pictures, "--quick", "--out", cls.out)
+        assert cls.done.returncode == 0, cls.done.stderr
+        cls.section = page.sections(cls.out / "evaluation.md")["choices"]
+
+    def rows(self):
+        return [line.strip("| ").split(" | ") for line in self.section.splitlines() if line.startswith("| ")]
+
+    def test_each_reading_and_each_choice_has_its_row(self):
+        rows = self.rows()[-len(PLAN["rows"]):]
+        self.assertEqual([row[0] for row in rows], [row["title"] for row in PLAN["rows"]])
+        for row in rows:
+            for cell in row[1:4]:
+                self.assertRegex(cell.rstrip("| "), CELL)
+        for row in rows[1:]:
+            middle, low, high = map(float, re.fullmatch(r"(\S+) \[(\S+), (\S+)\]", row[4].replace("−", "-")).groups())
+            self.assertLessEqual(low, middle)
+            self.assertLessEqual(middle, high)
+
+    def test_a_change_is_compared_with_what_it_changes(self):
+        scores = {row[0]: [tuple(map(float, cell.split(" / "))) for cell in row[1:4]] for row in self.rows()[-len(PLAN["rows"]):]}
+        difference = {row[0]: float(row[4].split()[0].replace("−", "-")) for row in self.rows()[-len(PLAN["rows"]) + 1:]}
+
+        def quality(title):  # of the four scenes: the last class has two
+            (a, b), (c, d), (e, f) = scores[title]
+            return ((a - b) + (c - d) + 2 * (e - f)) / 4
+        for title, base in (("csd-forest with one tree", "**csd-forest**"), ("lk", PLAN["rows"][0]["title"]),
+                            ("patches are smoothed, σ = 2 px", PLAN["rows"][0]["title"])):
+            self.assertAlmostEqual(difference[title], quality(title) - quality(base), delta=0.0025)
+
+    def test_goes_on_where_it_was(self):
+        results = self.out / "results.json"
+        before = json.loads(results.read_text())
+        self.assertEqual(len(before), 4 * len(PLAN["rows"]))
+        results.write_text(json.dumps({key: scores for key, scores in before.items() if "beat/rich --algorithm lk" not in key}))
+        again = choices("--tissue", self.pictures, "--quick", "--out", self.out)
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertEqual(json.loads(results.read_text()), before)
+        self.assertEqual(page.sections(self.out / "evaluation.md")["choices"], self.section)
+
+    def test_wrong_use(self):
+        done = choices("--tissue", self.folder / "nowhere", "--quick", "--out", self.folder / "other")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("is no folder", done.stderr)
+        self.assertNotIn("Traceback", done.stderr)
+        self.assertEqual(choices("--quick").returncode, 2)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
