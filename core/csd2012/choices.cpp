@@ -43,7 +43,6 @@ constexpr NamedNumber<Choices> fields[] = {
     FIELD(whole_pictures_per_frame),
     FIELD(cluster_radius),
     FIELD(least_probability),
-    FIELD(update_probability),
     FIELD(random_updates),
     FIELD(false_updates),
     FIELD(update_warps),
@@ -67,7 +66,6 @@ Choices forest_choices() {
   c.anywhere_after = 1e6;
   c.cluster_radius = 2;
   c.least_probability = 0.02;
-  c.update_probability = 0.02;
   return c;
 }
 

@@ -65,10 +65,9 @@ struct Choices {
   /// Half the side of the square whose patches are taken together: the place is the middle of the best such cluster. 0:
   /// the patch with the largest weighted probability, of equal ones the nearest to the last place.
   double cluster_radius = 0;
-  double least_probability = 0;  ///< weighted, of the best patch or cluster: with less, the feature is hidden
+  double least_probability = 0;  ///< weighted P(N) of the best patch, or their sum in the best cluster: less is hidden
 
   // The adaptive update (§2.1.5).
-  double update_probability = 0;     ///< the same, for "successfully tracked": with less, the patch is not learnt
   double random_updates = 10;        ///< random negatives of a frame
   double false_updates = 10;         ///< at most so many of the patches of the window that are wrongly labelled feature
   double update_warps = 0;           ///< warps, drawn at random, of the feature's patch
@@ -78,8 +77,8 @@ struct Choices {
   double waiting_lessons = 32;       ///< training frames of one feature that may wait
 };
 
-/// csd-forest's, found on seed 1 with three pictures of real tissue as texture; docs/evaluation.md has what each is
-/// worth on others.
+/// csd-forest's, found on seed 1 with three pictures of real tissue as texture. docs/evaluation.md has what most of
+/// them are worth on others.
 Choices forest_choices();
 
 std::span<const NamedNumber<Choices>> choice_fields();

@@ -24,6 +24,7 @@ struct Csd2012::Follower {
   std::int64_t begun, last_seen, last_lesson = 0;
   bool recursive = true;    ///< LK follows it; else the descriptor does
   bool taken_over = false;  ///< the descriptor has looked for it
+  bool in_sight = true;     ///< it was found in the last frame: it is close to `work`
   bool learn = true;        ///< this frame is a lesson
   int lessons = 0;
   Random random;
@@ -165,6 +166,7 @@ void Csd2012::recurse(const FrameContext &context) {
     const cv::Point2d position(points[i]);
     if (!found[i] || !context.bounds().contains(context.frame.to_picture(position))) {
       follower.recursive = false;  // What has been learnt so far must do.
+      follower.in_sight = false;
       continue;
     }
     follower.work = position;
@@ -202,7 +204,7 @@ AlignedPatch::Fit Csd2012::fit(const FrameContext &context, const Follower &foll
 void Csd2012::confirm(const FrameContext &context, Follower &follower, SearchResult &result) const {
   AlignedPatch::Fit seen;
   if (result.best) seen = fit(context, follower, *result.best);
-  if (follower.last_seen == last_time_)
+  if (follower.in_sight)
     if (const auto other = fit(context, follower, follower.work); other.zncc > seen.zncc) seen = other;
   if (seen.zncc == 0) return;
   follower.aligned->accept(seen);
@@ -244,6 +246,7 @@ void Csd2012::look(const FrameContext &context, Follower &follower, bool whole_p
                                    weight, wanted);
   }
   if (follower.aligned) confirm(context, follower, result);
+  follower.in_sight = result.best.has_value();
   if (result.best) {
     follower.work = *result.best;
     follower.last_seen = context.time;
@@ -271,7 +274,7 @@ void Csd2012::prepare_update(const FrameContext &context, Follower &follower, co
     context.frame.gather(where, space, patch);
     return patch;
   };
-  if (result.best && result.weighted >= choices_.update_probability) {
+  if (result.best) {
     update.feature = cut(rounded(*result.best), choices_.update_warps > 0 ? learner.surroundings() : learner.grown());
     auto wrong = result.matches;
     for (int i = 0; i < static_cast<int>(choices_.false_updates) && !wrong.empty(); ++i) {

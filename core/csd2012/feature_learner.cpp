@@ -91,10 +91,12 @@ void FeatureLearner::plant(const ColourSpace &space) {
   growth.search.top_pixels = static_cast<std::size_t>(c.top_pixels);
   growth.stop.max_depth = whole(c.max_depth);
   growth.stop.min_samples = static_cast<std::size_t>(c.min_samples);
+  std::vector<Member> members;  // all or none: short of memory, the next lesson tries again
   for (int i = 0; i < whole(c.trees); ++i) {
     growth.seed = random_.next();
-    members_.push_back({GrowingTree(options_.patch, space, growth)});
+    members.push_back({GrowingTree(options_.patch, space, growth)});
   }
+  members_ = std::move(members);
 }
 
 /// Trees that saw the same would say the same: each gets its share of the samples.

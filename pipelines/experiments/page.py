@@ -73,7 +73,7 @@ def rewrite(path, begin, end, body):
 
 
 def aside(path, text):
-    """The file beside the page that is to replace it: so a page is written whole or not at all."""
+    """The file beside this one that is to replace it: so it is written whole or not at all."""
     unfinished = path.with_name(f".unfinished-{path.name}")
     unfinished.write_text(text)
     return unfinished

@@ -56,14 +56,15 @@ def accuracy(*arguments):
 
 
 def each(work, of, known, kept, jobs, say):
-    """[of(w) for w in work], `jobs` at a time. After each, say(how many are done, its result), and `known`, to which of() adds, is written to `kept`."""
+    """[of(w) for w in work], `jobs` at a time. After each, say(how many are done, its result), and `known`, to which of() adds, is written to `kept`,
+    whole or not at all."""
     results = []
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         try:
             for done, result in enumerate(pool.map(of, work), 1):
                 results.append(result)
                 say(done, result)
-                kept.write_text(json.dumps(known))
+                os.replace(page.aside(kept, json.dumps(known)), kept)
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise

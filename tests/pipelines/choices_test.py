@@ -60,22 +60,31 @@ class Choices(unittest.TestCase):
         scores = {row[0]: [tuple(map(float, cell.split(" / "))) for cell in row[1:4]] for row in self.rows()[-len(PLAN["rows"]):]}
         difference = {row[0]: float(row[4].split()[0].replace("−", "-")) for row in self.rows()[-len(PLAN["rows"]) + 1:]}
 
-        def quality(title):  # of the four scenes: the last class has two
-            (a, b), (c, d), (e, f) = scores[title]
-            return ((a - b) + (c - d) + 2 * (e - f)) / 4
+        def quality(title):
+            return sum(sensitivity - k for sensitivity, k in scores[title]) / 3
         for title, base in (("csd-forest with one tree", "**csd-forest**"), ("lk", PLAN["rows"][0]["title"]),
                             ("patches are smoothed, σ = 2 px", PLAN["rows"][0]["title"])):
             self.assertAlmostEqual(difference[title], quality(title) - quality(base), delta=0.0025)
 
+    def test_choices_make_a_difference(self):
+        rows = {row[0]: row[1:4] for row in self.rows()[-len(PLAN["rows"]):]}
+        literal = rows[PLAN["rows"][0]["title"]]
+        for title in ("patches are smoothed, σ = 2 px", "a patch of less than .05 of the probability is no feature", "**csd-forest**", "lk"):
+            self.assertNotEqual(rows[title], literal, title)
+
     def test_goes_on_where_it_was(self):
-        results = self.out / "results.json"
-        before = json.loads(results.read_text())
-        self.assertEqual(len(before), 4 * len(PLAN["rows"]))
-        results.write_text(json.dumps({key: scores for key, scores in before.items() if "beat/rich --algorithm lk" not in key}))
-        again = choices("--tissue", self.pictures, "--quick", "--out", self.out)
+        """What is known isn't measured again: a wrong score of one scene stays, a missing one of another comes back."""
+        out = self.folder / "again"
+        shutil.copytree(self.out, out)
+        before = json.loads((out / "results.json").read_text())
+        self.assertEqual(len(before), 3 * len(PLAN["rows"]))
+        wrong = next(key for key in before if key.endswith("beat/rich --algorithm lk"))
+        missing = next(key for key in before if key.endswith("tools/rich --algorithm lk"))
+        (out / "results.json").write_text(json.dumps({key: [0.125, 0.5] if key == wrong else scores for key, scores in before.items() if key != missing}))
+        again = choices("--tissue", self.pictures, "--quick", "--out", out)
         self.assertEqual(again.returncode, 0, again.stderr)
-        self.assertEqual(json.loads(results.read_text()), before)
-        self.assertEqual(page.sections(self.out / "evaluation.md")["choices"], self.section)
+        self.assertEqual(json.loads((out / "results.json").read_text()), {**before, wrong: [0.125, 0.5]})
+        self.assertIn("| lk | 0.125 / 0.500 |", page.sections(out / "evaluation.md")["choices"])
 
     def test_wrong_use(self):
         done = choices("--tissue", self.folder / "nowhere", "--quick", "--out", self.folder / "other")

@@ -96,6 +96,18 @@ TEST(Choices, OfTheForestSeveralTreesAndTheAlignedPatchBothTell) {
   EXPECT_LT(together, 0.2);
 }
 
+// The patch is aligned where the feature was last, too: also in the frame in which the descriptor takes over, and where
+// that never finds anything.
+TEST(Choices, OfTheForestThePatchGoesOnAloneWhereTheTreesFindNothing) {
+  auto settings = few_features();
+  settings.max_features = 4;
+  auto choices = forest_choices();
+  choices.least_probability = 1e3;
+  const auto all = run(settings, 2, 30, choices);
+  ASSERT_EQ(all.back().features.size(), 4u);
+  for (const auto &f : all.back().features) EXPECT_EQ(f.state, FeatureState::tracked) << f.id;
+}
+
 // With sync learning no thread decides anything, however many trees there are.
 TEST(Choices, OfTheForestGiveTheSameForEveryNumberOfThreads) {
   auto settings = few_features();
@@ -103,13 +115,14 @@ TEST(Choices, OfTheForestGiveTheSameForEveryNumberOfThreads) {
   EXPECT_TRUE(same_tracks(run(settings, 1, 20, forest_choices()), run(settings, 3, 20, forest_choices())));
 }
 
-// Nothing is learnt, and nothing claimed, where less than the least probability is found.
+// Where less than the least probability is found, nothing is claimed.
 TEST(Choices, WithMoreThanAnyProbabilityNothingIsClaimedOnceTheDescriptorHasTakenOver) {
   auto settings = few_features();
   settings.max_features = 3;
   Choices choices;
   choices.least_probability = 2;
   const auto all = run(settings, 2, 30, choices);
+  ASSERT_EQ(all.back().features.size(), 3u);
   EXPECT_TRUE(std::none_of(all.back().features.begin(), all.back().features.end(),
                            [](const Feature &f) { return claims_position(f.state); }));
 }

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <set>
 #include <thread>
 
 #include "csd2012/search.h"
@@ -113,6 +114,31 @@ TEST_F(LearningAFeature, WarpsOfTheFeatureAreRecognisedAsFarAsTheStopRulesAllow)
       EXPECT_LT(leaf.feature + leaf.not_feature, 4u);
   }
   EXPECT_GT(recognised, 33);
+}
+
+// Each gets half of the 70 positives and of the updates, drawn for itself; all recognise the feature.
+TEST_F(LearningAFeature, SeveralTreesLearnSharesOfTheSameSamples) {
+  LearnerOptions options;
+  options.choices.trees = 5;
+  learner_.learn(snapshot_, at_);  // whose colour space is the same
+  FeatureLearner several(options, Random(1), counters_);
+  several.learn(snapshot_, at_);
+  const auto forest = several.published();
+  ASSERT_EQ(forest->trees().size(), 5u);
+  std::set<std::uint32_t> shares;
+  for (const auto &tree : forest->trees()) {
+    EXPECT_GT(tree->features(), 20u);
+    EXPECT_LT(tree->features(), 50u);
+    shares.insert(tree->features());
+  }
+  EXPECT_GT(shares.size(), 1u);
+  EXPECT_GT(forest->probability(patch(at_)), 0);
+  for (int i = 0; i < 40; ++i) several.update({grown(at_), {}});
+  for (std::size_t i = 0; i < 5; ++i) {
+    const auto more = several.published()->trees()[i]->features() - forest->trees()[i]->features();
+    EXPECT_GT(more, 8u);
+    EXPECT_LT(more, 32u);
+  }
 }
 
 TEST_F(LearningAFeature, InTheColourSpaceThatTheChoicesName) {
