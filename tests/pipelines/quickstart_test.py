@@ -522,7 +522,7 @@ def test_properties(_tmp):
     done = quickstart("--properties")
     assert done.returncode == 0 and not done.stderr, done.stderr
     heads = {line.split()[0]: line for line in done.stdout.splitlines() if not line.startswith(" ")}
-    for name, values, default in (("algorithm", "csd | csd-2012 | lk | ms1 | ms2 | sift", "csd"),
+    for name, values, default in (("algorithm", "csd | csd-2012 | lk | ms1 | ms2 | sift | csd-forest", "csd"),
                                   ("max-features", "0 to 10000", "50"),
                                   ("points", "text", "empty"), ("attach-roi", "true | false", "false"),
                                   ("learning", "async | sync", "async; quickstart: sync")):

@@ -30,7 +30,7 @@ class AligningAPatch : public testing::Test {
 
   static inline std::uint64_t seed_ = 0;
   const Waves texture_{3, 9, 30, 20};
-  const GlareWeights no_glare_;
+  const GlareWeights no_glare_{};
   const cv::Point2d start_{64, 64};
   AlignedPatch patch_{pyramid(texture_, {start_}), no_glare_, start_, 1};
 };
