@@ -40,14 +40,14 @@ struct Choices {
   double max_depth = 16;      ///< of a tree; samples may contradict each other
   double min_samples = 4;     ///< fewer are not divided
 
-  // Several trees (§5, future work).
+  // The paper's future work (§5): several trees,
   double trees = 1;
   double sample_share = 0.5;  ///< of the training set, for each of several trees
 
-  // Co-training (§5) with the patch of the start, aligned.
-  double co_training = 0;
-  double fits = 0.8;     ///< ZNCC
-  double fit_reach = 6;  ///< pixels from where it began
+  // and co-training with the patch of the start, aligned.
+  double co_training = 0;  ///< 1: where the patch fits, it corrects LK's place and the descriptor's
+  double fits = 0.8;       ///< a ZNCC of at least so much
+  double fit_reach = 6;    ///< and no farther from where it was aligned from
 
   // Evaluation while learning (§2.2.2).
   double learning_rounds = 8;
@@ -71,7 +71,7 @@ struct Choices {
   double random_updates = 10;        ///< random negatives of a frame
   double false_updates = 10;         ///< at most so many of the patches of the window that are wrongly labelled feature
   double update_warps = 0;           ///< warps, drawn at random, of the feature's patch
-  double recent_positives = 200;     ///< frames, of the updates' positives that are kept
+  double recent_positives = 200;     ///< of the updates' positives, kept by each tree
   double negative_reservoir = 3000;  ///< of the updates' negatives
   double waiting_updates = 4;        ///< of one feature; with learning=async more are skipped
   double waiting_lessons = 32;       ///< training frames of one feature that may wait

@@ -209,7 +209,6 @@ void Csd2012::confirm(const FrameContext &context, Follower &follower, SearchRes
   if (seen.zncc == 0) return;
   follower.aligned->accept(seen);
   result.best = seen.state.position;
-  result.weighted = 1;
 }
 
 /// §2.1.4, and the patches for §2.1.5.

@@ -34,6 +34,22 @@ def arguments(name, description, epilog):
     return parser.parse_args()
 
 
+def guarded(name, out, work):
+    """The exit code of a command that keeps its results in `out`. Prints the page that work() has written, or what went wrong."""
+    try:
+        print(work())
+    except builds.Failure as failure:
+        print(f"{name}: {failure}", file=sys.stderr)
+        return 1
+    except OSError as error:
+        print(f"{name}: {error.filename or out}: {error.strerror}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print(f"\n{name}: stopped; the same command goes on from here", file=sys.stderr)
+        return 130
+    return 0
+
+
 def run(name, options, section, check):
     """The runs, then the page. section(plan, out, page, command, jobs) gives the section's text and the folder of its figures.
     check(page) raises builds.Failure of a page that it can't be written to."""

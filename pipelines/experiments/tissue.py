@@ -13,7 +13,7 @@ import sys
 
 import builds
 import page
-from command import natural
+from command import guarded, natural
 
 KINDS = json.loads(pathlib.Path(__file__).with_name("tissue.json").read_text())  # title, what is to be reached
 SUFFIXES = (".png", ".jpg", ".mkv", ".mp4")  # that csd-accuracy takes
@@ -136,7 +136,8 @@ def main(arguments):
     out = (options.out or builds.BUILD / "experiments" / mode).resolve()
     path = out / "evaluation.md" if options.quick else builds.ROOT / "docs" / "evaluation.md"
     frames = 20 if options.quick else FRAMES
-    try:
+
+    def work():
         check(options.tissue)
         page.sections(path)
         builds.make(not options.no_install, ("csd-accuracy",), commands=("ffmpeg",))
@@ -144,14 +145,5 @@ def main(arguments):
         results = measure(options, out, frames)
         folders = " ".join(f"--tissue {folder.name}" for folder in options.tissue)
         page.write(path, "tissue", section(results, f"pipelines/experiments/beyond {folders}{' --quick' if options.quick else ''}", frames), None)
-    except builds.Failure as failure:
-        print(f"beyond: {failure}", file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(f"beyond: {error.filename or out}: {error.strerror}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print("\nbeyond: stopped; the same command goes on from here", file=sys.stderr)
-        return 130
-    print(path)
-    return 0
+        return path
+    return guarded("beyond", out, work)

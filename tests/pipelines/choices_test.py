@@ -13,7 +13,7 @@ import tempfile
 import unittest
 
 import cv2
-import numpy as np
+import harness
 
 ROOT, BUILD = map(pathlib.Path, sys.argv[1:3])
 sys.path.insert(0, str(ROOT / "pipelines" / "experiments"))
@@ -35,8 +35,7 @@ class Choices(unittest.TestCase):
         cls.addClassCleanup(shutil.rmtree, cls.folder)
         cls.pictures = cls.folder / "pictures"
         cls.pictures.mkdir()
-        noise = cv2.GaussianBlur(np.random.default_rng(1).normal(size=(400, 400, 3)).astype(np.float32), (0, 0), 3)
-        cv2.imwrite(str(cls.pictures / "rich.png"), np.clip(120 + 30 * noise / noise.std(), 0, 255).astype(np.uint8))
+        cv2.imwrite(str(cls.pictures / "rich.png"), harness.texture(400, 400, sigma=3))
         cls.out = cls.folder / "out"
         cls.done = choices("--tissue", cls.pictures, "--quick", "--out", cls.out)
         assert cls.done.returncode == 0, cls.done.stderr
