@@ -38,9 +38,6 @@ constexpr NamedNumber<Choices> fields[] = {
     FIELD(sigma_of_width),
     FIELD(widening),
     FIELD(widest_search),
-    FIELD(anywhere_after),
-    FIELD(coarse_step),
-    FIELD(whole_pictures_per_frame),
     FIELD(cluster_radius),
     FIELD(least_probability),
     FIELD(random_updates),
@@ -58,14 +55,10 @@ static_assert(std::size(fields) * sizeof(double) == sizeof(Choices), "a field ha
 
 Choices forest_choices() {
   Choices c;
-  c.colour = 0;
-  c.smoothing = 2;
-  c.widest_test = 1;
   c.trees = 5;
   c.co_training = 1;
-  c.anywhere_after = 1e6;
-  c.cluster_radius = 2;
-  c.least_probability = 0.02;
+  c.least_probability = 0.01;
+  c.update_warps = 0;
   return c;
 }
 

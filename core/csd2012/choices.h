@@ -16,8 +16,9 @@ namespace csd::csd2012 {
 /// are of one type, so that experiments set any by its name; counts are whole numbers, and a switch is 0 or 1.
 struct Choices {
   // What the tests compare (§2.1.3, §2.2.1).
-  double colour = 1;            ///< 1: the space of Eq. 7 that Eq. 5 puts first; 0: intensity
-  double smoothing = 0;         ///< σ of a Gaussian before the pixels are compared; 0: none
+  double colour = 0;            ///< 0: intensity; the space of Eq. 7 that Eq. 5 puts first by its pixels: 1, by their
+                                ///< differences: 2
+  double smoothing = 2;         ///< σ of a Gaussian before the pixels are compared; 0: none
   double exhaustive = 0;        ///< 1: all pairs are tried at a node (§2.2.1)
   double smoke_as_printed = 0;  ///< 1: Eq. 1 with d and 1 − d as printed: more density is less smoke
 
@@ -34,7 +35,7 @@ struct Choices {
   double near_radius = 12;        ///< a third of the random negatives come from within
 
   // Growing the tree (§2.2.1).
-  double widest_test = 0;  ///< of the tests of entropy 0: 0: the first by rank, 1: the one with the largest Σ|P1 − P2|
+  double widest_test = 1;  ///< of the tests of entropy 0: 0: the first by rank, 1: the one with the largest Σ|P1 − P2|
   double top_pixels = 64;     ///< of the ranking, each with each
   double random_pairs = 512;  ///< and so many others
   double max_depth = 16;      ///< of a tree; samples may contradict each other
@@ -56,21 +57,19 @@ struct Choices {
 
   // Tracking (§2.1.4).
   double search_radius = 20;
-  double sigma_of_width = 1.0 / 64;     ///< the Gaussian's sigma as a share of the picture's width
-  double widening = 0.04;               ///< s of absence after which the Gaussian's variance has doubled
-  double widest_search = 2;             ///< of the search radius, while a feature is hidden
-  double anywhere_after = 1;            ///< s: then a feature is looked for in the whole picture
-  double coarse_step = 2;               ///< every 2nd position, then all around those found
-  double whole_pictures_per_frame = 2;  ///< lost features take turns: 50 of them would cost 100 ms a frame
+  double sigma_of_width = 1.0 / 128;  ///< the Gaussian's sigma as a share of the picture's width
+  double widening = 0.04;             ///< s of absence after which the Gaussian's variance has doubled
+  double widest_search = 2;           ///< of the search radius, while a feature is hidden
   /// Half the side of the square whose patches are taken together: the place is the middle of the best such cluster. 0:
   /// the patch with the largest weighted probability, of equal ones the nearest to the last place.
-  double cluster_radius = 0;
-  double least_probability = 0;  ///< weighted P(N) of the best patch, or their sum in the best cluster: less is hidden
+  double cluster_radius = 2;
+  double least_probability =
+      0.05;  ///< weighted P(N) of the best patch, or their sum in the best cluster: less is hidden
 
   // The adaptive update (§2.1.5).
   double random_updates = 10;        ///< random negatives of a frame
   double false_updates = 10;         ///< at most so many of the patches of the window that are wrongly labelled feature
-  double update_warps = 0;           ///< warps, drawn at random, of the feature's patch
+  double update_warps = 8;           ///< warps, drawn at random, of the feature's patch
   double recent_positives = 200;     ///< of the updates' positives, kept by each tree
   double negative_reservoir = 3000;  ///< of the updates' negatives
   double waiting_updates = 4;        ///< of one feature; with learning=async more are skipped

@@ -106,20 +106,13 @@ void Csd2012::forget() {
 }
 
 void Csd2012::track(const FrameContext &context, std::vector<Claim> &claims) {
-  const auto anywhere_after = static_cast<std::int64_t>(choices_.anywhere_after * 1e9);
-  const auto whole_pictures_per_frame = static_cast<std::size_t>(choices_.whole_pictures_per_frame);
   if (choices_.co_training != 0) {
     pyramid_.build(context.frame.luma());
     weights_.build(context.frame, context.forbidden);
   }
   recurse(context);
 
-  std::size_t hidden_long = 0;
-  for (const auto &follower : followers_) {
-    follower->update.reset();
-    hidden_long += !follower->recursive && context.time - follower->last_seen > anywhere_after;
-  }
-  std::size_t nth = 0;
+  for (const auto &follower : followers_) follower->update.reset();
   for (auto &claim : claims) {
     auto *follower = find(claim.id);
     claim.kind = Claim::Kind::lost;
@@ -127,13 +120,8 @@ void Csd2012::track(const FrameContext &context, std::vector<Claim> &claims) {
     if (follower->recursive) {
       claim.kind = Claim::Kind::learning;
     } else {
-      const bool long_hidden = context.time - follower->last_seen > anywhere_after;
-      // Lost features take turns: in this frame those from turn_ on.
-      const bool has_turn =
-          long_hidden && (nth + hidden_long - turn_ % hidden_long) % hidden_long < whole_pictures_per_frame;
-      nth += long_hidden;
-      look(context, *follower, has_turn);
-      if (follower->last_seen == context.time) {
+      look(context, *follower);
+      if (follower->in_sight) {
         claim.kind = Claim::Kind::tracked;
       } else {
         // Nothing is labelled feature (A29): hidden, or gone over the edge if the last patch touched it.
@@ -144,7 +132,6 @@ void Csd2012::track(const FrameContext &context, std::vector<Claim> &claims) {
     }
     claim.position = context.frame.to_picture(follower->work);
   }
-  turn_ += whole_pictures_per_frame;
 }
 
 /// §2.1.1: LK moves the features that are being learnt, until training-time is over and their descriptor is there
@@ -183,7 +170,6 @@ void Csd2012::recurse(const FrameContext &context) {
                        static_cast<double>(follower.lane.waiting()) < choices_.waiting_lessons;
     } else if (follower.lane.waiting() == 0 && follower.learner->published()) {
       follower.recursive = false;
-      follower.last_seen = context.time - 1;  // The descriptor has yet to see it in this frame.
     }
   }
 }
@@ -212,38 +198,31 @@ void Csd2012::confirm(const FrameContext &context, Follower &follower, SearchRes
 }
 
 /// §2.1.4, and the patches for §2.1.5.
-void Csd2012::look(const FrameContext &context, Follower &follower, bool whole_picture) {
+void Csd2012::look(const FrameContext &context, Follower &follower) {
   const auto descriptor = follower.learner->published();
   if (!descriptor) return;
   if (!std::exchange(follower.taken_over, true)) ++learned_;
   const auto &frame = context.frame;
   const int half = descriptor->patch_size() / 2;
   const auto absence = std::max<std::int64_t>(last_time_ - follower.last_seen, 0);
-  const bool anywhere = context.time - follower.last_seen > static_cast<std::int64_t>(choices_.anywhere_after * 1e9);
   const auto [sigma, radius] =
-      reach_after(choices_, absence, anywhere, frame.size().width, radius_of(settings_, choices_, frame));
+      reach_after(choices_, absence, frame.size().width, radius_of(settings_, choices_, frame));
   const cv::Rect picture({0, 0}, frame.size());
   const auto centres = square(rounded(follower.work), radius) & picture;
-  if (centres.empty()) return;
+  if (centres.empty()) {
+    follower.in_sight = false;
+    return;
+  }
 
   // The border is replicated by half a patch, so that a feature can be followed up to the picture's edge.
   const double pixel = choice_scale(frame);
   const int margin = csd2012::smoothing_margin(choices_.smoothing * pixel), grown = half + margin;
-  const auto take = [&](const cv::Rect &where) {
-    gathered_ = {where.x - grown, where.y - grown, where.width + 2 * grown, where.height + 2 * grown};
-    frame.gather(gathered_, descriptor->space(), raw_);
-    csd2012::smooth(raw_, choices_.smoothing * pixel, channel_);
-    return where.tl() - cv::Point(half, half);
-  };
+  gathered_ = {centres.x - grown, centres.y - grown, centres.width + 2 * grown, centres.height + 2 * grown};
+  frame.gather(gathered_, descriptor->space(), raw_);
+  csd2012::smooth(raw_, choices_.smoothing * pixel, channel_);
   const Best wanted{static_cast<int>(std::lround(choices_.cluster_radius * pixel)), choices_.least_probability};
-  const SpatialWeight weight{follower.work, sigma};
-  auto origin = take(centres);
-  auto result = search(*descriptor, channel_, origin, {centres, 1}, weight, wanted);
-  if (!result.best && whole_picture) {
-    origin = take(picture);
-    result = search_coarse_to_fine(*descriptor, channel_, origin, {picture, static_cast<int>(choices_.coarse_step)},
-                                   weight, wanted);
-  }
+  auto result =
+      search(*descriptor, channel_, centres.tl() - cv::Point(half, half), {centres, 1}, {follower.work, sigma}, wanted);
   if (follower.aligned) confirm(context, follower, result);
   follower.in_sight = result.best.has_value();
   if (result.best) {

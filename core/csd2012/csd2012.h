@@ -32,7 +32,7 @@ class Csd2012 final : public Algorithm {
   struct Follower;
 
   void recurse(const FrameContext &context);
-  void look(const FrameContext &context, Follower &follower, bool whole_picture);
+  void look(const FrameContext &context, Follower &follower);
   void confirm(const FrameContext &context, Follower &follower, SearchResult &result) const;
   AlignedPatch::Fit fit(const FrameContext &context, const Follower &follower, cv::Point2d position) const;
   void prepare_update(const FrameContext &context, Follower &follower, const ColourSpace &space,
@@ -46,7 +46,6 @@ class Csd2012 final : public Algorithm {
   std::atomic<std::uint64_t> learned_ = 0;
   LearningQueue queue_;                               // before the followers, whose lanes must go first
   std::vector<std::unique_ptr<Follower>> followers_;  // by ascending id
-  std::size_t turn_ = 0;                              // whose turn it is to be looked for in the whole picture
   std::int64_t last_time_ = 0;                        // of the frame before
   // Scratch: where the feature is looked for, before and after smoothing; raw_ is the frame's gathered_.
   cv::Mat raw_, channel_;

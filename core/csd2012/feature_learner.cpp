@@ -54,8 +54,12 @@ cv::Mat FeatureLearner::smoothed(const cv::Mat &grown) const {
 }
 
 /// §2.2.1: one for the whole tree.
-ColourSpace FeatureLearner::choose_space(const ColourPatches &root) const {
-  return options_.choices.colour != 0 ? choose_colour(root) : ColourSpace{1, 1, 1};
+ColourSpace FeatureLearner::choose_space(const ColourPatches &root) {
+  if (options_.choices.colour == 0) return {1, 1, 1};
+  if (options_.choices.colour == 1) return choose_colour(root);
+  ColourPatches compared(options_.patch);  // as the tests see them
+  for (std::size_t i = 0; i < root.size(); ++i) compared.add(smoothed(root.patch(i)), root.label(i));
+  return choose_colour_of_pairs(compared, random_);
 }
 
 /// S of one frame (§2.1.2.1) without the warps: what LK, chance and likeness label, each with smoke.

@@ -85,7 +85,7 @@ class FeatureLearner {
                const std::vector<SampleId> &positives);
   void update(Member &member, const Samples &samples);
   bool takes_part();
-  ColourSpace choose_space(const ColourPatches &root) const;
+  ColourSpace choose_space(const ColourPatches &root);
   cv::Mat smoothed(const cv::Mat &grown) const;
   int retrain(GrowingTree &tree, const std::vector<SampleId> &samples);
   SampleId keep_positive(Member &member, const cv::Mat &patch);

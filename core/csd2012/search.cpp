@@ -67,8 +67,7 @@ void take_best_cluster(const cv::Mat &probability, const SearchArea &area, const
 
 }  // namespace
 
-Reach reach_after(const csd2012::Choices &choices, std::int64_t absence, bool anywhere, int width, int radius) {
-  if (anywhere) return {std::numeric_limits<double>::infinity(), radius};
+Reach reach_after(const csd2012::Choices &choices, std::int64_t absence, int width, int radius) {
   const double widened = std::sqrt(1 + static_cast<double>(absence) / (choices.widening * 1e9));
   return {width * choices.sigma_of_width * widened,
           static_cast<int>(std::lround(radius * std::min(widened, choices.widest_search)))};
@@ -90,19 +89,6 @@ SearchResult search(const Forest &descriptor, const cv::Mat &channel, cv::Point 
   else
     take_best_patch(probability, area, weight, result);
   if (result.weighted < wanted.least_probability) result.best.reset();
-  return result;
-}
-
-SearchResult search_coarse_to_fine(const Forest &descriptor, const cv::Mat &channel, cv::Point origin,
-                                   const SearchArea &area, const SpatialWeight &weight, const Best &wanted) {
-  auto result = search(descriptor, channel, origin, area, weight, {wanted.cluster_radius});
-  if (!result.best) return result;
-  const int reach = area.step - 1 + 2 * wanted.cluster_radius, side = 2 * reach + 1;
-  const cv::Rect around =
-      cv::Rect(cvRound(result.best->x) - reach, cvRound(result.best->y) - reach, side, side) & area.centres;
-  const auto fine = search(descriptor, channel, origin, {around, 1}, weight, wanted);
-  result.best = fine.best;
-  result.weighted = fine.weighted;
   return result;
 }
 

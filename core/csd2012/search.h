@@ -46,9 +46,8 @@ struct Reach {
 };
 
 /// The reach in a picture of `width` for a feature that could be seen in the frame `absence` ns before the last one: 0
-/// if it was seen in that. `radius`: the reach's then. `anywhere`: it has been hidden for so long that its last
-/// position says nothing.
-Reach reach_after(const csd2012::Choices &choices, std::int64_t absence, bool anywhere, int width, int radius);
+/// if it was seen in that. `radius`: the reach's then.
+Reach reach_after(const csd2012::Choices &choices, std::int64_t absence, int width, int radius);
 
 /// §2.1.4: the patch labelled feature with the largest P(N) = |a|·|b|⁻¹ times the spatial weight; equals go to the
 /// nearest to the last position, then to the first. With clusters: the square of patches whose sum of P(N) times the
@@ -58,9 +57,5 @@ Reach reach_after(const csd2012::Choices &choices, std::int64_t absence, bool an
 /// patches around all centres lie in it.
 SearchResult search(const Forest &descriptor, const cv::Mat &channel, cv::Point origin, const SearchArea &area,
                     const SpatialWeight &weight, const Best &wanted = {});
-
-/// For a feature that may be anywhere: coarsely, then all around the best.
-SearchResult search_coarse_to_fine(const Forest &descriptor, const cv::Mat &channel, cv::Point origin,
-                                   const SearchArea &area, const SpatialWeight &weight, const Best &wanted = {});
 
 }  // namespace csd

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <numeric>
 #include <span>
 
 #include "learn/pixel_ranking.h"
@@ -14,6 +15,13 @@ namespace csd {
 namespace {
 
 constexpr int max_span = 6;  // |w1| + |w2| + |w3|
+
+/// Of the highest 16, or of all if there are fewer. Leaves them in another order.
+double mean_of_best(std::span<double> v) {
+  const std::size_t best = std::min(colour_choice_pixels, v.size());
+  std::partial_sort(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(best), v.end(), std::greater<>());
+  return std::accumulate(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(best), 0.0) / static_cast<double>(best);
+}
 
 /// The score of one space. `planes`: [patch][B, G, R][pixel]. The counts stand at [pixel][class][bin]: the pixels of a
 /// patch fall into histograms of their own, so no increment waits for the one before.
@@ -44,11 +52,7 @@ double score(ColourSpace space, std::span<const std::uint8_t> planes, const Colo
     const std::uint32_t *t = counts.data() + p * 2 * bins;
     v[p] = variance_ratio({t, bins}, features, {t + bins, bins}, others, log);
   }
-  const std::size_t best = std::min(colour_choice_pixels, pixels);
-  std::partial_sort(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(best), v.end(), std::greater<>());
-  double sum = 0;
-  for (std::size_t k = 0; k < best; ++k) sum += v[k];
-  return sum / static_cast<double>(best);
+  return mean_of_best(v);
 }
 
 }  // namespace
@@ -102,9 +106,66 @@ std::array<double, 49> colour_scores(const ColourPatches &patches) {
   return scores;
 }
 
-ColourSpace choose_colour(const ColourPatches &patches) {
-  const std::array<double, 49> scores = colour_scores(patches);
+namespace {
+
+ColourSpace best_of(const std::array<double, 49> &scores) {
   return colour_spaces()[static_cast<std::size_t>(std::max_element(scores.begin(), scores.end()) - scores.begin())];
+}
+
+}  // namespace
+
+std::array<double, 49> colour_scores_of_pairs(const ColourPatches &patches, Random &random) {
+  constexpr std::size_t pairs = 256;
+  const auto pixels = static_cast<std::uint32_t>(patches.patch_size() * patches.patch_size());
+  std::array<std::array<std::uint32_t, 2>, pairs> ends{};
+  for (auto &[p1, p2] : ends) {
+    p1 = random.below(pixels);
+    p2 = (p1 + 1 + random.below(pixels - 1)) % pixels;
+  }
+  // [patch][pair][B G R]; a space's difference is its mix of these.
+  std::vector<std::int16_t> differences;
+  differences.reserve(patches.size() * pairs * 3);
+  std::uint32_t features = 0;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const std::uint8_t *in = patches.patch(i).data;
+    for (const auto &[p1, p2] : ends)
+      for (std::size_t c = 0; c < 3; ++c)
+        differences.push_back(static_cast<std::int16_t>(in[3 * p1 + c] - in[3 * p2 + c]));
+    features += patches.label(i) == Label::feature;
+  }
+  const auto others = static_cast<std::uint32_t>(patches.size()) - features;
+  const std::size_t bins = std::size_t{1} << histogram_bits(patches.size());
+  const LogTable log(patches.size());
+  std::vector<std::uint32_t> counts(pairs * 2 * bins);  // [pair][class][bin]
+  std::array<double, 49> scores{};
+  for (std::size_t s = 0; s < scores.size(); ++s) {
+    const auto &space = colour_spaces()[s];
+    std::fill(counts.begin(), counts.end(), 0);
+    const std::int16_t *d = differences.data();
+    for (std::size_t i = 0; i < patches.size(); ++i) {
+      std::uint32_t *histogram = counts.data() + (patches.label(i) == Label::feature ? 0 : bins);
+      for (std::size_t k = 0; k < pairs; ++k, d += 3, histogram += 2 * bins) {
+        // Tissue's differences are small: the bins reach to ±64, the outermost on from there.
+        const int mixed = (space.b * d[0] + space.g * d[1] + space.r * d[2]) / space.span();
+        ++histogram[static_cast<std::size_t>(std::clamp(mixed + 64, 0, 127)) * bins / 128];
+      }
+    }
+    std::array<double, pairs> v{};
+    for (std::size_t k = 0; k < pairs; ++k) {
+      const std::uint32_t *t = counts.data() + k * 2 * bins;
+      v[k] = variance_ratio({t, bins}, features, {t + bins, bins}, others, log);
+    }
+    scores[s] = mean_of_best(v);
+  }
+  return scores;
+}
+
+ColourSpace choose_colour_of_pairs(const ColourPatches &patches, Random &random) {
+  return best_of(colour_scores_of_pairs(patches, random));
+}
+
+ColourSpace choose_colour(const ColourPatches &patches) {
+  return best_of(colour_scores(patches));
 }
 
 }  // namespace csd

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "image/colour_space.h"
+#include "learn/random.h"
 #include "learn/sample_set.h"
 
 namespace csd {
@@ -43,8 +44,14 @@ inline constexpr std::size_t colour_choice_pixels = 16;
 /// the likelihood ratio that goes into it) among the patch's pixels, for all patches, which are the tree's root set.
 std::array<double, 49> colour_scores(const ColourPatches &patches);
 
+/// Each space's score by what the tests of Eq. 2 compare: the mean of the 16 highest variance ratios (Eq. 5) of the
+/// differences P1 − P2 of 256 pairs of pixels, the same for all spaces.
+std::array<double, 49> colour_scores_of_pairs(const ColourPatches &patches, Random &random);
+
 /// The most discriminative of the 49 colour spaces (Eq. 7, §2.2.1): that of the highest score; of equal ones the first
 /// in colour_spaces(). Intensity if a class is empty.
 ColourSpace choose_colour(const ColourPatches &patches);
+/// The same by colour_scores_of_pairs().
+ColourSpace choose_colour_of_pairs(const ColourPatches &patches, Random &random);
 
 }  // namespace csd

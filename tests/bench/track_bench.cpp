@@ -8,6 +8,7 @@
 #include "core/track/moving_scene.h"
 #include "csd2012/feature_learner.h"
 #include "csd2012/search.h"
+#include "csd2012/smoothed.h"
 #include "image/convert.h"
 #include "image/patch.h"
 #include "image/work_frame.h"
@@ -97,8 +98,12 @@ void gather_and_search_41(benchmark::State &state) {
   view.component[2] = {yuv.data + 640 * 600, 320, 1, 1, 0, 1, 1};
   frame.load(view);
   const cv::Point at(131, 97);
+  const double sigma = csd2012::Choices{}.smoothing;
+  const int reach = 30 + csd2012::smoothing_margin(sigma);
+  cv::Mat raw;
   for (auto _ : state) {
-    frame.gather({at.x - 30, at.y - 30, 61, 61}, tree->space(), channel);
+    frame.gather({at.x - reach, at.y - reach, 2 * reach + 1, 2 * reach + 1}, tree->space(), raw);
+    csd2012::smooth(raw, sigma, channel);
     auto result = search(*tree, channel, {at.x - 30, at.y - 30}, {{at.x - 20, at.y - 20, 41, 41}, 1}, {at, 10});
     benchmark::DoNotOptimize(result.weighted);
   }
@@ -106,35 +111,23 @@ void gather_and_search_41(benchmark::State &state) {
 }
 BENCHMARK(gather_and_search_41)->Unit(benchmark::kMicrosecond);
 
-void search_whole_picture(benchmark::State &state) {
-  const auto tree = taught(PairSearch::ranked, 1)->published();
-  cv::Mat channel, bordered;
-  to_space(scene().render({0, 0}), tree->space(), channel);
-  cv::copyMakeBorder(channel, bordered, 10, 10, 10, 10, cv::BORDER_REPLICATE);
-  for (auto _ : state) {
-    auto result = search_coarse_to_fine(*tree, bordered, {-10, -10}, {{0, 0, 640, 480}, 2}, {{131, 97}});
-    benchmark::DoNotOptimize(result.weighted);
-  }
-}
-BENCHMARK(search_whole_picture)->Unit(benchmark::kMicrosecond);
-
 void update_per_frame(benchmark::State &state) {
   const auto learner = taught(PairSearch::ranked, 1);
   cv::Mat channel;
   to_space(scene().render({0, 0}), learner->published()->space(), channel);
   Random random(3);
-  const auto cut = [&](cv::Point p) {
+  const auto cut = [&](cv::Point p, int side) {
     cv::Mat patch;
-    sample_patch(channel, p, learner->grown(), patch);
+    sample_patch(channel, p, side, patch);
     return patch;
   };
   for (auto _ : state) {
     state.PauseTiming();
     DescriptorUpdate update;
-    update.feature = cut({131, 97});
+    update.feature = cut({131, 97}, learner->surroundings());
     for (int i = 0; i < 10; ++i)
       update.negatives.push_back(
-          cut({10 + static_cast<int>(random.below(620)), 10 + static_cast<int>(random.below(460))}));
+          cut({10 + static_cast<int>(random.below(620)), 10 + static_cast<int>(random.below(460))}, learner->grown()));
     state.ResumeTiming();
     learner->update(update);
   }

@@ -8,6 +8,7 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "csd2012/easy_scene.h"
 
@@ -36,24 +37,23 @@ TEST(Choices, SayWhoseNumberIsMissing) {
   }
 }
 
-// Other smoke, or other tests in the nodes, make other descriptors, and these find other places.
-TEST(Choices, OfSmokeAndSearchMakeOtherDescriptors) {
+// Other smoke, other tests in the nodes or another colour space make other descriptors, and these find other places.
+TEST(Choices, OfSmokeSearchAndColourMakeOtherDescriptors) {
   auto settings = few_features();
   settings.max_features = 6;
-  const auto by_default = run(settings, 2, 20);
-  Choices choices;
-  choices.smoke_as_printed = 1;
-  const auto printed = run(settings, 2, 20, choices);
-  EXPECT_FALSE(same_tracks(by_default, printed));
-  choices.smoke_as_printed = 0;
-  choices.exhaustive = 1;
-  const auto exhaustive = run(settings, 2, 20, choices);
-  EXPECT_FALSE(same_tracks(by_default, exhaustive));
-  // Either way descriptors take over from LK, and see most of the easy scene.
-  for (const auto *all : {&printed, &exhaustive})
-    EXPECT_GE(std::count_if(all->back().features.begin(), all->back().features.end(),
+  std::vector<std::vector<Tracks>> found{run(settings, 2, 20)};
+  for (const auto *assignment : {"smoke_as_printed=1", "exhaustive=1", "colour=1", "colour=2"}) {
+    Choices choices;
+    set(choices, assignment);
+    const auto tracks = run(settings, 2, 20, choices);
+    for (const auto &others : found) EXPECT_FALSE(same_tracks(others, tracks)) << assignment;
+    // In any case descriptors take over from LK, and see most of the easy scene.
+    EXPECT_GE(std::count_if(tracks.back().features.begin(), tracks.back().features.end(),
                             [](const Feature &f) { return f.state == FeatureState::tracked; }),
-              4);
+              4)
+        << assignment;
+    found.push_back(tracks);
+  }
 }
 
 /// How far claims are off in the mean, px.
@@ -73,8 +73,9 @@ double error_of(const std::vector<Tracks> &all) {
 
 // Pixels that noise moves less, and the middle of a cluster instead of one patch of it.
 TEST(Choices, SmoothedAndByItsClusterAFeatureIsFoundMoreExactly) {
-  const double usual = error_of(run(few_features(), 2, 40));
   Choices choices;
+  choices.cluster_radius = choices.smoothing = 0;
+  const double usual = error_of(run(few_features(), 2, 40, choices));
   choices.cluster_radius = 2;
   EXPECT_LT(error_of(run(few_features(), 2, 40, choices)), usual);
   choices.smoothing = 2;
@@ -120,7 +121,7 @@ TEST(Choices, WithMoreThanAnyProbabilityNothingIsClaimedOnceTheDescriptorHasTake
   auto settings = few_features();
   settings.max_features = 3;
   Choices choices;
-  choices.least_probability = 2;
+  choices.least_probability = 1e3;
   const auto all = run(settings, 2, 30, choices);
   ASSERT_EQ(all.back().features.size(), 3u);
   EXPECT_TRUE(std::none_of(all.back().features.begin(), all.back().features.end(),

@@ -25,6 +25,13 @@ std::shared_ptr<const Tree> tree_of(const FeatureLearner &learner) {
   return forest ? forest->trees().front() : nullptr;
 }
 
+/// An update learns what it is given and no warps of it, so that samples can be counted.
+LearnerOptions without_warps() {
+  LearnerOptions options;
+  options.choices.update_warps = 0;
+  return options;
+}
+
 class LearningAFeature : public testing::Test {
  protected:
   LearningAFeature() {
@@ -56,11 +63,11 @@ class LearningAFeature : public testing::Test {
     return channel.clone();
   }
 
-  const csd2012::Choices choices_;
+  const csd2012::Choices choices_ = without_warps().choices;
   Snapshot snapshot_;
   const cv::Point at_{160, 120};
   std::shared_ptr<LearningCounters> counters_ = std::make_shared<LearningCounters>();
-  FeatureLearner learner_{LearnerOptions{}, Random(1), counters_};
+  FeatureLearner learner_{without_warps(), Random(1), counters_};
 };
 
 TEST_F(LearningAFeature, NothingIsPublishedBeforeTheFirstLesson) {
@@ -118,7 +125,7 @@ TEST_F(LearningAFeature, WarpsOfTheFeatureAreRecognisedAsFarAsTheStopRulesAllow)
 
 // Each gets half of the 70 positives and of the updates, drawn for itself; all recognise the feature.
 TEST_F(LearningAFeature, SeveralTreesLearnSharesOfTheSameSamples) {
-  LearnerOptions options;
+  auto options = without_warps();
   options.choices.trees = 5;
   learner_.learn(snapshot_, at_);  // whose colour space is the same
   FeatureLearner several(options, Random(1), counters_);
@@ -142,13 +149,13 @@ TEST_F(LearningAFeature, SeveralTreesLearnSharesOfTheSameSamples) {
 }
 
 TEST_F(LearningAFeature, InTheColourSpaceThatTheChoicesName) {
-  LearnerOptions options;
-  options.choices.colour = 0;
-  FeatureLearner intensity(options, Random(1), counters_);
-  intensity.learn(snapshot_, at_);
-  EXPECT_EQ(intensity.published()->space(), (ColourSpace{1, 1, 1}));
-  learner_.learn(snapshot_, at_);
-  EXPECT_FALSE(learner_.published()->space() == (ColourSpace{1, 1, 1})) << "the scene's colours tell more";
+  for (const int colour : {0, 1, 2}) {
+    LearnerOptions options;
+    options.choices.colour = colour;
+    FeatureLearner learner(options, Random(1), counters_);
+    learner.learn(snapshot_, at_);
+    EXPECT_EQ(learner.published()->space() == (ColourSpace{1, 1, 1}), colour == 0) << "the scene's colours tell more";
+  }
 }
 
 // What is found at the end of what was learnt, turned by 40°, is a feature that may turn by 40° more.
@@ -158,15 +165,16 @@ TEST_F(LearningAFeature, WarpsOfWhatWasFoundReachFurther) {
     options.choices.update_warps = warps;
     FeatureLearner learner(options, Random(1), counters_);
     learner.learn(snapshot_, at_);
-    cv::Mat channel, turned, patch;
+    cv::Mat channel, turned, patch, seen;
     to_space(snapshot_.bgr, learner.published()->space(), channel);
     sample_patch(channel, at_, learner.surroundings(), rotation_warp(40), turned);
     for (int i = 0; i < 30; ++i) learner.update({turned, {}});
     int found = 0;
     for (int degrees = 50; degrees <= 80; degrees += 2) {
       sample_patch(channel, at_, learner.grown(), rotation_warp(degrees), patch);
+      csd2012::smooth(patch, choices_.smoothing, seen);
       const auto tree = tree_of(learner);
-      found += tree->is_feature(tree->leaf(patch));
+      found += tree->is_feature(tree->leaf(seen.clone()));
     }
     return found;
   };
@@ -300,7 +308,7 @@ TEST_F(LearningAFeature, TheRingForgetsTheOldestSuccesses) {
 
 TEST_F(LearningAFeature, AtTheEdgeOfThePicture) {
   for (const auto &p : {cv::Point(0, 0), cv::Point(319, 239), cv::Point(3, 120)}) {
-    FeatureLearner learner(LearnerOptions{}, Random(1), counters_);
+    FeatureLearner learner({}, Random(1), counters_);
     learner.learn(snapshot_, p);
     ASSERT_NE(learner.published(), nullptr);
     EXPECT_GE(tree_of(learner)->features(), 70u);

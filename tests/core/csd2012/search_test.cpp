@@ -59,16 +59,13 @@ TEST(Search, EqualsGoToTheNearest) {
   EXPECT_EQ(*search(by_hand(), m, {0, 0}, {{1, 1, 28, 18}, 1}, {{11, 5}}).best, cv::Point2d(5, 5));
 }
 
-TEST(Search, FromCoarseToFine) {
-  // Steps of 2 from (1,1) meet odd positions only: 3 as bright as their neighbour, one brighter between them.
+// Steps of 2 from (1,1) meet odd positions only.
+TEST(Search, EverySecondPosition) {
   cv::Mat m = falling(20, 30);
   for (int y : {6, 7}) m.at<unsigned char>(y, 9) = m.at<unsigned char>(y, 8);
   m.at<unsigned char>(6, 10) = 255;
-  const auto coarse = search(by_hand(), m, {0, 0}, {{1, 1, 28, 18}, 2}, {{0, 0}});
-  EXPECT_EQ(*coarse.best, cv::Point2d(9, 7));
-  const auto result = search_coarse_to_fine(by_hand(), m, {0, 0}, {{1, 1, 28, 18}, 2}, {{0, 0}});
-  EXPECT_EQ(*result.best, cv::Point2d(10, 6));
-  EXPECT_DOUBLE_EQ(result.weighted, 0.75);
+  EXPECT_EQ(*search(by_hand(), m, {0, 0}, {{1, 1, 28, 18}, 2}, {{0, 0}}).best, cv::Point2d(9, 7));
+  EXPECT_EQ(*search(by_hand(), m, {0, 0}, {{1, 1, 28, 18}, 1}, {{0, 0}}).best, cv::Point2d(10, 6));
 }
 
 // A lone patch of P = 3/4, and three of P = 1/4 side by side, whose sum is as large: the place is their middle.
@@ -99,19 +96,17 @@ TEST(Search, LessThanTheLeastProbabilityIsHidden) {
   EXPECT_FALSE(search(by_hand(), m, {0, 0}, area, weight, {2, .55}).best);
 }
 
-// σ = width/64; √(1 + absence/40 ms) wider, the window no more than twice; not known after a second (A26, A27).
+// σ = width/128; √(1 + absence/40 ms) wider, the window no more than twice.
 TEST(Search, TheReachGrowsWithTheAbsence) {
   constexpr std::int64_t ms = 1000000;
-  EXPECT_DOUBLE_EQ(reach_after(csd2012::Choices{}, 0, false, 640, 20).sigma, 10);
-  EXPECT_EQ(reach_after(csd2012::Choices{}, 0, false, 640, 20).radius, 20);
-  EXPECT_NEAR(reach_after(csd2012::Choices{}, 40 * ms, false, 640, 20).sigma, 14.1421, 1e-4);
-  EXPECT_EQ(reach_after(csd2012::Choices{}, 40 * ms, false, 640, 20).radius, 28);
-  EXPECT_DOUBLE_EQ(reach_after(csd2012::Choices{}, 120 * ms, false, 640, 20).sigma, 20);
-  EXPECT_EQ(reach_after(csd2012::Choices{}, 120 * ms, false, 640, 20).radius, 40);
-  EXPECT_DOUBLE_EQ(reach_after(csd2012::Choices{}, 960 * ms, false, 640, 20).sigma, 50);
-  EXPECT_EQ(reach_after(csd2012::Choices{}, 960 * ms, false, 640, 20).radius, 40);
-  EXPECT_TRUE(std::isinf(reach_after(csd2012::Choices{}, 1000 * ms, true, 640, 20).sigma));
-  EXPECT_EQ(reach_after(csd2012::Choices{}, 1000 * ms, true, 640, 20).radius, 20);
+  EXPECT_DOUBLE_EQ(reach_after(csd2012::Choices{}, 0, 640, 20).sigma, 5);
+  EXPECT_EQ(reach_after(csd2012::Choices{}, 0, 640, 20).radius, 20);
+  EXPECT_NEAR(reach_after(csd2012::Choices{}, 40 * ms, 640, 20).sigma, 7.0711, 1e-4);
+  EXPECT_EQ(reach_after(csd2012::Choices{}, 40 * ms, 640, 20).radius, 28);
+  EXPECT_DOUBLE_EQ(reach_after(csd2012::Choices{}, 120 * ms, 640, 20).sigma, 10);
+  EXPECT_EQ(reach_after(csd2012::Choices{}, 120 * ms, 640, 20).radius, 40);
+  EXPECT_DOUBLE_EQ(reach_after(csd2012::Choices{}, 960 * ms, 640, 20).sigma, 25);
+  EXPECT_EQ(reach_after(csd2012::Choices{}, 960 * ms, 640, 20).radius, 40);
 }
 
 TEST(Search, AnEmptyAreaIsNothingFound) {

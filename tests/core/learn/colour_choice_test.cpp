@@ -57,9 +57,30 @@ TEST(ColourChoice, ScoresAreMeansOfTheBestPixels) {
   }
 }
 
+// R + 2G + 2B is larger in a feature's lower half by as much as its brightness varies from patch to patch: no pixel
+// alone tells it from the rest, the difference of two does. Its parts are noise.
+TEST(ColourChoice, ByDifferencesFindsTheSpaceWhosePairsSeparate) {
+  ColourPatches patches(5);
+  Random random(1);
+  for (int i = 0; i < 300; ++i) {
+    cv::Mat m(5, 5, CV_8UC3);
+    const int brightness = static_cast<int>(random.below(120));
+    for (int p = 0; p < 25; ++p) {
+      const int g = static_cast<int>(random.below(60)), r = 2 * static_cast<int>(random.below(60));
+      const int b = 120 + brightness / 2 + (i % 4 == 0 && p >= 15 ? 60 : 0) - g - r / 2;
+      m.at<cv::Vec3b>(p / 5, p % 5) = {static_cast<std::uint8_t>(std::clamp(b, 0, 255)), static_cast<std::uint8_t>(g),
+                                       static_cast<std::uint8_t>(r)};
+    }
+    patches.add(m, i % 4 ? Label::not_feature : Label::feature);
+  }
+  EXPECT_EQ(choose_colour_of_pairs(patches, random), (ColourSpace{1, 2, 2}));
+}
+
 TEST(ColourChoice, IntensityWhereThereIsNothingToTellApart) {
   ColourPatches patches(3);
+  Random random(1);
   EXPECT_EQ(choose_colour(patches), (ColourSpace{1, 1, 1}));
+  EXPECT_EQ(choose_colour_of_pairs(patches, random), (ColourSpace{1, 1, 1}));
   patches.add(cv::Mat(3, 3, CV_8UC3, cv::Scalar(1, 2, 3)), Label::feature);
   EXPECT_EQ(choose_colour(patches), (ColourSpace{1, 1, 1}));
   EXPECT_THROW(patches.add(cv::Mat::zeros(3, 3, CV_8UC1), Label::feature), cv::Exception);
