@@ -57,7 +57,8 @@ def checksum(path):
 
 def identity(sequence, seed, plan):
     """What a run depends on. A run of another identity is another run."""
-    texture = {"texture": checksum(sequence.picture())} if sequence.clip else {}
+    picture = sequence.texture(seed)
+    texture = {"texture": checksum(pathlib.Path(picture))} if picture else {}
     parts = {f"{share.name}_{what}": of for share in plan.shares_of(sequence, seed)
              for what, of in (("features", share.features), ("frames", share.frames)) if of}
     return {"source": sequence.source(seed), **texture, **parts, "plugin": fingerprint("plugin"), "csd-peers": fingerprint("csd-peers")}

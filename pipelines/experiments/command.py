@@ -21,12 +21,12 @@ def natural(text):
     return value
 
 
-def arguments(name, description, epilog):
+def arguments(name, description, epilog, seeds):
     parser = argparse.ArgumentParser(prog=f"pipelines/experiments/{name}", epilog=epilog, description=description,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="a few frames of each; writes nothing into docs/")
     parser.add_argument("--seeds", type=natural, metavar="N", help="scenes of each sequence, from seed "
-                        f"{sequences.FIRST_SEED} on (3; --quick: 1)")
+                        f"{sequences.FIRST_SEED} on ({seeds}; --quick: 1)")
     parser.add_argument("--jobs", type=natural, metavar="N", default=os.cpu_count(), help="runs at a time (the processors)")
     parser.add_argument("--out", type=pathlib.Path, metavar="DIR", help="where the runs are kept "
                         f"(experiments/{name} or experiments/{name}-quick in the build folder)")
@@ -50,11 +50,11 @@ def guarded(name, out, work):
     return 0
 
 
-def run(name, options, section, check):
+def run(name, options, section, check, seeds):
     """The runs, then the page. section(plan, out, page, command, jobs) gives the section's text and the folder of its figures.
     check(page) raises builds.Failure of a page that it can't be written to."""
     mode = f"{name}-quick" if options.quick else name
-    seeds = options.seeds or (1 if options.quick else 3)
+    seeds = options.seeds or (1 if options.quick else seeds)
     out = (options.out or builds.BUILD / "experiments" / mode).resolve()
     path = out / "evaluation.md" if options.quick else builds.ROOT / "docs" / "evaluation.md"
     try:
@@ -62,7 +62,8 @@ def run(name, options, section, check):
         builds.make(not options.no_install)
         out.mkdir(parents=True, exist_ok=True)
         plan = sequences.PLANS[mode](seeds)
-        running.take_pictures(plan)
+        if plan.of_table("pictures"):
+            running.take_pictures()
         running.run_all(plan, mode, seeds, out, options.jobs)
         command = " ".join([f"pipelines/experiments/{name}", *filter(None, (
             "--quick" if options.quick else "", f"--seeds {options.seeds}" if options.seeds else ""))])
@@ -77,10 +78,10 @@ def run(name, options, section, check):
     return 0
 
 
-def main(name, description, epilog, section, check=page.sections):
+def main(name, description, epilog, section, check=page.sections, seeds=3):
     try:
         signal.signal(signal.SIGTERM, lambda *_: sys.exit(130))
-        sys.exit(run(name, arguments(name, description, epilog), section, check))
+        sys.exit(run(name, arguments(name, description, epilog, seeds), section, check, seeds))
     except KeyboardInterrupt:
         print(f"\n{name}: stopped; the same command goes on from here", file=sys.stderr)
         sys.exit(130)

@@ -60,92 +60,23 @@ def all_trackers(scores):
 
 
 def by_sequence(scores, kinds):
-    return table(["sensitivity / K", *(f"{s.title} (Fig. {s.figure})" if s.figure else s.title for s in kinds)],
-                 [[name, *(f"{number(scores.of_sequence(s, name, 'sensitivity'))} / {number(scores.of_sequence(s, name, 'k'))}"
-                           for s in kinds)] for name in scores.trackers])
+    """A row for each scene, by its texture."""
+    rows = []
+    for sequence in kinds:
+        by_tracker = {t: list(zip(*(scores.of_clips(sequence, t, m) for m in ("sensitivity", "k")))) for t in scores.trackers}
+        for i, seed in enumerate(sequence.seeds):
+            picture = sequence.texture(seed)
+            rows.append([f"{sequence.title} (Fig. {sequence.figure})", pathlib.Path(picture).stem if picture else f"simulated {sequence.style}",
+                         *(" / ".join(map(number, by_tracker[t][i])) for t in scores.trackers)])
+    return table(["sensitivity / K", "tissue", *scores.trackers], rows)
 
 
 def settings(sequence):
-    """Of csdsimsrc, as one would type them."""
+    """Of csdsimsrc, as one would type them; by seed, where these differ."""
     effects = f' effects="{sequence.effects}"' if sequence.effects else ""
-    look = f"texture=(of {sequence.clip})" if sequence.clip else f"style={sequence.style}"
+    looks = [f"texture={pathlib.Path(picture).name}" if picture else f"style={sequence.style}" for picture in map(sequence.texture, sequence.seeds)]
     rate = f" ! video/x-raw,framerate={sequence.rate}/1" if sequence.rate != sequences.RATE else ""
-    return f"scenario={sequence.scenario}{effects} {look}{rate}"
-
-
-def why(found):
-    """csd-2012 where what cameras do is taken away, then LK where frames are farther apart. found: {sequence: scores}."""
-    return table(["", *(f"{n}, {m}" for n in sequences.CONTROLLED for m in ("sensitivity", "K"))],
-                 [[s.title, *(interval(of.trackers[n][m]) for n in sequences.CONTROLLED for m in ("sensitivity", "k"))]
-                  for s, of in found.items()])
-
-
-def in_words(difference, a, b):
-    """Of csd-score's comparison of sensitivity, a less b."""
-    more = claims.sign(difference)
-    return {claims.HOLDS: f"{a} is above {b}", claims.FAILS: f"{a} is below {b}",
-            claims.UNDECIDED: f"{a} and {b} are not told apart"}[more] + (
-                f" (difference {number(difference['difference'])}, {number(difference['low'])} to {number(difference['high'])})")
-
-
-def signed(value):
-    return f"{value:+.3f}".replace("-", "−")
-
-
-def apart(a, b):
-    """In words, of two measures with an interval each but none of their difference."""
-    if a["high"] < b["low"] or b["high"] < a["low"]:
-        return "the intervals do not overlap"
-    return "the intervals overlap, so no effect is shown"
-
-
-def what_it_gives(found):
-    """What csd-2012 gains by each of the things that the paper says nothing of. found: {name of sequence: scores}."""
-    every, gain = found["why-all"], found["why-all"].comparisons["csd-2012-smoothed"]["sensitivity"]
-    before, lines = every.trackers["csd-2012"]["sensitivity"], []
-    for name, what in (("why-sharp", "Chroma as sharp as luma"), ("why-clean", "Chroma as sharp as luma and no noise")):
-        after = found[name].trackers["csd-2012"]["sensitivity"]
-        lines.append(f"* {what}: {signed(after['value'] - before['value'])}, from {interval(before)} to {interval(after)}; {apart(before, after)}.")
-    shown = {claims.HOLDS: "all of it above 0", claims.FAILS: "all of it below 0", claims.UNDECIDED: "with 0 in it, so no effect is shown"}
-    lines.append(f"* Smoothing before the pixel tests: {signed(gain['difference'])} ({signed(gain['low'])} to {signed(gain['high'])}; paired, "
-                 f"{shown[claims.sign(gain)]}), to {number(every.value('csd-2012-smoothed', 'sensitivity'))}. The paper's Table 1 has "
-                 f"{number(PAPER['table1']['sensitivity']['csd-2012'])}, in vivo.")
-    return "What csd-2012's sensitivity changes by:\n\n" + "\n".join(lines) + "\n"
-
-
-def what_lk_owes(found):
-    """Whether LK's lead, if it has one, is owed to what is taken from it. found: {name of sequence: scores}."""
-    every, said = found["why-all"], []
-    leads = claims.sign(every.comparisons["lk"]["sensitivity"]) == claims.HOLDS
-    for name, where, cause in (("why-half", "At half the frame rate, where tissue moves twice as far from frame to frame,", "small steps"),
-                               ("why-faint", "With low texture and three times the noise", "structure above the noise")):
-        lk, csd = (found[name].value(t, "sensitivity") - every.value(t, "sensitivity") for t in ("lk", "csd-2012"))
-        verdict = "there is no lead of lk to explain" if not leads else (
-            f"lk owes {cause} some of its lead" if lk < csd - claims.MARGIN else f"lk's lead is not owed to {cause}")
-        said.append(f"{where} lk's sensitivity changes by {number(lk)} and csd-2012's by {number(csd)}: {verdict}.")
-    return "\n".join(said) + "\n"
-
-
-def why_in_words(found):
-    """What the table shows, from its numbers."""
-    lines = [f"* {s.title}: " + "; ".join(in_words(of.comparisons[a]["sensitivity"], a, "csd-2012")
-                                          for a in ("lk", "csd-2012-smoothed")) + "." for s, of in found.items()]
-    by_name = {s.name: of for s, of in found.items()}
-    return (f"{what_it_gives(by_name)}\nBetween the trackers, in sensitivity:\n\n" + "\n".join(lines) + f"\n\n{what_lk_owes(by_name)}\n"
-            "Nothing was taken away like this under tools, rotation, zoom or smoke: what keeps csd-2012 from the paper's Tables 2 and 3 is not "
-            "shown here.\n")
-
-
-def pictures_part(plan, scores, folder):
-    """What is said of real tissue as texture, where the clips were there."""
-    head = "\n## Real tissue as texture\n\n"
-    if not scores:
-        return head + "Not run: the clips were not there (`pipelines/experiments/paper --help`).\n"
-    return (head + f"""First frames of real operations as the surface's texture, and the video compressed as recorders do
-(`{sequences.CODEC.split(" ! ")[0]}`), which is harder than the procedural styles. The paper has nothing like it. One seed each.
-
-""" + all_trackers(scores) + "\nBy sequence:\n\n" + by_sequence(scores, plan.of_table("pictures")) +
-            f"\nMeans over {figures.BIN} frames:\n\n![]({folder}/pictures.svg)\n")
+    return f"scenario={sequence.scenario}{effects} {' or '.join(dict.fromkeys(looks))}{rate}"
 
 
 def hidden(scenes):
@@ -177,30 +108,23 @@ def costs(plan, cost):
     return table(["", "the paper (Pentium, 3 GHz)", "here"], rows)
 
 
-def over_time(folder, name, kinds, scores):
-    """The paper's trackers as the paper draws them, and the rivals beside csd-2012."""
-    figures.over_time(folder / f"{name}.svg", kinds, scores.by_frame, sequences.PAPER_ORDER)
-    figures.over_time(folder / f"{name}-rivals.svg", kinds, scores.by_frame, (*sequences.RIVALS, "csd-2012"))
-
-
 def draw(plan, found, folder):
     simulation = plan.sequence("simulation")
-    over_time(folder, "fig7", [simulation], found.simulation)
+    drawn = (*sequences.PAPER_ORDER, "csd-forest")
+    figures.over_time(folder / "fig7.svg", [simulation], found.simulation.by_frame, drawn)
     panels = []
     for measure, label in figures.BY_FRAME:
         panels.append(figures.Panel("simulation, its first 100 frames", "frame", label))
-        for tracker in sequences.PAPER_ORDER:
+        for tracker in drawn:
             frames = found.simulation.by_frame(simulation, tracker, measure)
             panels[-1].add(tracker, figures.STYLES[tracker], figures.binned([f[:100] for f in frames], 1))
     figures.draw(folder / "fig7-start.svg", panels, 2)
     groups = [("simulation", found.simulation)]
     for name, scores in found.tables.items():
-        over_time(folder, FIGURES[name][0], plan.of_table(name), scores)
+        figures.over_time(folder / f"{FIGURES[name][0]}.svg", plan.of_table(name), scores.by_frame, drawn)
         groups.append((TITLES[name], scores))
-    if found.pictures:
-        figures.over_time(folder / "pictures.svg", plan.of_table("pictures"), found.pictures.by_frame, sequences.PAPER_ORDER)
-    figures.over_threshold(folder / "threshold.svg", [(title, {t: s.trackers[t]["curve"] for t in sequences.PAPER_ORDER})
-                                                      for title, s in groups], sequences.PAPER_ORDER)
+    figures.over_threshold(folder / "threshold.svg", [(title, {t: s.trackers[t]["curve"] for t in drawn})
+                                                      for title, s in groups], drawn)
     figures.learning(folder / "fig11.svg", found.cost)
 
 
@@ -223,24 +147,34 @@ def effort(plan, spent, clock, intervals):
             f".{f' There is one seed only of {once}.' if once else ''}{few}")
 
 
-def boxes_too(plan, found, name, kinds):
-    """Every tracker on what those of boxes get of these sequences."""
-    features, frames = plan.share("slow").of(kinds[0])
-    return (f"\nWith the trackers of boxes, which take too long for all: on {features} of the features and the first {frames} frames. The others "
-            f"beside are scored on just these.\n\n{all_trackers(found.slow[name])}")
+def fifths(plan, scores):
+    """Fig. 7's claim of no drift: sensitivity and K of each fifth of the frames, means over the seeds."""
+    simulation = plan.sequence("simulation")
+    return table(["sensitivity / K", *(f"{name} fifth" for name in ("first", "second", "third", "fourth", "last"))],
+                 [[t, *(" / ".join(number(scores.part(simulation, t, f"{m}_by_frame", n / 5, (n + 1) / 5)) for m in ("sensitivity", "k"))
+                        for n in range(5))] for t in scores.trackers])
+
+
+def tissue_in_words(plan):
+    """What the scenes look like."""
+    if not any(s.texture(seed) for s in plan.sequences for seed in s.seeds):
+        return ("The surfaces are the simulator's own: the pictures of real tissue were not there (`pipelines/experiments/paper --help`).")
+    return (f"Every second scene of Tables 1 to 3, and each of the simulation, has a picture of real tissue as its surface, and its video is "
+            f"compressed as recorders do (`{sequences.CODEC.split(' ! ')[0]}`). csd-2012's choices were made on three pictures with seed 1, of which "
+            f"heart.png is one; the others are new to it.")
 
 
 def text(plan, found, command, pictures, versions, spent, clock):
-    simulation, half = plan.sequence("simulation"), plan.sequence("why-half")
+    simulation = plan.sequence("simulation")
     parts = [f"""## The paper's experiments again
 
-The experiments of Mountney & Yang (2012) on simulated tissue, written by
+The experiments of Mountney & Yang (2012) on simulated motion, written by
 
     {command}
 {"" if plan.published else QUICK}
 """, table(["", ""], versions.items()), f"""
-CSD is `csd-2012`, the paper's tracker as printed ([method.md](method.md)); the others are in [baselines.md](baselines.md). p is of the
-difference from csd-2012.
+CSD is `csd-2012`, the paper's tracker; `csd-forest` is its future work, and `csd` the project's own ([method.md](method.md)); the others are in
+[baselines.md](baselines.md). p is of the difference from csd-2012. {tissue_in_words(plan)}
 
 {effort(plan, spent, clock, "The intervals of Tables 1 to 3")}
 
@@ -248,9 +182,8 @@ difference from csd-2012.
 
 """, table(["", "the paper finds", "here", ""], [[c.where, c.says, verdict(c, plan.published), c.evidence]
                                                   for c in claims.check(plan, found, PAPER)]), f"""
-Verdicts without † are by the 95 % interval of the difference, paired over clips and features: *not decided* where it contains 0. §3.1's is of
-features alone, for there is one clip; so is that of the two on blood, of the features of all seeds together (each paired with itself in the scene without
-blood and water; 2000 draws).
+Verdicts without † are by the 95 % interval of the difference, paired over clips and features: *not decided* where it contains 0. Those of the two on blood are of
+the features of all seeds together (each paired with itself in the scene without blood and water; 2000 draws).
 † is this project's reading of the paper's words: {claims.READING}. Where the evidence has an interval (of the change of a feature's sensitivity from one window of frames to another, by bootstrap
 over features), the verdict asks whether all of it is beyond that threshold; without one the figures are descriptive, of these very sequences. Two sequences' or two trackers' figures
 that have no interval count as different from {claims.MARGIN} on, and nearer together as *not decided*. *No occasion*: nothing happened that could show it.
@@ -260,36 +193,22 @@ that have no interval count as different from {claims.MARGIN} on, and nearer tog
 """, sources(plan, found.simulation.truths), f"""
 ## The simulation (Fig. 7)
 
-{simulation.features} features, {simulation.frames} frames; no highlights, no change of light. Curves are means over {figures.BIN} frames.
+{simulation.features} features, {simulation.frames} frames; noise, compression and a light that changes, in which LK drifts; no highlights. Curves are means over {figures.BIN} frames.
 
 ![]({pictures}/fig7.svg)
-
-The rivals, and csd-2012 again:
-
-![]({pictures}/fig7-rivals.svg)
 
 How the periods of heart and breath show, frame by frame:
 
 ![]({pictures}/fig7-start.svg)
 
-""", all_trackers(found.simulation), boxes_too(plan, found, "simulation", [simulation])]
+""", all_trackers(found.simulation), "\nOver time:\n\n", fifths(plan, found.simulation), "\nBy scene:\n\n",
+             by_sequence(found.simulation, [simulation])]
     for name, scores in found.tables.items():
         kinds, (picture, figure) = plan.of_table(name), FIGURES[name]
-        parts += [f"\n## {TITLES[name]}\n\n*Simulated classes; the paper's in-vivo figures for orientation.*\n\n",
-                  paper_table(name, scores), "\nEvery tracker:\n\n", all_trackers(scores), boxes_too(plan, found, name, kinds),
-                  "\nBy sequence, means over the seeds:\n\n",
-                  by_sequence(scores, kinds), f"\n{figure}; means over {figures.BIN} frames and the seeds:\n\n![]({pictures}/{picture}.svg)\n\n"
-                  f"The rivals, and csd-2012 again:\n\n![]({pictures}/{picture}-rivals.svg)\n"]
+        parts += [f"\n## {TITLES[name]}\n\n*Simulated motion; the paper's in-vivo figures for orientation.*\n\n",
+                  paper_table(name, scores), "\nEvery tracker:\n\n", all_trackers(scores), "\nBy scene:\n\n",
+                  by_sequence(scores, kinds), f"\n{figure}; means over {figures.BIN} frames and the seeds:\n\n![]({pictures}/{picture}.svg)\n"]
     parts += [f"""
-## What keeps csd-2012 from the paper's figures
-
-The same beating heart without highlights and change of light, {plan.of_table("why")[0].frames} frames; then what a camera does to it is taken away. The paper compares
-single pixels and says nothing of noise; `csd-2012-smoothed` is the same tracker behind a Gaussian of σ = 1 pixel. In the last
-two rows it is made hard for LK, which looks from frame to frame: the scene is rendered at {half.rate} frames a second, as many frames, so it lasts twice
-as long; or there is little structure and much noise. At {half.rate} a second csd-2012 learns in its first half second from fewer frames than the
-{(sequences.RATE + 1) // 2} otherwise: from its least number, 8 ([method.md](method.md#what-the-paper-leaves-open)).
-
-""", why(found.why), "\n", why_in_words(found.why), pictures_part(plan, found.pictures, pictures), f"""
 ## How near is near
 
 Sensitivity and K by τ:

@@ -6,11 +6,11 @@ import subprocess
 
 import builds
 
-# Dash pattern and colour; thick is the paper's own tracker. Rivals are drawn beside it, not beside the paper's others.
+# Dash pattern and colour; thick is the paper's own tracker.
 STYLES = {"csd-2012": "dt 1 lw 2.5 lc rgb '#1b7837'", "sift": "dt 2 lw 1.5 lc rgb '#b2182b'", "lk": "dt 1 lw 1.2 lc rgb '#2166ac'",
           "ms1": "dt 3 lw 1.5 lc rgb '#000000'", "ms2": "dt 4 lw 1.5 lc rgb '#4393c3'",
-          "csd-2012-smoothed": "dt 2 lw 2 lc rgb '#762a83'", "lk-fb": "dt 1 lw 1.2 lc rgb '#2166ac'",
-          "lk-anchored": "dt 4 lw 1.5 lc rgb '#e08214'", "still": "dt 3 lw 1.5 lc rgb '#000000'"}
+          "csd-forest": "dt 2 lw 2 lc rgb '#762a83'"}
+PERFECT = "dt 3 lw 1.5 lc rgb '#000000'"  # of a reliability diagram
 BY_FRAME = (("sensitivity_by_frame", "sensitivity"), ("k_by_frame", "K = 1 − precision"))
 BIN = 10  # frames that a point of a curve averages
 
@@ -104,7 +104,7 @@ def reliability(path, groups):
     """The reliability diagram of each group (name, csd-score's calibration): how often a confidence is right, and is given."""
     panels = [Panel("reliability", "confidence", "share that is visible and within τ"),
               Panel("reports", "confidence", "share of all reports", "set logscale y; set yrange [1e-4:1]")]
-    panels[0].add("perfect", STYLES["still"], [(0, 0), (1, 1)])
+    panels[0].add("perfect", PERFECT, [(0, 0), (1, 1)])
     for (name, calibration), style in zip(groups, (STYLES["csd-2012"], STYLES["sift"])):
         bins = [b for b in calibration["bins"] if b["reports"]]
         reports = sum(b["reports"] for b in bins)

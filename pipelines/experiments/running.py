@@ -123,21 +123,21 @@ def run_all(plan, mode, seeds, out, jobs):
                                              "seconds": round(time.monotonic() - began, 1)}))
 
 
-def take_pictures(plan):
-    """The first frames of the clips that sequences of the plan have as texture. Raises builds.Failure."""
-    for sequence in plan.sequences:
+def take_pictures():
+    """The first frames of the clips that sequences have as texture. Raises builds.Failure."""
+    for *_, clip in sequences.PICTURE_KINDS:
+        source, picture = sequences.CLIPS / clip, sequences.first_frame(clip)
         # Once: a second decoding of the same file has been seen to differ.
-        if not sequence.clip or (sequence.picture().exists() and
-                                 sequence.picture().stat().st_mtime >= (sequences.CLIPS / sequence.clip).stat().st_mtime):
+        if picture.exists() and picture.stat().st_mtime >= source.stat().st_mtime:
             continue
-        sequence.picture().parent.mkdir(parents=True, exist_ok=True)
-        unfinished = sequence.picture().with_suffix(".unfinished")
-        done = subprocess.run(["gst-launch-1.0", "-q", "filesrc", f"location={sequences.CLIPS / sequence.clip}", "!", "decodebin", "!",
+        picture.parent.mkdir(parents=True, exist_ok=True)
+        unfinished = picture.with_suffix(".unfinished")
+        done = subprocess.run(["gst-launch-1.0", "-q", "filesrc", f"location={source}", "!", "decodebin", "!",
                                "videoconvert", "!", "pngenc", "snapshot=true", "!", "filesink", f"location={unfinished}"],
                               capture_output=True, text=True, env=builds.environment())
         if done.returncode or not unfinished.stat().st_size:
-            raise builds.Failure(f"{sequences.CLIPS / sequence.clip}: no frame could be read: {done.stderr.strip()}")
-        unfinished.rename(sequence.picture())
+            raise builds.Failure(f"{source}: no frame could be read: {done.stderr.strip()}")
+        unfinished.rename(picture)
 
 
 def palindromes(plan, out):

@@ -55,8 +55,12 @@ class Scores:
                 changes += truth.change(truth.read(folder / "truth-tracked.jsonl"), truth.read(folder / f"{tracker}.jsonl"), *parts)
         return truth.bootstrap(changes)
 
+    def of_clips(self, sequence, tracker, measure):
+        """Of each seed."""
+        return [clip[measure] for (s, _), clip in zip(self.clips, self.trackers[tracker]["clips"]) if s is sequence]
+
     def of_sequence(self, sequence, tracker, measure):
-        return figures.mean([clip[measure] for (s, _), clip in zip(self.clips, self.trackers[tracker]["clips"]) if s is sequence])
+        return figures.mean(self.of_clips(sequence, tracker, measure))
 
     def part(self, sequence, tracker, measure, begin, end):
         """Mean over frames begin·length to end·length and the seeds."""
@@ -78,20 +82,13 @@ class Findings:
     """All scores of the paper's plan."""
 
     def __init__(self, plan, out):
-        fast = [*sequences.PAPER, *sequences.RIVALS]
+        def score(kinds, trackers=sequences.REPEATED):
+            return Scores(plan, out, kinds, trackers)
 
-        def score(kinds, trackers, share="tracked"):
-            return Scores(plan, out, kinds, trackers, share)
-
-        self.simulation = score([plan.sequence("simulation")], fast)
-        self.tables = {t: score(plan.of_table(t), fast) for t in ("table1", "table2", "table3")}
-        # With the trackers of boxes, on what these get; the simulation's under its sequence's name.
-        self.slow = {name: score(kinds, [*fast, *sequences.SLOW_RIVALS], "slow") for name, kinds in (
-            ("simulation", [plan.sequence("simulation")]), *((t, plan.of_table(t)) for t in self.tables))}
-        self.why = {s: score([s], list(sequences.CONTROLLED)) for s in plan.of_table("why")}
-        self.pictures = score(plan.of_table("pictures"), fast) if plan.of_table("pictures") else None
+        self.simulation = score([plan.sequence("simulation")])
+        self.tables = {t: score(plan.of_table(t)) for t in ("table1", "table2", "table3")}
         self.blood = changes_after(out, plan.sequence("irrigation"), plan.sequence("dry"), "csd-2012")
-        # Of the paper's classes alone: others are the same scenes again, or there only where clips are.
+        # Of the paper's classes alone: dry is a scene of theirs again.
         classes = [s for s in plan.sequences if s.table.startswith("table")]
-        self.mean_shifts = score(classes, ["ms1", "ms2"])
+        self.mean_shifts = score(classes, ("ms1", "ms2"))
         self.cost = running.read_learning_cost(out)

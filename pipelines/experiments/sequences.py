@@ -11,12 +11,12 @@ WIDTH, HEIGHT, RATE = 640, 480, 25
 FIRST_SEED = 101  # 1 to 20 are for development: constants may have been chosen on them
 
 PAPER = ("csd-2012", "lk", "ms1", "ms2", "sift")  # csdtrack algorithm=..., what the paper compares
-PLUGIN = ("csd", *PAPER)
-# csd-peers, as many features and frames as the others. The first is the paper's tracker with the smoothing that it doesn't print.
-RIVALS = ("csd-2012-smoothed", "lk-fb", "lk-anchored", "still")
+PLUGIN = ("csd", "csd-forest", *PAPER)
+RIVALS = ("csd-2012-smoothed", "lk-fb", "lk-anchored", "still")  # csd-peers, as many features and frames as the others
 SLOW_RIVALS = ("csrt", "kcf", "medianflow")  # csd-peers, on some features and frames: csrt takes 12 ms for each
 CLIPS = pathlib.Path(os.environ.get("CSDTRACK_CLIPS", builds.ROOT.parent / "shared" / "clips"))
 PICTURES = builds.BUILD / "experiments" / "pictures"  # first frames of clips
+TISSUE = pathlib.Path(os.environ.get("CSDTRACK_TISSUE", builds.ROOT.parent / "shared" / "tissue" / "textures"))
 # As recorders compress. identity: y4menc 1.22 writes the decoder's padding, if it is offered any.
 CODEC = ("x264enc pass=qual quantizer=23 ! video/x-h264,profile=high ! h264parse ! avdec_h264 ! "
          "identity drop-allocation=true ! video/x-raw,format=I420")
@@ -38,19 +38,21 @@ class Sequence:
     frames: int
     seeds: tuple
     rate: int = RATE
-    clip: str = ""  # its first frame is the texture, and the video is compressed; not in the repository
+    textures: tuple = ()  # pictures of real tissue, not in the repository, by seed in turn; None among them: the style
     trackers: tuple = ()  # (): all that the plan has for it
 
-    def picture(self):
-        return PICTURES / f"{pathlib.Path(self.clip).stem}.png"
+    def texture(self, seed):
+        """The picture that is this scene's surface, whose video is compressed as recorders do; None: the style is."""
+        return self.textures[(seed - FIRST_SEED) % len(self.textures)] if self.textures else None
 
     def source(self, seed):
         """csdsimsrc and its caps, as gst-launch-1.0 takes them. I420, as decoders give it: every tracker sees the same bytes."""
         effects = f' effects="{self.effects}"' if self.effects else ""
-        texture = f'texture="{self.picture()}"' if self.clip else f"style={self.style}"
+        picture = self.texture(seed)
+        texture = f'texture="{picture}"' if picture else f"style={self.style}"
         return (f"csdsimsrc scenario={self.scenario}{effects} {texture} seed={seed} features={self.features} "
                 f"num-buffers={self.frames} ! video/x-raw,format=I420,width={WIDTH},height={HEIGHT},framerate={self.rate}/1"
-                f"{f' ! {CODEC}' if self.clip else ''}")
+                f"{f' ! {CODEC}' if picture else ''}")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -110,56 +112,36 @@ class Plan:
         return [s for s in self.sequences if s.table == table]
 
 
-# name, title, figure, table, scenario, effects, style. The paper's sequences are described in its §3.1 and §3.2.
+# name, title, figure, table, scenario, effects, style, textures of TISSUE. The paper's sequences are described in its §3.1 and §3.2. In the
+# simulation's light and noise LK drifts, as it does in the paper's: without them it loses nothing in 4000 frames.
 KINDS = (
-    ("simulation", "simulation", "7", "", "deformation", "", "heart"),
+    ("simulation", "simulation", "7", "", "deformation", "noise=2,light=0.5", "heart", ("heart.png", "liver.jpg", "gallbladder-a.png")),
     ("strong-heart", "strongly beating heart", "8a–c", "table1", "deformation",
-     "heart-mild=0,heart-strong=1,specular=0.5,light=0.5", "heart"),
-    ("mild-heart", "mildly beating heart", "8d–f", "table1", "deformation", "specular=0.5,light=0.5", "heart"),
+     "heart-mild=0,heart-strong=1,specular=0.5,light=0.5", "heart", ("heart.png",)),
+    ("mild-heart", "mildly beating heart", "8d–f", "table1", "deformation", "specular=0.5,light=0.5", "heart", ("heart.png",)),
     ("liver", "liver, breathing to and from the lamp", "8g–i", "table1", "deformation",
-     "heart-mild=0,liver=1,falloff=1,specular=0.3", "liver"),
+     "heart-mild=0,liver=1,falloff=1,specular=0.3", "liver", ("liver.jpg",)),
     ("few-occluded", "tools over the abdominal wall, few features occluded", "9a–c", "table2", "occlusion",
-     "tools=0.8,heart-mild=0,liver=0.7", "peritoneum"),
+     "tools=0.8,heart-mild=0,liver=0.7", "peritoneum", ("fascia.png",)),
     ("more-occluded", "tools over the liver, more features occluded", "9d–f", "table2", "occlusion",
-     "tools=2,heart-mild=0,liver=1", "liver"),
+     "tools=2,heart-mild=0,liver=1", "liver", ("liver.jpg",)),
     ("irrigation", "tools, blood and irrigation", "9g–i", "table2", "occlusion",
-     "tools=0.7,heart-mild=0,liver=0.7,blood=1,irrigation=1", "liver"),
-    ("rotation", "rotation", "10a–c", "table3", "rotation", "", "peritoneum"),
-    ("smoke", "smoke in two bursts", "10d–f", "table3", "smoke", "", "bowel"),
-    ("zoom", "scale", "10g–i", "table3", "zoom", "", "peritoneum"),
+     "tools=0.7,heart-mild=0,liver=0.7,blood=1,irrigation=1", "liver", ("gallbladder-a.png",)),
+    ("rotation", "rotation", "10a–c", "table3", "rotation", "", "peritoneum", ("pelvis-a.png",)),
+    ("smoke", "smoke in two bursts", "10d–f", "table3", "smoke", "", "bowel", ("bowel-fat.png",)),
+    ("zoom", "scale", "10g–i", "table3", "zoom", "", "peritoneum", ("uterus.png",)),
 )
 # The sequence of irrigation, without blood and water: what these change is told from what time does.
-DRY = ("dry", "tools, no blood, no irrigation", "", "control", "occlusion", "tools=0.7,heart-mild=0,liver=0.7", "liver")
-# What keeps csd-2012 from the paper's figures: one sequence of Table 1, and what cameras do to it taken away piece by piece; then
-# what LK lives on taken away: small steps from frame to frame, and structure above the noise. name, title, effects, frames a second.
-WHY = (
-    ("why-all", "as a camera sees it", "heart-mild=0,heart-strong=1", RATE),
-    ("why-sharp", "sharp chroma", "heart-mild=0,heart-strong=1,chroma=0", RATE),
-    ("why-clean", "sharp chroma, no noise", "heart-mild=0,heart-strong=1,chroma=0,noise=0", RATE),
-    ("why-half", "as a camera sees it, half the frame rate", "heart-mild=0,heart-strong=1", 12),
-    ("why-faint", "low texture, three times the noise", "heart-mild=0,heart-strong=1,low-texture=1,noise=3", RATE),
-)
-# Real tissue as texture: name, title, scenario, effects, clip. Run where the clips are.
+DRY = ("dry", "tools, no blood, no irrigation", "", "control", "occlusion", "tools=0.7,heart-mild=0,liver=0.7", "liver", ("gallbladder-a.png",))
+# Clips' first frames as texture: name, title, scenario, effects, clip. Run where the clips are.
 PICTURE_KINDS = (
     ("picture-light", "strong heartbeat, moving light", "deformation", "heart-mild=0,heart-strong=1,light=1", "heart.mkv"),
     ("picture-tools", "tools, highlights, light, sway", "occlusion", "specular=1,light=1,sway=1", "abdomen.mkv"),
     ("picture-zoom", "scale, highlights", "zoom", "specular=1", "cutting.mp4"),
     ("picture-rotation", "rotation, smoke", "rotation", "smoke=1", "cholecystectomy.mp4"),
 )
-CONTROLLED = ("csd-2012", "csd-2012-smoothed", "lk")  # whom dry and why are about
 SIMULATION_FEATURES, FEATURES = 100, 50  # as in the paper: §3.1, §3.2
-
-
-def of_controls(features, frames, why_frames, seeds):
-    return (Sequence(*DRY, features, frames, seeds, trackers=CONTROLLED),
-            *(Sequence(name, title, "", "why", "deformation", effects, "heart", features, why_frames, seeds, rate, trackers=CONTROLLED)
-              for name, title, effects, rate in WHY))
-
-
-def of_pictures(features, frames):
-    """What is run of PICTURE_KINDS: one seed of each, where its clip is there."""
-    return tuple(Sequence(name, title, "", "pictures", scenario, effects, "", features, frames, (FIRST_SEED,), clip=clip)
-                 for name, title, scenario, effects, clip in PICTURE_KINDS if (CLIPS / clip).is_file())
+REPEATED = (*PAPER, "csd-forest", "csd")  # the paper's five, its future work, and the project's own
 
 
 def boxes(features, frames):
@@ -171,22 +153,32 @@ def scenes(seeds):
     return tuple(range(FIRST_SEED, FIRST_SEED + seeds))
 
 
+def pictures_there():
+    return all((TISSUE / picture).is_file() for *_, pictures in (*KINDS, DRY) for picture in pictures)
+
+
+def repeated(kind, features, frames, seeds, trackers=()):
+    """A kind of the paper's. Every second seed, and each of the simulation's, is on pictures of real tissue, where these are."""
+    *kind, pictures = kind
+    there = [str(TISSUE / picture) for picture in pictures if pictures_there()]
+    textures = there if len(there) > 1 else [x for picture in there for x in (None, picture)]
+    return Sequence(*kind, features, frames, scenes(seeds), textures=tuple(textures), trackers=trackers)
+
+
+def paper_sequences(simulation, others):
+    """simulation, others: (features, frames, seeds)"""
+    return (*(repeated(kind, *(simulation if kind[0] == "simulation" else others)) for kind in KINDS),
+            repeated(DRY, *others, trackers=("csd-2012",)))
+
+
 def paper(seeds):
-    """The paper's experiments: one seed of the simulation's 4000 frames, `seeds` of each other sequence."""
-    return Plan(tuple(
-        Sequence(*kind, SIMULATION_FEATURES, 4000, (FIRST_SEED,)) if kind[0] == "simulation"
-        else Sequence(*kind, FEATURES, 500, scenes(seeds)) for kind in KINDS)
-        + of_controls(FEATURES, 500, 250, scenes(seeds)) + of_pictures(FEATURES, 500),
-        (Share("tracked", (*PAPER, *RIVALS)), boxes(10, 250)), True, 10, 100)
+    """The paper's experiments: three seeds of the simulation's 4000 frames, `seeds` of each other sequence."""
+    return Plan(paper_sequences((SIMULATION_FEATURES, 4000, 3), (FEATURES, 500, seeds)), (Share("tracked", REPEATED),), True, 10, 100)
 
 
 def paper_quick(seeds):
     """Shows that everything works, and says little of how well."""
-    return Plan(tuple(
-        Sequence(*kind, 12, 40, (FIRST_SEED,)) if kind[0] == "simulation"
-        else Sequence(*kind, 8, 14, scenes(seeds)) for kind in KINDS)
-        + of_controls(8, 14, 14, scenes(seeds)) + of_pictures(8, 14),
-        (Share("tracked", (*PAPER, *RIVALS)), boxes(2, 10)), False, 1, 30)
+    return Plan(paper_sequences((12, 40, 1), (8, 14, seeds)), (Share("tracked", REPEATED),), False, 1, 30)
 
 
 # What csd is held to: name, title, row of beyond.json (as `table`), scenario, effects, style.
@@ -215,8 +207,13 @@ CHECKED = ("csd", "lk", "lk-fb", "lk-anchored", "still")
 COSTLY = ("csd-2012", "csd-2012-smoothed", "sift", "ms1", "ms2")
 
 
+def first_frame(clip):
+    """Where it is kept."""
+    return PICTURES / f"{pathlib.Path(clip).stem}.png"
+
+
 def beyond_sequences(seeds, features, frames, mixed_frames):
-    pictures = [Sequence(name, title, "", "pictures", scenario, effects, "", features, frames, scenes(seeds), clip=clip)
+    pictures = [Sequence(name, title, "", "pictures", scenario, effects, "", features, frames, scenes(seeds), textures=(str(first_frame(clip)),))
                 for name, title, scenario, effects, clip in PICTURE_KINDS if clips_there()]
     return tuple([Sequence(name, title, "", row, scenario, effects, style, features,
                            *((mixed_frames, (FIRST_SEED,)) if row == "mixed" else (frames, scenes(seeds))))
