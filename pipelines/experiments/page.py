@@ -12,7 +12,8 @@ COMMANDS = ("beyond", "tissue", "choices", "paper")  # in the order of their sec
 HEAD = """# Evaluation
 
 How good the trackers are on simulated tissue ([simulator.md](simulator.md)), with exact truth in each frame. Everything below the marks is
-written by the command that the mark names, and nothing by hand. Real tissue without truth is in [own-video.md](own-video.md).
+written by the command that the mark names, and nothing by hand. Each section says which commit it was measured at; `tests/bench/since` says what changed
+since then in the code that it measures. `csd-2012` is that of the section's commit: at 95ce676 the literal reading of the paper. Real video, with markers as truth and without any, is in [own-video.md](own-video.md).
 
 ## What is measured
 
@@ -40,7 +41,7 @@ corrected for the number of comparisons. All trackers see the same bytes (I420, 
 at the same features of the first frame. The seeds are 101 and up: no tracker was tuned on them. The strengths of the tools, the blood and the turn
 in black were set with a look at these seeds' pictures and hidden shares, not at scores.
 
-In all sections but [the one on real tissue](#csd-on-real-tissue-as-texture) the tissue is one sheet that moves smoothly, and tools pass over it
+In all sections but [the one on real tissue as texture](#csd-on-real-tissue-as-texture) the tissue is one sheet that moves smoothly, and tools pass over it
 without touching it: nothing is torn or grasped, or slides over something else. A tracker that trusts a point's neighbours, as `csd` does, is favoured by that ([method.md](method.md#what-csd-does-badly)).
 The rivals are OpenCV's; there is no learnt point tracker among them, as those want a GPU.
 """

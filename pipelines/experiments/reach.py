@@ -222,7 +222,8 @@ def calibration_part(found):
     said = at_most("ECE", GOALS["ece"], found["ece"], 4)
     return (f"Expected calibration error of `confidence`, over all of these sequences: {said.found}; to reach: {said.goal}; {verdict([said])}.\n\n" +
             table(["confidence", "reports", "share that is visible and within τ"],
-                  [[number(b["confidence"]), str(b["reports"]), number(b["frequency"])] for b in found["bins"] if b["reports"]]))
+                  [[number(b["confidence"]), str(b["reports"]), number(b["frequency"])] for b in found["bins"] if b["reports"]]) +
+            "\nThe figure is a mean over the reports, and most of them are sure. One between .1 and .9 is rare, and less exact: take it as an order.\n")
 
 
 def diagram_part(everything, mixed, folder, linked):
@@ -253,14 +254,15 @@ def clips_part(plan, rows, palindromes, found, out, version, previous):
         return (None if previous is None else of_clips(previous)) or "\nNot run: the clips were not there (`pipelines/experiments/beyond --help`).\n\n"
     return f"""
 Measured with csdtrack {version}. First frames of real operations as the surface's texture, noise of σ 2, and the video compressed as
-recorders do (`{sequences.CODEC.split(" ! ")[0]}`):
+recorders do (`{sequences.CODEC.split(" ! ")[0]}`). The aim of *rotation, smoke* is an older and lower one than in the section on many tissues:
 
 {goals_table(rows, out)}
 {by_sequence(rows)}
 {calibration_part(found)}
 The same real videos and two more without truth, played forward and then backward (`pipelines/experiments/palindrome`;
 [own-video.md](own-video.md#without-any-the-palindrome)): the share of features × frames in which csd claims a position, and, of two claims on the same image,
-the share that is farther apart than 5 px.
+the share that is farther apart than τ. All trackers begin at the same features here, edges and tools among them; where `csd` begins by itself, more is claimed and less
+is apart ([performance.md](performance.md), `clips`).
 
 {palindromes_part(palindromes)}
 Beside the rivals:

@@ -116,7 +116,8 @@ def section(results, command, frames):
 ## csd on real tissue as texture
 
 Pictures of real tissue, which no number of `csd`'s was chosen on but those that [method.md](method.md) names, are the textures of
-simulated scenes, compressed as recorders do (H.264, crf 23): 640×480, {frames} frames, {FEATURES} features, seed {SEED}. Written by
+simulated scenes, compressed as recorders do (H.264, crf 23): 640×480, {frames} frames, {FEATURES} features, seed {SEED}. The folders are pictures and the first frames of clips of
+operations, which are not part of this repository: any folder of pictures or videos will do. Written by
 
     {command}
 
