@@ -59,14 +59,18 @@ def all_trackers(scores):
                   "drift, px", "returned"], rows)
 
 
+def tissue_of(sequence, seed):
+    picture = sequence.texture(seed)
+    return pathlib.Path(picture).stem if picture else f"simulated {sequence.style}"
+
+
 def by_sequence(scores, kinds):
     """A row for each scene, by its texture."""
     rows = []
     for sequence in kinds:
         by_tracker = {t: list(zip(*(scores.of_clips(sequence, t, m) for m in ("sensitivity", "k")))) for t in scores.trackers}
         for i, seed in enumerate(sequence.seeds):
-            picture = sequence.texture(seed)
-            rows.append([f"{sequence.title} (Fig. {sequence.figure})", pathlib.Path(picture).stem if picture else f"simulated {sequence.style}",
+            rows.append([f"{sequence.title} (Fig. {sequence.figure})", tissue_of(sequence, seed),
                          *(" / ".join(map(number, by_tracker[t][i])) for t in scores.trackers)])
     return table(["sensitivity / K", "tissue", *scores.trackers], rows)
 
@@ -147,12 +151,16 @@ def effort(plan, spent, clock, intervals):
             f".{f' There is one seed only of {once}.' if once else ''}{few}")
 
 
-def fifths(plan, scores):
-    """Fig. 7's claim of no drift: sensitivity and K of each fifth of the frames, means over the seeds."""
-    simulation = plan.sequence("simulation")
-    return table(["sensitivity / K", *(f"{name} fifth" for name in ("first", "second", "third", "fourth", "last"))],
-                 [[t, *(" / ".join(number(scores.part(simulation, t, f"{m}_by_frame", n / 5, (n + 1) / 5)) for m in ("sensitivity", "k"))
-                        for n in range(5))] for t in scores.trackers])
+def fifths(scores, kinds):
+    """Fig. 7's claim of no drift: sensitivity and K of each fifth of the frames, a row for each scene and tracker."""
+    rows = []
+    for sequence in kinds:
+        for i, seed in enumerate(sequence.seeds):
+            for t in scores.trackers:
+                curves = [scores.by_frame(sequence, t, f"{m}_by_frame")[i] for m in ("sensitivity", "k")]
+                parts = [[curve[round(n * len(curve) / 5):round((n + 1) * len(curve) / 5)] for curve in curves] for n in range(5)]
+                rows.append([tissue_of(sequence, seed), t, *(" / ".join(number(figures.mean(part)) for part in both) for both in parts)])
+    return table(["tissue", "sensitivity / K", *(f"{name} fifth" for name in ("first", "second", "third", "fourth", "last"))], rows)
 
 
 def tissue_in_words(plan):
@@ -201,8 +209,10 @@ How the periods of heart and breath show, frame by frame:
 
 ![]({pictures}/fig7-start.svg)
 
-""", all_trackers(found.simulation), "\nOver time:\n\n", fifths(plan, found.simulation), "\nBy scene:\n\n",
-             by_sequence(found.simulation, [simulation])]
+""", all_trackers(found.simulation), f"""
+The same on two more pictures, with those trackers that take less than a tenth of a second a frame, over time:
+
+""", fifths(found.persistent, [simulation, plan.sequence("more")])]
     for name, scores in found.tables.items():
         kinds, (picture, figure) = plan.of_table(name), FIGURES[name]
         parts += [f"\n## {TITLES[name]}\n\n*Simulated motion; the paper's in-vivo figures for orientation.*\n\n",

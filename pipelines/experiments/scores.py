@@ -86,6 +86,7 @@ class Findings:
             return Scores(plan, out, kinds, trackers)
 
         self.simulation = score([plan.sequence("simulation")])
+        self.persistent = score([plan.sequence("simulation"), plan.sequence("more")], sequences.PERSISTENT)  # on three pictures
         self.tables = {t: score(plan.of_table(t)) for t in ("table1", "table2", "table3")}
         self.blood = changes_after(out, plan.sequence("irrigation"), plan.sequence("dry"), "csd-2012")
         # Of the paper's classes alone: dry is a scene of theirs again.

@@ -83,9 +83,9 @@ class Quick(unittest.TestCase):
     def test_the_simulation_over_time(self):
         rows = self.rows("The simulation (Fig. 7)")
         header = next(i for i, row in enumerate(rows) if row[-1] == "last fifth")
-        self.assertEqual([row[0] for row in rows[header + 2:header + 2 + len(TRACKERS)]], list(TRACKERS))
-        lk = next(row for row in rows[header:] if row[0] == "lk")
-        self.assertGreater(float(lk[1].split(" / ")[0]), 0.95)
+        self.assertEqual([row[:2] for row in rows[header + 2:]], [["simulated heart", t] for t in (*sequences.PERSISTENT, *sequences.PERSISTENT)])
+        lk = next(row for row in rows[header:] if row[1] == "lk")
+        self.assertGreater(float(lk[2].split(" / ")[0]), 0.95)
 
     def test_the_paper_s_numbers(self):
         """Of the paper's Table 2, as printed."""
@@ -128,17 +128,17 @@ class Quick(unittest.TestCase):
 
     def test_runs_hold_what_they_were_made_from(self):
         runs = [path for path in self.out.iterdir() if (path / "run.json").exists()]
-        self.assertEqual({run.name for run in runs}, {f"{s.name}-101" for s in sequences.paper_quick(1).sequences})
+        self.assertEqual({run.name for run in runs}, {f"{s.name}-{seed}" for s, seed in sequences.paper_quick(1).runs()})
         for run in runs:
             self.assertEqual({p.name for p in run.iterdir()}, {"run.json", "truth-tracked.jsonl", *(
-                f"{t}.jsonl" for t in (["csd-2012"] if run.name == "dry-101" else TRACKERS))}, "no video is left")
+                f"{t}.jsonl" for t in {"dry-101": ["csd-2012"], "more-102": sequences.PERSISTENT}.get(run.name, TRACKERS))}, "no video is left")
             made = json.loads((run / "run.json").read_text())
-            self.assertIn("seed=101", made["identity"]["source"])
+            self.assertIn(f"seed={run.name[-3:]}", made["identity"]["source"])
             self.assertIn(f"| processor | {made['versions']['processor']} |", self.page)
 
     def test_goes_on_where_it_was(self):
         """What is there is not run again; what is missing, or of something else, is, and gives the same."""
-        made = {path.name: (path / "run.json").stat().st_mtime_ns for path in self.out.glob("*-101")}
+        made = {path.name: (path / "run.json").stat().st_mtime_ns for path in self.out.glob("*-10?")}
         (self.out / "liver-101" / "run.json").unlink()
         (self.out / ".unfinished-liver-101").mkdir()
         other = self.out / "zoom-101" / "run.json"
@@ -149,7 +149,7 @@ class Quick(unittest.TestCase):
         done = paper("--quick", "--out", self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn(f"{len(made) - 2} of {len(made)} runs were there already", done.stderr)
-        again = {path.name for path in self.out.glob("*-101") if (path / "run.json").stat().st_mtime_ns != made[path.name]}
+        again = {path.name for path in self.out.glob("*-10?") if (path / "run.json").stat().st_mtime_ns != made[path.name]}
         self.assertEqual(again, {"liver-101", "zoom-101"})
         # But for what the runs took, and the state of the repository, in which somebody may work meanwhile.
         written = (self.out / "evaluation.md").read_text()
@@ -451,15 +451,15 @@ class Numbers(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder, unittest.mock.patch.object(sequences, "TISSUE", pathlib.Path(folder)):
             self.assertEqual({s.texture(seed) for s, seed in sequences.paper(2).runs()}, {None})
             self.assertIn("were not there", evaluation.tissue_in_words(sequences.paper(2)))
-            for *_, pictures in (*sequences.KINDS, sequences.DRY):
-                for picture in pictures:
+            for *_, pictures in (*sequences.KINDS, sequences.MORE, sequences.DRY):
+                for picture in filter(None, pictures):
                     (pathlib.Path(folder) / picture).touch()
             plan = sequences.paper(2)
-            zoom, simulation = plan.sequence("zoom"), plan.sequence("simulation")
+            zoom = plan.sequence("zoom")
             self.assertEqual([zoom.texture(seed) for seed in zoom.seeds], [None, f"{folder}/uterus.png"])
             self.assertIn("style=peritoneum seed=101", zoom.source(101))
             self.assertRegex(zoom.source(102), f'texture="{folder}/uterus.png" seed=102 .* ! x264enc')
-            self.assertEqual(len({simulation.texture(seed) for seed in simulation.seeds} - {None}), 3)
+            self.assertEqual([s.texture(seed) for s, seed in plan.runs() if s.frames == 4000], [f"{folder}/{p}" for p in ("heart.png", "gallbladder-a.png", "liver.jpg")])
             self.assertEqual(plan.sequence("dry").textures, plan.sequence("irrigation").textures, "each is the other without blood")
             self.assertEqual(evaluation.settings(zoom), "scenario=zoom style=peritoneum or texture=uterus.png")
 
