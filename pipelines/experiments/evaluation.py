@@ -210,7 +210,7 @@ How the periods of heart and breath show, frame by frame:
 ![]({pictures}/fig7-start.svg)
 
 """, all_trackers(found.simulation), f"""
-The same on two more pictures, with those trackers that take less than a tenth of a second a frame, over time:
+Over time, on this picture and two more, with those trackers that take less than a tenth of a second a frame:
 
 """, fifths(found.persistent, [simulation, plan.sequence("more")])]
     for name, scores in found.tables.items():
