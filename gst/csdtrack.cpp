@@ -551,8 +551,7 @@ void gst_csd_track_set_property(GObject *object, guint id, const GValue *value, 
   // Not under the object lock: the negotiation has its own. A controller sets it on every frame.
   if (id == csd::prop_overlay)
     log_failure(self, csd::guarded([&] {
-                  self->state->overlay.set_wanted(GST_BASE_TRANSFORM(self),
-                                                  static_cast<GstCsdTrackOverlay>(g_value_get_enum(value)));
+                  self->state->overlay.see_value(GST_BASE_TRANSFORM(self), self->state->settings.live.overlay);
                 }));
   if (!known) G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
   if (refused) GST_WARNING_OBJECT(self, "%s can be set in NULL and READY only: it stays as it was", spec->name);

@@ -571,10 +571,7 @@ void gst_csd_track_dec_set_property(GObject *object, guint id, const GValue *val
     }
   });
   // Not under the object lock: the negotiation has its own. A controller sets it on every frame.
-  if (id == prop_overlay)
-    logged(self, [&] {
-      state.overlay.set_wanted(GST_BASE_TRANSFORM(self), static_cast<GstCsdTrackOverlay>(g_value_get_enum(value)));
-    });
+  if (id == prop_overlay) logged(self, [&] { state.overlay.see_value(GST_BASE_TRANSFORM(self), state.live.overlay); });
   if (refused) GST_WARNING_OBJECT(self, "%s can be set in NULL and READY only: it stays as it was", spec->name);
 }
 

@@ -3,6 +3,7 @@
 
 #include "frame_mapping.h"
 #include "guard.h"
+#include "lock.h"
 
 namespace csd {
 
@@ -22,8 +23,14 @@ GParamSpec *Overlay::param_spec() {
                                                     GST_PARAM_MUTABLE_PLAYING | GST_PARAM_CONTROLLABLE));
 }
 
-void Overlay::set_wanted(GstBaseTransform *element, GstCsdTrackOverlay overlay) {
-  negotiation_.set_wanted(element, overlay == GST_CSD_TRACK_OVERLAY_META);
+void Overlay::see_value(GstBaseTransform *element, const GstCsdTrackOverlay &overlay) {
+  const std::lock_guard lock(values_);
+  bool meta;
+  {
+    const ObjectLock object_lock(element);
+    meta = overlay == GST_CSD_TRACK_OVERLAY_META;
+  }
+  negotiation_.set_wanted(element, meta);
 }
 
 GstCaps *Overlay::transform_caps(GstBaseTransform *element, GstPadDirection direction, GstCaps *caps,

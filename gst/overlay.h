@@ -3,6 +3,8 @@
 
 #include <gst/video/gstvideofilter.h>
 
+#include <mutex>
+
 #include "enums.h"
 #include "overlay_composition.h"
 #include "overlay_painter.h"
@@ -18,8 +20,9 @@ class Overlay {
   static void set_up(GstBaseTransform *element);
   static GParamSpec *param_spec();
 
-  /// When the property is set; any thread. Not under the object lock.
-  void set_wanted(GstBaseTransform *element, GstCsdTrackOverlay overlay);
+  /// After the property was set; any thread. `overlay` is where the element keeps the value, guarded by its object
+  /// lock, which must not be held: of two threads that set it, each reads what has been set last.
+  void see_value(GstBaseTransform *element, const GstCsdTrackOverlay &overlay);
   /// For transform_caps: any thread. The caller owns the result, `caps` by the filter if something fails.
   GstCaps *transform_caps(GstBaseTransform *element, GstPadDirection direction, GstCaps *caps,
                           GstCaps *filter) const noexcept;
@@ -37,6 +40,7 @@ class Overlay {
   void show(GstVideoFilter *element, GstBuffer *buffer, const Tracks &tracks, GstCsdTrackOverlay overlay);
 
  private:
+  std::mutex values_;               ///< held from the reading of the value until it is negotiated by
   OverlayNegotiation negotiation_;  ///< guards itself
   // The streaming thread's alone.
   OverlayPainter painter_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // What csdtrack hands on, element by harness: messages, metas, overlays, and pixels as they came.
 #include <atomic>
+#include <barrier>
 #include <thread>
 
 #include "csdtrack_harness.h"
@@ -242,6 +243,50 @@ GST_START_TEST(overlay_meta_that_is_set_from_another_thread_at_any_time) {
 }
 GST_END_TEST
 
+// Which of them wins is nobody's business; the caps that follow must be those of the value that stays.
+GST_START_TEST(overlay_that_two_threads_set_leaves_caps_and_value_of_one_of_them) {
+  GstHarness *h = harness(__i__ ? "csdtrackdec" : "csdtrack algorithm=lk max-features=0 post-messages=none",
+                          "video/x-raw,format=GRAY8,width=32,height=32,framerate=25/1");
+  GstElement *track = element(h);
+  gst_harness_add_propose_allocation_meta(h, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE, nullptr);
+  constexpr int rounds = 300;
+  std::barrier turn(3);
+  std::atomic<bool> over = false;
+  const auto set_in_each_round = [&](int overlay) {
+    return std::thread([&turn, &over, track, overlay] {
+      for (int i = 0; i < rounds; ++i) {
+        turn.arrive_and_wait();
+        while (!over) g_object_set(track, "overlay", overlay, nullptr);
+        turn.arrive_and_wait();
+      }
+    });
+  };
+  constexpr int draw = 1, meta = 2;
+  std::thread one = set_in_each_round(draw), other = set_in_each_round(meta);
+  int apart = 0;
+  for (int i = 0; i < rounds; ++i) {
+    over = false;
+    turn.arrive_and_wait();
+    g_usleep(100);
+    over = true;
+    turn.arrive_and_wait();
+    gst_buffer_unref(gst_harness_push_and_pull(h, picture(32, 32, i)));
+    gint value = 0;
+    g_object_get(track, "overlay", &value, nullptr);
+    GstCaps *caps = gst_pad_get_current_caps(h->sinkpad);
+    const bool feature =
+        gst_caps_features_contains(gst_caps_get_features(caps, 0), GST_CAPS_FEATURE_META_GST_VIDEO_OVERLAY_COMPOSITION);
+    apart += feature != (value == meta);
+    gst_caps_unref(caps);
+  }
+  one.join();
+  other.join();
+  fail_unless_equals_int(apart, 0);
+  gst_object_unref(track);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
 GST_START_TEST(metas_of_others_stay) {
   GstHarness *h = harness("csdtrack algorithm=lk attach-roi=true points=\"160,120;-9,0\" patch-size=21");
   GstBuffer *in = picture(320, 240, 0);
@@ -281,6 +326,7 @@ static Suite *csdtrack_output_suite() {
   tcase_add_test(tc, overlay_meta_leaves_pixels_and_warns_where_nobody_renders);
   tcase_add_test(tc, overlay_meta_that_is_set_while_the_caps_are_negotiated);
   tcase_add_test(tc, overlay_meta_that_is_set_from_another_thread_at_any_time);
+  tcase_add_loop_test(tc, overlay_that_two_threads_set_leaves_caps_and_value_of_one_of_them, 0, 2);
   tcase_add_test(tc, metas_of_others_stay);
   return suite;
 }
