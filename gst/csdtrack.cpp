@@ -370,6 +370,7 @@ void heed(GstCsdTrack *self, GstEvent *event) {
   switch (GST_EVENT_TYPE(event)) {
     case GST_EVENT_FLUSH_STOP:
       GST_DEBUG_OBJECT(self, "flush: the stream is forgotten");
+      state.stream.messages = {};  // what the interval holds back is of a frame that is no more
       state.engine->tracker.reset();
       break;
     case GST_EVENT_STREAM_START: {

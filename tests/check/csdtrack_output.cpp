@@ -109,6 +109,43 @@ GST_START_TEST(a_change_that_the_interval_holds_back_is_posted_at_the_end) {
 }
 GST_END_TEST
 
+// At the end that follows nothing is posted, and the first frame that follows waits for no interval of before.
+GST_START_TEST(a_flush_forgets_what_the_interval_holds_back) {
+  const bool frames = __i__ == 1;
+  GstHarness *h = harness("csdtrack algorithm=lk points=\"160,120\" training-time=0 message-interval=1000000000");
+  GstElement *track = element(h);
+  GstBus *bus = gst_bus_new();
+  gst_element_set_bus(track, bus);
+  for (int i = 0; i < 3; ++i) {
+    if (i == 2) g_signal_emit_by_name(track, "reset");
+    push(h, picture(320, 240, i));
+  }
+  gst_bus_set_flushing(bus, TRUE);  // the message of the first frame; the third's waits
+  gst_bus_set_flushing(bus, FALSE);
+  gst_harness_push_event(h, gst_event_new_flush_start());
+  gst_harness_push_event(h, gst_event_new_flush_stop(TRUE));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_harness_push_event(h, gst_event_new_segment(&segment));
+  if (frames)
+    push(h, picture(320, 240, 0));
+  else
+    gst_harness_push_event(h, gst_event_new_eos());
+  GstMessage *message = gst_bus_pop_filtered(bus, GST_MESSAGE_ELEMENT);
+  fail_unless((message != nullptr) == frames);
+  if (message) {
+    GstCsdHeader header;
+    fail_unless(gst_csd_structure_get_header(gst_message_get_structure(message), &header));
+    fail_unless_equals_uint64(header.frame, 3);
+    gst_message_unref(message);
+  }
+  gst_element_set_bus(track, nullptr);
+  gst_object_unref(bus);
+  gst_object_unref(track);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
 GST_START_TEST(the_end_of_a_stream_repeats_no_message) {
   GstHarness *h = harness("csdtrack algorithm=lk points=\"160,120\" training-time=0 message-interval=100000000");
   GstElement *track = element(h);
@@ -321,6 +358,7 @@ static Suite *csdtrack_output_suite() {
   suite_add_tcase(suite, tc);
   tcase_add_test(tc, a_message_has_the_four_times_and_comes_on_change);
   tcase_add_test(tc, a_change_that_the_interval_holds_back_is_posted_at_the_end);
+  tcase_add_loop_test(tc, a_flush_forgets_what_the_interval_holds_back, 0, 2);
   tcase_add_test(tc, the_end_of_a_stream_repeats_no_message);
   tcase_add_test(tc, pixels_behind_a_tee_are_shared_not_copied);
   tcase_add_test(tc, overlay_meta_leaves_pixels_and_warns_where_nobody_renders);
