@@ -103,7 +103,10 @@ struct Stream {
 }  // namespace
 
 struct GstCsdSimSrcState {
-  Settings settings;  ///< guarded by the object lock
+  // Guarded by the object lock.
+  Settings settings;
+  GstClockTime frame_time = GST_CLOCK_TIME_NONE;  ///< how long a frame is; none without caps
+
   Stream stream;
 };
 
@@ -190,8 +193,14 @@ gboolean gst_csd_sim_src_start(GstBaseSrc *src) {
   });
 }
 
+void set_frame_time(GstCsdSimSrc *self, GstClockTime time) {
+  const csd::ObjectLock lock(self);
+  self->state->frame_time = time;
+}
+
 gboolean gst_csd_sim_src_stop(GstBaseSrc *src) {
   stream_of(src) = {};
+  set_frame_time(GST_CSD_SIM_SRC(src), GST_CLOCK_TIME_NONE);
   return TRUE;
 }
 
@@ -229,6 +238,11 @@ GstCaps *gst_csd_sim_src_fixate(GstBaseSrc *src, GstCaps *caps) {
   return GST_BASE_SRC_CLASS(gst_csd_sim_src_parent_class)->fixate(src, caps);
 }
 
+GstClockTime time_of(const Stream &stream, guint64 frame) {
+  return gst_util_uint64_scale(frame, GST_SECOND * static_cast<guint64>(stream.info.fps_d),
+                               static_cast<guint64>(stream.info.fps_n));
+}
+
 /// The scene depends on size and rate: here it is made.
 gboolean gst_csd_sim_src_set_caps(GstBaseSrc *src, GstCaps *caps) {
   auto *self = GST_CSD_SIM_SRC(src);
@@ -258,6 +272,7 @@ gboolean gst_csd_sim_src_set_caps(GstBaseSrc *src, GstCaps *caps) {
       GST_DEBUG_OBJECT(self, "%dx%d, %zu points", info.width, info.height, pixels.size());
     }
     stream.info = info;
+    set_frame_time(self, time_of(stream, 1));
     gst_base_src_set_blocksize(src, static_cast<guint>(info.size));
   });
 }
@@ -299,11 +314,6 @@ csd::Tracks truth_of(Stream &stream) {
     tracks.features.push_back({p.id, p.x, p.y, state, seen ? 1.0 : 0.0, true});
   }
   return tracks;
-}
-
-GstClockTime time_of(const Stream &stream, guint64 frame) {
-  return gst_util_uint64_scale(frame, GST_SECOND * static_cast<guint64>(stream.info.fps_d),
-                               static_cast<guint64>(stream.info.fps_n));
 }
 
 /// The frame that is shown at a time.
@@ -371,6 +381,22 @@ void gst_csd_sim_src_get_times(GstBaseSrc *src, GstBuffer *buffer, GstClockTime 
   if (!gst_base_src_is_live(src)) return;
   *start = GST_BUFFER_PTS(buffer);
   *end = *start + GST_BUFFER_DURATION(buffer);
+}
+
+/// As videotestsrc's: a live frame leaves at its time or, while it is rendered, later, but within its duration. A sink
+/// that is told of no latency finds each one late. No latency is too long: nothing is dropped here.
+gboolean gst_csd_sim_src_query(GstBaseSrc *src, GstQuery *query) {
+  if (GST_QUERY_TYPE(query) != GST_QUERY_LATENCY || !gst_base_src_is_live(src))
+    return GST_BASE_SRC_CLASS(gst_csd_sim_src_parent_class)->query(src, query);
+  auto *self = GST_CSD_SIM_SRC(src);
+  GstClockTime latency;
+  {
+    const csd::ObjectLock lock(self);
+    latency = self->state->frame_time;
+  }
+  if (!GST_CLOCK_TIME_IS_VALID(latency)) return FALSE;
+  gst_query_set_latency(query, TRUE, latency, GST_CLOCK_TIME_NONE);
+  return TRUE;
 }
 
 gboolean gst_csd_sim_src_is_seekable(GstBaseSrc *src) {
@@ -531,6 +557,7 @@ static void gst_csd_sim_src_class_init(GstCsdSimSrcClass *klass) {
   src_class->fixate = GST_DEBUG_FUNCPTR(gst_csd_sim_src_fixate);
   src_class->set_caps = GST_DEBUG_FUNCPTR(gst_csd_sim_src_set_caps);
   src_class->get_times = GST_DEBUG_FUNCPTR(gst_csd_sim_src_get_times);
+  src_class->query = GST_DEBUG_FUNCPTR(gst_csd_sim_src_query);
   src_class->is_seekable = GST_DEBUG_FUNCPTR(gst_csd_sim_src_is_seekable);
   src_class->do_seek = GST_DEBUG_FUNCPTR(gst_csd_sim_src_do_seek);
   GST_PUSH_SRC_CLASS(klass)->fill = GST_DEBUG_FUNCPTR(gst_csd_sim_src_fill);
