@@ -19,7 +19,8 @@ class Tracker(_core.Tracker):  # signatures are Python's, and so is what is said
 
     All arguments are keywords, and those that the GStreamer element csdtrack has too, with "-" for "_", mean the same,
     have the same ranges and the same defaults: docs/elements.md. Times are whole nanoseconds. A Tracker may be handed
-    from thread to thread; only process() must not run twice at a time.
+    from thread to thread; only process() must not run twice at a time. Its own threads don't survive os.fork(): in the
+    child each call raises RuntimeError, make another there.
     """
 
     __slots__ = ()

@@ -3,11 +3,12 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
-#include <optional>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -88,13 +89,20 @@ py::array rows_of(const Tracks &tracks, const py::dtype &type) {
 class PyTracker {
  public:
   PyTracker(const Settings &settings, unsigned threads, bool bgr)
-      : algorithm_(algorithm_name(settings.algorithm)), bgr_(bgr), type_(row_type()) {
-    pool_.emplace(threads, learner_nice);
-    tracker_.emplace(settings, *pool_);
-  }
+      : algorithm_(algorithm_name(settings.algorithm)),
+        bgr_(bgr),
+        type_(row_type()),
+        pool_(std::make_unique<ThreadPool>(threads, learner_nice)),
+        tracker_(std::make_unique<Tracker>(settings, *pool_)) {}
 
-  /// A learner that is at work is waited for; other threads of Python go on meanwhile.
+  /// A learner that is at work is waited for; other threads of Python go on meanwhile. In a process that was forked off
+  /// there is none to wait for, and what is left of it is leaked.
   ~PyTracker() {
+    if (getpid() != process_) {
+      static_cast<void>(tracker_.release());
+      static_cast<void>(pool_.release());
+      return;
+    }
     const py::gil_scoped_release release;
     tracker_.reset();
     pool_.reset();
@@ -103,8 +111,16 @@ class PyTracker {
   PyTracker(const PyTracker &) = delete;
   PyTracker &operator=(const PyTracker &) = delete;
 
+  /// pybind11 asks for memory by this where a method is called without __init__() before it, and then would take what
+  /// lies there for a tracker.
+  static void *operator new(std::size_t) {
+    throw py::type_error("this Tracker was made without __init__(): make it by csdtrack.Tracker(...)");
+  }
+  static void operator delete(void *memory) { ::operator delete(memory); }
+
   py::array process(const py::object &frame, const py::object &pts, const py::object &duration,
                     const py::object &discont) {
+    Tracker &tracker = own_tracker();
     const Pixels pixels(frame, bgr_);
     const bool anew = truth(discont, "discont");
     const std::int64_t begin = frame_time(pts, "pts"), length = frame_time(duration, "duration");
@@ -112,7 +128,7 @@ class PyTracker {
     const Tracks *tracks = nullptr;
     {
       const py::gil_scoped_release release;
-      tracks = &follow(pixels.view(), begin, length, anew);
+      tracks = &follow(tracker, pixels.view(), begin, length, anew);
     }
     auto rows = rows_of(*tracks, type_);
     warn_if_small(*tracks);
@@ -120,7 +136,7 @@ class PyTracker {
   }
 
   FeatureId add_point(const py::object &x, const py::object &y) {
-    const FeatureId id = tracker_->add_point(coordinate(x, "x"), coordinate(y, "y"));
+    const FeatureId id = own_tracker().add_point(coordinate(x, "x"), coordinate(y, "y"));
     if (id == no_feature)
       throw std::runtime_error(std::to_string(max_points) +
                                " features are tracked already, which is all that can be: remove one");
@@ -128,15 +144,15 @@ class PyTracker {
   }
 
   bool remove_point(const py::object &id) {
-    return tracker_->remove_point(static_cast<FeatureId>(whole(id, "id", 0, no_feature - std::int64_t{1})));
+    return own_tracker().remove_point(static_cast<FeatureId>(whole(id, "id", 0, no_feature - std::int64_t{1})));
   }
 
-  void reset() { tracker_->reset(); }
+  void reset() { own_tracker().reset(); }
 
   const std::string &algorithm() const { return algorithm_; }
 
   py::dict stats() const {
-    const Stats stats = tracker_->stats();
+    const Stats stats = own_tracker().stats();
     py::dict result;
     result["frames"] = stats.frames;
     for (std::size_t i = 0; i < feature_states; ++i) result[py::str(std::string(state_word(i)))] = stats.features[i];
@@ -168,9 +184,18 @@ class PyTracker {
     std::atomic<bool> &busy_;
   };
 
-  const Tracks &follow(const FrameView &view, std::int64_t pts, std::int64_t duration, bool discont) {
+  /// After a fork its threads are not there, and what they had locked stays so.
+  Tracker &own_tracker() const {
+    if (getpid() != process_)
+      throw std::runtime_error(
+          "this Tracker was made before os.fork(), and its threads are not in this process: make one here");
+    return *tracker_;
+  }
+
+  static const Tracks &follow(Tracker &tracker, const FrameView &view, std::int64_t pts, std::int64_t duration,
+                              bool discont) {
     try {
-      return tracker_->process(view, pts, duration, discont);
+      return tracker.process(view, pts, duration, discont);
     } catch (const cv::Exception &e) {
       if (e.code == cv::Error::StsNoMem) throw std::bad_alloc();
       throw std::runtime_error("OpenCV failed while tracking: " + e.err);
@@ -192,18 +217,16 @@ class PyTracker {
   py::dtype type_;
   cv::Size warned_;  ///< the size of which it was said that it is too small
   std::atomic<bool> busy_{false};
-  std::optional<ThreadPool> pool_;  // outlives the tracker
-  std::optional<Tracker> tracker_;
+  pid_t process_ = getpid();          ///< that its threads are in
+  std::unique_ptr<ThreadPool> pool_;  // outlives the tracker
+  std::unique_ptr<Tracker> tracker_;
 };
 
-std::unique_ptr<PyTracker> make_tracker(const py::object &algorithm, const py::object &order,
-                                        const py::object &max_features, const py::object &points,
-                                        const py::object &replenish, const py::object &forget_after,
-                                        const py::object &region, const py::object &content_area,
-                                        const py::object &patch_size, const py::object &search_radius,
-                                        const py::object &training_time, const py::object &learning,
-                                        const py::object &n_threads, const py::object &frame_budget,
-                                        const py::object &seed) {
+PyTracker *make_tracker(const py::object &algorithm, const py::object &order, const py::object &max_features,
+                        const py::object &points, const py::object &replenish, const py::object &forget_after,
+                        const py::object &region, const py::object &content_area, const py::object &patch_size,
+                        const py::object &search_radius, const py::object &training_time, const py::object &learning,
+                        const py::object &n_threads, const py::object &frame_budget, const py::object &seed) {
   const auto small = [](py::handle value, const char *name, std::int64_t most) {
     return static_cast<unsigned>(whole(value, name, 0, most));
   };
@@ -222,7 +245,7 @@ std::unique_ptr<PyTracker> make_tracker(const py::object &algorithm, const py::o
   s.frame_budget = time_setting(frame_budget, "frame_budget");
   s.seed = whole_seed(seed);
   const bool bgr = choice(order, "order", {"rgb", "bgr"}) == 1;
-  return std::make_unique<PyTracker>(s, small(n_threads, "n_threads", 256), bgr);
+  return ::new PyTracker(s, small(n_threads, "n_threads", 256), bgr);
 }
 
 PYBIND11_MODULE(_core, m) {

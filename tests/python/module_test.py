@@ -358,6 +358,50 @@ class Stream(harness.Case):
         self.assertEqual(csdtrack.__version__, Gst.Registry.get().find_plugin("csdtrack").get_version())
 
 
+class Beginnings(harness.Case):
+    """Trackers that were not made, or not in this process."""
+
+    CALLS = ("process(frame)", "add_point(1, 2)", "remove_point(0)", "reset()", "stats", "__repr__()")
+
+    def test_without_init(self):
+        tracker, frame = csdtrack.Tracker.__new__(csdtrack.Tracker), np.zeros((48, 64), np.uint8)
+        for call in (*self.CALLS, "_algorithm"):
+            with self.subTest(call), self.assertRaisesRegex(TypeError, r"without __init__\(\)"):
+                eval(f"tracker.{call}")
+        tracker.__init__(algorithm="lk")
+        self.assertEqual(repr(tracker), "<csdtrack.Tracker lk: 0 frames>")
+
+    def test_made_before_a_fork(self):
+        program = f"""
+import os, signal, sys
+import numpy as np
+import csdtrack
+
+frame = np.kron(np.random.default_rng(1).integers(0, 255, (20, 30)).astype(np.uint8), np.ones((8, 8), np.uint8))
+old, kept = (csdtrack.Tracker(algorithm="csd-2012", learning="sync", points=[[80, 60]]) for _ in range(2))
+for _ in range(20):
+    old.process(frame)
+if child := os.fork():
+    ended = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    sys.exit(ended or len(old.process(frame)) - 1)
+signal.alarm(60)  # ends what hangs
+for call in {self.CALLS}:
+    try:
+        print(call, eval("old." + call))
+    except RuntimeError as error:
+        print(error)
+del old
+print(len(csdtrack.Tracker(points=[[80, 60]]).process(frame)))
+"""  # and kept goes at the child's end
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+        *errors, anew = done.stdout.splitlines()
+        self.assertEqual(len(errors), len(self.CALLS))
+        for error in errors:
+            self.assertRegex(error, r"made before os\.fork\(\).*make one here")
+        self.assertEqual(anew, "1")
+
+
 class Interface(harness.Case):
     """The names, ranges and defaults are the element's, and the stub has them."""
 
