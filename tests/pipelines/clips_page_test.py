@@ -65,10 +65,10 @@ class ClipsPage(harness.Case):
         rows = [row for row in rows if len(row) > 2]
         self.assertEqual(rows[0][4:7], ["correct", "wrong", "missed"])
         correct = {row[0]: (int(row[4]), int(row[5]) + int(row[6])) for row in rows[2:5]}
-        self.assertEqual(list(correct), ["csd-2012", "lk", "csd"])
+        self.assertEqual(list(correct), ["csd-2012", "csd-forest", "lk", "csd"])
         self.assertEqual(correct["lk"], (FRAMES * len(POINTS), 0), "of a scene that LK follows with ease")
         self.assertEqual([row[:2] + row[3:4] for row in rows if row[0].startswith("beads/")],
-                         [[f"beads/{name}.jsonl", name, str(2 * FRAMES - 1)] for name in ("csd-2012", "lk", "csd")])
+                         [[f"beads/{name}.jsonl", name, str(2 * FRAMES - 1)] for name in ("csd-2012", "csd-forest", "lk", "csd")])
 
         self.assertEqual([path.name for path in (self.tree / "docs").iterdir()], ["own-video.md"])
 
