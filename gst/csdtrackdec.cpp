@@ -33,6 +33,7 @@
 #include "csdtrackdec.h"
 
 #include <algorithm>
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
@@ -44,6 +45,7 @@
 #include "lock.h"
 #include "meta.h"
 #include "overlay.h"
+#include "text_lines.h"
 #include "track_file.h"
 #include "track_queue.h"
 
@@ -73,12 +75,7 @@ struct Video {
 /// What only the streaming thread of the text knows, from READY to READY.
 struct Text {
   GstSegment segment;
-  bool lines = true;    ///< bytes, lines of JSON; else a line a buffer
-  bool markup = false;  ///< of Pango
-  csd::LineSplitter splitter;
-  csd::cli::JsonText json;
-  guint64 number = 0;                ///< of lines that have come
-  std::optional<std::int64_t> last;  ///< time of the last
+  csd::TextLines lines;
   bool refused = false, warned_unread = false;
 
   Text() { gst_segment_init(&segment, GST_FORMAT_UNDEFINED); }
@@ -99,6 +96,7 @@ struct GstCsdTrackDecState {
   std::unique_ptr<csd::TrackFile> file;  ///< the video's thread's; whether there is one changes in state changes only
   Video video;
   Text text;
+  std::atomic<bool> text_unlinked = false;  ///< a link of the same pads again brings no STREAM_START
 };
 
 struct _GstCsdTrackDec {
@@ -285,10 +283,20 @@ gboolean gst_csd_track_dec_filter_meta(GstBaseTransform *, GstQuery *, GType, co
   return TRUE;
 }
 
+/// The group of a STREAM_START, 0 where it says none.
+guint group_of(GstEvent *event) {
+  guint group = 0;
+  gst_event_parse_group_id(event, &group);
+  return group;
+}
+
 /// Tells the text's side what the video does.
 void heed(GstCsdTrackDec *self, GstEvent *event) {
   csd::TrackQueue &queue = self->state->queue;
   switch (GST_EVENT_TYPE(event)) {
+    case GST_EVENT_STREAM_START:
+      queue.frames_begin(group_of(event));
+      break;
     case GST_EVENT_FLUSH_START:
       queue.flush_frames(true);
       break;
@@ -327,39 +335,23 @@ gboolean gst_csd_track_dec_sink_event(GstBaseTransform *trans, GstEvent *event) 
 
 // ---- The pad text --------------------------------------------------------------------------------------------------
 
-/// Throws csd::cli::LineError. False: flushing. `time`: of the buffer that is this line, where that has one.
-bool take_line(GstCsdTrackDec *self, std::string_view bytes, std::optional<std::int64_t> time) {
-  Text &text = self->state->text;
-  bytes = csd::trimmed(bytes);
-  if (bytes.empty()) return true;
-  csd::TimedLine timed{0, csd::read_frame_line(text.json, bytes)};
-  timed.time = time.value_or(timed.line.stream_time);
-  if (timed.time == csd::no_time) return true;
-  if (text.last && timed.time < *text.last)
-    throw csd::cli::LineError("its stream time " + std::to_string(timed.time) + " comes after " +
-                              std::to_string(*text.last) + ": lines must be sorted by it");
-  text.last = timed.time;
-  return self->state->queue.push(std::move(timed));
-}
-
-/// The bytes of a buffer. Throws csd::cli::LineError. False: flushing.
+/// Throws csd::cli::LineError. False: flushing.
 bool take_bytes(GstCsdTrackDec *self, GstBuffer *buffer, std::string_view bytes) {
   Text &text = self->state->text;
   const bool timed = text.segment.format == GST_FORMAT_TIME && GST_BUFFER_PTS_IS_VALID(buffer);
-  const auto time = csd::stream_time(text.segment, GST_BUFFER_PTS(buffer));
-  if (!text.lines) {
-    if (timed && !time) return true;  // before the stream begins: no frame will be there
-    const bool flowing =
-        text.markup ? take_line(self, csd::unescape_markup(bytes), time) : take_line(self, bytes, time);
-    ++text.number;
-    return flowing;
-  }
-  bool flowing = true;
-  text.splitter.add(bytes, [&](std::string_view line, bool whole) {
-    flowing = flowing && ((whole && timed && !time) || take_line(self, line, whole ? time : std::nullopt));
-    ++text.number;
-  });
-  return flowing;
+  return text.lines.take(bytes, timed, csd::stream_time(text.segment, GST_BUFFER_PTS(buffer)), self->state->queue);
+}
+
+/// Half a line, whose newline didn't come, is left out.
+void begin_text_anew(GstCsdTrackDec *self) {
+  Text &text = self->state->text;
+  const bool refused = std::exchange(text.refused, false);  // then one reason was given
+  if (text.lines.begin_anew() && !refused)
+    GST_ELEMENT_WARNING(self, STREAM, FAILED,
+                        ("What came to the pad text broke off in line %" G_GUINT64_FORMAT
+                         ": its frame passes without tracks. Look at what brings the text.",
+                         text.lines.count() + 1),
+                        (nullptr));
 }
 
 GstFlowReturn take_buffer(GstCsdTrackDec *self, GstBuffer *buffer) {
@@ -372,6 +364,7 @@ GstFlowReturn take_buffer(GstCsdTrackDec *self, GstBuffer *buffer) {
                           (nullptr));
     return GST_FLOW_OK;
   }
+  if (state.text_unlinked.exchange(false)) begin_text_anew(self);
   if (text.refused) return GST_FLOW_ERROR;
   if (text.segment.rate < 0) return GST_FLOW_OK;  // backwards no frame asks for its text
   const csd::MappedBytes mapped(buffer);
@@ -381,7 +374,7 @@ GstFlowReturn take_buffer(GstCsdTrackDec *self, GstBuffer *buffer) {
     text.refused = true;
     state.queue.end();
     throw csd::TrackSourceError(csd::TrackSourceError::Kind::content,
-                                "Line " + std::to_string(text.number + 1) +
+                                "Line " + std::to_string(text.lines.count() + 1) +
                                     " of what came to the pad text: " + error.what() +
                                     ". Link what csdtrackenc has written; in a recording that is its text track.");
   }
@@ -397,14 +390,23 @@ GstFlowReturn gst_csd_track_dec_text_chain(GstPad *, GstObject *parent, GstBuffe
 
 void set_text_caps(Text &text, const GstCaps *caps) {
   const GstStructure *structure = gst_caps_get_structure(caps, 0);
-  text.lines = gst_structure_has_name(structure, "application/x-ndjson");
-  text.markup = g_strcmp0(gst_structure_get_string(structure, "format"), "pango-markup") == 0;
+  using Form = csd::TextLines::Form;
+  if (gst_structure_has_name(structure, "application/x-ndjson"))
+    text.lines.set_form(Form::bytes);
+  else if (g_strcmp0(gst_structure_get_string(structure, "format"), "pango-markup") == 0)
+    text.lines.set_form(Form::markup);
+  else
+    text.lines.set_form(Form::line);
 }
 
 void heed_text(GstCsdTrackDec *self, GstEvent *event) {
   Text &text = self->state->text;
   csd::TrackQueue &queue = self->state->queue;
   switch (GST_EVENT_TYPE(event)) {
+    case GST_EVENT_STREAM_START:
+      begin_text_anew(self);
+      queue.lines_begin(group_of(event));
+      break;
     case GST_EVENT_CAPS: {
       GstCaps *caps = nullptr;
       gst_event_parse_caps(event, &caps);
@@ -414,7 +416,7 @@ void heed_text(GstCsdTrackDec *self, GstEvent *event) {
     case GST_EVENT_SEGMENT:
       gst_event_copy_segment(event, &text.segment);
       queue.segment();
-      if (text.segment.format == GST_FORMAT_TIME) text.last.reset();
+      if (text.segment.format == GST_FORMAT_TIME) text.lines.expect_any_time();
       break;
     case GST_EVENT_GAP: {
       GstClockTime begin = 0, duration = GST_CLOCK_TIME_NONE;
@@ -431,12 +433,12 @@ void heed_text(GstCsdTrackDec *self, GstEvent *event) {
     case GST_EVENT_FLUSH_STOP:
       queue.flush_lines(false);
       gst_segment_init(&text.segment, GST_FORMAT_UNDEFINED);
-      text.splitter.clear();
-      text.last.reset();
+      text.lines.begin_anew();
       break;
     case GST_EVENT_EOS:
-      GST_DEBUG_OBJECT(self, "text ends after %" G_GUINT64_FORMAT " lines", text.number);
-      queue.end();  // a line without its newline may be torn: it is left out
+      GST_DEBUG_OBJECT(self, "text ends after %" G_GUINT64_FORMAT " lines", text.lines.count());
+      begin_text_anew(self);
+      queue.end();
       break;
     default:
       break;
@@ -463,7 +465,9 @@ GstPadLinkReturn gst_csd_track_dec_text_link(GstPad *, GstObject *parent, GstPad
 }
 
 void gst_csd_track_dec_text_unlink(GstPad *, GstObject *parent) {
-  logged(GST_CSD_TRACK_DEC(parent), [&] { GST_CSD_TRACK_DEC(parent)->state->queue.set_linked(false); });
+  auto &state = *GST_CSD_TRACK_DEC(parent)->state;
+  state.text_unlinked = true;
+  logged(GST_CSD_TRACK_DEC(parent), [&] { state.queue.set_linked(false); });
 }
 
 GstPad *gst_csd_track_dec_request_new_pad(GstElement *element, GstPadTemplate *templ, const gchar *, const GstCaps *) {

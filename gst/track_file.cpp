@@ -53,6 +53,10 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
+bool LineSplitter::unfinished() const {
+  return !trimmed(rest_).empty();
+}
+
 std::string unescape_markup(std::string_view markup) {
   constexpr std::pair<std::string_view, char> names[] = {
       {"quot", '"'}, {"amp", '&'}, {"lt", '<'}, {"gt", '>'}, {"apos", '\''}};

@@ -89,6 +89,8 @@ class LineSplitter {
     append(piece);
   }
   void clear() { rest_ = {}; }
+  /// Whether a line has begun that isn't empty.
+  bool unfinished() const;
 
  private:
   void append(std::string_view text) {

@@ -18,6 +18,7 @@ bool TrackQueue::full(const TimedLine &line) const {
 
 bool TrackQueue::push(TimedLine line) {
   std::unique_lock lock(mutex_);
+  if (!lines_.last) drop_from(line.time);
   changed_.wait(lock, [&] { return !running_ || lines_.flushing || !full(line); });
   if (!running_ || lines_.flushing) return false;
   lines_.at(line.time);
@@ -41,6 +42,20 @@ void TrackQueue::end() {
   changed_.notify_all();
 }
 
+void TrackQueue::lines_begin(unsigned group) {
+  const std::lock_guard lock(mutex_);
+  const unsigned before = std::exchange(lines_group_, group);
+  const bool with_frames = group != before && frames_group_ != 0 && (frames_group_ == before || frames_group_ == group);
+  lines_.ended = false;
+  if (!with_frames) lines_begin_alone();
+}
+
+void TrackQueue::lines_begin_alone() {
+  lines_.pass = frames_.pass;
+  lines_.last.reset();
+  known_until_ = no_time;
+}
+
 void TrackQueue::segment() {
   const std::lock_guard lock(mutex_);
   lines_.new_segment = true;
@@ -57,6 +72,11 @@ void TrackQueue::flush_lines(bool begin) {
   entries_.clear();
   features_ = 0;
   changed_.notify_all();
+}
+
+void TrackQueue::frames_begin(unsigned group) {
+  const std::lock_guard lock(mutex_);
+  frames_group_ = group;
 }
 
 void TrackQueue::frames_segment() {
@@ -83,6 +103,7 @@ void TrackQueue::flush_frames(bool begin) {
 void TrackQueue::set_linked(bool linked) {
   const std::lock_guard lock(mutex_);
   linked_ = linked;
+  if (!linked) lines_begin_alone();
   changed_.notify_all();
 }
 
@@ -123,6 +144,15 @@ void TrackQueue::drop_before(std::int64_t time) {
   for (std::size_t i = 1; i < before; ++i) pop();
   if (before > 0 && entries_.front().pass != frames_.pass) pop();
   if (before > 0) changed_.notify_all();
+}
+
+/// Drops the lines from `time` on in the pass of the lines, and those of later ones.
+void TrackQueue::drop_from(std::int64_t time) {
+  while (!entries_.empty() && (entries_.back().pass > lines_.pass ||
+                               (entries_.back().pass == lines_.pass && entries_.back().line.time >= time))) {
+    features_ -= entries_.back().line.line.tracks.features.size();
+    entries_.pop_back();
+  }
 }
 
 /// Whether nothing that is yet to come can be the line of the frame at `time`.

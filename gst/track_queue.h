@@ -40,6 +40,10 @@ class TrackQueue {
   /// There will be no line before `time`.
   void gap(std::int64_t time);
   void end();
+  /// Another stream of lines begins, of the group-id `group` (0: of none). Where the frames go over to that group, too,
+  /// sooner or later, its lines are for them, as after segment(). Else it is the lines alone that begin anew (they were
+  /// linked or connected again): they may be of any time, and replace what waits from the first one's time on.
+  void lines_begin(unsigned group);
   /// A new segment: the next lines may go back in time.
   void segment();
   /// A flush of what brings begins (nothing waits or is taken any more), or ends (all is forgotten).
@@ -52,6 +56,8 @@ class TrackQueue {
   Match match(std::int64_t time, std::int64_t reach, std::int64_t patience);
   /// Nothing will be asked for before `time`.
   void skip(std::int64_t time);
+  /// Another stream of frames begins, of that group-id.
+  void frames_begin(unsigned group);
   /// A new segment: the next frames may go back in time.
   void frames_segment();
   void frames_end();
@@ -59,7 +65,7 @@ class TrackQueue {
 
   // Both.
 
-  /// Without a link nothing will come: no frame waits.
+  /// Without a link nothing will come: no frame waits. What comes with another link begins anew, as in lines_begin().
   void set_linked(bool linked);
   bool linked();
   /// Stopped: nobody waits. Started: all is as new.
@@ -84,6 +90,8 @@ class TrackQueue {
   };
 
   void pop();
+  void drop_from(std::int64_t time);
+  void lines_begin_alone();
   void drop_before(std::int64_t time);
   std::size_t earlier(std::int64_t time) const;
   bool is_known(std::int64_t time, std::int64_t reach) const;
@@ -95,6 +103,7 @@ class TrackQueue {
   std::deque<Entry> entries_;
   std::size_t features_ = 0;  ///< of entries_
   Side lines_, frames_;
+  unsigned lines_group_ = 0, frames_group_ = 0;
   std::int64_t known_until_ = no_time;  ///< by gaps, in the pass of lines_
   bool linked_ = false, running_ = false;
   bool late_ = false;  ///< a frame has waited in vain, and nothing has caught up since

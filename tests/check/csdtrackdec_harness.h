@@ -115,18 +115,46 @@ struct Harness {
   }
   int push(GstClockTime pts) { return push(frame_at(pts)); }
 
-  /// The text of the next message of that kind, "" if there is none.
+  /// The text of the next message of that kind, "" if there is none. Those of other kinds before it are gone.
   std::string said(GstMessageType type) {
     GstMessage *message = gst_bus_pop_filtered(bus, type);
     if (!message) return "";
     GError *error = nullptr;
-    type == GST_MESSAGE_ERROR ? gst_message_parse_error(message, &error, nullptr)
-                              : gst_message_parse_warning(message, &error, nullptr);
+    GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR ? gst_message_parse_error(message, &error, nullptr)
+                                                   : gst_message_parse_warning(message, &error, nullptr);
     const std::string text = error->message;
     g_error_free(error);
     gst_message_unref(message);
     return text;
   }
+};
+
+inline constexpr char ndjson[] = "application/x-ndjson", utf8[] = "text/x-raw,format=utf8",
+                      markup[] = "text/x-raw,format=pango-markup";
+
+inline GstBuffer *bytes(const std::string &text, GstClockTime pts = GST_CLOCK_TIME_NONE) {
+  GstBuffer *buffer = gst_buffer_new_allocate(nullptr, text.size(), nullptr);
+  gst_buffer_fill(buffer, 0, text.data(), text.size());
+  GST_BUFFER_PTS(buffer) = pts;
+  return buffer;
+}
+
+/// csdtrackdec with both of its sink pads. Waits for its text as long as a test may last, unless told otherwise.
+struct TextHarness : Harness {
+  GstHarness *text;
+
+  explicit TextHarness(const char *caps = utf8, guint64 max_wait = 3600 * GST_SECOND) {
+    g_object_set(element, "max-wait", max_wait, nullptr);
+    text = gst_harness_new_with_element(element, "text", nullptr);
+    gst_harness_set_src_caps_str(text, caps);
+  }
+  ~TextHarness() { gst_harness_teardown(text); }
+
+  GstFlowReturn push_line(guint64 n) { return push_line(line(n), n * frame_time); }
+  GstFlowReturn push_line(const std::string &line, GstClockTime pts) {
+    return gst_harness_push(text, bytes(line, pts));
+  }
+  void end() { fail_unless(gst_harness_push_event(text, gst_event_new_eos())); }
 };
 
 inline void flush(GstHarness *h) {
@@ -142,6 +170,12 @@ inline void new_segment(GstHarness *h, GstClockTime start, GstClockTime base = 0
   segment.base = base;
   if (rate < 0) segment.stop = 1000 * GST_SECOND;
   fail_unless(gst_harness_push_event(h, gst_event_new_segment(&segment)));
+}
+
+/// Nothing is wrong that nobody has asked for yet.
+inline void assert_silent(Harness &harness) {
+  const std::string text = harness.said(static_cast<GstMessageType>(GST_MESSAGE_WARNING | GST_MESSAGE_ERROR));
+  fail_unless(text.empty(), "%s", text.c_str());
 }
 
 inline void assert_holds(const std::string &text, const char *part) {

@@ -10,34 +10,6 @@ using namespace csd_check;
 
 namespace {
 
-constexpr char ndjson[] = "application/x-ndjson", utf8[] = "text/x-raw,format=utf8",
-               markup[] = "text/x-raw,format=pango-markup";
-
-GstBuffer *bytes(const std::string &text, GstClockTime pts = GST_CLOCK_TIME_NONE) {
-  GstBuffer *buffer = gst_buffer_new_allocate(nullptr, text.size(), nullptr);
-  gst_buffer_fill(buffer, 0, text.data(), text.size());
-  GST_BUFFER_PTS(buffer) = pts;
-  return buffer;
-}
-
-/// csdtrackdec with both of its sink pads. Waits for its text as long as a test may last, unless told otherwise.
-struct TextHarness : Harness {
-  GstHarness *text;
-
-  explicit TextHarness(const char *caps = utf8, guint64 max_wait = 3600 * GST_SECOND) {
-    g_object_set(element, "max-wait", max_wait, nullptr);
-    text = gst_harness_new_with_element(element, "text", nullptr);
-    gst_harness_set_src_caps_str(text, caps);
-  }
-  ~TextHarness() { gst_harness_teardown(text); }
-
-  GstFlowReturn push_line(guint64 n) { return push_line(line(n), n * frame_time); }
-  GstFlowReturn push_line(const std::string &line, GstClockTime pts) {
-    return gst_harness_push(text, bytes(line, pts));
-  }
-  void end() { fail_unless(gst_harness_push_event(text, gst_event_new_eos())); }
-};
-
 /// A frame that is pushed by another thread. The tests look at what comes of it, not at when.
 class Waiting {
  public:

@@ -73,6 +73,9 @@ class TextPad {
       case 3:
         set_caps(from);
         break;
+      case 4:
+        gst_pad_push_event(ours_, gst_event_new_stream_start("t"));
+        break;
       default:
         begin(one_in(from, 3) ? GST_FORMAT_BYTES : GST_FORMAT_TIME);
     }

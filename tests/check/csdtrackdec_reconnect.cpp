@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+//
+// csdtrackdec whose text breaks off and comes anew: what brought it has ended, connects again or is linked again.
+#include "csdtrackdec_harness.h"
+
+using namespace csd_check;
+
+namespace {
+
+/// The ways in which another stream of text begins.
+struct Way {
+  const char *name;
+  void (*go)(TextHarness &);
+};
+
+/// What a source says at its begin.
+void begin_stream(TextHarness &harness, const char *id = "another", guint group = 0) {
+  GstEvent *start = gst_event_new_stream_start(id);
+  if (group != 0) gst_event_set_group_id(start, group);
+  fail_unless(gst_harness_push_event(harness.text, start));
+  g_autoptr(GstCaps) caps = gst_pad_get_current_caps(harness.text->srcpad);
+  GstSegment segment;
+  gst_segment_init(
+      &segment, gst_structure_has_name(gst_caps_get_structure(caps, 0), ndjson) ? GST_FORMAT_BYTES : GST_FORMAT_TIME);
+  fail_unless(gst_harness_push_event(harness.text, gst_event_new_segment(&segment)));
+}
+
+constexpr Way ways[] = {
+    {"STREAM_START", [](TextHarness &h) { begin_stream(h); }},
+    {"EOS, STREAM_START",
+     [](TextHarness &h) {
+       h.end();
+       begin_stream(h);
+     }},
+    {"a new link",
+     [](TextHarness &h) {
+       GstPad *pad = gst_element_get_static_pad(h.element, "text");
+       fail_unless(gst_pad_unlink(h.text->srcpad, pad));
+       fail_unless_equals_int(gst_pad_link(h.text->srcpad, pad), GST_PAD_LINK_OK);
+       gst_object_unref(pad);
+     }},
+};
+
+void assert_torn(TextHarness &harness, const char *way, const char *line) {
+  const std::string warning = harness.said(GST_MESSAGE_WARNING);
+  fail_unless(warning.find("What came to the pad text broke off in " + std::string(line)) != std::string::npos,
+              "%s: '%s'", way, warning.c_str());
+}
+
+}  // namespace
+
+GST_START_TEST(half_a_line_is_dropped_with_a_warning) {
+  for (const Way &way : ways) {
+    TextHarness harness(ndjson);
+    fail_unless_equals_int(gst_harness_push(harness.text, bytes(lines(0, 2) + line(2).substr(0, 99))), GST_FLOW_OK);
+    way.go(harness);
+    fail_unless(gst_harness_push(harness.text, bytes(lines(3, 6))) == GST_FLOW_OK, "%s: %s", way.name,
+                harness.said(GST_MESSAGE_ERROR).c_str());
+    assert_torn(harness, way.name, "line 3: ");
+    for (int n = 0; n < 6; ++n) fail_unless_equals_int(harness.push(n * frame_time), n == 2 ? -1 : n);
+    assert_silent(harness);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(where_nothing_is_lost_nothing_is_said) {
+  for (const Way &way : ways)
+    for (const char *rest : {"", " \r", "\n"}) {
+      TextHarness harness(ndjson);
+      gst_harness_push(harness.text, bytes(lines(0, 2) + rest));
+      way.go(harness);
+      gst_harness_push(harness.text, bytes(lines(2, 4)));
+      harness.end();
+      for (int n = 0; n < 4; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
+      assert_silent(harness);
+    }
+}
+GST_END_TEST
+
+GST_START_TEST(the_end_within_a_line_is_said_once) {
+  TextHarness harness(ndjson);
+  gst_harness_push(harness.text, bytes(lines(0, 1) + line(1)));
+  harness.end();
+  assert_torn(harness, "EOS", "line 2: ");
+  begin_stream(harness);
+  for (int n = 0; n < 2; ++n) {
+    gst_harness_push(harness.text, bytes(lines(2, 3)));
+    fail_unless_equals_int(harness.push(n * frame_time), n == 0 ? 0 : -1);
+  }
+  assert_silent(harness);
+}
+GST_END_TEST
+
+GST_START_TEST(lines_that_come_again_count_from_the_first_on) {
+  // What is sent again is known by another x. The frames don't begin anew.
+  for (const char *caps : {ndjson, utf8})
+    for (const Way &way : ways) {
+      TextHarness harness(caps);
+      const auto send = [&](guint64 from, guint64 to, guint64 number) {
+        for (guint64 n = from; n < to; ++n)
+          fail_unless(harness.push_line(line(number + n, n * frame_time) + "\n", n * frame_time) == GST_FLOW_OK,
+                      "%s: %s", way.name, harness.said(GST_MESSAGE_ERROR).c_str());
+      };
+      send(0, 6, 0);
+      for (int n = 0; n < 2; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
+      way.go(harness);
+      send(1, 3, 100);  // those of the old stream from 1 on are not waited for any more
+      way.go(harness);
+      send(3, 9, 200);
+      harness.end();
+      for (int n = 2; n < 10; ++n)
+        fail_unless_equals_int(harness.push(n * frame_time), n < 3 ? 100 + n : n < 9 ? 200 + n : -1);
+      assert_silent(harness);
+    }
+}
+GST_END_TEST
+
+GST_START_TEST(room_is_made_for_lines_that_come_again) {
+  // 256 lines of a time that no frame comes to.
+  TextHarness harness(ndjson);
+  std::string far;
+  for (guint64 n = 0; n < 256; ++n) far += line(n, n * frame_time + 1000 * GST_SECOND) + "\n";
+  gst_harness_push(harness.text, bytes(far));
+  begin_stream(harness);
+  gst_harness_push(harness.text, bytes(lines(0, 2)));
+  for (int n = 0; n < 2; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
+}
+GST_END_TEST
+
+GST_START_TEST(after_a_line_that_was_refused) {
+  for (const char *caps : {utf8, ndjson}) {
+    TextHarness harness(caps);
+    fail_unless_equals_int(harness.push_line("nonsense\n", 0), GST_FLOW_ERROR);
+    assert_holds(harness.said(GST_MESSAGE_ERROR), "is no JSON");
+    begin_stream(harness);
+    fail_unless_equals_int(harness.push_line(line(1) + "\n", frame_time), GST_FLOW_OK);
+    fail_unless_equals_int(harness.push(frame_time), 1);
+    assert_silent(harness);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(the_next_part_of_both_streams_is_kept_apart) {
+  // As concat plays one recording after the other. The text runs ahead, or the video does.
+  for (const bool ahead : {true, false}) {
+    TextHarness harness;
+    const auto begin_frames = [&](guint group) {
+      GstEvent *start = gst_event_new_stream_start("video");
+      gst_event_set_group_id(start, group);
+      gst_harness_push_event(harness.h, start);
+      new_segment(harness.h, 0);
+    };
+    const auto send = [&](guint group) {
+      begin_stream(harness, "text", group);
+      for (guint64 n = 0; n < 4; ++n) harness.push_line(line(10 * group + n, n * frame_time), n * frame_time);
+    };
+    const auto play = [&](int group) {
+      for (int n = 0; n < 4; ++n) fail_unless_equals_int(harness.push(n * frame_time), 10 * group + n);
+    };
+    begin_frames(1);
+    send(1);
+    if (ahead) {
+      send(2);
+      play(1);
+      begin_frames(2);
+    } else {
+      play(1);
+      begin_frames(2);
+      send(2);
+    }
+    play(2);
+    assert_silent(harness);
+  }
+}
+GST_END_TEST
+
+static Suite *csdtrackdec_reconnect_suite() {
+  Suite *s = suite_create("csdtrackdec_reconnect");
+  TCase *tc = tcase_create("text");
+  suite_add_tcase(s, tc);
+  gst_object_unref(gst_plugin_load_by_name("csdtrack"));
+  tcase_add_test(tc, half_a_line_is_dropped_with_a_warning);
+  tcase_add_test(tc, where_nothing_is_lost_nothing_is_said);
+  tcase_add_test(tc, the_end_within_a_line_is_said_once);
+  tcase_add_test(tc, lines_that_come_again_count_from_the_first_on);
+  tcase_add_test(tc, room_is_made_for_lines_that_come_again);
+  tcase_add_test(tc, after_a_line_that_was_refused);
+  tcase_add_test(tc, the_next_part_of_both_streams_is_kept_apart);
+  return s;
+}
+
+GST_CHECK_MAIN(csdtrackdec_reconnect)
