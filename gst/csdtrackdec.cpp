@@ -76,7 +76,7 @@ struct Video {
 struct Text {
   GstSegment segment;
   csd::TextLines lines;
-  bool refused = false, warned_unread = false;
+  bool refused = false, warned_unread = false, warned_torn = false;
 
   Text() { gst_segment_init(&segment, GST_FORMAT_UNDEFINED); }
 };
@@ -335,23 +335,34 @@ gboolean gst_csd_track_dec_sink_event(GstBaseTransform *trans, GstEvent *event) 
 
 // ---- The pad text --------------------------------------------------------------------------------------------------
 
+/// Once a stream.
+void warn_torn_once(GstCsdTrackDec *self) {
+  Text &text = self->state->text;
+  const auto number = text.lines.take_torn();
+  if (!number || std::exchange(text.warned_torn, true)) return;
+  GST_ELEMENT_WARNING(self, STREAM, FAILED,
+                      ("What came to the pad text broke off in line %" G_GUINT64_FORMAT
+                       ": its frame passes without tracks. Look at what brings the text.",
+                       *number),
+                      (nullptr));
+}
+
 /// Throws csd::cli::LineError. False: flushing.
 bool take_bytes(GstCsdTrackDec *self, GstBuffer *buffer, std::string_view bytes) {
   Text &text = self->state->text;
   const bool timed = text.segment.format == GST_FORMAT_TIME && GST_BUFFER_PTS_IS_VALID(buffer);
-  return text.lines.take(bytes, timed, csd::stream_time(text.segment, GST_BUFFER_PTS(buffer)), self->state->queue);
+  const auto time = csd::stream_time(text.segment, GST_BUFFER_PTS(buffer));
+  const bool flowing =
+      text.lines.take({bytes, time, timed && !time, GST_BUFFER_IS_DISCONT(buffer) != 0}, self->state->queue);
+  warn_torn_once(self);
+  return flowing;
 }
 
-/// Half a line, whose newline didn't come, is left out.
 void begin_text_anew(GstCsdTrackDec *self) {
   Text &text = self->state->text;
-  const bool refused = std::exchange(text.refused, false);  // then one reason was given
-  if (text.lines.begin_anew() && !refused)
-    GST_ELEMENT_WARNING(self, STREAM, FAILED,
-                        ("What came to the pad text broke off in line %" G_GUINT64_FORMAT
-                         ": its frame passes without tracks. Look at what brings the text.",
-                         text.lines.count() + 1),
-                        (nullptr));
+  text.lines.begin_anew();
+  warn_torn_once(self);
+  text.refused = text.warned_torn = false;
 }
 
 GstFlowReturn take_buffer(GstCsdTrackDec *self, GstBuffer *buffer) {
@@ -371,7 +382,7 @@ GstFlowReturn take_buffer(GstCsdTrackDec *self, GstBuffer *buffer) {
   try {
     return take_bytes(self, buffer, mapped.bytes()) ? GST_FLOW_OK : GST_FLOW_FLUSHING;
   } catch (const csd::cli::LineError &error) {
-    text.refused = true;
+    text.refused = text.warned_torn = true;  // one reason is enough
     state.queue.end();
     throw csd::TrackSourceError(csd::TrackSourceError::Kind::content,
                                 "Line " + std::to_string(text.lines.count() + 1) +
@@ -388,17 +399,6 @@ GstFlowReturn gst_csd_track_dec_text_chain(GstPad *, GstObject *parent, GstBuffe
   return flow;
 }
 
-void set_text_caps(Text &text, const GstCaps *caps) {
-  const GstStructure *structure = gst_caps_get_structure(caps, 0);
-  using Form = csd::TextLines::Form;
-  if (gst_structure_has_name(structure, "application/x-ndjson"))
-    text.lines.set_form(Form::bytes);
-  else if (g_strcmp0(gst_structure_get_string(structure, "format"), "pango-markup") == 0)
-    text.lines.set_form(Form::markup);
-  else
-    text.lines.set_form(Form::line);
-}
-
 void heed_text(GstCsdTrackDec *self, GstEvent *event) {
   Text &text = self->state->text;
   csd::TrackQueue &queue = self->state->queue;
@@ -410,7 +410,7 @@ void heed_text(GstCsdTrackDec *self, GstEvent *event) {
     case GST_EVENT_CAPS: {
       GstCaps *caps = nullptr;
       gst_event_parse_caps(event, &caps);
-      set_text_caps(text, caps);
+      text.lines.set_caps(caps);
       break;
     }
     case GST_EVENT_SEGMENT:
@@ -424,7 +424,8 @@ void heed_text(GstCsdTrackDec *self, GstEvent *event) {
       const auto from = csd::stream_time(text.segment, begin);
       const auto to = GST_CLOCK_TIME_IS_VALID(duration) ? csd::stream_time(text.segment, begin + duration)
                                                         : std::optional<std::int64_t>();
-      if (from || to) queue.gap(to.value_or(from.value_or(0)));
+      // Between the pieces of a line it says nothing of its frame.
+      if ((from || to) && !text.lines.unfinished()) queue.gap(to.value_or(from.value_or(0)));
       break;
     }
     case GST_EVENT_FLUSH_START:
@@ -434,6 +435,7 @@ void heed_text(GstCsdTrackDec *self, GstEvent *event) {
       queue.flush_lines(false);
       gst_segment_init(&text.segment, GST_FORMAT_UNDEFINED);
       text.lines.begin_anew();
+      text.lines.take_torn();  // what a seek leaves is no loss
       break;
     case GST_EVENT_EOS:
       GST_DEBUG_OBJECT(self, "text ends after %" G_GUINT64_FORMAT " lines", text.lines.count());

@@ -17,8 +17,9 @@
  *
  * With `role=truth` it writes the ground truth that csdsimsrc attached, in the same forms, for csd-score.
  *
- * There is one buffer per frame, with the frame's timestamp and duration. A frame without tracks gives an empty list
- * in JSON and an empty buffer, flagged GAP, in CSV. docs/metadata.md describes all fields.
+ * There is one buffer per frame, with the frame's timestamp and duration; in a text track a line of more than 65535
+ * bytes, which MP4 can't hold in one, is several buffers that divide the frame's time among them. A frame without
+ * tracks gives an empty list in JSON and an empty buffer, flagged GAP, in CSV. docs/metadata.md describes all fields.
  *
  * filesink buffers 64 KiB by default, which a crash takes with it. With `buffer-mode=unbuffered` the file holds all
  * that was written so far, save that the last line may be torn; readers ignore such a line.
@@ -62,9 +63,11 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "enums.h"
 #include "meta.h"
+#include "text_pieces.h"
 #include "track_format.h"
 
 GST_DEBUG_CATEGORY_STATIC(csd_track_enc_debug);
@@ -257,17 +260,35 @@ static void write_frame(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) 
   }
 }
 
-static GstBuffer *encode(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
-  write_frame(self, frame, stream);
-  GstBuffer *text = new_text_buffer(stream.line);
-  GST_BUFFER_PTS(text) = GST_BUFFER_PTS(frame);
-  GST_BUFFER_DURATION(text) = GST_BUFFER_DURATION(frame);
+/// A buffer for the frame's `text`, with its time.
+static GstBuffer *new_frame_text(GstBuffer *frame, std::string_view text) {
+  GstBuffer *buffer = new_text_buffer(text);
+  GST_BUFFER_PTS(buffer) = GST_BUFFER_PTS(frame);
+  GST_BUFFER_DURATION(buffer) = GST_BUFFER_DURATION(frame);
+  if (text.empty()) GST_BUFFER_FLAG_SET(buffer, GST_BUFFER_FLAG_GAP);
+  if (GST_BUFFER_FLAG_IS_SET(frame, GST_BUFFER_FLAG_DISCONT)) GST_BUFFER_FLAG_SET(buffer, GST_BUFFER_FLAG_DISCONT);
+  return buffer;
+}
+
+/// As subtitles. Pieces of a line divide the frame's time among them: of samples that begin together mp4mux loses the
+/// last ones.
+static GstFlowReturn push_track(GstCsdTrackEnc *self, GstBuffer *frame, const Stream &stream) {
   // A subtitle without a duration stays up until the next one, or for ever.
-  if (stream.offer->format == Format::text && !GST_BUFFER_DURATION_IS_VALID(frame))
-    GST_BUFFER_DURATION(text) = stream.frame_duration;
-  if (stream.line.empty()) GST_BUFFER_FLAG_SET(text, GST_BUFFER_FLAG_GAP);
-  if (GST_BUFFER_FLAG_IS_SET(frame, GST_BUFFER_FLAG_DISCONT)) GST_BUFFER_FLAG_SET(text, GST_BUFFER_FLAG_DISCONT);
-  return text;
+  const GstClockTime duration =
+      GST_BUFFER_DURATION_IS_VALID(frame) ? GST_BUFFER_DURATION(frame) : stream.frame_duration;
+  const std::vector<std::string_view> pieces = csd::text_pieces(stream.line);
+  GstFlowReturn flow = GST_FLOW_OK;
+  for (std::size_t i = 0; i < pieces.size() && flow == GST_FLOW_OK; ++i) {
+    GstBuffer *text = new_frame_text(frame, pieces[i]);
+    if (i > 0) GST_BUFFER_FLAG_UNSET(text, GST_BUFFER_FLAG_DISCONT);
+    if (GST_CLOCK_TIME_IS_VALID(duration)) {
+      const GstClockTime begin = gst_util_uint64_scale(duration, i, pieces.size());
+      if (GST_BUFFER_PTS_IS_VALID(frame)) GST_BUFFER_PTS(text) += begin;
+      GST_BUFFER_DURATION(text) = gst_util_uint64_scale(duration, i + 1, pieces.size()) - begin;
+    }
+    flow = gst_pad_push(self->srcpad, text);
+  }
+  return flow;
 }
 
 /// Runs `body`; an exception becomes an error message, and `failed`.
@@ -318,7 +339,9 @@ static GstFlowReturn gst_csd_track_enc_chain(GstPad *, GstObject *parent, GstBuf
     push_due_tags(self);
     const GstFlowReturn flow = push_due_header(self);
     if (flow != GST_FLOW_OK) return flow;
-    return gst_pad_push(self->srcpad, encode(self, frame, stream));
+    write_frame(self, frame, stream);
+    if (stream.offer->format == Format::text) return push_track(self, frame, stream);
+    return gst_pad_push(self->srcpad, new_frame_text(frame, stream.line));
   });
 }
 

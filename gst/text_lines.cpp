@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "text_lines.h"
 
-#include <string>
-#include <utility>
+#include "text_pieces.h"
 
 namespace csd {
 
-/// `time`: of the buffer that is this line, where that has one.
+/// `time`: of the buffer that is this line or begins it, where that has one.
 bool TextLines::take_line(std::string_view text, std::optional<std::int64_t> time, TrackQueue &queue) {
   text = trimmed(text);
   if (text.empty()) return true;
@@ -20,27 +19,56 @@ bool TextLines::take_line(std::string_view text, std::optional<std::int64_t> tim
   return queue.push(std::move(timed));
 }
 
-bool TextLines::take(std::string_view text, bool timed, std::optional<std::int64_t> time, TrackQueue &queue) {
-  if (form_ != Form::bytes) {
-    if (timed && !time) return true;  // before the stream begins: no frame will be there
-    const bool flowing =
-        form_ == Form::markup ? take_line(unescape_markup(text), time, queue) : take_line(text, time, queue);
+bool TextLines::take_piece(std::string_view text, const Part &part, TrackQueue &queue) {
+  text = trimmed(text);
+  if (text.empty()) return true;
+  const bool rest = is_rest_of_line(text);
+  if (!rest || part.discont) drop_half();
+  if (rest && begun_.empty()) return true;  // its begin lies before a seek, or is lost
+  if (!rest && part.outside) {
     ++count_;
-    return flowing;
+    return true;
   }
+  if (!rest) begun_time_ = part.time;
+  if (begun_.size() + text.size() > cli::most_line_bytes) throw cli::LineError("is longer than 8 MiB");
+  begun_ += text;
+  if (goes_on(text)) return true;
+  const std::string line = std::exchange(begun_, {});
+  const bool flowing = take_line(line, begun_time_, queue);
+  ++count_;
+  return flowing;
+}
+
+void TextLines::set_caps(const GstCaps *caps) {
+  const GstStructure *structure = gst_caps_get_structure(caps, 0);
+  if (gst_structure_has_name(structure, "application/x-ndjson"))
+    form_ = Form::bytes;
+  else if (g_strcmp0(gst_structure_get_string(structure, "format"), "pango-markup") == 0)
+    form_ = Form::markup;
+  else
+    form_ = Form::track;
+}
+
+bool TextLines::take(const Part &part, TrackQueue &queue) {
+  if (form_ == Form::markup) return take_piece(unescape_markup(part.text), part, queue);
+  if (form_ == Form::track) return take_piece(part.text, part, queue);
   bool flowing = true;
-  splitter_.add(text, [&](std::string_view line, bool whole) {
-    flowing = flowing && ((whole && timed && !time) || take_line(line, whole ? time : std::nullopt, queue));
+  splitter_.add(part.text, [&](std::string_view line, bool whole) {
+    flowing = flowing && ((whole && part.outside) || take_line(line, whole ? part.time : std::nullopt, queue));
     ++count_;
   });
   return flowing;
 }
 
-bool TextLines::begin_anew() {
+void TextLines::begin_anew() {
   last_.reset();
-  const bool torn = splitter_.unfinished();
+  drop_half();
+}
+
+void TextLines::drop_half() {
+  if (unfinished()) torn_ = ++count_;
   splitter_.clear();
-  return torn;
+  begun_.clear();
 }
 
 }  // namespace csd

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 
+#include <gst/gst.h>
+
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <utility>
 
 #include "track_queue.h"
 
@@ -12,28 +16,46 @@ namespace csd {
 /// Lines out of the buffers that come to a pad, into a TrackQueue. Only the thread that brings them may use it.
 class TextLines {
  public:
-  enum class Form {
-    bytes,   ///< lines of JSON, cut anywhere
-    line,    ///< a line a buffer
-    markup,  ///< the same, of Pango
+  /// What comes in a buffer.
+  struct Part {
+    std::string_view text;
+    std::optional<std::int64_t> time;  ///< in the stream
+    bool outside = false;              ///< before the stream begins: no frame will be there
+    bool discont = false;              ///< something is missing before it
   };
 
-  void set_form(Form form) { form_ = form; }
-  /// What a buffer holds. `timed`: it has a timestamp; `time`: that is this in the stream, none outside of it. False:
-  /// the queue takes nothing now. Throws cli::LineError for what is no line, or is earlier than the one before it.
-  bool take(std::string_view text, bool timed, std::optional<std::int64_t> time, TrackQueue &queue);
+  /// One of the pad's.
+  void set_caps(const GstCaps *caps);
+  /// False: the queue takes nothing now. Throws cli::LineError for what is no line, or is earlier than the one before
+  /// it.
+  bool take(const Part &part, TrackQueue &queue);
   /// What comes next may be earlier than what came.
   void expect_any_time() { last_.reset(); }
-  /// What comes next begins with a new line, of any time. True: half a line was waiting for its rest, and is dropped.
-  bool begin_anew();
+  /// What comes next begins with a new line, of any time. Half a line that waits for its rest is dropped.
+  void begin_anew();
+  /// Whether half a line waits for its rest.
+  bool unfinished() const { return splitter_.unfinished() || !begun_.empty(); }
+  /// The number, from 1, of a line half of which was dropped since this was asked last.
+  std::optional<std::uint64_t> take_torn() { return std::exchange(torn_, std::nullopt); }
   /// Of lines that have come.
   std::uint64_t count() const { return count_; }
 
  private:
+  enum class Form {
+    bytes,   ///< lines of JSON, cut anywhere
+    track,   ///< of text: a buffer is a line, or one of its text_pieces()
+    markup,  ///< the same, of Pango
+  };
+
   bool take_line(std::string_view text, std::optional<std::int64_t> time, TrackQueue &queue);
+  bool take_piece(std::string_view text, const Part &part, TrackQueue &queue);
+  void drop_half();
 
   Form form_ = Form::bytes;
   LineSplitter splitter_;
+  std::string begun_;                       ///< pieces of a line whose last one has yet to come
+  std::optional<std::int64_t> begun_time_;  ///< of the first of them
+  std::optional<std::uint64_t> torn_;
   cli::JsonText json_;
   std::uint64_t count_ = 0;
   std::optional<std::int64_t> last_;  ///< time of the last

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <string>
 #include <system_error>
+#include <thread>
 
 #include "attach.h"
 #include "read_text.h"
@@ -44,6 +45,17 @@ inline std::string read_file(const std::string &path) {
   std::string text(data, size);
   g_free(data);
   return text;
+}
+
+/// The samples of a recording's text track, one after the other, by a reader that isn't ours.
+inline std::string extracted(const std::string &recording) {
+  const std::string out = temporary("extracted");
+  const std::string command = "ffmpeg -v error -y -i " + recording + " -map 0:s -c copy -f data " + out;
+  gchar *err = nullptr;
+  gint status = 1;
+  fail_unless(g_spawn_command_line_sync(command.c_str(), nullptr, &err, &status, nullptr) && status == 0, "%s", err);
+  g_free(err);
+  return read_file(out);
 }
 
 /// What csdtrackenc writes of frame `n`, of 64×48 pixels, that was tracked: one feature, at 10+n,20. No newline.
@@ -139,6 +151,15 @@ inline GstBuffer *bytes(const std::string &text, GstClockTime pts = GST_CLOCK_TI
   return buffer;
 }
 
+inline std::string text_in(GstBuffer *buffer) {
+  gpointer data = nullptr;
+  gsize size = 0;
+  gst_buffer_extract_dup(buffer, 0, -1, &data, &size);
+  const std::string text(static_cast<char *>(data), size);
+  g_free(data);
+  return text;
+}
+
 /// csdtrackdec with both of its sink pads. Waits for its text as long as a test may last, unless told otherwise.
 struct TextHarness : Harness {
   GstHarness *text;
@@ -155,6 +176,24 @@ struct TextHarness : Harness {
     return gst_harness_push(text, bytes(line, pts));
   }
   void end() { fail_unless(gst_harness_push_event(text, gst_event_new_eos())); }
+};
+
+/// A frame that is pushed by another thread. The tests look at what comes of it, not at when.
+class Waiting {
+ public:
+  Waiting(TextHarness &harness, GstClockTime pts)
+      : thread_([this, &harness, pts] { flow_ = gst_harness_push(harness.h, frame_at(pts)); }) {
+    // It has most probably begun to wait when the test goes on. If not, the test finds less than it could.
+    g_usleep(20000);
+  }
+  GstFlowReturn join() {
+    thread_.join();
+    return flow_;
+  }
+
+ private:
+  GstFlowReturn flow_ = GST_FLOW_CUSTOM_ERROR;
+  std::thread thread_;
 };
 
 inline void flush(GstHarness *h) {

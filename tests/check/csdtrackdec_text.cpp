@@ -10,40 +10,11 @@ using namespace csd_check;
 
 namespace {
 
-/// A frame that is pushed by another thread. The tests look at what comes of it, not at when.
-class Waiting {
- public:
-  Waiting(TextHarness &harness, GstClockTime pts)
-      : thread_([this, &harness, pts] { flow_ = gst_harness_push(harness.h, frame_at(pts)); }) {
-    // It has most probably begun to wait when the test goes on. If not, the test finds less than it could.
-    g_usleep(20000);
-  }
-  GstFlowReturn join() {
-    thread_.join();
-    return flow_;
-  }
-
- private:
-  GstFlowReturn flow_ = GST_FLOW_CUSTOM_ERROR;
-  std::thread thread_;
-};
-
 int pull_number(TextHarness &harness) {
   GstBuffer *out = gst_harness_pull(harness.h);
   const int number = number_on(out);
   gst_buffer_unref(out);
   return number;
-}
-
-std::string extracted(const std::string &recording) {
-  gchar *out = nullptr, *err = nullptr;
-  gint status = 1;
-  const std::string command = "ffmpeg -v error -i " + recording + " -map 0:s -c copy -f data -";
-  fail_unless(g_spawn_command_line_sync(command.c_str(), &out, &err, &status, nullptr) && status == 0, "%s", err);
-  const std::string text = out;
-  g_free(out);
-  g_free(err);
-  return text;
 }
 
 }  // namespace
