@@ -5,8 +5,8 @@ GType gst_csd_track_algorithm_get_type() {
   static const GEnumValue values[] = {
       {GST_CSD_TRACK_ALGORITHM_CSD,
        "Anchored patches, aligned and checked against how the tissue around them moves; finds features again", "csd"},
-      {GST_CSD_TRACK_ALGORITHM_CSD_2012,
-       "Context-specific descriptors learnt online (Mountney & Yang 2012)", "csd-2012"},
+      {GST_CSD_TRACK_ALGORITHM_CSD_2012, "Context-specific descriptors learnt online (Mountney & Yang 2012)",
+       "csd-2012"},
       {GST_CSD_TRACK_ALGORITHM_LK, "Pyramidal Lucas-Kanade, to compare with", "lk"},
       {GST_CSD_TRACK_ALGORITHM_MS1, "Mean shift on colours chosen by variance ratio, to compare with", "ms1"},
       {GST_CSD_TRACK_ALGORITHM_MS2, "Mean shift on colours chosen by peak difference, to compare with", "ms2"},
