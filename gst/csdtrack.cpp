@@ -153,7 +153,8 @@ struct _GstCsdTrack {
 G_DEFINE_TYPE_WITH_CODE(GstCsdTrack, gst_csd_track, GST_TYPE_VIDEO_FILTER,
                         G_IMPLEMENT_INTERFACE(GST_TYPE_PRESET, nullptr);
                         GST_DEBUG_CATEGORY_INIT(gst_csd_track_debug, "csdtrack", 0, "tissue tracker"))
-GST_ELEMENT_REGISTER_DEFINE(csdtrack, "csdtrack", GST_RANK_NONE, GST_TYPE_CSD_TRACK)
+GST_ELEMENT_REGISTER_DEFINE_WITH_CODE(csdtrack, "csdtrack", GST_RANK_NONE, GST_TYPE_CSD_TRACK,
+                                      csd::register_track_metas())
 
 namespace {
 

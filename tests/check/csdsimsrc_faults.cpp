@@ -10,7 +10,6 @@
 
 #include "csdsimsrc.h"
 #include "csdtrackmeta.h"
-#include "meta.h"
 
 namespace {
 
@@ -106,7 +105,7 @@ GST_START_TEST(opencv_gets_no_memory) {
 GST_END_TEST
 
 static Suite *csdsimsrc_faults_suite() {
-  csd::register_track_metas();
+  gst_element_register_csdsimsrc(nullptr);
   let_opencv_fail();
   Suite *suite = suite_create("csdsimsrc_faults");
   TCase *tcase = tcase_create("general");

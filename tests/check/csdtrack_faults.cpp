@@ -12,7 +12,6 @@
 
 #include "csdtrack.h"
 #include "csdtrack_harness.h"
-#include "meta.h"
 
 namespace {
 
@@ -171,7 +170,7 @@ GST_START_TEST(a_thread_does_not_start) {
 GST_END_TEST
 
 static Suite *csdtrack_faults_suite() {
-  csd::register_track_metas();
+  gst_element_register_csdtrack(nullptr);
   let_opencv_fail();
   Suite *suite = suite_create("csdtrack_faults");
   TCase *tcase = tcase_create("general");
