@@ -216,6 +216,10 @@ void offer_truth(GstCsdTrack *self, GstBuffer *buffer, const csd::FrameView &vie
 /// Maps for reading only: a map for writing copies the pixels of every frame that somebody else holds, too.
 csd::Tracks track(GstCsdTrack *self, GstBuffer *buffer) {
   auto &state = *self->state;
+  if (csd::views_take_turns(GST_VIDEO_FILTER(self)->in_info))
+    throw std::runtime_error(
+        "the views of this stream come frame by frame (multiview-mode), and one tracker can't follow two of them: give "
+        "each view a stream and a csdtrack of its own");
   if (csd::is_empty_gap(buffer)) return track_blind(self, buffer);
   csd::MappedFrame frame(GST_VIDEO_FILTER(self)->in_info, buffer, GST_MAP_READ);
   const csd::FrameView view =

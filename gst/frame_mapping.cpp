@@ -103,6 +103,11 @@ MappedBytes::MappedBytes(GstBuffer *buffer) : buffer_(buffer) {
   if (!gst_buffer_map(buffer, &map_, GST_MAP_READ)) throw std::runtime_error("a buffer can't be mapped");
 }
 
+bool views_take_turns(const GstVideoInfo &caps) {
+  const GstVideoMultiviewMode mode = GST_VIDEO_INFO_MULTIVIEW_MODE(&caps);
+  return mode == GST_VIDEO_MULTIVIEW_MODE_FRAME_BY_FRAME || mode == GST_VIDEO_MULTIVIEW_MODE_MULTIVIEW_FRAME_BY_FRAME;
+}
+
 bool is_empty_gap(GstBuffer *buffer) {
   return GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_GAP) && gst_buffer_get_size(buffer) == 0;
 }

@@ -53,6 +53,10 @@ class MappedBytes {
   GstMapInfo map_;
 };
 
+/// Left and right, or more views, come frame by frame in one stream, says its multiview-mode: frames that follow one
+/// another aren't pictures of one view.
+bool views_take_turns(const GstVideoInfo &caps);
+
 /// Frames without pixels are legal where they are marked as a gap: there is nothing to see, and nothing wrong.
 bool is_empty_gap(GstBuffer *buffer);
 

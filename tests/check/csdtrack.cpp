@@ -312,6 +312,95 @@ GST_START_TEST(a_segment_in_bytes_is_no_mistake) {
 }
 GST_END_TEST
 
+namespace {
+
+std::string said(GstBus *bus, GstMessageType type) {
+  GstMessage *message = gst_bus_pop_filtered(bus, type);
+  if (!message) return "";
+  g_autoptr(GError) error = nullptr;
+  type == GST_MESSAGE_ERROR ? gst_message_parse_error(message, &error, nullptr)
+                            : gst_message_parse_warning(message, &error, nullptr);
+  gst_message_unref(message);
+  return error->message;
+}
+
+std::string in_views(const char *mode) {
+  return std::string(gray_320) + ",views=2,multiview-mode=" + mode;
+}
+
+/// Two views of 320×240, each with a GstVideoMeta: the first one's picture has texture, the second one's is flat.
+GstBuffer *separate_views(int index) {
+  constexpr gsize bytes = 320 * 240;
+  GstBuffer *views = picture(320, 240, index);
+  GstMemory *flat = gst_allocator_alloc(nullptr, bytes, nullptr);
+  GstMapInfo map;
+  gst_memory_map(flat, &map, GST_MAP_WRITE);
+  std::memset(map.data, 128, bytes);
+  gst_memory_unmap(flat, &map);
+  gst_buffer_append_memory(views, flat);
+  for (int view = 0; view < 2; ++view) {
+    gsize offset[GST_VIDEO_MAX_PLANES] = {static_cast<gsize>(view) * bytes};
+    gint stride[GST_VIDEO_MAX_PLANES] = {320};
+    gst_buffer_add_video_meta_full(views, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_GRAY8, 320, 240, 1, offset,
+                                   stride)
+        ->id = view;
+  }
+  return views;
+}
+
+}  // namespace
+
+GST_START_TEST(views_that_come_frame_by_frame_are_not_followed_as_one) {
+  for (const char *mode : {"frame-by-frame", "multiview-frame-by-frame"}) {
+    GstHarness *h = harness("csdtrack points=\"160,120\"", in_views(mode).c_str());
+    GstElement *track = element(h);
+    GstBus *bus = gst_bus_new();
+    gst_element_set_bus(track, bus);
+    gst_util_set_object_arg(G_OBJECT(track), "on-error", "pass");
+    // A recorder goes on, without tracks.
+    for (int i = 0; i < 4; ++i)
+      for (const auto &[id, state] : push(h, picture(320, 240, i)))
+        fail_unless(state != "learning" && state != "tracked", "%s: %u is %s", mode, id, state.c_str());
+    fail_unless(said(bus, GST_MESSAGE_WARNING).find("come frame by frame") != std::string::npos);
+    fail_unless(said(bus, GST_MESSAGE_WARNING) == "");
+    gst_util_set_object_arg(G_OBJECT(track), "on-error", "error");
+    fail_unless_equals_int(gst_harness_push(h, picture(320, 240, 4)), GST_FLOW_ERROR);
+    fail_unless(said(bus, GST_MESSAGE_ERROR).find("give each view a stream and a csdtrack") != std::string::npos);
+    // Of another stream it sees one view, and goes on.
+    gst_harness_set_src_caps_str(h, in_views("left").c_str());
+    fail_unless(push(h, picture(320, 240, 5)).at(0) == "learning");
+    gst_element_set_bus(track, nullptr);
+    gst_object_unref(bus);
+    gst_object_unref(track);
+    gst_harness_teardown(h);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(views_in_one_picture_are_one_picture) {
+  for (const char *mode : {"mono", "left", "right", "side-by-side", "top-bottom", "row-interleaved"}) {
+    GstHarness *h = harness("csdtrack points=\"100,120;260,120\"", in_views(mode).c_str());
+    for (int i = 0; i < 3; ++i) {
+      // A flag of the buffer says nothing that the caps don't.
+      GstBuffer *in = picture(320, 240, i);
+      GST_BUFFER_FLAG_SET(in, GST_VIDEO_BUFFER_FLAG_FIRST_IN_BUNDLE | GST_VIDEO_BUFFER_FLAG_MULTIPLE_VIEW);
+      const States now = push(h, in);
+      fail_unless(now.at(0) == "learning" && now.at(1) == "learning", "%s", mode);
+    }
+    gst_harness_teardown(h);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(of_separate_views_the_first_is_followed) {
+  GstHarness *h = harness("csdtrack", in_views("separated").c_str());
+  guint n = 0;
+  for (int i = 0; i < 3; ++i) n = static_cast<guint>(push(h, separate_views(i)).size());
+  fail_unless(n > 10, "%u features", n);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
 static Suite *csdtrack_suite() {
   Suite *suite = suite_create("csdtrack");
   TCase *tc = tcase_create("element");
@@ -327,6 +416,9 @@ static Suite *csdtrack_suite() {
   tcase_add_test(tc, no_frame_is_dropped_for_being_late);
   tcase_add_test(tc, features_wait_past_the_budget_and_say_so);
   tcase_add_test(tc, a_segment_in_bytes_is_no_mistake);
+  tcase_add_test(tc, views_that_come_frame_by_frame_are_not_followed_as_one);
+  tcase_add_test(tc, views_in_one_picture_are_one_picture);
+  tcase_add_test(tc, of_separate_views_the_first_is_followed);
   return suite;
 }
 
