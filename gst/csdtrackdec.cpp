@@ -418,16 +418,10 @@ void heed_text(GstCsdTrackDec *self, GstEvent *event) {
       queue.segment();
       if (text.segment.format == GST_FORMAT_TIME) text.lines.expect_any_time();
       break;
-    case GST_EVENT_GAP: {
-      GstClockTime begin = 0, duration = GST_CLOCK_TIME_NONE;
-      gst_event_parse_gap(event, &begin, &duration);
-      const auto from = csd::stream_time(text.segment, begin);
-      const auto to = GST_CLOCK_TIME_IS_VALID(duration) ? csd::stream_time(text.segment, begin + duration)
-                                                        : std::optional<std::int64_t>();
+    case GST_EVENT_GAP:
       // Between the pieces of a line it says nothing of its frame.
-      if ((from || to) && !text.lines.unfinished()) queue.gap(to.value_or(from.value_or(0)));
+      if (const auto end = csd::gap_end(text.segment, event); end && !text.lines.unfinished()) queue.gap(*end);
       break;
-    }
     case GST_EVENT_FLUSH_START:
       queue.flush_lines(true);
       break;

@@ -11,6 +11,17 @@ std::optional<std::int64_t> stream_time(const GstSegment &segment, GstClockTime 
   return static_cast<std::int64_t>(at);
 }
 
+std::optional<std::int64_t> gap_end(const GstSegment &segment, GstEvent *gap) {
+  GstClockTime begin = 0, duration = GST_CLOCK_TIME_NONE;
+  gst_event_parse_gap(gap, &begin, &duration);
+  const auto from = stream_time(segment, begin);
+  if (segment.format != GST_FORMAT_TIME || !GST_CLOCK_TIME_IS_VALID(duration)) return from;
+  constexpr auto most = static_cast<GstClockTime>(most_time);
+  if (begin > most || duration > most - begin) return most_time;
+  const auto to = stream_time(segment, begin + duration);
+  return to || !from ? to : most_time;
+}
+
 FrameTime frame_time(const GstSegment &segment, const GstVideoInfo &info, GstBuffer *buffer) {
   constexpr GstClockTime day = 86400 * GST_SECOND;
   const GstClockTime usual = info.fps_n > 0 && info.fps_d > 0

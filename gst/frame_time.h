@@ -15,6 +15,10 @@ inline constexpr std::int64_t most_time = std::numeric_limits<std::int64_t>::max
 /// The stream time of `time`, which may lie before `segment`, in ns; nothing where it is not known or over most_time.
 std::optional<std::int64_t> stream_time(const GstSegment &segment, GstClockTime time);
 
+/// Until which stream time, at most most_time, a GAP event says that nothing comes: its end, or its begin where it
+/// doesn't say how long it is. Nothing where that is not known.
+std::optional<std::int64_t> gap_end(const GstSegment &segment, GstEvent *gap);
+
 struct FrameTime {
   std::optional<std::int64_t> time;  ///< of the stream
   std::int64_t reach;                ///< half of how long the frame lasts; 20 ms where nothing says

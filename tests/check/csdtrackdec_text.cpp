@@ -106,6 +106,30 @@ GST_START_TEST(a_frame_waits_for_its_line_a_later_one_a_gap_or_the_end) {
 }
 GST_END_TEST
 
+GST_START_TEST(a_gap_whose_end_is_beyond_all_time_lasts_for_ever) {
+  constexpr GstClockTime most = GST_CLOCK_TIME_NONE - 1, a_second = GST_SECOND;
+  const struct {
+    GstClockTime begin, duration;
+  } gaps[] = {{a_second, most}, {a_second, most - a_second}, {a_second, most / 2}, {most - 10, 100}, {most - 10, 5}};
+  for (const auto &[begin, duration] : gaps) {
+    TextHarness harness(utf8, GST_MSECOND);
+    gst_harness_push_event(harness.text, gst_event_new_gap(begin, duration));
+    for (const GstClockTime time : {0 * a_second, 2 * a_second, 3600 * a_second}) {
+      fail_unless_equals_int(harness.push(time), -1);
+      fail_unless(harness.said(GST_MESSAGE_WARNING) == "", "%" G_GUINT64_FORMAT " for %" G_GUINT64_FORMAT ": it waited",
+                  begin, duration);
+    }
+  }
+  // Where it ends isn't known: nothing comes before it begins, and more it doesn't say.
+  TextHarness harness(utf8, GST_MSECOND);
+  gst_harness_push_event(harness.text, gst_event_new_gap(GST_SECOND, GST_CLOCK_TIME_NONE));
+  harness.push(0 * frame_time);
+  fail_unless(harness.said(GST_MESSAGE_WARNING) == "");
+  harness.push(2 * GST_SECOND);
+  assert_holds(harness.said(GST_MESSAGE_WARNING), "no text has come within 1 ms");
+}
+GST_END_TEST
+
 GST_START_TEST(a_flush_or_a_stop_ends_the_wait) {
   {
     TextHarness harness;
@@ -327,6 +351,7 @@ static Suite *csdtrackdec_text_suite() {
   tcase_add_test(tc, lines_come_in_every_form);
   tcase_add_test(tc, the_time_of_the_buffer_counts_more_than_that_in_the_line);
   tcase_add_test(tc, a_frame_waits_for_its_line_a_later_one_a_gap_or_the_end);
+  tcase_add_test(tc, a_gap_whose_end_is_beyond_all_time_lasts_for_ever);
   tcase_add_test(tc, a_flush_or_a_stop_ends_the_wait);
   tcase_add_test(tc, no_frame_waits_longer_than_max_wait);
   tcase_add_test(tc, with_max_wait_0_none_waits_and_none_warns);
