@@ -393,8 +393,9 @@ GstFlowReturn take_buffer(GstCsdTrackDec *self, GstBuffer *buffer) {
 
 GstFlowReturn gst_csd_track_dec_text_chain(GstPad *, GstObject *parent, GstBuffer *buffer) {
   auto *self = GST_CSD_TRACK_DEC(parent);
-  GstFlowReturn flow = GST_FLOW_ERROR;
-  told(self, [&] { flow = take_buffer(self, buffer); });
+  const bool running = self->state->queue.running();
+  GstFlowReturn flow = running ? GST_FLOW_ERROR : GST_FLOW_FLUSHING;
+  if (running) told(self, [&] { flow = take_buffer(self, buffer); });
   gst_buffer_unref(buffer);
   return flow;
 }
@@ -441,12 +442,13 @@ void heed_text(GstCsdTrackDec *self, GstEvent *event) {
   }
 }
 
-/// The text ends here: none of its events goes downstream.
-gboolean gst_csd_track_dec_text_event(GstPad *, GstObject *parent, GstEvent *event) {
+/// The text ends here: none of its events goes downstream. What comes before the start comes again after it.
+GstFlowReturn gst_csd_track_dec_text_event(GstPad *, GstObject *parent, GstEvent *event) {
   auto *self = GST_CSD_TRACK_DEC(parent);
-  logged(self, [&] { heed_text(self, event); });
+  const bool running = self->state->queue.running();
+  if (running) logged(self, [&] { heed_text(self, event); });
   gst_event_unref(event);
-  return TRUE;
+  return running ? GST_FLOW_OK : GST_FLOW_FLUSHING;
 }
 
 /// Only what is asked of the caps is this pad's own; the rest would be answered by the video's downstream.
@@ -470,7 +472,7 @@ GstPad *gst_csd_track_dec_request_new_pad(GstElement *element, GstPadTemplate *t
   // A name is given once in an element: of two who ask at the same time the second gets none.
   GstPad *pad = gst_pad_new_from_template(templ, "text");
   gst_pad_set_chain_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_chain));
-  gst_pad_set_event_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_event));
+  gst_pad_set_event_full_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_event));
   gst_pad_set_query_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_query));
   gst_pad_set_link_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_link));
   gst_pad_set_unlink_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_unlink));
@@ -480,8 +482,7 @@ GstPad *gst_csd_track_dec_request_new_pad(GstElement *element, GstPadTemplate *t
     gst_object_unref(gst_object_ref_sink(pad));
     return nullptr;
   }
-  // Else the state change does it, which first makes all new.
-  if (GST_STATE(element) > GST_STATE_READY || GST_STATE_NEXT(element) > GST_STATE_READY) gst_pad_set_active(pad, TRUE);
+  // It is activated where the element runs or begins to; what comes before it runs is turned away.
   return gst_element_add_pad(element, pad) ? pad : nullptr;
 }
 
@@ -514,9 +515,11 @@ bool start(GstCsdTrackDec *self) {
   return told(self, [&] {
     state.video = {};
     state.text = {};
-    state.queue.start();
-    const csd::ObjectLock lock(self);
-    state.running = true;
+    {
+      const csd::ObjectLock lock(self);
+      state.running = true;
+    }
+    state.queue.start();  // last: from here on the text's thread reads what is above
   });
 }
 

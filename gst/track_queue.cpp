@@ -130,6 +130,11 @@ void TrackQueue::stop() {
   changed_.notify_all();
 }
 
+bool TrackQueue::running() {
+  const std::lock_guard lock(mutex_);
+  return running_;
+}
+
 /// How many lines lie before `time` in the pass of the frames. Those of passes gone by are among them.
 std::size_t TrackQueue::earlier(std::int64_t time) const {
   const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const Entry &entry) {

@@ -71,6 +71,7 @@ class TrackQueue {
   /// Stopped: nobody waits. Started: all is as new.
   void start();
   void stop();
+  bool running();
 
  private:
   struct Entry {

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+//
+// csdtrackdec's pad `text`, requested, linked and released while the element changes its state in another thread. What
+// happens between two steps of GStreamer's is made to happen by what it logs there.
+#include <atomic>
+#include <functional>
+#include <string>
+#include <thread>
+
+#include "csdtrackdec_harness.h"
+
+using namespace csd_check;
+
+namespace {
+
+/// Who brings text: a pad that sends lines as a demuxer does.
+class Source {
+ public:
+  explicit Source(const char *form = "text/x-raw,format=utf8", GstFormat unit = GST_FORMAT_TIME) {
+    gst_pad_set_active(pad_, TRUE);
+    gst_pad_push_event(pad_, gst_event_new_stream_start("text"));
+    g_autoptr(GstCaps) caps = gst_caps_from_string(form);
+    gst_pad_push_event(pad_, gst_event_new_caps(caps));
+    GstSegment segment;
+    gst_segment_init(&segment, unit);
+    gst_pad_push_event(pad_, gst_event_new_segment(&segment));
+  }
+  ~Source() {
+    gst_pad_set_active(pad_, FALSE);
+    gst_object_unref(pad_);
+  }
+  Source(const Source &) = delete;
+  Source &operator=(const Source &) = delete;
+
+  void link(GstPad *text) { fail_unless(gst_pad_link(pad_, text) == GST_PAD_LINK_OK); }
+  GstFlowReturn push(const std::string &line, GstClockTime pts) {
+    GstBuffer *buffer = gst_buffer_new_memdup(line.data(), line.size());
+    GST_BUFFER_PTS(buffer) = pts;
+    return gst_pad_push(pad_, buffer);
+  }
+  GstFlowReturn push(guint64 n) { return push(line(n), n * frame_time); }
+
+ private:
+  GstPad *pad_ = GST_PAD(gst_object_ref_sink(gst_pad_new("src", GST_PAD_SRC)));
+};
+
+GstPad *request(GstElement *element) {
+  GstPad *pad = gst_element_request_pad_simple(element, "text");
+  fail_unless(pad != nullptr);
+  return pad;
+}
+
+void release(GstElement *element, GstPad *pad) {
+  gst_element_release_request_pad(element, pad);
+  gst_object_unref(pad);
+}
+
+void change_state(GstElement *element, GstState state) {
+  fail_unless(gst_element_set_state(element, state) == GST_STATE_CHANGE_SUCCESS);
+}
+
+/// Acts once, in the middle of what logs `text`.
+class When {
+ public:
+  When(const char *category, const char *text, std::function<void()> act)
+      : category_(category), text_(text), act_(std::move(act)) {
+    gst_debug_set_threshold_for_name(category_, GST_LEVEL_DEBUG);
+    gst_debug_add_log_function(logged, this, nullptr);
+  }
+  ~When() {
+    gst_debug_remove_log_function_by_data(this);
+    gst_debug_unset_threshold_for_name(category_);
+    fail_unless(done_, "'%s' was not logged", text_);
+  }
+  When(const When &) = delete;
+  When &operator=(const When &) = delete;
+
+ private:
+  static void logged(GstDebugCategory *, GstDebugLevel, const gchar *, const gchar *, gint, GObject *,
+                     GstDebugMessage *message, gpointer when) {
+    auto *self = static_cast<When *>(when);
+    if (g_str_has_prefix(gst_debug_message_get(message), self->text_) && !self->done_.exchange(true)) self->act_();
+  }
+
+  const char *category_, *text_;
+  std::function<void()> act_;
+  std::atomic<bool> done_ = false;
+};
+
+/// csdtrackdec with a text pad that is linked, one way or another while it starts. Its lines come to its frames.
+void expect_lines(GstElement *element, Source &source) {
+  GstHarness *h = gst_harness_new_with_element(element, "sink", "src");
+  gst_harness_set_src_caps_str(h, gray_64);
+  for (guint64 n = 0; n < 3; ++n) {
+    fail_unless_equals_int(source.push(n), GST_FLOW_OK);
+    GstBuffer *out = gst_harness_push_and_pull(h, frame_at(n * frame_time));
+    fail_unless_equals_int(number_on(out), static_cast<int>(n));
+    gst_buffer_unref(out);
+  }
+  gst_harness_teardown(h);
+}
+
+GstElement *ready() {
+  GstElement *element = gst_element_factory_make("csdtrackdec", nullptr);
+  g_object_set(element, "max-wait", GST_MSECOND, nullptr);
+  change_state(element, GST_STATE_READY);
+  return element;
+}
+
+}  // namespace
+
+GST_START_TEST(the_element_starts_while_the_pad_is_added) {
+  GstElement *element = ready();
+  GstPad *text = nullptr;
+  {
+    const When adds("GST_ELEMENT_PADS", "adding pad 'text'", [&] { change_state(element, GST_STATE_PAUSED); });
+    text = request(element);
+  }
+  fail_unless(gst_pad_is_active(text));
+  Source source;
+  source.link(text);
+  expect_lines(element, source);
+  change_state(element, GST_STATE_NULL);
+  release(element, text);
+  gst_object_unref(element);
+}
+GST_END_TEST
+
+GST_START_TEST(text_comes_before_the_element_has_started) {
+  GstElement *element = ready();
+  GstPad *text = nullptr;
+  Source source;
+  {
+    const When starts("csdtrackdec", "location is", [&] {
+      text = request(element);
+      source.link(text);
+      fail_unless_equals_int(source.push(99), GST_FLOW_FLUSHING);
+    });
+    change_state(element, GST_STATE_PAUSED);
+  }
+  expect_lines(element, source);
+  change_state(element, GST_STATE_NULL);
+  release(element, text);
+  gst_object_unref(element);
+}
+GST_END_TEST
+
+GST_START_TEST(pads_come_and_go_while_states_change) {
+  GstElement *element = ready();
+  Source source;
+  std::atomic<bool> over = false;
+  std::thread streams([&] {
+    while (!over) source.push("\n", 0), g_usleep(100);
+  });
+  std::thread pads([&] {
+    while (!over) {
+      GstPad *text = request(element);
+      source.link(text);
+      g_usleep(200);
+      release(element, text);
+    }
+  });
+  for (int i = 0; i < 300; ++i) change_state(element, i % 2 == 0 ? GST_STATE_PAUSED : GST_STATE_READY);
+  over = true;
+  streams.join();
+  pads.join();
+  change_state(element, GST_STATE_NULL);
+  gst_object_unref(element);
+}
+GST_END_TEST
+
+static Suite *csdtrackdec_pads_suite() {
+  Suite *s = suite_create("csdtrackdec_pads");
+  TCase *tc = tcase_create("pads");
+  suite_add_tcase(s, tc);
+  gst_object_unref(gst_plugin_load_by_name("csdtrack"));
+  tcase_add_test(tc, the_element_starts_while_the_pad_is_added);
+  tcase_add_test(tc, text_comes_before_the_element_has_started);
+  tcase_add_test(tc, pads_come_and_go_while_states_change);
+  return s;
+}
+
+GST_CHECK_MAIN(csdtrackdec_pads)
