@@ -523,8 +523,13 @@ bool start(GstCsdTrackDec *self) {
   });
 }
 
-/// After the streaming threads.
+/// After the streaming threads. For that of a pad that is being released nobody has waited yet.
 void stop(GstCsdTrackDec *self) {
+  if (GstPad *text = gst_element_get_static_pad(GST_ELEMENT(self), "text")) {
+    GST_PAD_STREAM_LOCK(text);
+    GST_PAD_STREAM_UNLOCK(text);
+    gst_object_unref(text);
+  }
   self->state->file.reset();
   const csd::ObjectLock lock(self);
   self->state->running = false;

@@ -145,6 +145,53 @@ GST_START_TEST(text_comes_before_the_element_has_started) {
 }
 GST_END_TEST
 
+namespace {
+
+struct Held {
+  std::atomic<bool> inside = false, stopped = false, stopped_inside = false;
+};
+
+/// Holds the text's thread where it posts its error, for 300 ms or until the element has stopped.
+GstBusSyncReply hold(GstBus *, GstMessage *message, gpointer data) {
+  auto &held = *static_cast<Held *>(data);
+  if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR) {
+    held.inside = true;
+    for (int i = 0; i < 300 && !held.stopped; ++i) g_usleep(1000);
+    held.stopped_inside = held.stopped.load();
+  }
+  gst_message_unref(message);
+  return GST_BUS_DROP;
+}
+
+}  // namespace
+
+GST_START_TEST(the_element_stops_after_the_text_of_a_pad_that_is_released) {
+  Held held;
+  GstElement *element = ready();
+  GstBus *bus = gst_bus_new();
+  gst_bus_set_sync_handler(bus, hold, &held, nullptr);
+  gst_element_set_bus(element, bus);
+  change_state(element, GST_STATE_PAUSED);
+  Source source;
+  GstPad *text = request(element);
+  source.link(text);
+  std::thread streams([&] { source.push("no line", 0); });
+  while (!held.inside) g_usleep(1000);
+  std::thread releases([&] { release(element, GST_PAD(gst_object_ref(text))); });
+  while (gst_pad_is_active(text)) g_usleep(1000);
+  change_state(element, GST_STATE_READY);
+  held.stopped = true;
+  streams.join();
+  releases.join();
+  fail_unless(!held.stopped_inside, "it stopped while a line was being read");
+  gst_object_unref(text);
+  change_state(element, GST_STATE_NULL);
+  gst_element_set_bus(element, nullptr);
+  gst_object_unref(bus);
+  gst_object_unref(element);
+}
+GST_END_TEST
+
 GST_START_TEST(pads_come_and_go_while_states_change) {
   GstElement *element = ready();
   Source source;
@@ -176,6 +223,7 @@ static Suite *csdtrackdec_pads_suite() {
   gst_object_unref(gst_plugin_load_by_name("csdtrack"));
   tcase_add_test(tc, the_element_starts_while_the_pad_is_added);
   tcase_add_test(tc, text_comes_before_the_element_has_started);
+  tcase_add_test(tc, the_element_stops_after_the_text_of_a_pad_that_is_released);
   tcase_add_test(tc, pads_come_and_go_while_states_change);
   return s;
 }
