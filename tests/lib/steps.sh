@@ -108,8 +108,8 @@ meson_tests() {
     printf '        %s\n' "${tally[@]:1}"
     # The next step of the same folder begins its logs anew.
     cp "$dir"/meson-logs/testlog*.txt "$logs/tests-$name-all.log" 2>/dev/null
-    # gst-check's and GoogleTest's failures, the sanitizers' reports, Python's exceptions.
-    grep -hE ':[FE]:|: Failure$|ERROR: |runtime error:|^SUMMARY|^[A-Za-z.]*(Error|Exception): ' "$logs/tests-$name-all.log" |
+    # gst-check's and GoogleTest's failures, the sanitizers' and leaks' reports, Python's exceptions.
+    grep -hE ':[FE]:|: Failure$|ERROR: |runtime error:|^SUMMARY|^leaks: |^[A-Za-z.]*(Error|Exception): ' "$logs/tests-$name-all.log" |
       cut -c1-300 | head -n 30 | sed 's/^/        /'
     echo "        all of it: $logs/tests-$name-all.log, $log"
   fi

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
- * planted-fault none|leak|read|overflow: leaks a GstBuffer, reads behind the end of an array, or overflows an integer
- * on purpose: proves that the set-ups can fail. */
+ * planted-fault none|leak|read|overflow|crash: leaks a GstBuffer, reads behind the end of an array, overflows an
+ * integer or dies by a signal on purpose: proves that the set-ups can fail. */
 #include <gst/gst.h>
 #include <limits.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -19,6 +20,10 @@ int main(int argc, char **argv) {
   if (strcmp(fault, "overflow") == 0) {
     volatile int most = INT_MAX;
     most = most + argc;
+  }
+  if (strcmp(fault, "crash") == 0) {
+    fputs("a planted crash\n", stderr);
+    abort();
   }
   gst_deinit();
   return 0;
