@@ -64,7 +64,7 @@ class ClipsPage(harness.Case):
         self.assertLessEqual({"csdtrack", "GStreamer", "processor"}, set(versions))
         rows = [row for row in rows if len(row) > 2]
         self.assertEqual(rows[0][4:7], ["correct", "wrong", "missed"])
-        correct = {row[0]: (int(row[4]), int(row[5]) + int(row[6])) for row in rows[2:5]}
+        correct = {row[0]: (int(row[4]), int(row[5]) + int(row[6])) for row in rows[2:6]}
         self.assertEqual(list(correct), ["csd-2012", "csd-forest", "lk", "csd"])
         self.assertEqual(correct["lk"], (FRAMES * len(POINTS), 0), "of a scene that LK follows with ease")
         self.assertEqual([row[:2] + row[3:4] for row in rows if row[0].startswith("beads/")],
