@@ -65,7 +65,7 @@ class When {
   When(const char *category, const char *text, std::function<void()> act)
       : category_(category), text_(text), act_(std::move(act)) {
     gst_debug_set_threshold_for_name(category_, GST_LEVEL_DEBUG);
-    gst_debug_add_log_function(logged, this, nullptr);
+    (gst_debug_add_log_function)(logged, this, nullptr);  // the macro compares it with a void pointer
   }
   ~When() {
     gst_debug_remove_log_function_by_data(this);
