@@ -39,6 +39,7 @@
 #include <string>
 #include <utility>
 
+#include "frame_events.h"
 #include "frame_mapping.h"
 #include "frame_time.h"
 #include "guard.h"
@@ -74,11 +75,8 @@ struct Video {
 
 /// What only the streaming thread of the text knows, from READY to READY.
 struct Text {
-  GstSegment segment;
   csd::TextLines lines;
   bool refused = false, warned_unread = false, warned_torn = false;
-
-  Text() { gst_segment_init(&segment, GST_FORMAT_UNDEFINED); }
 };
 
 }  // namespace
@@ -283,53 +281,11 @@ gboolean gst_csd_track_dec_filter_meta(GstBaseTransform *, GstQuery *, GType, co
   return TRUE;
 }
 
-/// The group of a STREAM_START, 0 where it says none.
-guint group_of(GstEvent *event) {
-  guint group = 0;
-  gst_event_parse_group_id(event, &group);
-  return group;
-}
-
-/// Tells the text's side what the video does.
-void heed(GstCsdTrackDec *self, GstEvent *event) {
-  csd::TrackQueue &queue = self->state->queue;
-  switch (GST_EVENT_TYPE(event)) {
-    case GST_EVENT_STREAM_START:
-      queue.frames_begin(group_of(event));
-      break;
-    case GST_EVENT_FLUSH_START:
-      queue.flush_frames(true);
-      break;
-    case GST_EVENT_FLUSH_STOP:
-      queue.flush_frames(false);
-      break;
-    case GST_EVENT_SEGMENT: {
-      const GstSegment *segment = nullptr;
-      gst_event_parse_segment(event, &segment);
-      if (segment->rate < 0)
-        queue.frames_end();  // text goes forward only
-      else
-        queue.frames_segment();
-      break;
-    }
-    case GST_EVENT_GAP: {
-      GstClockTime begin = 0, duration = GST_CLOCK_TIME_NONE;
-      gst_event_parse_gap(event, &begin, &duration);
-      if (const auto time = csd::stream_time(GST_BASE_TRANSFORM(self)->segment, begin))
-        queue.skip(*time - live_settings(self).ts_offset);
-      break;
-    }
-    case GST_EVENT_EOS:
-      queue.frames_end();
-      break;
-    default:
-      break;
-  }
-}
-
 gboolean gst_csd_track_dec_sink_event(GstBaseTransform *trans, GstEvent *event) {
   auto *self = GST_CSD_TRACK_DEC(trans);
-  logged(self, [&] { heed(self, event); });
+  logged(self, [&] {
+    csd::heed_frames(self->state->queue, event, GST_BASE_TRANSFORM(self)->segment, live_settings(self).ts_offset);
+  });
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->sink_event(trans, event);
 }
 
@@ -347,21 +303,9 @@ void warn_torn_once(GstCsdTrackDec *self) {
                       (nullptr));
 }
 
-/// Throws csd::cli::LineError. False: flushing.
-bool take_bytes(GstCsdTrackDec *self, GstBuffer *buffer, std::string_view bytes) {
-  Text &text = self->state->text;
-  const bool timed = text.segment.format == GST_FORMAT_TIME && GST_BUFFER_PTS_IS_VALID(buffer);
-  const auto time = csd::stream_time(text.segment, GST_BUFFER_PTS(buffer));
-  const bool flowing =
-      text.lines.take({bytes, time, timed && !time, GST_BUFFER_IS_DISCONT(buffer) != 0}, self->state->queue);
+void text_begins_anew(GstCsdTrackDec *self) {
   warn_torn_once(self);
-  return flowing;
-}
-
-void begin_text_anew(GstCsdTrackDec *self) {
   Text &text = self->state->text;
-  text.lines.begin_anew();
-  warn_torn_once(self);
   text.refused = text.warned_torn = false;
 }
 
@@ -375,12 +319,17 @@ GstFlowReturn take_buffer(GstCsdTrackDec *self, GstBuffer *buffer) {
                           (nullptr));
     return GST_FLOW_OK;
   }
-  if (state.text_unlinked.exchange(false)) begin_text_anew(self);
+  if (state.text_unlinked.exchange(false)) {
+    text.lines.begin_anew();
+    text_begins_anew(self);
+  }
   if (text.refused) return GST_FLOW_ERROR;
-  if (text.segment.rate < 0) return GST_FLOW_OK;  // backwards no frame asks for its text
+  if (text.lines.backwards()) return GST_FLOW_OK;  // backwards no frame asks for its text
   const csd::MappedBytes mapped(buffer);
   try {
-    return take_bytes(self, buffer, mapped.bytes()) ? GST_FLOW_OK : GST_FLOW_FLUSHING;
+    const bool flowing = text.lines.take(buffer, mapped.bytes(), state.queue);
+    warn_torn_once(self);
+    return flowing ? GST_FLOW_OK : GST_FLOW_FLUSHING;
   } catch (const csd::cli::LineError &error) {
     text.refused = text.warned_torn = true;  // one reason is enough
     state.queue.end();
@@ -400,53 +349,16 @@ GstFlowReturn gst_csd_track_dec_text_chain(GstPad *, GstObject *parent, GstBuffe
   return flow;
 }
 
-void heed_text(GstCsdTrackDec *self, GstEvent *event) {
-  Text &text = self->state->text;
-  csd::TrackQueue &queue = self->state->queue;
-  switch (GST_EVENT_TYPE(event)) {
-    case GST_EVENT_STREAM_START:
-      begin_text_anew(self);
-      queue.lines_begin(group_of(event));
-      break;
-    case GST_EVENT_CAPS: {
-      GstCaps *caps = nullptr;
-      gst_event_parse_caps(event, &caps);
-      text.lines.set_caps(caps);
-      break;
-    }
-    case GST_EVENT_SEGMENT:
-      gst_event_copy_segment(event, &text.segment);
-      queue.segment();
-      if (text.segment.format == GST_FORMAT_TIME) text.lines.expect_any_time();
-      break;
-    case GST_EVENT_GAP:
-      // Between the pieces of a line it says nothing of its frame.
-      if (const auto end = csd::gap_end(text.segment, event); end && !text.lines.unfinished()) queue.gap(*end);
-      break;
-    case GST_EVENT_FLUSH_START:
-      queue.flush_lines(true);
-      break;
-    case GST_EVENT_FLUSH_STOP:
-      queue.flush_lines(false);
-      gst_segment_init(&text.segment, GST_FORMAT_UNDEFINED);
-      text.lines.begin_anew();
-      text.lines.take_torn();  // what a seek leaves is no loss
-      break;
-    case GST_EVENT_EOS:
-      GST_DEBUG_OBJECT(self, "text ends after %" G_GUINT64_FORMAT " lines", text.lines.count());
-      begin_text_anew(self);
-      queue.end();
-      break;
-    default:
-      break;
-  }
-}
-
 /// The text ends here: none of its events goes downstream. What comes before the start comes again after it.
 GstFlowReturn gst_csd_track_dec_text_event(GstPad *, GstObject *parent, GstEvent *event) {
   auto *self = GST_CSD_TRACK_DEC(parent);
   const bool running = self->state->queue.running();
-  if (running) logged(self, [&] { heed_text(self, event); });
+  if (running)
+    logged(self, [&] {
+      self->state->text.lines.heed(event, self->state->queue);
+      if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START || GST_EVENT_TYPE(event) == GST_EVENT_EOS)
+        text_begins_anew(self);
+    });
   gst_event_unref(event);
   return running ? GST_FLOW_OK : GST_FLOW_FLUSHING;
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "text_lines.h"
 
+#include "frame_events.h"
+#include "frame_time.h"
 #include "text_pieces.h"
 
 namespace csd {
@@ -49,7 +51,10 @@ void TextLines::set_caps(const GstCaps *caps) {
     form_ = Form::track;
 }
 
-bool TextLines::take(const Part &part, TrackQueue &queue) {
+bool TextLines::take(GstBuffer *buffer, std::string_view text, TrackQueue &queue) {
+  const bool timed = segment_.format == GST_FORMAT_TIME && GST_BUFFER_PTS_IS_VALID(buffer);
+  const auto time = stream_time(segment_, GST_BUFFER_PTS(buffer));
+  const Part part{text, time, timed && !time, GST_BUFFER_IS_DISCONT(buffer) != 0};
   if (form_ == Form::markup) return take_piece(unescape_markup(part.text), part, queue);
   if (form_ == Form::track) return take_piece(part.text, part, queue);
   bool flowing = true;
@@ -58,6 +63,45 @@ bool TextLines::take(const Part &part, TrackQueue &queue) {
     ++count_;
   });
   return flowing;
+}
+
+void TextLines::heed(GstEvent *event, TrackQueue &queue) {
+  switch (GST_EVENT_TYPE(event)) {
+    case GST_EVENT_STREAM_START:
+      begin_anew();
+      queue.lines_begin(group_of(event));
+      break;
+    case GST_EVENT_CAPS: {
+      GstCaps *caps = nullptr;
+      gst_event_parse_caps(event, &caps);
+      set_caps(caps);
+      break;
+    }
+    case GST_EVENT_SEGMENT:
+      gst_event_copy_segment(event, &segment_);
+      queue.segment();
+      if (segment_.format == GST_FORMAT_TIME) last_.reset();
+      break;
+    case GST_EVENT_GAP:
+      // Between the pieces of a line it says nothing of its frame.
+      if (const auto end = gap_end(segment_, event); end && !unfinished()) queue.gap(*end);
+      break;
+    case GST_EVENT_FLUSH_START:
+      queue.flush_lines(true);
+      break;
+    case GST_EVENT_FLUSH_STOP:
+      queue.flush_lines(false);
+      gst_segment_init(&segment_, GST_FORMAT_UNDEFINED);
+      begin_anew();
+      take_torn();  // what a seek leaves is no loss
+      break;
+    case GST_EVENT_EOS:
+      begin_anew();
+      queue.end();
+      break;
+    default:
+      break;
+  }
 }
 
 void TextLines::begin_anew() {
