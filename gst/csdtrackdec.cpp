@@ -11,7 +11,8 @@
  *
  * The lines come from a file, #GstCsdTrackDec:location, or from the request pad `text`: lines of JSON as a stream of
  * bytes, or a text track of a recording. A frame gets the line that is nearest in stream time, if it is no further than
- * half a frame away. Positions are scaled from the picture that the line tells of to the frame's.
+ * half a frame away. Positions are scaled from the picture that the line tells of to the frame's. Live, the latency is
+ * that of both pads, and no frame waits longer for its line.
  *
  * Pixels are not looked at, not changed, not copied, unless #GstCsdTrackDec:overlay=draw.
  *
@@ -40,6 +41,7 @@
 #include <utility>
 
 #include "frame_events.h"
+#include "frame_limit.h"
 #include "frame_mapping.h"
 #include "frame_time.h"
 #include "guard.h"
@@ -49,6 +51,7 @@
 #include "text_lines.h"
 #include "track_file.h"
 #include "track_queue.h"
+#include "upstream_latency.h"
 
 GST_DEBUG_CATEGORY_STATIC(gst_csd_track_dec_debug);
 #define GST_CAT_DEFAULT gst_csd_track_dec_debug
@@ -59,7 +62,7 @@ constexpr GstClockTime default_max_wait = 5 * GST_SECOND;
 
 constexpr gint64 most_offset = 1000000000 * gint64{GST_SECOND};  // 31 years: sums don't overflow
 
-enum Property : guint { prop_0, prop_location, prop_overlay, prop_max_wait, prop_ts_offset };
+enum Property : guint { prop_0, prop_location, prop_overlay, prop_max_wait, prop_ts_offset, prop_min_upstream_latency };
 
 /// Copied once a frame.
 struct LiveSettings {
@@ -76,7 +79,7 @@ struct Video {
 /// What only the streaming thread of the text knows, from READY to READY.
 struct Text {
   csd::TextLines lines;
-  bool refused = false, warned_unread = false, warned_torn = false;
+  bool flowing = false, refused = false, warned_unread = false, warned_torn = false;
 };
 
 }  // namespace
@@ -88,12 +91,14 @@ struct GstCsdTrackDecState {
   LiveSettings live;
   bool running = false;  ///< from READY→PAUSED on: location can't be set
 
-  csd::Overlay overlay;   ///< says itself which thread may do what
-  csd::TrackQueue queue;  ///< guards itself
+  csd::Overlay overlay;          ///< says itself which thread may do what
+  csd::TrackQueue queue;         ///< guards itself
+  csd::UpstreamLatency latency;  ///< guards itself
 
   std::unique_ptr<csd::TrackFile> file;  ///< the video's thread's; whether there is one changes in state changes only
   Video video;
   Text text;
+  std::atomic<bool> playing = false;
   std::atomic<bool> text_unlinked = false;  ///< a link of the same pads again brings no STREAM_START
 };
 
@@ -164,13 +169,26 @@ void logged(GstCsdTrackDec *self, Body &&body) {
 
 // ---- A frame -------------------------------------------------------------------------------------------------------
 
-void warn_late_once(GstCsdTrackDec *self, GstClockTime max_wait) {
-  if (max_wait == 0 || std::exchange(self->state->video.warned_late, true)) return;
-  GST_ELEMENT_WARNING(self, STREAM, FAILED,
-                      ("Frames pass without tracks: no text has come within %" G_GUINT64_FORMAT
-                       " ms. Put a queue before each pad of csdtrackdec, or set max-wait higher.",
-                       max_wait / GST_MSECOND),
-                      ("until text comes in time again, no frame waits"));
+using PadPtr = std::unique_ptr<GstPad, decltype(&gst_object_unref)>;
+
+/// The pad `text`, if there is one and it is read.
+PadPtr text_pad(GstCsdTrackDec *self) {
+  bool read = false;
+  {
+    const csd::ObjectLock lock(self);
+    read = self->state->location.empty();
+  }
+  return {read ? gst_element_get_static_pad(GST_ELEMENT(self), "text") : nullptr, gst_object_unref};
+}
+
+void warn_late_once(GstCsdTrackDec *self, GstClockTime limit, bool is_latency) {
+  if ((limit == 0 && !is_latency) || std::exchange(self->state->video.warned_late, true)) return;
+  GST_ELEMENT_WARNING(
+      self, STREAM, FAILED,
+      ("Frames pass without tracks: no text has come within %" G_GUINT64_FORMAT
+       " ms%s. Put a queue before each pad of csdtrackdec, or set %s higher.",
+       limit / GST_MSECOND, is_latency ? ", the latency" : "", is_latency ? "min-upstream-latency" : "max-wait"),
+      ("what comes later is left out"));
 }
 
 void warn_nothing_once(GstCsdTrackDec *self) {
@@ -182,20 +200,35 @@ void warn_nothing_once(GstCsdTrackDec *self) {
       (nullptr));
 }
 
+/// Waits for the frame's line as GstAggregator would: live, no longer than the latency that downstream knows of.
+csd::TrackQueue::Match await_line(GstCsdTrackDec *self, GstBuffer *buffer, const csd::FrameTime &when,
+                                  GstClockTime max_wait) {
+  auto &state = *self->state;
+  const unsigned thought = state.queue.thoughts();
+  auto latency = state.latency.current(GST_ELEMENT(self), GST_BASE_TRANSFORM_SINK_PAD(self), text_pad(self).get());
+  if (!state.playing) latency.reset();
+  const auto limit =
+      csd::frame_limit(GST_ELEMENT(self), GST_BASE_TRANSFORM(self)->segment, GST_BUFFER_PTS(buffer), latency, max_wait);
+  auto match = state.queue.match(*when.time, when.reach, limit, thought);
+  if (match.outcome == csd::TrackQueue::Outcome::late)
+    warn_late_once(self, limit.by_latency ? latency->min : max_wait, limit.by_latency);
+  return match;
+}
+
 /// The frame's line, if it has one. `flushing`: it need not go on.
 std::optional<csd::TimedLine> find_line(GstCsdTrackDec *self, GstBuffer *buffer, const LiveSettings &live,
                                         bool &flushing) {
   auto &state = *self->state;
   const GstSegment &segment = GST_BASE_TRANSFORM(self)->segment;
-  const auto [stream_time, reach] = csd::frame_time(segment, GST_VIDEO_FILTER(self)->in_info, buffer);
+  csd::FrameTime when = csd::frame_time(segment, GST_VIDEO_FILTER(self)->in_info, buffer);
   if (!state.file && !state.queue.linked()) warn_nothing_once(self);
-  if (!stream_time) return std::nullopt;
-  const std::int64_t time = *stream_time - live.ts_offset;  // as the lines count it
-  if (state.file) return state.file->at(time, reach);
+  if (!when.time) return std::nullopt;
+  *when.time -= live.ts_offset;  // as the lines count it
+  if (state.file) return state.file->at(*when.time, when.reach);
   if (segment.rate < 0) return std::nullopt;
-  csd::TrackQueue::Match match = state.queue.match(time, reach, static_cast<std::int64_t>(live.max_wait));
+  csd::TrackQueue::Match match{csd::TrackQueue::Outcome::again, std::nullopt};
+  while (match.outcome == csd::TrackQueue::Outcome::again) match = await_line(self, buffer, when, live.max_wait);
   flushing = match.outcome == csd::TrackQueue::Outcome::flushing;
-  if (match.outcome == csd::TrackQueue::Outcome::late) warn_late_once(self, live.max_wait);
   return std::move(match.line);
 }
 
@@ -284,9 +317,26 @@ gboolean gst_csd_track_dec_filter_meta(GstBaseTransform *, GstQuery *, GType, co
 gboolean gst_csd_track_dec_sink_event(GstBaseTransform *trans, GstEvent *event) {
   auto *self = GST_CSD_TRACK_DEC(trans);
   logged(self, [&] {
+    if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START) self->state->latency.expire();
     csd::heed_frames(self->state->queue, event, GST_BASE_TRANSFORM(self)->segment, live_settings(self).ts_offset);
   });
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->sink_event(trans, event);
+}
+
+/// The base class would ask the video alone.
+gboolean gst_csd_track_dec_query(GstBaseTransform *trans, GstPadDirection direction, GstQuery *query) {
+  auto *self = GST_CSD_TRACK_DEC(trans);
+  if (direction != GST_PAD_SRC || GST_QUERY_TYPE(query) != GST_QUERY_LATENCY)
+    return GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->query(trans, direction, query);
+  gboolean answered = FALSE;
+  logged(self, [&] {
+    bool news = false;
+    const auto latency = self->state->latency.tell(GST_BASE_TRANSFORM_SINK_PAD(trans), text_pad(self).get(), news);
+    if (latency) gst_query_set_latency(query, latency->live, latency->min, latency->max);
+    answered = latency.has_value();
+    if (news) self->state->queue.rethink();
+  });
+  return answered;
 }
 
 // ---- The pad text --------------------------------------------------------------------------------------------------
@@ -306,7 +356,7 @@ void warn_torn_once(GstCsdTrackDec *self) {
 void text_begins_anew(GstCsdTrackDec *self) {
   warn_torn_once(self);
   Text &text = self->state->text;
-  text.refused = text.warned_torn = false;
+  text.flowing = text.refused = text.warned_torn = false;
 }
 
 GstFlowReturn take_buffer(GstCsdTrackDec *self, GstBuffer *buffer) {
@@ -323,6 +373,7 @@ GstFlowReturn take_buffer(GstCsdTrackDec *self, GstBuffer *buffer) {
     text.lines.begin_anew();
     text_begins_anew(self);
   }
+  if (!std::exchange(text.flowing, true)) state.latency.expire();
   if (text.refused) return GST_FLOW_ERROR;
   if (text.lines.backwards()) return GST_FLOW_OK;  // backwards no frame asks for its text
   const csd::MappedBytes mapped(buffer);
@@ -369,15 +420,21 @@ gboolean gst_csd_track_dec_text_query(GstPad *pad, GstObject *parent, GstQuery *
   return (type == GST_QUERY_CAPS || type == GST_QUERY_ACCEPT_CAPS) && gst_pad_query_default(pad, parent, query);
 }
 
+void set_text_linked(GstCsdTrackDec *self, bool linked) {
+  logged(self, [&] {
+    self->state->queue.set_linked(linked);
+    self->state->latency.expire();
+  });
+}
+
 GstPadLinkReturn gst_csd_track_dec_text_link(GstPad *, GstObject *parent, GstPad *) {
-  logged(GST_CSD_TRACK_DEC(parent), [&] { GST_CSD_TRACK_DEC(parent)->state->queue.set_linked(true); });
+  set_text_linked(GST_CSD_TRACK_DEC(parent), true);
   return GST_PAD_LINK_OK;
 }
 
 void gst_csd_track_dec_text_unlink(GstPad *, GstObject *parent) {
-  auto &state = *GST_CSD_TRACK_DEC(parent)->state;
-  state.text_unlinked = true;
-  logged(GST_CSD_TRACK_DEC(parent), [&] { state.queue.set_linked(false); });
+  GST_CSD_TRACK_DEC(parent)->state->text_unlinked = true;
+  set_text_linked(GST_CSD_TRACK_DEC(parent), false);
 }
 
 GstPad *gst_csd_track_dec_request_new_pad(GstElement *element, GstPadTemplate *templ, const gchar *, const GstCaps *) {
@@ -427,6 +484,7 @@ bool start(GstCsdTrackDec *self) {
   return told(self, [&] {
     state.video = {};
     state.text = {};
+    state.latency.start();
     {
       const csd::ObjectLock lock(self);
       state.running = true;
@@ -447,6 +505,12 @@ void stop(GstCsdTrackDec *self) {
   self->state->running = false;
 }
 
+/// While paused, the clock is no measure of how long a frame may wait.
+void set_playing(GstCsdTrackDec *self, bool playing) {
+  self->state->playing = playing;
+  logged(self, [&] { self->state->queue.rethink(); });
+}
+
 GstStateChangeReturn gst_csd_track_dec_change_state(GstElement *element, GstStateChange transition) {
   auto *self = GST_CSD_TRACK_DEC(element);
   if (transition == GST_STATE_CHANGE_NULL_TO_READY) {
@@ -455,7 +519,9 @@ GstStateChangeReturn gst_csd_track_dec_change_state(GstElement *element, GstStat
   }
   if (transition == GST_STATE_CHANGE_READY_TO_PAUSED && !start(self)) return GST_STATE_CHANGE_FAILURE;
   if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) logged(self, [&] { self->state->queue.stop(); });
+  if (transition == GST_STATE_CHANGE_PLAYING_TO_PAUSED) set_playing(self, false);
   const auto result = GST_ELEMENT_CLASS(gst_csd_track_dec_parent_class)->change_state(element, transition);
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_PLAYING && result != GST_STATE_CHANGE_FAILURE) set_playing(self, true);
   if (transition == GST_STATE_CHANGE_READY_TO_PAUSED && result == GST_STATE_CHANGE_FAILURE)
     logged(self, [&] { self->state->queue.stop(); });
   if (transition == GST_STATE_CHANGE_PAUSED_TO_READY ||
@@ -486,6 +552,9 @@ void gst_csd_track_dec_set_property(GObject *object, guint id, const GValue *val
       case prop_ts_offset:
         state.live.ts_offset = g_value_get_int64(value);
         break;
+      case prop_min_upstream_latency:
+        state.latency.set_least(g_value_get_uint64(value));
+        break;
       default:
         G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
     }
@@ -497,7 +566,7 @@ void gst_csd_track_dec_set_property(GObject *object, guint id, const GValue *val
 
 void gst_csd_track_dec_get_property(GObject *object, guint id, GValue *value, GParamSpec *spec) {
   auto *self = GST_CSD_TRACK_DEC(object);
-  const auto &state = *self->state;
+  auto &state = *self->state;
   logged(self, [&] {
     const csd::ObjectLock lock(self);
     switch (id) {
@@ -512,6 +581,9 @@ void gst_csd_track_dec_get_property(GObject *object, guint id, GValue *value, GP
         break;
       case prop_ts_offset:
         g_value_set_int64(value, state.live.ts_offset);
+        break;
+      case prop_min_upstream_latency:
+        g_value_set_uint64(value, state.latency.least());
         break;
       default:
         G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
@@ -559,7 +631,8 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
    * GstCsdTrackDec:max-wait:
    *
    * A frame waits until the pad `text` has brought its line, a later one, a GAP or EOS; after so long it goes on
-   * without tracks, one WARNING is posted, and no frame waits until text comes in time again.
+   * without tracks, one WARNING is posted, and no frame waits until text comes in time again. Live, it waits no longer
+   * than the latency that the answer to the LATENCY query tells of, and each frame does.
    */
   g_object_class_install_property(
       object_class, prop_max_wait,
@@ -582,6 +655,19 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
           most_offset, 0,
           static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
 
+  /**
+   * GstCsdTrackDec:min-upstream-latency:
+   *
+   * As GstAggregator's: live, the latency is no less than this, even where what is upstream of both pads tells of less.
+   * For text that comes later than that, or a branch that will be linked when the pipeline plays.
+   */
+  g_object_class_install_property(
+      object_class, prop_min_upstream_latency,
+      g_param_spec_uint64(
+          "min-upstream-latency", "Minimum upstream latency",
+          "Live, how many nanoseconds of latency are reckoned with even where upstream tells of less", 0, G_MAXINT64, 0,
+          static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
+
   gst_element_class_set_static_metadata(element_class, "Track decoder", "Filter/Metadata/Video",
                                         "Puts recorded tracks back on video frames, and shows them if wanted",
                                         "The csdtrack authors");
@@ -594,6 +680,7 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
   trans_class->transform_ip = GST_DEBUG_FUNCPTR(gst_csd_track_dec_transform_ip);
   trans_class->before_transform = GST_DEBUG_FUNCPTR(csd::sync_properties);
   trans_class->sink_event = GST_DEBUG_FUNCPTR(gst_csd_track_dec_sink_event);
+  trans_class->query = GST_DEBUG_FUNCPTR(gst_csd_track_dec_query);
   trans_class->src_event = GST_DEBUG_FUNCPTR(gst_csd_track_dec_src_event);
   trans_class->transform_caps = GST_DEBUG_FUNCPTR(gst_csd_track_dec_transform_caps);
   trans_class->accept_caps = GST_DEBUG_FUNCPTR(gst_csd_track_dec_accept_caps);

@@ -6,6 +6,12 @@
 
 namespace csd {
 
+/// Wakes who waits, on either side.
+void TrackQueue::changed() {
+  changed_.notify_all();
+  if (alarm_) gst_clock_id_unschedule(alarm_);
+}
+
 void TrackQueue::pop() {
   features_ -= entries_.front().line.line.tracks.features.size();
   entries_.pop_front();
@@ -26,20 +32,20 @@ bool TrackQueue::push(TimedLine line) {
   features_ += line.line.tracks.features.size();
   entries_.push_back({std::move(line), lines_.pass});
   if (frames_.last) drop_before(*frames_.last);
-  changed_.notify_all();
+  changed();
   return true;
 }
 
 void TrackQueue::gap(std::int64_t time) {
   const std::lock_guard lock(mutex_);
   known_until_ = std::max(known_until_, time);
-  changed_.notify_all();
+  changed();
 }
 
 void TrackQueue::end() {
   const std::lock_guard lock(mutex_);
   lines_.ended = true;
-  changed_.notify_all();
+  changed();
 }
 
 void TrackQueue::lines_begin(unsigned group) {
@@ -71,7 +77,7 @@ void TrackQueue::flush_lines(bool begin) {
   late_ = false;
   entries_.clear();
   features_ = 0;
-  changed_.notify_all();
+  changed();
 }
 
 void TrackQueue::frames_begin(unsigned group) {
@@ -90,21 +96,32 @@ void TrackQueue::frames_end() {
   frames_.ended = true;
   entries_.clear();
   features_ = 0;
-  changed_.notify_all();
+  changed();
 }
 
 void TrackQueue::flush_frames(bool begin) {
   const std::lock_guard lock(mutex_);
   frames_ = {};
   frames_.flushing = begin;
-  changed_.notify_all();
+  changed();
+}
+
+void TrackQueue::rethink() {
+  const std::lock_guard lock(mutex_);
+  ++thoughts_;
+  changed();
+}
+
+unsigned TrackQueue::thoughts() {
+  const std::lock_guard lock(mutex_);
+  return thoughts_;
 }
 
 void TrackQueue::set_linked(bool linked) {
   const std::lock_guard lock(mutex_);
   linked_ = linked;
   if (!linked) lines_begin_alone();
-  changed_.notify_all();
+  changed();
 }
 
 bool TrackQueue::linked() {
@@ -127,7 +144,7 @@ void TrackQueue::stop() {
   running_ = false;
   entries_.clear();
   features_ = 0;
-  changed_.notify_all();
+  changed();
 }
 
 bool TrackQueue::running() {
@@ -148,7 +165,7 @@ void TrackQueue::drop_before(std::int64_t time) {
   const std::size_t before = earlier(time);
   for (std::size_t i = 1; i < before; ++i) pop();
   if (before > 0 && entries_.front().pass != frames_.pass) pop();
-  if (before > 0) changed_.notify_all();
+  if (before > 0) changed();
 }
 
 /// Drops the lines from `time` on in the pass of the lines, and those of later ones.
@@ -166,23 +183,44 @@ bool TrackQueue::is_known(std::int64_t time, std::int64_t reach) const {
          (lines_.pass == frames_.pass && known_until_ > time + reach);
 }
 
-TrackQueue::Match TrackQueue::match(std::int64_t time, std::int64_t reach, std::int64_t patience) {
+/// Until `ends`, which is asked after each change. False: the limit is reached.
+bool TrackQueue::wait(std::unique_lock<std::mutex> &lock, const FrameLimit &limit, const std::function<bool()> &ends) {
+  if (!limit.clock) {
+    // Not wait_until() a time that may be centuries away: that overflows.
+    constexpr std::chrono::hours day(24);
+    return changed_.wait_for(lock, std::min<std::chrono::nanoseconds>(limit.patience, day), ends);
+  }
+  // As GstAggregator waits: the clock may be any, and what comes unschedules the alarm. Unscheduled before it is waited
+  // for, it doesn't wait.
+  while (!ends()) {
+    if (gst_clock_get_time(limit.clock.get()) >= limit.time) return false;
+    const GstClockID alarm = alarm_ = gst_clock_new_single_shot_id(limit.clock.get(), limit.time);
+    lock.unlock();
+    const GstClockReturn woken = gst_clock_id_wait(alarm, nullptr);
+    lock.lock();
+    alarm_ = nullptr;
+    gst_clock_id_unref(alarm);
+    if (woken != GST_CLOCK_UNSCHEDULED) return ends();
+  }
+  return true;
+}
+
+TrackQueue::Match TrackQueue::match(std::int64_t time, std::int64_t reach, const FrameLimit &limit, unsigned thought) {
   std::unique_lock lock(mutex_);
   if (!running_ || frames_.flushing) return {Outcome::flushing, std::nullopt};
   frames_.at(time);
   drop_before(time);
   bool known = is_known(time, reach);
-  if (known) late_ = false;
-  if (!known && !late_) {
-    // Not wait_until() a time that may be centuries away: that overflows.
-    constexpr std::int64_t day = 86400 * second;
-    known = changed_.wait_for(lock, std::chrono::nanoseconds(std::min(patience, day)), [&] {
+  if (!known && (limit.clock || !late_)) {
+    const bool late = !wait(lock, limit, [&] {
       drop_before(time);
-      return !running_ || frames_.flushing || is_known(time, reach);
+      return !running_ || frames_.flushing || thoughts_ != thought || is_known(time, reach);
     });
-    late_ = !known;
+    if (!running_ || frames_.flushing) return {Outcome::flushing, std::nullopt};
+    known = is_known(time, reach);
+    if (!known && !late) return {Outcome::again, std::nullopt};
   }
-  if (!running_ || frames_.flushing) return {Outcome::flushing, std::nullopt};
+  late_ = !known;
 
   const std::size_t before = earlier(time);  // 0 or 1: the rest was dropped
   const bool next = before < entries_.size() && entries_[before].pass == frames_.pass;
@@ -194,7 +232,7 @@ TrackQueue::Match TrackQueue::match(std::int64_t time, std::int64_t reach, std::
   match.line = std::move(entries_.front().line);
   features_ -= match.line->line.tracks.features.size();
   entries_.pop_front();
-  changed_.notify_all();
+  changed();
   return match;
 }
 

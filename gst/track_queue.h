@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 
-#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <mutex>
 #include <optional>
 
+#include "frame_limit.h"
 #include "track_file.h"
 
 namespace csd {
@@ -26,6 +27,7 @@ class TrackQueue {
   enum class Outcome {
     known,    ///< the frame's line, or that there is none, is known
     late,     ///< nothing came in time: what is there was looked through
+    again,    ///< by rethink(): the limit may be another one
     flushing  ///< the frame need not go on
   };
   struct Match {
@@ -51,9 +53,11 @@ class TrackQueue {
 
   // The side that asks.
 
-  /// The line of the frame at `time`, no further than `reach` away. Waits until it is known, but no longer than
-  /// `patience` ns; while it is `late` it doesn't wait at all, until a line of a later frame's time is there again.
-  Match match(std::int64_t time, std::int64_t reach, std::int64_t patience);
+  /// The line of the frame at `time`, no further than `reach` away. Waits until it is known, but no longer than the
+  /// limit, which was reckoned after thoughts() said `thought`. While it is `late` it doesn't wait at all where there
+  /// is no clock, until a line of a later frame's time is there again: each of many would wait in vain. By a clock none
+  /// of them goes on later than the first.
+  Match match(std::int64_t time, std::int64_t reach, const FrameLimit &limit, unsigned thought);
   /// Nothing will be asked for before `time`.
   void skip(std::int64_t time);
   /// Another stream of frames begins, of that group-id.
@@ -65,6 +69,9 @@ class TrackQueue {
 
   // Both.
 
+  /// Limits are to be reckoned anew.
+  void rethink();
+  unsigned thoughts();
   /// Without a link nothing will come: no frame waits. What comes with another link begins anew, as in lines_begin().
   void set_linked(bool linked);
   bool linked();
@@ -90,6 +97,8 @@ class TrackQueue {
     }
   };
 
+  void changed();
+  bool wait(std::unique_lock<std::mutex> &lock, const FrameLimit &limit, const std::function<bool()> &ends);
   void pop();
   void drop_from(std::int64_t time);
   void lines_begin_alone();
@@ -101,6 +110,8 @@ class TrackQueue {
   std::mutex mutex_;
   std::condition_variable changed_;
   // All guarded by mutex_.
+  GstClockID alarm_ = nullptr;  ///< of the frame that waits by a clock
+  unsigned thoughts_ = 0;
   std::deque<Entry> entries_;
   std::size_t features_ = 0;  ///< of entries_
   Side lines_, frames_;

@@ -160,7 +160,8 @@ inline std::string text_in(GstBuffer *buffer) {
   return text;
 }
 
-/// csdtrackdec with both of its sink pads. Waits for its text as long as a test may last, unless told otherwise.
+/// csdtrackdec with both of its sink pads, not live. Waits for its text as long as a test may last, unless told
+/// otherwise.
 struct TextHarness : Harness {
   GstHarness *text;
 
@@ -168,6 +169,7 @@ struct TextHarness : Harness {
     g_object_set(element, "max-wait", max_wait, nullptr);
     text = gst_harness_new_with_element(element, "text", nullptr);
     gst_harness_set_src_caps_str(text, caps);
+    for (GstHarness *side : {h, text}) gst_harness_set_live(side, FALSE);
   }
   ~TextHarness() { gst_harness_teardown(text); }
 

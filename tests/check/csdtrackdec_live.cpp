@@ -1,0 +1,389 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+//
+// csdtrackdec live, with the pad `text`: what it tells of its latency, and that no frame is held for longer. Time is
+// GstTestClock's: it stands still until a test moves it.
+#include <gst/check/gsttestclock.h>
+
+#include <array>
+#include <string>
+#include <thread>
+
+#include "csdtrackdec_harness.h"
+
+using namespace csd_check;
+
+namespace {
+
+constexpr GstClockTime ms = GST_MSECOND, none = GST_CLOCK_TIME_NONE;
+
+struct Latency {
+  gboolean live;
+  GstClockTime min, max;
+};
+
+/// What the LATENCY query hears from this src pad.
+void answer_latency(GstPad *pad, const Latency &latency) {
+  const auto answer = [](GstPad *, GstPadProbeInfo *info, gpointer data) {
+    GstQuery *query = GST_PAD_PROBE_INFO_QUERY(info);
+    if (GST_QUERY_TYPE(query) != GST_QUERY_LATENCY) return GST_PAD_PROBE_OK;
+    const auto *its = static_cast<const Latency *>(data);
+    gst_query_set_latency(query, its->live, its->min, its->max);
+    return GST_PAD_PROBE_HANDLED;
+  };
+  gst_pad_add_probe(pad, GST_PAD_PROBE_TYPE_QUERY_UPSTREAM, answer, new Latency(latency),
+                    [](gpointer data) { delete static_cast<Latency *>(data); });
+}
+
+Latency latency_of(GstElement *element) {
+  GstPad *pad = gst_element_get_static_pad(element, "src");
+  GstQuery *query = gst_query_new_latency();
+  fail_unless(gst_pad_query(pad, query));
+  Latency latency{};
+  gst_query_parse_latency(query, &latency.live, &latency.min, &latency.max);
+  gst_query_unref(query);
+  gst_object_unref(pad);
+  return latency;
+}
+
+void assert_same(const Latency &found, const Latency &expected, const std::string &what) {
+  fail_unless(found.live == expected.live && found.min == expected.min && found.max == expected.max,
+              "%s: live %d, %" GST_TIME_FORMAT " to %" GST_TIME_FORMAT, what.c_str(), found.live,
+              GST_TIME_ARGS(found.min), GST_TIME_ARGS(found.max));
+}
+
+/// When the next of those who wait by the clock goes on.
+GstClockTime next_alarm(GstTestClock *clock, const char *what) {
+  GList *ids = nullptr;
+  fail_unless(gst_test_clock_timed_wait_for_multiple_pending_ids(clock, 1, 20000, &ids), "nobody waits: %s", what);
+  const GstClockTime time = gst_clock_id_get_time(ids->data);
+  g_list_free_full(ids, gst_clock_id_unref);
+  return time;
+}
+
+/// Both pads are live, and a frame may come late by `latency`.
+struct LiveHarness : TextHarness {
+  GstTestClock *clock;
+
+  explicit LiveHarness(GstClockTime latency = 100 * ms, const char *caps = utf8) : TextHarness(caps) {
+    for (GstHarness *side : {h, text}) gst_harness_set_live(side, TRUE);
+    gst_harness_set_upstream_latency(text, latency);
+    clock = GST_TEST_CLOCK(gst_element_get_clock(element));
+  }
+  ~LiveHarness() { gst_object_unref(clock); }
+
+  /// A frame that comes when it is captured finds no text until `due`, and then goes on without.
+  void assert_held_until(GstClockTime pts, GstClockTime due) {
+    Waiting frame(*this, pts);
+    fail_unless_equals_uint64(next_alarm(clock, "a frame for its text"), due);
+    fail_unless(gst_harness_try_pull(h) == nullptr);
+    fail_unless(gst_test_clock_crank(clock));
+    fail_unless_equals_int(frame.join(), GST_FLOW_OK);
+    GstBuffer *out = gst_harness_pull(h);
+    fail_unless_equals_int(number_on(out), -1);
+    gst_buffer_unref(out);
+  }
+  void assert_nobody_waits() { fail_unless_equals_int(gst_test_clock_peek_id_count(clock), 0); }
+  bool latency_message() {
+    GstMessage *message = gst_bus_pop_filtered(bus, GST_MESSAGE_LATENCY);
+    if (message) gst_message_unref(message);
+    return message != nullptr;
+  }
+};
+
+}  // namespace
+
+GST_START_TEST(the_latency_is_that_of_both_pads) {
+  const struct {
+    Latency video, text, both;
+  } cases[] = {
+      {{TRUE, 40 * ms, none}, {TRUE, 400 * ms, none}, {TRUE, 400 * ms, none}},
+      {{TRUE, 400 * ms, 900 * ms}, {TRUE, 40 * ms, 500 * ms}, {TRUE, 400 * ms, 500 * ms}},
+      {{TRUE, 0, 40 * ms}, {TRUE, 400 * ms, none}, {TRUE, 400 * ms, 40 * ms}},  // a queue is missing: the bin says so
+      {{TRUE, 40 * ms, 80 * ms}, {FALSE, 0, none}, {TRUE, 40 * ms, 80 * ms}},
+      {{FALSE, 0, none}, {TRUE, 400 * ms, 500 * ms}, {TRUE, 400 * ms, 500 * ms}},
+      {{FALSE, 0, none}, {FALSE, 0, none}, {FALSE, 0, none}},
+  };
+  for (const auto &c : cases)
+    for (const auto &[factory, video, text] :
+         {std::array{"csdtrackdec", "sink", "text"}, std::array{"textoverlay", "video_sink", "text_sink"}}) {
+      if (!have(factory)) continue;
+      GstElement *element = gst_element_factory_make(factory, nullptr);
+      GstHarness *frames = gst_harness_new_with_element(element, video, "src");
+      GstHarness *lines = gst_harness_new_with_element(element, text, nullptr);
+      answer_latency(frames->srcpad, c.video);
+      answer_latency(lines->srcpad, c.text);
+      assert_same(latency_of(element), c.both, std::string(factory) + ", case " + std::to_string(&c - cases));
+      gst_harness_teardown(lines);
+      gst_harness_teardown(frames);
+      gst_object_unref(element);
+    }
+}
+GST_END_TEST
+
+GST_START_TEST(the_latency_is_no_less_than_the_property_says) {
+  LiveHarness harness;
+  answer_latency(harness.h->srcpad, {TRUE, 0, 500 * ms});
+  g_object_set(harness.element, "min-upstream-latency", 50 * ms, nullptr);
+  assert_same(latency_of(harness.element), {TRUE, 100 * ms, 500 * ms}, "less than upstream's");
+  g_object_set(harness.element, "min-upstream-latency", 300 * ms, nullptr);
+  assert_same(latency_of(harness.element), {TRUE, 300 * ms, 700 * ms}, "more than upstream's");
+  harness.assert_held_until(0, 300 * ms);
+  Harness still;
+  gst_harness_set_live(still.h, FALSE);
+  g_object_set(still.element, "min-upstream-latency", 300 * ms, nullptr);
+  assert_same(latency_of(still.element), {FALSE, 0, none}, "not live");
+}
+GST_END_TEST
+
+GST_START_TEST(text_that_is_not_read_has_no_latency) {
+  Harness harness(write_file("read.jsonl", lines(0, 2)));
+  GstHarness *text = gst_harness_new_with_element(harness.element, "text", nullptr);
+  gst_harness_set_upstream_latency(text, 400 * ms);
+  assert_same(latency_of(harness.element), {TRUE, 0, none}, "with location");
+  gst_harness_teardown(text);
+}
+GST_END_TEST
+
+GST_START_TEST(another_latency_is_posted) {
+  LiveHarness harness;
+  const auto shown = [&](guint64 n) {
+    harness.push_line(n);
+    fail_unless_equals_int(harness.push(n * frame_time), static_cast<int>(n));
+    return harness.latency_message();
+  };
+  fail_unless(!shown(0));  // nobody has asked yet
+  latency_of(harness.element);
+  fail_unless(!shown(1));
+  gst_harness_set_upstream_latency(harness.text, 200 * ms);
+  gst_harness_push_event(harness.text, gst_event_new_stream_start("another"));
+  gst_harness_set_src_caps_str(harness.text, utf8);
+  fail_unless(shown(2));
+  // Until the pipeline has heeded it, the old one is what sinks reckon with.
+  harness.assert_held_until(3 * frame_time, 3 * frame_time + 100 * ms);
+  latency_of(harness.element);
+  fail_unless(!shown(4));
+  g_object_set(harness.element, "min-upstream-latency", 300 * ms, nullptr);
+  fail_unless(shown(5));
+  latency_of(harness.element);
+  g_object_set(harness.element, "min-upstream-latency", guint64{0}, nullptr);
+  latency_of(harness.element);
+  GstPad *pad = gst_element_get_static_pad(harness.element, "text");
+  fail_unless(gst_pad_unlink(harness.text->srcpad, pad));
+  fail_unless_equals_int(harness.push(20 * frame_time), -1);
+  fail_unless(harness.latency_message());
+  fail_unless_equals_int(gst_pad_link(harness.text->srcpad, pad), GST_PAD_LINK_OK);
+  gst_object_unref(pad);
+}
+GST_END_TEST
+
+/// A pipeline with a sink that synchronises, in which each frame's text comes 400 ms after the frame, and says so.
+static void show_with_late_text(const char *factory, const char *video_pad, const char *text_pad) {
+  constexpr guint64 count = 26, late = 400 * ms, processing = 20 * ms;  // the latter is the sink's own
+  GstElement *pipeline = gst_pipeline_new(nullptr), *element = gst_element_factory_make(factory, nullptr),
+             *sink = gst_element_factory_make("fakesink", nullptr);
+  GstClock *clock = gst_test_clock_new();
+  g_object_set(sink, "sync", TRUE, "async", FALSE, "max-lateness", gint64{20 * ms}, nullptr);
+  gst_bin_add_many(GST_BIN(pipeline), element, sink, nullptr);
+  fail_unless(gst_element_link(element, sink));
+  gst_pipeline_use_clock(GST_PIPELINE(pipeline), clock);
+  const auto source = [&](const char *name, const char *caps_text, const Latency &latency) {
+    GstPad *theirs = gst_element_get_static_pad(element, name);
+    if (!theirs) theirs = gst_element_request_pad_simple(element, name);
+    GstPad *pad = gst_pad_new(name, GST_PAD_SRC);
+    gst_object_ref_sink(pad);
+    answer_latency(pad, latency);
+    fail_unless_equals_int(gst_pad_link_full(pad, theirs, GST_PAD_LINK_CHECK_NOTHING), GST_PAD_LINK_OK);
+    gst_object_unref(theirs);
+    gst_pad_set_active(pad, TRUE);
+    g_autoptr(GstCaps) caps = gst_caps_from_string(caps_text);
+    gst_check_setup_events_with_stream_id(pad, element, caps, GST_FORMAT_TIME, name);
+    return pad;
+  };
+  gst_element_set_state(pipeline, GST_STATE_PAUSED);
+  GstPad *video = source(video_pad, gray_64, {TRUE, 0, none}), *text = source(text_pad, utf8, {TRUE, late, none});
+  fail_unless_equals_int(gst_element_set_state(pipeline, GST_STATE_PLAYING), GST_STATE_CHANGE_SUCCESS);
+
+  // Each frame is through when the next one has long been captured.
+  std::thread frames([&] {
+    for (guint64 n = 0; n < count; ++n) gst_pad_push(video, frame_at(n * frame_time));
+  });
+  auto *test_clock = GST_TEST_CLOCK(clock);
+  for (guint64 n = 0; n < count; ++n) {
+    const GstClockTime now = n * frame_time + late;
+    gst_test_clock_set_time(test_clock, now);
+    GstBuffer *words = bytes(g_str_equal(factory, "csdtrackdec") ? line(n) : "a", n * frame_time);
+    GST_BUFFER_DURATION(words) = frame_time;
+    fail_unless_equals_int(gst_pad_push(text, words), GST_FLOW_OK);
+    fail_unless_equals_uint64(next_alarm(test_clock, "the sink, until a frame is due"), now + processing);
+    fail_unless(gst_test_clock_crank(test_clock));
+  }
+  frames.join();
+  GstStructure *stats = nullptr;
+  g_object_get(sink, "stats", &stats, nullptr);
+  guint64 rendered = 0, dropped = 0;
+  fail_unless(
+      gst_structure_get(stats, "rendered", G_TYPE_UINT64, &rendered, "dropped", G_TYPE_UINT64, &dropped, nullptr));
+  gst_structure_free(stats);
+  fail_unless(rendered == count && dropped == 0, "%s: %d shown, %d dropped", factory, static_cast<int>(rendered),
+              static_cast<int>(dropped));
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  for (GstPad *pad : {video, text}) gst_object_unref(pad);
+  gst_object_unref(clock);
+  gst_object_unref(pipeline);
+}
+
+GST_START_TEST(a_sink_that_synchronises_shows_frames_whose_text_is_late) {
+  show_with_late_text("csdtrackdec", "sink", "text");
+  if (have("textoverlay")) show_with_late_text("textoverlay", "video_sink", "text_sink");
+}
+GST_END_TEST
+
+GST_START_TEST(text_that_stops_holds_no_frame_beyond_the_latency) {
+  LiveHarness harness;
+  for (guint64 n = 0; n < 2; ++n) harness.push_line(n);
+  for (int n = 0; n < 2; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
+  for (guint64 n = 2; n < 6; ++n) harness.assert_held_until(n * frame_time, n * frame_time + 100 * ms);
+  assert_holds(harness.said(GST_MESSAGE_WARNING), "no text has come within 100 ms, the latency. Put a queue");
+  // What is late is left out; then text is in time again, and frames get it while they wait.
+  for (guint64 n = 2; n < 7; ++n) harness.push_line(n);
+  fail_unless_equals_int(harness.push(6 * frame_time), 6);
+  for (guint64 n = 7; n < 9; ++n) {
+    Waiting frame(harness, n * frame_time);
+    fail_unless_equals_uint64(next_alarm(harness.clock, "a frame for its text"), n * frame_time + 100 * ms);
+    harness.push_line(n);
+    frame.join();
+    GstBuffer *out = gst_harness_pull(harness.h);
+    fail_unless_equals_int(number_on(out), static_cast<int>(n));
+    gst_buffer_unref(out);
+    harness.assert_nobody_waits();
+  }
+  // A frame that is late itself takes what is there.
+  gst_test_clock_set_time(harness.clock, GST_SECOND);
+  fail_unless_equals_int(harness.push(9 * frame_time), -1);
+  harness.push_line(10);
+  fail_unless_equals_int(harness.push(10 * frame_time), 10);
+  assert_silent(harness);
+}
+GST_END_TEST
+
+GST_START_TEST(max_wait_counts_where_it_is_shorter) {
+  LiveHarness harness;
+  g_object_set(harness.element, "max-wait", 10 * ms, nullptr);
+  harness.assert_held_until(0, 10 * ms);
+  assert_holds(harness.said(GST_MESSAGE_WARNING), "no text has come within 10 ms. Put a queue");
+  gst_test_clock_set_time(harness.clock, frame_time + 95 * ms);
+  harness.assert_held_until(frame_time, frame_time + 100 * ms);
+  g_object_set(harness.element, "max-wait", guint64{0}, nullptr);
+  fail_unless_equals_int(harness.push(20 * frame_time), -1);
+  assert_silent(harness);
+}
+GST_END_TEST
+
+GST_START_TEST(each_pad_has_its_segment) {
+  // The frames begin at 100 s, are at 0 in the stream and 10 s of running time; the text is of the stream from 0 on.
+  LiveHarness harness;
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  segment.start = segment.position = 100 * GST_SECOND;
+  segment.time = 0;
+  segment.base = 10 * GST_SECOND;
+  gst_harness_push_event(harness.h, gst_event_new_segment(&segment));
+  harness.push_line(0);
+  fail_unless_equals_int(harness.push(100 * GST_SECOND), 0);
+  harness.assert_held_until(100 * GST_SECOND + frame_time, 10 * GST_SECOND + frame_time + 100 * ms);
+  new_segment(harness.text, 0, 10 * GST_SECOND);
+  harness.push_line(2);
+  fail_unless_equals_int(harness.push(100 * GST_SECOND + 2 * frame_time), 2);
+}
+GST_END_TEST
+
+GST_START_TEST(each_pad_is_flushed_by_itself) {
+  LiveHarness harness;
+  {
+    Waiting frame(harness, 0);
+    next_alarm(harness.clock, "a frame for its text");
+    gst_harness_push_event(harness.h, gst_event_new_flush_start());
+    fail_unless_equals_int(frame.join(), GST_FLOW_FLUSHING);
+    harness.assert_nobody_waits();
+    gst_harness_push_event(harness.h, gst_event_new_flush_stop(TRUE));
+    new_segment(harness.h, 0);
+  }
+  // The lines stay for the frames that come then; those of a text that is flushed go, and its frame waits on.
+  harness.push_line(1);
+  harness.push_line(2);
+  fail_unless_equals_int(harness.push(1 * frame_time), 1);
+  flush(harness.text);
+  new_segment(harness.text, 0);
+  harness.assert_held_until(2 * frame_time, 2 * frame_time + 100 * ms);
+  Waiting frame(harness, 3 * frame_time);
+  next_alarm(harness.clock, "a frame for its text");
+  flush(harness.text);
+  fail_unless_equals_uint64(next_alarm(harness.clock, "the frame still"), 3 * frame_time + 100 * ms);
+  new_segment(harness.text, 0);
+  harness.push_line(3);
+  frame.join();
+  GstBuffer *out = gst_harness_pull(harness.h);
+  fail_unless_equals_int(number_on(out), 3);
+  gst_buffer_unref(out);
+}
+GST_END_TEST
+
+GST_START_TEST(sparse_text_with_gaps_holds_nothing) {
+  LiveHarness harness;
+  for (guint64 n = 0; n < 20; ++n) {
+    if (n % 5 == 0)
+      harness.push_line(n);
+    else
+      gst_harness_push_event(harness.text, gst_event_new_gap(n * frame_time, frame_time + 30 * ms));
+    fail_unless_equals_int(harness.push(n * frame_time), n % 5 == 0 ? static_cast<int>(n) : -1);
+    harness.assert_nobody_waits();
+  }
+  // One that comes while a frame waits.
+  Waiting frame(harness, 21 * frame_time);
+  next_alarm(harness.clock, "a frame for its text");
+  gst_harness_push_event(harness.text, gst_event_new_gap(21 * frame_time, GST_SECOND));
+  frame.join();
+  harness.assert_nobody_waits();
+  assert_silent(harness);
+}
+GST_END_TEST
+
+GST_START_TEST(while_paused_the_clock_does_not_count) {
+  LiveHarness harness;
+  gst_element_set_state(harness.element, GST_STATE_PAUSED);
+  gst_test_clock_set_time(harness.clock, GST_SECOND);
+  Waiting frame(harness, 0);
+  fail_unless(gst_harness_try_pull(harness.h) == nullptr);
+  harness.assert_nobody_waits();
+  // As a pipeline does it: what has gone by is no running time.
+  gst_element_set_base_time(harness.element, GST_SECOND);
+  gst_element_set_state(harness.element, GST_STATE_PLAYING);
+  fail_unless_equals_uint64(next_alarm(harness.clock, "a frame for its text"), GST_SECOND + 100 * ms);
+  harness.push_line(0);
+  frame.join();
+  GstBuffer *out = gst_harness_pull(harness.h);
+  fail_unless_equals_int(number_on(out), 0);
+  gst_buffer_unref(out);
+}
+GST_END_TEST
+
+static Suite *csdtrackdec_live_suite() {
+  Suite *s = suite_create("csdtrackdec_live");
+  TCase *tc = tcase_create("text");
+  suite_add_tcase(s, tc);
+  gst_object_unref(gst_plugin_load_by_name("csdtrack"));
+  tcase_add_test(tc, the_latency_is_that_of_both_pads);
+  tcase_add_test(tc, the_latency_is_no_less_than_the_property_says);
+  tcase_add_test(tc, text_that_is_not_read_has_no_latency);
+  tcase_add_test(tc, another_latency_is_posted);
+  tcase_add_test(tc, a_sink_that_synchronises_shows_frames_whose_text_is_late);
+  tcase_add_test(tc, text_that_stops_holds_no_frame_beyond_the_latency);
+  tcase_add_test(tc, max_wait_counts_where_it_is_shorter);
+  tcase_add_test(tc, each_pad_has_its_segment);
+  tcase_add_test(tc, each_pad_is_flushed_by_itself);
+  tcase_add_test(tc, sparse_text_with_gaps_holds_nothing);
+  tcase_add_test(tc, while_paused_the_clock_does_not_count);
+  return s;
+}
+
+GST_CHECK_MAIN(csdtrackdec_live)
