@@ -90,7 +90,7 @@ def consumers(options, carried):
     if not options.display:
         return f"{text} fakesink name=picture sync=false async=false"
     # A frame waits for its line, but not so long that it comes late itself.
-    return f"{text} csdtrackdec name=picture overlay=draw max-wait={options.latency * 500_000} ! {window} l. ! {command.LINES} ! picture.text"
+    return f"{text} csdtrackdec name=picture overlay=draw ! {window} l. ! {command.LINES} ! picture.text"
 
 
 def await_sender(url):
