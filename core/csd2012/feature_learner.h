@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "csd2012/choices.h"
+#include "csd2012/snapshot.h"
 #include "image/warps.h"
 #include "learn/colour_choice.h"
 #include "learn/forest.h"
@@ -24,13 +25,6 @@ namespace csd {
 /// What learners of one tracker count; read by Stats.
 struct LearningCounters {
   std::atomic<std::uint64_t> retrainings = 0, false_correspondences = 0;
-};
-
-/// A frame that learners look at after its buffer is gone.
-struct Snapshot {
-  cv::Mat bgr;        ///< CV_8UC3, working size
-  cv::Mat luma;       ///< CV_8UC1
-  cv::Mat forbidden;  ///< CV_8UC1 or empty: nothing is learnt there
 };
 
 /// What the descriptor in use is updated with (§2.1.5), cut out of one frame while it was there. CV_8UC1 in the
@@ -85,8 +79,10 @@ class FeatureLearner {
                const std::vector<SampleId> &positives);
   void update(Member &member, const Samples &samples);
   bool takes_part();
-  ColourSpace choose_space(const ColourPatches &root);
+  ColourSpace choose_space(const Snapshot &snapshot, cv::Point position, ColourPatches root);
+  cv::Mat place(const cv::Mat &stack, std::size_t i) const;
   cv::Mat smoothed(const cv::Mat &grown) const;
+  Samples smoothed(const cv::Mat &stack, const std::vector<Label> &labels) const;
   int retrain(GrowingTree &tree, const std::vector<SampleId> &samples);
   SampleId keep_positive(Member &member, const cv::Mat &patch);
   std::optional<SampleId> keep_negative(Member &member, const cv::Mat &patch, bool error);

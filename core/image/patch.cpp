@@ -41,10 +41,12 @@ void interpolate(const cv::Mat &source, const Tap &x, const Tap &y, std::uint8_t
 
 template <int channels>
 void sample(const cv::Mat &source, cv::Point2d centre, int half, const Warp &warp, cv::Mat &out) {
+  const bool affine = warp(2, 0) == 0 && warp(2, 1) == 0;
+  const double everywhere = 1 / std::max(warp(2, 2), horizon);
   for (int v = -half; v <= half; ++v) {
     std::uint8_t *to = out.ptr(v + half);
     for (int u = -half; u <= half; ++u, to += channels) {
-      const double w = 1 / std::max(warp(2, 0) * u + warp(2, 1) * v + warp(2, 2), horizon);
+      const double w = affine ? everywhere : 1 / std::max(warp(2, 0) * u + warp(2, 1) * v + warp(2, 2), horizon);
       const Tap x(centre.x + (warp(0, 0) * u + warp(0, 1) * v + warp(0, 2)) * w, source.cols);
       const Tap y(centre.y + (warp(1, 0) * u + warp(1, 1) * v + warp(1, 2)) * w, source.rows);
       interpolate<channels>(source, x, y, to);
@@ -73,7 +75,15 @@ void sample_patch(const cv::Mat &source, cv::Point2d centre, int side, const War
 }
 
 void sample_patch(const cv::Mat &source, cv::Point2d centre, int side, cv::Mat &out) {
-  sample_patch(source, centre, side, Warp::eye(), out);
+  check(source, centre, side, Warp::eye());
+  const cv::Point corner(static_cast<int>(std::clamp(centre.x, -far, far)) - side / 2,
+                         static_cast<int>(std::clamp(centre.y, -far, far)) - side / 2);
+  const cv::Rect where(corner, cv::Size(side, side));
+  const bool whole = centre.x == std::floor(centre.x) && centre.y == std::floor(centre.y);
+  if (whole && (where & cv::Rect({0, 0}, source.size())) == where)
+    source(where).copyTo(out);
+  else
+    sample_patch(source, centre, side, Warp::eye(), out);
 }
 
 }  // namespace csd

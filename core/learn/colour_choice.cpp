@@ -76,14 +76,14 @@ cv::Mat ColourPatches::patch(std::size_t i) const {
   return {patch_size_, patch_size_, CV_8UC3, const_cast<std::uint8_t *>(bytes_.data() + i * bytes)};
 }
 
-void ColourPatches::convert(std::size_t i, const ColourSpace &space, cv::Mat &out) const {
-  // As one row: the kernel behind it has less to do at row ends.
-  const int pixels = patch_size_ * patch_size_;
-  const auto *first = bytes_.data() + i * static_cast<std::size_t>(pixels) * 3;
-  const cv::Mat in(1, pixels, CV_8UC3, const_cast<std::uint8_t *>(first));
-  out.create(patch_size_, patch_size_, CV_8UC1);
-  cv::Mat row(1, pixels, CV_8UC1, out.data);
-  to_space(in, space, row);
+void ColourPatches::convert(const ColourSpace &space, cv::Mat out) const {
+  const int rows = static_cast<int>(size()) * patch_size_;
+  CV_Assert(out.type() == CV_8UC1 && out.rows == rows && out.cols == patch_size_ && out.isContinuous());
+  // As one row a patch: the kernel behind it has less to do at row ends.
+  const int count = static_cast<int>(size()), pixels = patch_size_ * patch_size_;
+  const cv::Mat in(count, pixels, CV_8UC3, const_cast<std::uint8_t *>(bytes_.data()));
+  cv::Mat to(count, pixels, CV_8UC1, out.data);
+  to_space(in, space, to);
 }
 
 std::array<double, 49> colour_scores(const ColourPatches &patches) {

@@ -23,13 +23,15 @@ class ColourPatches {
   int patch_size() const { return patch_size_; }
   std::size_t size() const { return labels_.size(); }
   Label label(std::size_t i) const { return labels_[i]; }
+  const std::vector<Label> &labels() const { return labels_; }
 
   /// Copies a patch_size × patch_size CV_8UC3 patch, B G R. Throws cv::Exception on another size or type.
   void add(const cv::Mat &patch, Label label);
   /// A view of patch i (CV_8UC3), valid until the next add().
   cv::Mat patch(std::size_t i) const;
-  /// Patch i in one colour space; `out` becomes CV_8UC1.
-  void convert(std::size_t i, const ColourSpace &space, cv::Mat &out) const;
+  /// All patches in one colour space, one below the other, into `out`: CV_8UC1, size() * patch_size rows of patch_size.
+  /// Throws cv::Exception on another size or type.
+  void convert(const ColourSpace &space, cv::Mat out) const;
 
  private:
   int patch_size_;

@@ -59,13 +59,16 @@ void Smoke::apply(cv::Mat &patch, double density, Random &random) const {
   const auto side = static_cast<std::size_t>(side_);
   const auto anywhere = [&] { return std::size_t{random.below(static_cast<std::uint32_t>(side_))}; };
   const std::size_t dx = anywhere(), dy = anywhere(), cx = anywhere(), cy = anywhere();
-  const auto at = [&](std::size_t y, std::size_t x) { return field_[y % side * side + x % side]; };
+  // Its edges meet, and a patch is smaller than it.
+  const auto wrapped = [side](std::size_t i) { return i < side ? i : i - side; };
   for (int y = 0; y < patch.rows; ++y) {
     auto *row = patch.ptr<cv::Vec3b>(y);
+    const double *densities = field_.data() + wrapped(dy + static_cast<std::size_t>(y)) * side;
+    const double *colours = field_.data() + wrapped(cy + static_cast<std::size_t>(y)) * side;
     for (int x = 0; x < patch.cols; ++x) {
-      const auto u = static_cast<std::size_t>(x), v = static_cast<std::size_t>(y);
-      const double d = std::clamp(density + smoke_density_deviation * at(dy + v, dx + u), 0.0, 1.0);
-      const double c = std::clamp(smoke_colour_mean + smoke_colour_deviation * at(cy + v, cx + u), 0.0, 1.0);
+      const auto u = static_cast<std::size_t>(x);
+      const double d = std::clamp(density + smoke_density_deviation * densities[wrapped(dx + u)], 0.0, 1.0);
+      const double c = std::clamp(smoke_colour_mean + smoke_colour_deviation * colours[wrapped(cx + u)], 0.0, 1.0);
       for (int k = 0; k < 3; ++k) row[x][k] = smoke_pixel(row[x][k], d, c, equation_);
     }
   }

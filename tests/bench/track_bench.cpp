@@ -35,11 +35,12 @@ std::vector<cv::Point2f> points(int count) {
   return p;
 }
 
-Snapshot snapshot() {
+/// Each lesson has a frame of its own, of which one feature learns.
+void learn(FeatureLearner &learner, const cv::Mat &bgr, const cv::Mat &luma, cv::Point at) {
   Snapshot s;
-  s.bgr = scene().render({0, 0});
-  cv::cvtColor(s.bgr, s.luma, cv::COLOR_BGR2GRAY);
-  return s;
+  s.bgr = bgr;
+  s.luma = luma;
+  learner.learn(s, at);
 }
 
 /// A learner that has had 12 frames, which is half a second at 25 frames a second.
@@ -47,9 +48,10 @@ std::unique_ptr<FeatureLearner> taught(PairSearch search, std::uint64_t seed, in
   LearnerOptions options;
   options.choices.exhaustive = search == PairSearch::exhaustive;
   auto learner = std::make_unique<FeatureLearner>(options, Random(seed), std::make_shared<LearningCounters>());
-  const auto s = snapshot();
+  const auto bgr = scene().render({0, 0});
+  const auto luma = gray(0);
   const cv::Point at(60 + static_cast<int>(seed * 71 % 500), 60 + static_cast<int>(seed * 37 % 360));
-  for (int i = 0; i < lessons; ++i) learner->learn(s, at);
+  for (int i = 0; i < lessons; ++i) learn(*learner, bgr, luma, at);
   return learner;
 }
 

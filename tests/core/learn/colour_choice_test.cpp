@@ -40,10 +40,12 @@ TEST(ColourChoice, ScoresAreMeansOfTheBestPixels) {
     for (std::size_t s = 0; s < scores.size(); s += 6) {
       SampleSet set(5);
       std::vector<SampleId> features, others;
-      cv::Mat channel;
+      cv::Mat all(static_cast<int>(patches.size()) * 5, 5, CV_8UC1);
+      patches.convert(colour_spaces()[s], all);
       for (std::size_t i = 0; i < patches.size(); ++i) {
-        patches.convert(i, colour_spaces()[s], channel);
-        (patches.label(i) == Label::feature ? features : others).push_back(set.add(channel, patches.label(i)));
+        const int row = static_cast<int>(i) * 5;
+        (patches.label(i) == Label::feature ? features : others)
+            .push_back(set.add(all.rowRange(row, row + 5), patches.label(i)));
       }
       NodeSamples node;
       node.gather(set, features, others);

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include <list>
+#include <mutex>
+
+#include "image/colour_space.h"
+
+namespace csd {
+
+/// A frame that learners look at after its buffer is gone. All features of a tracker learn from one.
+struct Snapshot {
+  cv::Mat bgr;        ///< CV_8UC3, working size
+  cv::Mat luma;       ///< CV_8UC1
+  cv::Mat forbidden;  ///< CV_8UC1 or empty: nothing is learnt there
+
+  /// `bgr` in a colour space, CV_8UC1.
+  struct Channel {
+    cv::Mat raw;
+    cv::Mat smoothed;  ///< with `half` more on each side, where the border is replicated
+  };
+  /// Made when the first learner asks, for all of them: most learn in the same space. σ in pixels; σ and `half` are the
+  /// same in each call. Any thread.
+  const Channel &in(const ColourSpace &space, double sigma, int half) const;
+
+ private:
+  struct Made {
+    ColourSpace space;
+    std::once_flag once = {};
+    Channel channel = {};
+  };
+  mutable std::mutex mutex_;
+  mutable std::list<Made> made_;  // guarded by mutex_; a channel by its flag
+};
+
+}  // namespace csd
