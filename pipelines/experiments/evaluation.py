@@ -9,6 +9,7 @@ import figures
 import page
 import running
 import sequences
+import truth
 from page import table
 from scores import Findings
 
@@ -163,6 +164,20 @@ def fifths(scores, kinds):
     return table(["tissue", "sensitivity / K", *(f"{name} fifth" for name in ("first", "second", "third", "fourth", "last"))], rows)
 
 
+def second_opinion(plan, scores):
+    """What csd-forest could give csd, a row for each scene of the tables."""
+    rows = []
+    for kind, of_kind in scores.items():
+        for sequence in plan.of_table(kind):
+            for seed in sequence.seeds:
+                folder = running.folder_of(of_kind.out, sequence, seed)
+                of = [truth.read(folder / f"{name}.jsonl") for name in ("truth-tracked", "csd", "csd-forest")]
+                sensitivity, k, either, again, agreed, agreed_k = truth.together(*of)
+                rows.append([sequence.title, tissue_of(sequence, seed), f"{number(sensitivity)} / {number(k)}", f"+{number(either - sensitivity, 4)}",
+                             f"+{number(again, 4)}", f"{number(agreed)} / {number(agreed_k)}"])
+    return table(["", "tissue", "csd", "told where csd-forest is right", "of that where csd is silent", "silent where csd-forest is"], rows)
+
+
 def tissue_in_words(plan):
     """What the scenes look like."""
     if not any(s.texture(seed) for s in plan.sequences for seed in s.seeds):
@@ -219,6 +234,12 @@ Over time, on this picture and two more, with those trackers that take less than
                   paper_table(name, scores), "\nEvery tracker:\n\n", all_trackers(scores), "\nBy scene:\n\n",
                   by_sequence(scores, kinds), f"\n{figure}; means over {figures.BIN} frames and the seeds:\n\n![]({pictures}/{picture}.svg)\n"]
     parts += [f"""
+## What csd-forest could give csd
+
+*Told where csd-forest is right*: what sensitivity csd would gain if it knew, of each feature in each frame, whether csd-forest is right where it is not; no
+rule gains more. *Of that where csd is silent*: by finding again what csd has lost. *Silent where csd-forest is*: sensitivity and K of csd if it claimed only what csd-forest claims too.
+
+""", second_opinion(plan, found.tables), f"""
 ## How near is near
 
 Sensitivity and K by τ:

@@ -45,6 +45,27 @@ def outcome(truth, track):
     return claimed and math.dist(truth[:2], track[:2]) <= TAU, claimed
 
 
+def together(truth, tracks, others):
+    """What a second tracker could give the first, as shares of what is visible or claimed: sensitivity and K of the first; its sensitivity
+    where it is told each time that the other is right, and what of that it would find where it claims nothing itself; sensitivity and K
+    where it is silent whenever the other is. K is None without claims."""
+    visible = found = either = again = agreed = claims = agreed_claims = 0
+    for frame, first, second in zip(truth, tracks, others):
+        for i, at in frame.items():
+            claimed, backed = (t is not None and t[2] in CLAIMS for t in (first.get(i), second.get(i)))
+            right, other = (o is not None and o[0] for o in (outcome(at, first.get(i)), outcome(at, second.get(i))))
+            visible += at[2] == "tracked"
+            found += right
+            either += right or other
+            again += other and not claimed
+            agreed += right and backed
+            claims += claimed
+            agreed_claims += claimed and backed
+    k = 1 - found / claims if claims else None
+    agreed_k = 1 - agreed / agreed_claims if agreed_claims else None
+    return found / visible, k, either / visible, again / visible, agreed / visible, agreed_k
+
+
 def aftermath(wet, dry, wet_tracks, dry_tracks):
     """Of each feature that something covered in the one video, and not in the same one without it: what changed after it was free
     again, as (sensitivity, share of wrong reports; None without reports), the one less the other, over the same frames."""

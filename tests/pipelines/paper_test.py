@@ -397,6 +397,18 @@ class Numbers(unittest.TestCase):
         self.assertEqual(verdicts(of(10, 1, 0.5)), [claims.HOLDS] * 3)
         self.assertEqual(verdicts(of(2, 5, 3)), [claims.FAILS] * 3)
 
+    def test_two_trackers_together(self):
+        video = [{0: (0, 0, "tracked"), 1: (9, 0, "tracked")}, {0: (0, 0, "tracked"), 1: (9, 0, "occluded")}] * 2
+        right, wrong, silent = (0, 1, "tracked"), (0, 50, "tracked"), (0, 0, "lost")
+        first = [{0: right, 1: wrong}, {0: right, 1: wrong}, {0: silent, 1: silent}, {0: right}]
+        other = [{0: right, 1: (9, 1, "tracked")}, {0: silent}, {0: right, 1: silent}, {0: right, 1: silent}]
+        # Of 6 visible ones the first finds 3 with 5 claims; the other finds 2 more, one of them where the first is silent. 3 claims of the first
+        # are the other's too, 2 of them right.
+        expected = (3 / 6, 1 - 3 / 5, 5 / 6, 1 / 6, 2 / 6, 1 - 2 / 3)
+        for found, wanted in zip(truth.together(video, first, other), expected):
+            self.assertAlmostEqual(found, wanted)
+        self.assertEqual(truth.together(video, [{}] * 4, other)[:3], (0, None, 4 / 6))
+
     def test_truth(self):
         """Two features 2 apart, then 6 apart and one of them hidden: each has moved by 2."""
         scene = truth.Truth([{0: (0, 0, "tracked"), 1: (2, 0, "tracked")}, {0: (-2, 0, "tracked"), 1: (4, 0, "occluded")}])
