@@ -94,7 +94,7 @@ def of_scores(where, scores, mean_shifts):
 def cycle(scores, sequence, tracker):
     """Sensitivity in the quarter of the frames of least deformation less that in the quarter of most."""
     gaps = []
-    for found, scene in zip(scores.by_frame(sequence, tracker, "sensitivity_by_frame"), scores.truths(sequence)):
+    for found, scene in zip(scores.of_clips(sequence, tracker, "sensitivity_by_frame"), scores.truths(sequence)):
         order = sorted(range(len(found)), key=lambda n: scene.deformation[n])
         quarter = max(1, len(order) // 4)
         least, most = (figures.mean([found[n] for n in part]) for part in (order[:quarter], order[-quarter:]))
@@ -227,7 +227,7 @@ def of_blood(changes):
 
 
 def at_scale(scores, sequence, tracker, measure, low, high):
-    return figures.mean([v for found, scene in zip(scores.by_frame(sequence, tracker, measure), scores.truths(sequence))
+    return figures.mean([v for found, scene in zip(scores.of_clips(sequence, tracker, measure), scores.truths(sequence))
                          for v, scale in zip(found, scene.scale) if low <= scale < high])
 
 
@@ -236,7 +236,7 @@ def drop(a, b):
 
 
 def least(scores, sequence, tracker):
-    return min(known(v, 1) for _, v in figures.binned(scores.by_frame(sequence, tracker, "sensitivity_by_frame")))
+    return min(known(v, 1) for _, v in figures.binned(scores.of_clips(sequence, tracker, "sensitivity_by_frame")))
 
 
 def of_cameras(plan, scores):

@@ -116,17 +116,17 @@ def costs(plan, cost):
 def draw(plan, found, folder):
     simulation = plan.sequence("simulation")
     drawn = (*sequences.PAPER_ORDER, "csd-forest")
-    figures.over_time(folder / "fig7.svg", [simulation], found.simulation.by_frame, drawn)
+    figures.over_time(folder / "fig7.svg", [simulation], found.simulation.of_clips, drawn)
     panels = []
     for measure, label in figures.BY_FRAME:
         panels.append(figures.Panel("simulation, its first 100 frames", "frame", label))
         for tracker in drawn:
-            frames = found.simulation.by_frame(simulation, tracker, measure)
+            frames = found.simulation.of_clips(simulation, tracker, measure)
             panels[-1].add(tracker, figures.STYLES[tracker], figures.binned([f[:100] for f in frames], 1))
     figures.draw(folder / "fig7-start.svg", panels, 2)
     groups = [("simulation", found.simulation)]
     for name, scores in found.tables.items():
-        figures.over_time(folder / f"{FIGURES[name][0]}.svg", plan.of_table(name), scores.by_frame, drawn)
+        figures.over_time(folder / f"{FIGURES[name][0]}.svg", plan.of_table(name), scores.of_clips, drawn)
         groups.append((TITLES[name], scores))
     figures.over_threshold(folder / "threshold.svg", [(title, {t: s.trackers[t]["curve"] for t in drawn})
                                                       for title, s in groups], drawn)
@@ -158,7 +158,7 @@ def fifths(scores, kinds):
     for sequence in kinds:
         for i, seed in enumerate(sequence.seeds):
             for t in scores.trackers:
-                curves = [scores.by_frame(sequence, t, f"{m}_by_frame")[i] for m in ("sensitivity", "k")]
+                curves = [scores.of_clips(sequence, t, f"{m}_by_frame")[i] for m in ("sensitivity", "k")]
                 parts = [[curve[round(n * len(curve) / 5):round((n + 1) * len(curve) / 5)] for curve in curves] for n in range(5)]
                 rows.append([tissue_of(sequence, seed), t, *(" / ".join(number(figures.mean(part)) for part in both) for both in parts)])
     return table(["tissue", "sensitivity / K", *(f"{name} fifth" for name in ("first", "second", "third", "fourth", "last"))], rows)

@@ -34,8 +34,8 @@ class Scores:
         found = self.trackers[tracker][measure]
         return found["value"] if isinstance(found, dict) else found
 
-    def by_frame(self, sequence, tracker, measure):
-        """A list for each seed."""
+    def of_clips(self, sequence, tracker, measure):
+        """Of each seed: a figure, or of a measure by frame the list."""
         return [clip[measure] for (s, _), clip in zip(self.clips, self.trackers[tracker]["clips"]) if s is sequence]
 
     def truths(self, sequence):
@@ -55,16 +55,12 @@ class Scores:
                 changes += truth.change(truth.read(folder / "truth-tracked.jsonl"), truth.read(folder / f"{tracker}.jsonl"), *parts)
         return truth.bootstrap(changes)
 
-    def of_clips(self, sequence, tracker, measure):
-        """Of each seed."""
-        return [clip[measure] for (s, _), clip in zip(self.clips, self.trackers[tracker]["clips"]) if s is sequence]
-
     def of_sequence(self, sequence, tracker, measure):
         return figures.mean(self.of_clips(sequence, tracker, measure))
 
     def part(self, sequence, tracker, measure, begin, end):
         """Mean over frames begin·length to end·length and the seeds."""
-        return figures.mean([v for c in self.by_frame(sequence, tracker, measure)
+        return figures.mean([v for c in self.of_clips(sequence, tracker, measure)
                              for v in c[round(begin * len(c)):round(end * len(c))]])
 
 

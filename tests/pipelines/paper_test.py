@@ -240,7 +240,7 @@ class Curves(scores.Scores):
     def __init__(self, curves, scene):
         self._curves, self._scene = curves, scene
 
-    def by_frame(self, sequence, tracker, measure):
+    def of_clips(self, sequence, tracker, measure):
         return [self._curves[sequence.name][tracker][measure]]
 
     def of_sequence(self, sequence, tracker, measure):
