@@ -5,7 +5,6 @@ import argparse
 import os
 import pathlib
 import signal
-import subprocess
 import sys
 
 import builds
@@ -34,6 +33,13 @@ def arguments(name, description, epilog, seeds):
     return parser.parse_args()
 
 
+def places(name, options):
+    """What this run is called, the folder of its results, the page that it writes."""
+    mode = f"{name}-quick" if options.quick else name
+    out = (options.out or builds.BUILD / "experiments" / mode).resolve()
+    return mode, out, out / "evaluation.md" if options.quick else builds.ROOT / "docs" / "evaluation.md"
+
+
 def guarded(name, out, work):
     """The exit code of a command that keeps its results in `out`. Prints the page that work() has written, or what went wrong."""
     try:
@@ -53,11 +59,10 @@ def guarded(name, out, work):
 def run(name, options, section, check, seeds):
     """The runs, then the page. section(plan, out, page, command, jobs) gives the section's text and the folder of its figures.
     check(page) raises builds.Failure of a page that it can't be written to."""
-    mode = f"{name}-quick" if options.quick else name
+    mode, out, path = places(name, options)
     seeds = options.seeds or (1 if options.quick else seeds)
-    out = (options.out or builds.BUILD / "experiments" / mode).resolve()
-    path = out / "evaluation.md" if options.quick else builds.ROOT / "docs" / "evaluation.md"
-    try:
+
+    def work():
         check(path)  # now, not after all runs
         builds.make(not options.no_install)
         out.mkdir(parents=True, exist_ok=True)
@@ -68,20 +73,10 @@ def run(name, options, section, check, seeds):
         command = " ".join([f"pipelines/experiments/{name}", *filter(None, (
             "--quick" if options.quick else "", f"--seeds {options.seeds}" if options.seeds else ""))])
         page.write(path, name, *section(plan, out, path, command, options.jobs))
-    except (builds.Failure, subprocess.TimeoutExpired) as failure:
-        print(f"{name}: {failure}", file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(f"{name}: {error.filename or out}: {error.strerror}", file=sys.stderr)
-        return 1
-    print(path)
-    return 0
+        return path
+    return guarded(name, out, work)
 
 
 def main(name, description, epilog, section, check=page.sections, seeds=3):
-    try:
-        signal.signal(signal.SIGTERM, lambda *_: sys.exit(130))
-        sys.exit(run(name, arguments(name, description, epilog, seeds), section, check, seeds))
-    except KeyboardInterrupt:
-        print(f"\n{name}: stopped; the same command goes on from here", file=sys.stderr)
-        sys.exit(130)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(130))
+    sys.exit(run(name, arguments(name, description, epilog, seeds), section, check, seeds))

@@ -13,7 +13,7 @@ import sys
 
 import builds
 import page
-from command import guarded, natural
+from command import guarded, natural, places
 
 KINDS = json.loads(pathlib.Path(__file__).with_name("tissue.json").read_text())  # title, what is to be reached
 SUFFIXES = (".png", ".jpg", ".mkv", ".mp4")  # that csd-accuracy takes
@@ -133,9 +133,7 @@ true place, in its true shape (csd-accuracy --bound). What is below that is `csd
 
 def main(arguments):
     options = parse(arguments)
-    mode = "tissue-quick" if options.quick else "tissue"
-    out = (options.out or builds.BUILD / "experiments" / mode).resolve()
-    path = out / "evaluation.md" if options.quick else builds.ROOT / "docs" / "evaluation.md"
+    _, out, path = places("tissue", options)
     frames = 20 if options.quick else FRAMES
 
     def work():
