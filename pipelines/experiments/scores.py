@@ -78,11 +78,12 @@ class Findings:
     """All scores of the paper's plan."""
 
     def __init__(self, plan, out):
-        def score(kinds, trackers=sequences.REPEATED):
-            return Scores(plan, out, kinds, trackers)
+        def score(kinds, trackers=sequences.REPEATED, **options):
+            return Scores(plan, out, kinds, trackers, **options)
 
         self.simulation = score([plan.sequence("simulation")])
-        self.persistent = score([plan.sequence("simulation"), plan.sequence("more")], sequences.PERSISTENT)  # on three pictures
+        # On three pictures; for curves alone, which want no intervals.
+        self.persistent = score([plan.sequence("simulation"), plan.sequence("more")], sequences.PERSISTENT, resamples=0)
         self.tables = {t: score(plan.of_table(t)) for t in ("table1", "table2", "table3")}
         self.blood = changes_after(out, plan.sequence("irrigation"), plan.sequence("dry"), "csd-2012")
         # Of the paper's classes alone: dry is a scene of theirs again.
