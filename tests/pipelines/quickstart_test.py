@@ -307,7 +307,8 @@ def test_simulation_interrupted(tmp):
 
 def test_simulation_refused(tmp):
     for options, code, word in ((("--frames", "0"), 2, "--frames"), (("--frames", "x"), 2, "--frames"),
-                                (("--seed", "x"), 2, "seed"), (("--simulate", "magic"), 2, "mixed"),
+                                (("--seed", "x"), 2, "'x'"), (("--seed", "-1", tmp / "out"), 2, "'-1'"),
+                                (("--seed", "1", tmp / "out"), 2, "out' stands for VIDEO"), (("--simulate", "magic"), 2, "mixed"),
                                 (("--points", "1;2"), 2, "points"), (("--simulate",), 2, "--simulate"),
                                 (("--simulate", "zoom", tmp / "a.mkv", tmp / "out"), 2, "OUT")):
         done = subprocess.run(command(*options), capture_output=True, text=True, env=ENVIRONMENT,
