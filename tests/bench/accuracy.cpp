@@ -1,19 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // How well an algorithm tracks simulated tissue: the loop for whoever changes one. Simulator, Tracker and scores in one
 // process, no pipeline; what is published comes from pipelines/experiments.
-//   csd-accuracy [--algorithm csd] [--frames 500] [--features 100] [--seeds 1-2] [--keep DIR] [--worst N] [--clips DIR]
-//                [--tissue DIR]... [--evidence FILE] [--bound] [--budget N] [--list] [SEQUENCE...]
-// prints a row for each sequence and seed. With --clips (or $CSDTRACK_CLIPS) also sequences whose texture is a picture
-// of real tissue, compressed as recorders do (by ffmpeg). With --tissue, each picture and video of the folder (its
-// first frame) is the texture of each kind of sequence that KIND names: KIND/PICTURE; they alone run then, and a table
-// ends the output: for each kind the means over its pictures, and the worst picture. With --keep, rendered sequences
-// are kept in DIR as raw I420 beside their truth, for the next run: rendering costs ten times what tracking does.
-// --bound adds what a look finds that begins at the true place.
-// --evidence writes what csd's judgements went by, for tests/bench/fit.
-// --worst lists the features that erred most. hidden: the share of hidden samples that is claimed; seen: of these
-// claims, the share within 5 px of the truth; (last): of the last fifth. --budget: a frame's, where each look at the
-// clock takes 1, so it is the same on every machine; another line says of what waited how much was right. --list names
-// the sequences and ends.
+// --help tells more.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -229,6 +217,27 @@ void print_worst(const score::Clip &clip, std::size_t wanted) {
   }
 }
 
+constexpr char usage[] =
+    R"(usage: csd-accuracy [--algorithm csd] [--frames 500] [--features 100] [--seeds 1-2] [--set NAME=NUMBER]... [--keep DIR]
+                    [--worst N] [--clips DIR] [--tissue DIR]... [--evidence FILE] [--bound] [--budget N] [--list] [SEQUENCE...]
+
+Prints a row for each sequence and seed; SEQUENCE may be the beginning of several names. hidden: the share of hidden samples
+that is claimed; seen: of these claims, the share within 5 px of the truth; (last): of the last fifth.
+
+--set       one of the algorithm's numbers (core/csd/tuning.h, core/csd2012/choices.h)
+--clips     (or $CSDTRACK_CLIPS) also sequences whose texture is a picture of real tissue, compressed as recorders do (by ffmpeg)
+--tissue    each picture and video of the folder (its first frame) is the texture of each kind of sequence, KIND/PICTURE; they
+            alone run then, and a table ends the output: for each kind the means over its pictures, and the worst picture
+--keep      rendered sequences stay in DIR as raw I420 beside their truth, for the next run: rendering costs ten times what
+            tracking does
+--worst     lists the features that erred most
+--evidence  writes what csd's judgements went by, for tests/bench/fit
+--bound     adds what a look finds that begins at the true place
+--budget    a frame's, where each look at the clock takes 1, so it is the same on every machine; another line says of what
+            waited how much was right
+--list      names the sequences and ends
+)";
+
 AlgorithmKind parse_algorithm(std::string_view name) {
   for (int i = 0; i < 8; ++i)
     if (algorithm_name(static_cast<AlgorithmKind>(i)) == name) return static_cast<AlgorithmKind>(i);
@@ -246,7 +255,10 @@ Options parse(int argc, char **argv) {
       if (++i == argc) throw std::runtime_error(std::string(name) + " needs a value");
       return argv[i];
     };
-    if (name == "--list") {
+    if (name == "--help" || name == "-h") {
+      std::fputs(usage, stdout);
+      std::exit(0);
+    } else if (name == "--list") {
       options.list = true;
     } else if (name == "--bound") {
       options.bound = true;
@@ -274,6 +286,8 @@ Options parse(int argc, char **argv) {
       if (const auto dash = text.find('-'); dash != text.npos) options.last_seed = std::stoull(text.substr(dash + 1));
     } else if (name == "--tissue") {
       options.tissue.push_back(value());
+    } else if (name.starts_with('-')) {
+      throw std::runtime_error("there is no option " + std::string(name) + "; csd-accuracy --help tells more");
     } else {
       names.emplace_back(name);
     }
