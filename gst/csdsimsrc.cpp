@@ -37,9 +37,9 @@
 #include "guard.h"
 #include "lock.h"
 #include "meta.h"
-#include "parse.h"
 #include "sim/simulator.h"
 #include "sim_texture.h"
+#include "text/parse.h"
 
 GST_DEBUG_CATEGORY_STATIC(gst_csd_sim_src_debug);
 #define GST_CAT_DEFAULT gst_csd_sim_src_debug

@@ -248,7 +248,7 @@ bool fit(GstCsdTrackDec *self, GstBuffer *buffer, csd::Tracks &tracks) {
 }
 
 /// Puts the line's tracks on the frame, and shows them.
-void put(GstCsdTrackDec *self, GstBuffer *buffer, csd::cli::TrackLine &line, GstCsdTrackOverlay overlay) {
+void put(GstCsdTrackDec *self, GstBuffer *buffer, csd::TrackLine &line, GstCsdTrackOverlay overlay) {
   GST_LOG_OBJECT(self, "frame at %" GST_TIME_FORMAT ": line of frame %" G_GUINT64_FORMAT ", %u features",
                  GST_TIME_ARGS(GST_BUFFER_PTS(buffer)), line.tracks.frame,
                  static_cast<unsigned>(line.tracks.features.size()));
@@ -381,7 +381,7 @@ GstFlowReturn take_buffer(GstCsdTrackDec *self, GstBuffer *buffer) {
     const bool flowing = text.lines.take(buffer, mapped.bytes(), state.queue);
     warn_torn_once(self);
     return flowing ? GST_FLOW_OK : GST_FLOW_FLUSHING;
-  } catch (const csd::cli::LineError &error) {
+  } catch (const csd::LineError &error) {
     text.refused = text.warned_torn = true;  // one reason is enough
     state.queue.end();
     throw csd::TrackSourceError(csd::TrackSourceError::Kind::content,

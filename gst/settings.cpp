@@ -6,7 +6,7 @@
 #include <type_traits>
 
 #include "overlay.h"
-#include "parse.h"
+#include "text/parse.h"
 
 namespace csd {
 namespace {

@@ -15,8 +15,8 @@ bool TextLines::take_line(std::string_view text, std::optional<std::int64_t> tim
   timed.time = time.value_or(timed.line.stream_time);
   if (timed.time == no_time) return true;
   if (last_ && timed.time < *last_)
-    throw cli::LineError("its stream time " + std::to_string(timed.time) + " comes after " + std::to_string(*last_) +
-                         ": lines must be sorted by it");
+    throw LineError("its stream time " + std::to_string(timed.time) + " comes after " + std::to_string(*last_) +
+                    ": lines must be sorted by it");
   last_ = timed.time;
   return queue.push(std::move(timed));
 }
@@ -32,7 +32,7 @@ bool TextLines::take_piece(std::string_view text, const Part &part, TrackQueue &
     return true;
   }
   if (!rest) begun_time_ = part.time;
-  if (begun_.size() + text.size() > cli::most_line_bytes) throw cli::LineError("is longer than 8 MiB");
+  if (begun_.size() + text.size() > most_line_bytes) throw LineError("is longer than 8 MiB");
   begun_ += text;
   if (goes_on(text)) return true;
   const std::string line = std::exchange(begun_, {});

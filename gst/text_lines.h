@@ -19,7 +19,7 @@ class TextLines {
  public:
   TextLines() { gst_segment_init(&segment_, GST_FORMAT_UNDEFINED); }
 
-  /// `text`: the buffer's. False: the queue takes nothing now. Throws cli::LineError for what is no line, or is earlier
+  /// `text`: the buffer's. False: the queue takes nothing now. Throws LineError for what is no line, or is earlier
   /// than the one before it.
   bool take(GstBuffer *buffer, std::string_view text, TrackQueue &queue);
   void heed(GstEvent *event, TrackQueue &queue);
@@ -60,7 +60,7 @@ class TextLines {
   std::string begun_;                       ///< pieces of a line whose last one has yet to come
   std::optional<std::int64_t> begun_time_;  ///< of the first of them
   std::optional<std::uint64_t> torn_;
-  cli::JsonText json_;
+  JsonText json_;
   std::uint64_t count_ = 0;
   std::optional<std::int64_t> last_;  ///< time of the last
 };

@@ -6,7 +6,7 @@
 namespace csd {
 
 std::vector<std::string_view> text_pieces(std::string_view line) {
-  const std::string between = ',' + std::string(feature_begin);  // in a name there is a backslash before each quote
+  const std::string between = ',' + std::string(json_feature_begin);
   std::vector<std::string_view> pieces;
   while (line.size() > most_piece_bytes) {
     std::size_t comma = line.rfind(between, most_piece_bytes - 1);

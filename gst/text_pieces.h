@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "text/write_line.h"
+
 namespace csd {
 
 /// A text track holds a line as a sample, and MP4 says in 16 bits how long a text is: mp4mux writes what is longer as
@@ -14,12 +16,9 @@ namespace csd {
 /// and no line.
 inline constexpr std::size_t most_piece_bytes = 65535;
 
-/// What a piece that is not its line's first one begins with.
-inline constexpr std::string_view feature_begin = "{\"id\":";
-
 /// Whether `text` is a piece of a line, but not the first.
 inline bool is_rest_of_line(std::string_view text) {
-  return text.starts_with(feature_begin);
+  return text.starts_with(json_feature_begin);
 }
 
 /// Whether `text` is a piece of a line, but not the last.

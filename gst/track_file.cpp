@@ -37,11 +37,11 @@ const TimedLine *nearest(const TimedLine *before, const TimedLine *after, std::i
   return first ? before : second ? after : nullptr;
 }
 
-cli::TrackLine read_frame_line(cli::JsonText &json, std::string_view text) {
-  cli::TrackLine line = cli::read_track_line(json, text);
+TrackLine read_frame_line(JsonText &json, std::string_view text) {
+  TrackLine line = read_track_line(json, text);
   if (line.numbered && (line.tracks.width < 1 || line.tracks.height < 1))
-    throw cli::LineError("has no `width` or no `height`");
-  if (line.stream_time > most_time) throw cli::LineError("`stream_time` is more than 146 years");
+    throw LineError("has no `width` or no `height`");
+  if (line.stream_time > most_time) throw LineError("`stream_time` is more than 146 years");
   return line;
 }
 
@@ -167,7 +167,7 @@ bool TrackFile::next_text(std::string_view &text) {
   std::size_t end;
   while ((end = bytes_.find('\n', searched_)) == std::string::npos) {
     searched_ = bytes_.size();
-    if (bytes_.size() - used_ > cli::most_line_bytes)
+    if (bytes_.size() - used_ > most_line_bytes)
       refuse(offset_ + static_cast<std::int64_t>(used_), "is longer than 8 MiB");
     if (!fill()) return false;
   }
@@ -188,7 +188,7 @@ bool TrackFile::next_line(TimedLine &line) {
     if (text.empty()) continue;
     try {
       line.line = read_frame_line(json_, text);
-    } catch (const cli::LineError &error) {
+    } catch (const LineError &error) {
       refuse(line_begin_, error.what());
     }
     line.time = line.line.stream_time;

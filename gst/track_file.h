@@ -7,14 +7,14 @@
 #include <string>
 #include <string_view>
 
-#include "cli/read_line.h"
+#include "text/read_line.h"
 
 namespace csd {
 
 /// A line and when it is, in ns of stream time.
 struct TimedLine {
   std::int64_t time = 0;
-  cli::TrackLine line;
+  TrackLine line;
 };
 
 /// What can't be read, in words for the person who runs the pipeline: what, where, and what to change.
@@ -24,8 +24,8 @@ struct TrackSourceError : std::runtime_error {
   Kind kind;
 };
 
-/// A line that can be put on a frame. Throws cli::LineError.
-cli::TrackLine read_frame_line(cli::JsonText &json, std::string_view text);
+/// A line that can be put on a frame. Throws LineError.
+TrackLine read_frame_line(JsonText &json, std::string_view text);
 
 /// Of `before` (the last line before a frame) and `after` (the first that is not), which may be null, the one that is
 /// the frame's: the nearer one, and no further than `reach` ns away. The earlier one if both are as near.
@@ -62,7 +62,7 @@ class TrackFile {
 
   std::string path_;
   int fd_ = -1;
-  cli::JsonText json_;
+  JsonText json_;
   std::string bytes_;            ///< of the file, from `offset_` on
   std::size_t used_ = 0;         ///< of bytes_
   std::size_t searched_ = 0;     ///< bytes_ has no newline in [used_, searched_)
@@ -77,7 +77,7 @@ class TrackFile {
 class LineSplitter {
  public:
   /// Appends `piece` and calls `take(text, whole)` for each line that it ends; `whole`: the piece is that line and
-  /// nothing else. Throws cli::LineError if a line is longer than any may be.
+  /// nothing else. Throws LineError if a line is longer than any may be.
   template <class Take>
   void add(std::string_view piece, Take take) {
     const bool whole = rest_.empty() && piece.find('\n') == piece.size() - 1;
@@ -94,7 +94,7 @@ class LineSplitter {
 
  private:
   void append(std::string_view text) {
-    if (rest_.size() + text.size() > cli::most_line_bytes) throw cli::LineError("is longer than 8 MiB");
+    if (rest_.size() + text.size() > most_line_bytes) throw LineError("is longer than 8 MiB");
     rest_.append(text);
   }
   std::string rest_;

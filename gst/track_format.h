@@ -5,13 +5,12 @@
 #include <gst/video/video.h>
 
 #include <string>
-#include <string_view>
+
+#include "text/write_line.h"
 
 namespace csd {
 
-/// What is written of one frame: docs/metadata.md has the schema.
-///
-/// Numbers have a dot and JSON's form in every locale. x, y and confidence have 3 decimals.
+/// What GStreamer knows of a frame that is written.
 struct FrameRecord {
   const GstStructure *tracks = nullptr;  ///< of a track or truth meta; null: the frame has none
   /// A rectangle that was laid onto the frame after it was tracked; null: none. What is written refers to it.
@@ -25,13 +24,10 @@ struct FrameRecord {
   int width = 0, height = 0;  ///< of the frame where `tracks` is null; 0: unknown
 };
 
-/// The column names of append_csv(), with their newline.
-inline constexpr std::string_view csv_header = "frame,pts,stream_time,id,x,y,state,confidence,fresh\n";
-
-/// Appends the frame as one JSON object, without a newline. What is unknown is null.
+/// Appends the frame as a JsonLine.
 void append_json(std::string &out, const FrameRecord &record);
 
-/// Appends a row for each feature, each with its newline; nothing where there is none. What is unknown is empty.
+/// Appends the frame's CsvRows: nothing where there is no feature.
 void append_csv(std::string &out, const FrameRecord &record);
 
 }  // namespace csd

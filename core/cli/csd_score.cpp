@@ -12,10 +12,10 @@
 #include "cli/decimal.h"
 #include "cli/palindrome_report.h"
 #include "cli/read_input.h"
-#include "cli/read_line.h"
 #include "cli/score_plots.h"
 #include "cli/score_report.h"
 #include "score/align.h"
+#include "text/read_line.h"
 
 namespace csd::cli {
 namespace {

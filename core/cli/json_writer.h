@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "cli/json.h"
+#include "text/json.h"
 
 namespace csd::cli {
 

@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "cli/absent_features.h"
-#include "cli/feature_state.h"
 #include "cli/truth_table.h"
+#include "text/feature_state.h"
 
 namespace csd::cli {
 namespace {

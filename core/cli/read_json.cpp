@@ -5,10 +5,10 @@
 #include <optional>
 
 #include "cli/absent_features.h"
-#include "cli/json.h"
-#include "cli/json_node.h"
-#include "cli/read_line.h"
 #include "cli/truth_table.h"
+#include "text/json.h"
+#include "text/json_node.h"
+#include "text/read_line.h"
 
 namespace csd::cli {
 namespace {

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <system_error>
 
-#include "cli/read_line.h"
 #include "score/types.h"
+#include "text/read_line.h"
 
 namespace csd::cli {
 

@@ -5,12 +5,12 @@
 
 namespace {
 
-void read(csd::cli::JsonText &json, std::string_view text) {
+void read(csd::JsonText &json, std::string_view text) {
   try {
-    const csd::cli::TrackLine line = csd::read_frame_line(json, csd::trimmed(text));
-    csd_fuzz::expect(line.tracks.features.size() <= csd::cli::most_line_features);
+    const csd::TrackLine line = csd::read_frame_line(json, csd::trimmed(text));
+    csd_fuzz::expect(line.tracks.features.size() <= csd::most_line_features);
     csd_fuzz::expect(csd_fuzz::is_utf8(line.source) && csd_fuzz::is_utf8(line.algorithm));
-  } catch (const csd::cli::LineError &error) {
+  } catch (const csd::LineError &error) {
     csd_fuzz::expect(csd_fuzz::is_utf8(error.what()));
   }
 }
@@ -18,7 +18,7 @@ void read(csd::cli::JsonText &json, std::string_view text) {
 }  // namespace
 
 void csd_fuzz::run(std::string_view text) {
-  csd::cli::JsonText json;
+  csd::JsonText json;
   read(json, text);
   read(json, csd::unescape_markup(text));
 }

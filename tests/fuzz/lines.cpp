@@ -23,7 +23,7 @@ void seek_about(const std::string &path, FuzzedDataProvider &numbers) {
 
 void in_pieces(std::string_view bytes, FuzzedDataProvider &numbers) {
   csd::LineSplitter splitter;
-  csd::cli::JsonText json;
+  csd::JsonText json;
   while (!bytes.empty()) {
     const auto piece = bytes.substr(0, numbers.ConsumeIntegralInRange<std::size_t>(1, 4096));
     bytes.remove_prefix(piece.size());
@@ -44,7 +44,7 @@ void csd_fuzz::run(std::string_view bytes) {
   }
   try {
     in_pieces(parts[0], numbers);
-  } catch (const csd::cli::LineError &error) {
+  } catch (const csd::LineError &error) {
     expect(is_utf8(error.what()));
   }
 }

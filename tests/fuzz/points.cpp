@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "fuzz.h"
-#include "parse.h"
+#include "text/parse.h"
 #include "track/types.h"
 
 void csd_fuzz::run(std::string_view text) {

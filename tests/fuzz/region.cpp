@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // csdtrack's property `region`.
 #include "fuzz.h"
-#include "parse.h"
+#include "text/parse.h"
 
 void csd_fuzz::run(std::string_view text) {
   const auto region = csd::parse_region(text);

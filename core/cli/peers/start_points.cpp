@@ -7,7 +7,7 @@
 #include <variant>
 
 #include "cli/read_input.h"
-#include "parse.h"
+#include "text/parse.h"
 
 namespace csd::peers {
 

@@ -4,8 +4,8 @@
 #include <gmock/gmock.h>
 
 #include "cli/file.h"
-#include "cli/read_line.h"
 #include "score/types.h"
+#include "text/read_line.h"
 
 namespace csd::cli {
 namespace {

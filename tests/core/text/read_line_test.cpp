@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "cli/read_line.h"
+#include "text/read_line.h"
 
 #include <gmock/gmock.h>
 
-namespace csd::cli {
+namespace csd {
 namespace {
 
 using testing::AllOf;
@@ -163,4 +163,4 @@ TEST(Printable, ControlCharactersAreNotObeyed) {
 }
 
 }  // namespace
-}  // namespace csd::cli
+}  // namespace csd

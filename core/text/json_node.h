@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-namespace csd::cli {
+namespace csd {
 
 // What a node is. A null node is a member that isn't there.
 
@@ -30,4 +30,4 @@ inline std::optional<double> number_of(JsonNode *node) {
   return std::nullopt;
 }
 
-}  // namespace csd::cli
+}  // namespace csd

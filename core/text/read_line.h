@@ -6,10 +6,10 @@
 #include <string>
 #include <string_view>
 
-#include "cli/json.h"
+#include "text/json.h"
 #include "track/types.h"
 
-namespace csd::cli {
+namespace csd {
 
 /// What one line may hold: more than csdtrack writes (10000 points and as many features, each of which may end in the
 /// frame in which another begins), less than would harm who reads it.
@@ -43,4 +43,4 @@ struct TrackLine {
 /// the memory, and what it would read as another number than is written.
 TrackLine read_track_line(JsonText &json, std::string_view text);
 
-}  // namespace csd::cli
+}  // namespace csd

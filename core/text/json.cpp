@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "cli/json.h"
+#include "text/json.h"
 
 #include <charconv>
 #include <cstdint>
 
-namespace csd::cli {
+namespace csd {
 namespace {
 
 constexpr int most_depth = 16;           // csdtrackenc's lines have 3
@@ -109,4 +109,4 @@ JsonNode *JsonText::parse(std::string_view text, std::size_t most_values) {
   return nullptr;
 }
 
-}  // namespace csd::cli
+}  // namespace csd

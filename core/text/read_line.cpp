@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "cli/read_line.h"
+#include "text/read_line.h"
 
 #include <cmath>
 #include <optional>
 
-#include "cli/feature_state.h"
-#include "cli/json_node.h"
+#include "text/feature_state.h"
+#include "text/json_node.h"
 
-namespace csd::cli {
+namespace csd {
 namespace {
 
 constexpr std::size_t most_name = 1000;  // bytes of a name
@@ -144,4 +144,4 @@ TrackLine read_track_line(JsonText &json, std::string_view text) {
   return line;
 }
 
-}  // namespace csd::cli
+}  // namespace csd

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-namespace csd::cli {
+namespace csd {
 
 struct UnrefObject {
   void operator()(gpointer object) const { g_object_unref(object); }
@@ -36,4 +36,4 @@ class JsonText {
   std::string error_;
 };
 
-}  // namespace csd::cli
+}  // namespace csd

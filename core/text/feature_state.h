@@ -6,7 +6,7 @@
 
 #include "track/types.h"
 
-namespace csd::cli {
+namespace csd {
 
 /// The state of a word of the schema; none if it isn't one.
 inline std::optional<FeatureState> state_of(std::string_view word) {
@@ -15,4 +15,4 @@ inline std::optional<FeatureState> state_of(std::string_view word) {
   return std::nullopt;
 }
 
-}  // namespace csd::cli
+}  // namespace csd
