@@ -8,6 +8,7 @@
 
 #include "cli/read_input.h"
 #include "text/parse.h"
+#include "track/shown_text.h"
 
 namespace csd::peers {
 
@@ -48,7 +49,7 @@ StartPoints read_start_points(const std::string &text_or_file) {
     points = std::visit([](const auto &input) { return first_of(input); }, cli::read_input(text_or_file, notes));
   } else {
     auto parsed = parse_points(text_or_file);
-    if (!parsed) throw std::runtime_error("points: neither a file nor points: " + parsed.error);
+    if (!parsed) throw std::runtime_error(shown_text(text_or_file) + " is no file, and as " + parsed.error);
     points.positions = std::move(parsed.value);
     for (FeatureId id = 0; id < points.positions.size(); ++id) points.ids.push_back(id);
   }

@@ -103,6 +103,7 @@ class Peers(unittest.TestCase):
         failure(1, "frame 4 breaks off", "-t", "still", "-p", "1,1", "-", data=y4m(5)[:-7])
         failure(1, "/nonexistent.mkv: ", "-t", "still", "-p", "1,1", "/nonexistent.mkv")
         failure(1, f"{__file__}: ", "-t", "still", "-p", "1,1", __file__)
+        failure(1, 'csd-peers: "missing.jsonl" is no file, and as points: "missing.jsonl" (point 1) is not x,y', "-t", "still", "-p", "missing.jsonl", "-")
         failure(1, "can't be written", "-t", "still", "-p", "1,1", "-o", "/nonexistent/x", "-", data=y4m(1))
 
     def test_help(self):
