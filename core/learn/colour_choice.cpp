@@ -23,36 +23,40 @@ double mean_of_best(std::span<double> v) {
   return std::accumulate(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(best), 0.0) / static_cast<double>(best);
 }
 
-/// The score of one space. `planes`: [patch][B, G, R][pixel]. The counts stand at [pixel][class][bin]: the pixels of a
-/// patch fall into histograms of their own, so no increment waits for the one before.
-double score(ColourSpace space, std::span<const std::uint8_t> planes, const ColourPatches &patches,
-             std::uint32_t features, const LogTable &log, std::vector<std::uint32_t> &counts,
-             std::vector<std::uint16_t> &mixed) {
-  const std::size_t pixels = mixed.size();
+/// The score of each space by `things` that each patch has: pixels, or pairs of them. `make(space, bits)` gives a
+/// function of i and fall, which calls fall(k, bin) for each thing k of patch i: into which of 2^bits bins it falls.
+///
+/// The counts stand at [thing][class][bin]: the things of a patch fall into histograms of their own, so no increment
+/// waits for the one before.
+template <class Make>
+std::array<double, 49> scores_by(const ColourPatches &patches, std::size_t things, Make make) {
+  std::uint32_t features = 0;
+  for (std::size_t i = 0; i < patches.size(); ++i) features += patches.label(i) == Label::feature;
+  const auto others = static_cast<std::uint32_t>(patches.size()) - features;
+  const LogTable log(patches.size());
   const int bits = histogram_bits(patches.size());
   const std::size_t bins = std::size_t{1} << bits;
-
-  // The bin of each value of mix(): apply() depends on it alone.
-  const int span = space.span();
-  std::array<std::uint8_t, 255 * max_span + 1> bin{};
-  for (int f = 0; f <= 255 * span; ++f)
-    bin[static_cast<std::size_t>(f)] = static_cast<std::uint8_t>((f / span) >> (8 - bits));
-
-  std::fill(counts.begin(), counts.end(), 0);
-  for (std::size_t i = 0; i < patches.size(); ++i) {
-    const std::uint8_t *b = planes.data() + i * 3 * pixels, *g = b + pixels, *r = g + pixels;
-    for (std::size_t p = 0; p < pixels; ++p) mixed[p] = static_cast<std::uint16_t>(space.mix(r[p], g[p], b[p]));
-    std::uint32_t *histogram = counts.data() + (patches.label(i) == Label::feature ? 0 : bins);
-    for (std::size_t p = 0; p < pixels; ++p) ++histogram[p * 2 * bins + bin[mixed[p]]];
+  std::vector<std::uint32_t> counts(things * 2 * bins);
+  std::vector<double> v(things);
+  std::array<double, 49> scores{};
+  for (std::size_t s = 0; s < scores.size(); ++s) {
+    const auto bins_of = make(colour_spaces()[s], bits);
+    std::fill(counts.begin(), counts.end(), 0);
+    for (std::size_t i = 0; i < patches.size(); ++i) {
+      std::uint32_t *histogram = counts.data() + (patches.label(i) == Label::feature ? 0 : bins);
+      bins_of(i, [&](std::size_t k, std::size_t bin) { ++histogram[k * 2 * bins + bin]; });
+    }
+    for (std::size_t k = 0; k < things; ++k) {
+      const std::uint32_t *t = counts.data() + k * 2 * bins;
+      v[k] = variance_ratio({t, bins}, features, {t + bins, bins}, others, log);
+    }
+    scores[s] = mean_of_best(v);
   }
+  return scores;
+}
 
-  std::vector<double> v(pixels);
-  const auto others = static_cast<std::uint32_t>(patches.size()) - features;
-  for (std::size_t p = 0; p < pixels; ++p) {
-    const std::uint32_t *t = counts.data() + p * 2 * bins;
-    v[p] = variance_ratio({t, bins}, features, {t + bins, bins}, others, log);
-  }
-  return mean_of_best(v);
+ColourSpace best_of(const std::array<double, 49> &scores) {
+  return colour_spaces()[static_cast<std::size_t>(std::max_element(scores.begin(), scores.end()) - scores.begin())];
 }
 
 }  // namespace
@@ -88,31 +92,27 @@ void ColourPatches::convert(const ColourSpace &space, cv::Mat out) const {
 
 std::array<double, 49> colour_scores(const ColourPatches &patches) {
   const auto side = static_cast<std::size_t>(patches.patch_size()), pixels = side * side;
-  std::vector<std::uint8_t> planes(patches.size() * 3 * pixels);
-  std::uint32_t features = 0;
+  std::vector<std::uint8_t> planes(patches.size() * 3 * pixels);  // [patch][B, G, R][pixel]
   for (std::size_t i = 0; i < patches.size(); ++i) {
     const std::uint8_t *in = patches.patch(i).data;
     std::uint8_t *out = planes.data() + i * 3 * pixels;
     for (std::size_t p = 0; p < pixels; ++p)
       for (std::size_t k = 0; k < 3; ++k) out[k * pixels + p] = in[3 * p + k];
-    features += patches.label(i) == Label::feature;
   }
-  const LogTable log(patches.size());
-  std::vector<std::uint32_t> counts(pixels * 2 * (std::size_t{1} << histogram_bits(patches.size())));
   std::vector<std::uint16_t> mixed(pixels);
-  std::array<double, 49> scores{};
-  for (std::size_t s = 0; s < scores.size(); ++s)
-    scores[s] = score(colour_spaces()[s], planes, patches, features, log, counts, mixed);
-  return scores;
+  return scores_by(patches, pixels, [&](ColourSpace space, int bits) {
+    // The bin of each value of mix(): apply() depends on it alone.
+    const int span = space.span();
+    std::array<std::uint8_t, 255 * max_span + 1> bin{};
+    for (int f = 0; f <= 255 * span; ++f)
+      bin[static_cast<std::size_t>(f)] = static_cast<std::uint8_t>((f / span) >> (8 - bits));
+    return [&, space, bin](std::size_t i, auto fall) {
+      const std::uint8_t *b = planes.data() + i * 3 * pixels, *g = b + pixels, *r = g + pixels;
+      for (std::size_t p = 0; p < pixels; ++p) mixed[p] = static_cast<std::uint16_t>(space.mix(r[p], g[p], b[p]));
+      for (std::size_t p = 0; p < pixels; ++p) fall(p, bin[mixed[p]]);
+    };
+  });
 }
-
-namespace {
-
-ColourSpace best_of(const std::array<double, 49> &scores) {
-  return colour_spaces()[static_cast<std::size_t>(std::max_element(scores.begin(), scores.end()) - scores.begin())];
-}
-
-}  // namespace
 
 std::array<double, 49> colour_scores_of_pairs(const ColourPatches &patches, Random &random) {
   constexpr std::size_t pairs = 256;
@@ -125,47 +125,30 @@ std::array<double, 49> colour_scores_of_pairs(const ColourPatches &patches, Rand
   // [patch][pair][B G R]; a space's difference is its mix of these.
   std::vector<std::int16_t> differences;
   differences.reserve(patches.size() * pairs * 3);
-  std::uint32_t features = 0;
   for (std::size_t i = 0; i < patches.size(); ++i) {
     const std::uint8_t *in = patches.patch(i).data;
     for (const auto &[p1, p2] : ends)
       for (std::size_t c = 0; c < 3; ++c)
         differences.push_back(static_cast<std::int16_t>(in[3 * p1 + c] - in[3 * p2 + c]));
-    features += patches.label(i) == Label::feature;
   }
-  const auto others = static_cast<std::uint32_t>(patches.size()) - features;
-  const std::size_t bins = std::size_t{1} << histogram_bits(patches.size());
-  const LogTable log(patches.size());
-  std::vector<std::uint32_t> counts(pairs * 2 * bins);  // [pair][class][bin]
-  std::array<double, 49> scores{};
-  for (std::size_t s = 0; s < scores.size(); ++s) {
-    const auto &space = colour_spaces()[s];
-    std::fill(counts.begin(), counts.end(), 0);
-    const std::int16_t *d = differences.data();
-    for (std::size_t i = 0; i < patches.size(); ++i) {
-      std::uint32_t *histogram = counts.data() + (patches.label(i) == Label::feature ? 0 : bins);
-      for (std::size_t k = 0; k < pairs; ++k, d += 3, histogram += 2 * bins) {
+  return scores_by(patches, pairs, [&](ColourSpace space, int bits) {
+    return [&, space, bits](std::size_t i, auto fall) {
+      const std::int16_t *d = differences.data() + i * pairs * 3;
+      for (std::size_t k = 0; k < pairs; ++k, d += 3) {
         // Tissue's differences are small: the bins reach to ±64, the outermost on from there.
         const int mixed = (space.b * d[0] + space.g * d[1] + space.r * d[2]) / space.span();
-        ++histogram[static_cast<std::size_t>(std::clamp(mixed + 64, 0, 127)) * bins / 128];
+        fall(k, static_cast<std::size_t>((std::clamp(mixed + 64, 0, 127) << bits) >> 7));
       }
-    }
-    std::array<double, pairs> v{};
-    for (std::size_t k = 0; k < pairs; ++k) {
-      const std::uint32_t *t = counts.data() + k * 2 * bins;
-      v[k] = variance_ratio({t, bins}, features, {t + bins, bins}, others, log);
-    }
-    scores[s] = mean_of_best(v);
-  }
-  return scores;
-}
-
-ColourSpace choose_colour_of_pairs(const ColourPatches &patches, Random &random) {
-  return best_of(colour_scores_of_pairs(patches, random));
+    };
+  });
 }
 
 ColourSpace choose_colour(const ColourPatches &patches) {
   return best_of(colour_scores(patches));
+}
+
+ColourSpace choose_colour_of_pairs(const ColourPatches &patches, Random &random) {
+  return best_of(colour_scores_of_pairs(patches, random));
 }
 
 }  // namespace csd
