@@ -139,13 +139,13 @@ def verdict(claim, published):
     return (f"**{claim.verdict}**" if strong else claim.verdict) + (" †" if claim.reading else "")
 
 
-def effort(plan, spent, clock, intervals):
-    """What the runs took, and on how many scenes the intervals stand. clock: running.by_the_clock; intervals: those that stand on all
-    seeds."""
+def effort(plan, spent, clock, intervals, kinds):
+    """What the runs took, and on how many scenes the intervals stand. clock: running.by_the_clock; intervals: what those of `kinds` are
+    called."""
     wall, processor = spent
-    seeds = max(len(s.seeds) for s in plan.sequences)
+    seeds = max(len(s.seeds) for s in kinds)
     few = "" if seeds > 1 else " One seed is few clips: between scenes the figures vary more than these intervals say."
-    once = "; ".join(f"“{s.title}”" for s in plan.sequences if len(s.seeds) < seeds)
+    once = "; ".join(f"“{s.title}”" for s in plan.sequences if len(s.seeds) == 1 < seeds)
     at_once = f", and {running.minutes(clock[0])} by the clock, {clock[1]} at a time" if clock else " (several run at a time)"
     return (f"The runs took {running.minutes(processor)} of processor time, {running.minutes(wall)} one after the other{at_once}. "
             f"{intervals} stand on {seeds} seed{'s' if seeds > 1 else ''} of each sequence"
@@ -199,7 +199,7 @@ The experiments of Mountney & Yang (2012) on simulated motion, written by
 CSD is `csd-2012`, the paper's tracker; `csd-forest` is its future work, and `csd` the project's own ([method.md](method.md)); the others are in
 [baselines.md](baselines.md). p is of the difference from csd-2012. {tissue_in_words(plan)}
 
-{effort(plan, spent, clock, "The intervals of Tables 1 to 3")}
+{effort(plan, spent, clock, "The intervals of Tables 1 to 3", plan.of_tables())}
 
 ## What the paper found, and what is found here
 

@@ -331,7 +331,7 @@ measured; written by
     {command}
 {"" if plan.published else QUICK}
 {table(["", ""], versions.items())}
-{effort(plan, spent, running.by_the_clock(plan, out), "The intervals")}
+{effort(plan, spent, running.by_the_clock(plan, out), "The intervals", plan.sequences)}
 
 {goals_table(rows, out)}
 *Reached* is by the figure itself, not by its interval. The paper's Table 3 is of zoom, rotation and smoke together; its figures are

@@ -87,6 +87,5 @@ class Findings:
         self.tables = {t: score(plan.of_table(t)) for t in ("table1", "table2", "table3")}
         self.blood = changes_after(out, plan.sequence("irrigation"), plan.sequence("dry"), "csd-2012")
         # Of the paper's classes alone: dry is a scene of theirs again.
-        classes = [s for s in plan.sequences if s.table.startswith("table")]
-        self.mean_shifts = score(classes, ("ms1", "ms2"))
+        self.mean_shifts = score(plan.of_tables(), ("ms1", "ms2"))
         self.cost = running.read_learning_cost(out)

@@ -111,6 +111,10 @@ class Plan:
     def of_table(self, table):
         return [s for s in self.sequences if s.table == table]
 
+    def of_tables(self):
+        """Of the paper's Tables 1 to 3."""
+        return [s for s in self.sequences if s.table.startswith("table")]
+
 
 # name, title, figure, table, scenario, effects, style, textures by seed in turn: of TISSUE, or None, the style. The paper's sequences are described in its §3.1 and §3.2. In the
 # simulation's light and noise LK drifts, as it does in the paper's: without them it loses nothing in 4000 frames.

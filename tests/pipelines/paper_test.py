@@ -433,11 +433,15 @@ class Numbers(unittest.TestCase):
     def test_seeds_in_words(self):
         """What stands on one seed is named, titles with commas as one."""
         kinds = [types.SimpleNamespace(title=t, seeds=(1,) * n) for t, n in (("heart", 3), ("rotation, smoke", 1), ("fat", 1))]
-        said = evaluation.effort(types.SimpleNamespace(sequences=kinds), (600, 300), None, "They")
-        self.assertIn("They stand on 3 seeds of each sequence. There is one seed only of “rotation, smoke”; “fat”.", said)
-        self.assertIn("5 min of processor time, 10 min one after the other (several run at a time).", said)
-        self.assertIn("and 7 min by the clock, 2 at a time.", evaluation.effort(types.SimpleNamespace(sequences=kinds), (1, 1), (420, 2), ""))
-        self.assertNotIn("only", evaluation.effort(types.SimpleNamespace(sequences=kinds[:1]), (1, 1), None, "They"))
+        def said(kinds, of, spent=(600, 300), clock=None):
+            return evaluation.effort(types.SimpleNamespace(sequences=kinds), spent, clock, "They", of)
+
+        self.assertIn("They stand on 3 seeds of each sequence. There is one seed only of “rotation, smoke”; “fat”.", said(kinds, kinds))
+        self.assertIn("5 min of processor time, 10 min one after the other (several run at a time).", said(kinds, kinds))
+        self.assertIn("and 7 min by the clock, 2 at a time.", said(kinds, kinds, (1, 1), (420, 2)))
+        self.assertNotIn("only", said(kinds[:1], kinds[:1]))
+        # More scenes of what they don't stand on change nothing.
+        self.assertIn("They stand on 1 seed of each sequence. One seed is few clips", said(kinds, kinds[1:]))
 
     def test_versions_of_runs(self):
         """Where they differ, each; of a run that doesn't say it, those of now, and that."""
