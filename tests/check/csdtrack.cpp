@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // What csdtrack promises, element by harness: properties, states, points, and what makes it forget. What it
 // hands on is in csdtrack_output.cpp.
+#include "bus.h"
 #include "csdtrack_harness.h"
+
+using csd_check::said;
 
 namespace {
 
@@ -313,16 +316,6 @@ GST_START_TEST(a_segment_in_bytes_is_no_mistake) {
 GST_END_TEST
 
 namespace {
-
-std::string said(GstBus *bus, GstMessageType type) {
-  GstMessage *message = gst_bus_pop_filtered(bus, type);
-  if (!message) return "";
-  g_autoptr(GError) error = nullptr;
-  type == GST_MESSAGE_ERROR ? gst_message_parse_error(message, &error, nullptr)
-                            : gst_message_parse_warning(message, &error, nullptr);
-  gst_message_unref(message);
-  return error->message;
-}
 
 std::string in_views(const char *mode) {
   return std::string(gray_320) + ",views=2,multiview-mode=" + mode;

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "attach.h"
+#include "bus.h"
 #include "read_text.h"
 
 namespace csd_check {
@@ -127,18 +128,7 @@ struct Harness {
   }
   int push(GstClockTime pts) { return push(frame_at(pts)); }
 
-  /// The text of the next message of that kind, "" if there is none. Those of other kinds before it are gone.
-  std::string said(GstMessageType type) {
-    GstMessage *message = gst_bus_pop_filtered(bus, type);
-    if (!message) return "";
-    GError *error = nullptr;
-    GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR ? gst_message_parse_error(message, &error, nullptr)
-                                                   : gst_message_parse_warning(message, &error, nullptr);
-    const std::string text = error->message;
-    g_error_free(error);
-    gst_message_unref(message);
-    return text;
-  }
+  std::string said(GstMessageType types) { return csd_check::said(bus, types); }
 };
 
 inline constexpr char ndjson[] = "application/x-ndjson", utf8[] = "text/x-raw,format=utf8",
@@ -149,15 +139,6 @@ inline GstBuffer *bytes(const std::string &text, GstClockTime pts = GST_CLOCK_TI
   gst_buffer_fill(buffer, 0, text.data(), text.size());
   GST_BUFFER_PTS(buffer) = pts;
   return buffer;
-}
-
-inline std::string text_in(GstBuffer *buffer) {
-  gpointer data = nullptr;
-  gsize size = 0;
-  gst_buffer_extract_dup(buffer, 0, -1, &data, &size);
-  const std::string text(static_cast<char *>(data), size);
-  g_free(data);
-  return text;
 }
 
 /// csdtrackdec with both of its sink pads, not live. Waits for its text as long as a test may last, unless told

@@ -33,11 +33,7 @@ class Source {
   Source &operator=(const Source &) = delete;
 
   void link(GstPad *text) { fail_unless(gst_pad_link(pad_, text) == GST_PAD_LINK_OK); }
-  GstFlowReturn push(const std::string &line, GstClockTime pts) {
-    GstBuffer *buffer = gst_buffer_new_memdup(line.data(), line.size());
-    GST_BUFFER_PTS(buffer) = pts;
-    return gst_pad_push(pad_, buffer);
-  }
+  GstFlowReturn push(const std::string &line, GstClockTime pts) { return gst_pad_push(pad_, bytes(line, pts)); }
   GstFlowReturn push(guint64 n) { return push(line(n), n * frame_time); }
 
  private:

@@ -7,7 +7,7 @@
 #include "attach.h"
 #include "read_text.h"
 
-using csd_check::attach, csd_check::Json, csd_check::lines_of, csd_check::object, csd_check::parse;
+using csd_check::attach, csd_check::Json, csd_check::lines_of, csd_check::object, csd_check::parse, csd_check::text_in;
 
 namespace {
 
@@ -25,11 +25,7 @@ struct Harness {
   GstFlowReturn push(GstBuffer *frame) { return gst_harness_push(h, frame); }
   std::string pull(GstBuffer **kept = nullptr) {
     GstBuffer *buffer = gst_harness_pull(h);
-    gpointer data = nullptr;
-    gsize size = 0;
-    gst_buffer_extract_dup(buffer, 0, -1, &data, &size);
-    std::string text(static_cast<char *>(data), size);
-    g_free(data);
+    std::string text = text_in(buffer);
     if (kept)
       *kept = buffer;
     else

@@ -27,6 +27,15 @@ inline JsonObject *object(const Json &json) {
   return json_node_get_object(json.get());
 }
 
+inline std::string text_in(GstBuffer *buffer) {
+  gpointer data = nullptr;
+  gsize size = 0;
+  gst_buffer_extract_dup(buffer, 0, -1, &data, &size);
+  const std::string text(static_cast<char *>(data), size);
+  g_free(data);
+  return text;
+}
+
 inline std::vector<std::string> lines_of(const std::string &text) {
   std::vector<std::string> lines;
   std::istringstream in(text);
