@@ -14,23 +14,28 @@
 #ifndef CSD_SAMPLES_ONCE
 #define CSD_SAMPLES_ONCE
 namespace csd {
-/// Where a component's samples lie in a v210 group of 12, three to a little-endian 32-bit word, in the order
-/// U0 Y0 V0 Y1 U1 Y2 V1 Y3 U2 Y4 V2 Y5: bytes of the two that hold each, and the factor that shifts its upper bit to
-/// bit 15. Lanes that no sample needs repeat the first.
-struct V210Table {
+/// Where samples lie in a group of 12, three to a little-endian 32-bit word: bytes of the two that hold each, and the
+/// factor that shifts its upper bit to bit 15. Lanes that no sample needs repeat the first.
+struct GroupTable {
   alignas(16) std::uint8_t bytes[16];
   alignas(16) std::uint16_t factor[8];
 };
-constexpr int v210_position(int component, int in_group) {
-  return component == 0 ? 2 * in_group + 1 : 4 * in_group + (component == 1 ? 0 : 2);
+/// The three components of v210, U0 Y0 V0 Y1 U1 Y2 V1 Y3 U2 Y4 V2 Y5, and gray10.
+inline constexpr int gray10_samples = 3;
+constexpr int samples_of(const FrameView &view, int component) {
+  return view.packing == Packing::v210 ? component : gray10_samples;
 }
-constexpr int v210_per_group(int component) {
-  return component == 0 ? 6 : 3;
+constexpr int group_position(int samples, int in_group) {
+  return samples == gray10_samples ? in_group : samples == 0 ? 2 * in_group + 1 : 4 * in_group + (samples == 1 ? 0 : 2);
 }
-constexpr V210Table v210_table(int component) {
-  V210Table t{};
+constexpr int per_group(int samples) {
+  return samples == gray10_samples ? 12 : samples == 0 ? 6 : 3;
+}
+/// Of eight samples from the `first` of the group on.
+constexpr GroupTable group_table(int samples, int first = 0) {
+  GroupTable t{};
   for (int i = 0; i < 8; ++i) {
-    const int position = v210_position(component, i < v210_per_group(component) ? i : 0);
+    const int position = group_position(samples, first + i < per_group(samples) ? first + i : 0);
     const int byte = 4 * (position / 3) + position % 3;  // bits 0, 10, 20 of a word begin in its byte 0, 1, 2
     t.bytes[2 * i] = static_cast<std::uint8_t>(byte);
     t.bytes[2 * i + 1] = static_cast<std::uint8_t>(byte + 1);
@@ -38,7 +43,9 @@ constexpr V210Table v210_table(int component) {
   }
   return t;
 }
-inline constexpr V210Table v210_tables[3] = {v210_table(0), v210_table(1), v210_table(2)};
+inline constexpr GroupTable group_tables[4] = {group_table(0), group_table(1), group_table(2),
+                                               group_table(gray10_samples)};
+inline constexpr GroupTable gray10_end = group_table(gray10_samples, 4);
 }  // namespace csd
 #endif
 
@@ -54,50 +61,85 @@ int ReadGroups(const std::uint8_t *, int, int, std::uint8_t *) {
   return 0;
 }
 #else
-/// `n` samples of a component from the first of a v210 group on.
-int ReadGroups(const std::uint8_t *group, int component, int n, std::uint8_t *out) {
+/// `n` samples from the first of a group on.
+int ReadGroups(const std::uint8_t *group, int samples, int n, std::uint8_t *out) {
   const hn::Full128<std::uint8_t> d8;
   const hn::Full128<std::uint16_t> d16;
   const hn::RebindToSigned<decltype(d16)> signed16;
   const hn::Rebind<std::uint8_t, decltype(d16)> half;
-  const auto table = hn::Load(d8, v210_tables[component].bytes);
-  const auto factor = hn::Load(d16, v210_tables[component].factor);
   const auto two = hn::Set(d16, 2);
-  const int step = v210_per_group(component);
-  int x = 0;
-  for (; x + 8 <= n; x += step, group += 16) {  // 8 are written, `step` count
-    const auto pairs = hn::BitCast(d16, hn::TableLookupBytes(hn::LoadU(d8, group), table));
-    const auto sample = hn::ShiftRight<6>(hn::Mul(pairs, factor));
+  const auto read = [&](const GroupTable &table, std::uint8_t *to) HWY_ATTR {
+    const auto pairs = hn::BitCast(d16, hn::TableLookupBytes(hn::LoadU(d8, group), hn::Load(d8, table.bytes)));
+    const auto sample = hn::ShiftRight<6>(hn::Mul(pairs, hn::Load(d16, table.factor)));
     const auto rounded = hn::ShiftRight<2>(hn::Add(sample, two));
-    hn::StoreU(hn::DemoteTo(half, hn::BitCast(signed16, rounded)), half, out + x);
+    hn::StoreU(hn::DemoteTo(half, hn::BitCast(signed16, rounded)), half, to);
+  };
+  const int step = per_group(samples), written = std::max(step, 8);
+  int x = 0;
+  for (; x + written <= n; x += step, group += 16) {
+    read(group_tables[samples], out + x);
+    if (step > 8) read(gray10_end, out + x + 4);
   }
   return x;
 }
 #endif
 
-/// 16-bit words, `stride` 2 or 4 bytes apart, of a machine that stores them as the picture does.
-int ReadWords(const std::uint8_t *p, int stride, int shift, int n, std::uint8_t *out) {
-  const hn::ScalableTag<std::uint16_t> d;
-  const hn::RebindToSigned<decltype(d)> signed16;
-  const hn::Rebind<std::uint8_t, decltype(d)> half;
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  const auto rounding = hn::Set(d, static_cast<std::uint16_t>(1 << shift >> 1)), most = hn::Set(d, 255);
+const hn::ScalableTag<std::uint16_t> u16;
+using Words = hn::Vec<decltype(u16)>;
+
+/// Of 16-bit words, 2, 4 or 8 bytes apart, what `byte_of` makes of them, at most 255. Where they are apart the last one
+/// is left: its vector would end past the row.
+template <class ByteOf>
+HWY_INLINE int CoverWords(const std::uint8_t *p, std::ptrdiff_t stride, int n, std::uint8_t *out, ByteOf byte_of) {
+  const hn::RebindToSigned<decltype(u16)> signed16;
+  const hn::Rebind<std::uint8_t, decltype(u16)> half;
+  const auto most = hn::Set(u16, 255);
+  const int lanes = static_cast<int>(hn::Lanes(u16)), whole = stride == 2 ? n : n - 1;
+  if (whole < lanes) return 0;
   const auto words = reinterpret_cast<const std::uint16_t *>(p);
-  const auto store = [&](auto v, int i) HWY_ATTR {
-    const auto rounded = hn::Min(hn::ShiftRightSame(hn::SaturatedAdd(v, rounding), shift), most);
-    hn::StoreU(hn::DemoteTo(half, hn::BitCast(signed16, rounded)), half, out + i);
+  const auto cover = [&](auto load) HWY_ATTR {
+    const auto one = [&](int i) HWY_ATTR {
+      hn::StoreU(hn::DemoteTo(half, hn::BitCast(signed16, hn::Min(byte_of(load(i)), most))), half, out + i);
+    };
+    int i = 0;
+    for (; i + lanes <= whole; i += lanes) one(i);
+    if (i < whole) one(whole - lanes);
   };
-  int i = 0;
   if (stride == 2) {
-    for (; i + lanes <= n; i += lanes) store(hn::LoadU(d, words + i), i);
+    cover([&](int i) HWY_ATTR { return hn::LoadU(u16, words + i); });
+  } else if (stride == 4) {
+    cover([&](int i) HWY_ATTR {
+      Words a, b;
+      hn::LoadInterleaved2(u16, words + 2 * i, a, b);
+      return a;
+    });
   } else {
-    for (; i + lanes < n; i += lanes) {
-      hn::Vec<decltype(d)> a, b;
-      hn::LoadInterleaved2(d, words + 2 * i, a, b);
-      store(a, i);
-    }
+    cover([&](int i) HWY_ATTR {
+      Words a, b, c, e;
+      hn::LoadInterleaved4(u16, words + 4 * i, a, b, c, e);
+      return a;
+    });
   }
-  return i;
+  return whole;
+}
+
+int ReadWords(const std::uint8_t *p, const Component &c, int n, std::uint8_t *out) {
+  const bool swapped = c.big_endian != (std::endian::native == std::endian::big);
+  const auto ordered = [&](Words v)
+                           HWY_ATTR { return swapped ? hn::Or(hn::ShiftLeft<8>(v), hn::ShiftRight<8>(v)) : v; };
+  if (c.gain > 0) {
+    const auto black = hn::Set(u16, c.black), gain = hn::Set(u16, c.gain);
+    return CoverWords(p, c.pixel_stride, n, out,
+                      [&](Words v) HWY_ATTR { return hn::MulHigh(hn::SaturatedSub(ordered(v), black), gain); });
+  }
+  const int shift = c.shift, left = c.left;
+  const auto rounding = hn::Set(u16, static_cast<std::uint16_t>(1 << shift >> 1));
+  if (!swapped && left == 0)
+    return CoverWords(p, c.pixel_stride, n, out,
+                      [&](Words v) HWY_ATTR { return hn::ShiftRightSame(hn::SaturatedAdd(v, rounding), shift); });
+  return CoverWords(p, c.pixel_stride, n, out, [&](Words v) HWY_ATTR {
+    return hn::ShiftRightSame(hn::SaturatedAdd(hn::ShiftLeftSame(ordered(v), left), rounding), shift);
+  });
 }
 
 /// Bytes, `stride` 2, 3 or 4 apart. The last pixel is left: its vector would end past the row.
@@ -148,39 +190,51 @@ std::uint32_t little_endian_32(const std::uint8_t *p) {
          static_cast<std::uint32_t>(p[3]) << 24;
 }
 
-std::uint8_t v210_sample(const std::uint8_t *line, int component, int index) {
-  const std::uint8_t *group = line + 16 * static_cast<std::ptrdiff_t>(index / v210_per_group(component));
-  const int position = v210_position(component, index % v210_per_group(component));
+std::uint8_t group_sample(const std::uint8_t *line, int samples, int index) {
+  const std::uint8_t *group = line + 16 * static_cast<std::ptrdiff_t>(index / per_group(samples));
+  const int position = group_position(samples, index % per_group(samples));
   const std::uint32_t sample = little_endian_32(group + 4 * (position / 3)) >> (10 * (position % 3)) & 0x3ff;
   return static_cast<std::uint8_t>(std::min<std::uint32_t>((sample + 2) >> 2, 255));
 }
 
+/// The sample of its row, which begins with a group, that is the view's `first`.
+int in_groups(const FrameView &view, int component, int first) {
+  return first + (component == 0 ? view.x_offset : view.x_offset >> 1);
+}
+
+std::uint8_t word_sample(const std::uint8_t *p, const Component &c) {
+  const unsigned word = c.big_endian ? unsigned{p[0]} << 8 | p[1] : p[0] | unsigned{p[1]} << 8;
+  if (c.gain > 0)
+    return static_cast<std::uint8_t>(std::min((std::max<unsigned>(word, c.black) - c.black) * c.gain >> 16, 255u));
+  const unsigned sample = (word << c.left) & 0xffff;
+  return static_cast<std::uint8_t>(std::min((sample + (1u << c.shift >> 1)) >> c.shift, 255u));
+}
+
 /// Samples [first, first + n) of a component in a row without SIMD.
 void read_slowly(const FrameView &view, int component, int row, int first, int n, std::uint8_t *out) {
-  if (view.packing == Packing::v210) {
+  if (view.packing != Packing::components) {
     const Component &c = view.component[0];
-    first += component == 0 ? view.x_offset : view.x_offset >> 1;
-    for (int i = 0; i < n; ++i) out[i] = v210_sample(c.data + row * c.row_stride, component, first + i);
+    first = in_groups(view, component, first);
+    for (int i = 0; i < n; ++i)
+      out[i] = group_sample(c.data + row * c.row_stride, samples_of(view, component), first + i);
     return;
   }
   const Component &c = view.component[component];
   const std::uint8_t *p = c.data + row * c.row_stride + first * c.pixel_stride;
-  const int half = 1 << c.shift >> 1;
-  for (int i = 0; i < n; ++i, p += c.pixel_stride)
-    out[i] = c.bytes == 1 ? *p : static_cast<std::uint8_t>(std::min(((p[0] | p[1] << 8) + half) >> c.shift, 255));
+  for (int i = 0; i < n; ++i, p += c.pixel_stride) out[i] = c.bytes == 1 ? *p : word_sample(p, c);
 }
 
 }  // namespace
 
 void read_samples(const FrameView &view, int component, int row, int first, int n, std::uint8_t *out) {
   int done = 0;
-  if (view.packing == Packing::v210) {
+  if (view.packing != Packing::components) {
     const Component &c = view.component[0];
-    const int per_group = v210_per_group(component), at = first + (component == 0 ? view.x_offset : view.x_offset >> 1);
-    done = std::min(n, (per_group - at % per_group) % per_group);
+    const int samples = samples_of(view, component), step = per_group(samples), at = in_groups(view, component, first);
+    done = std::min(n, (step - at % step) % step);
     read_slowly(view, component, row, first, done, out);
-    const std::uint8_t *group = c.data + row * c.row_stride + 16 * static_cast<std::ptrdiff_t>((at + done) / per_group);
-    done += HWY_DYNAMIC_DISPATCH(ReadGroups)(group, component, n - done, out + done);
+    const std::uint8_t *group = c.data + row * c.row_stride + 16 * static_cast<std::ptrdiff_t>((at + done) / step);
+    done += HWY_DYNAMIC_DISPATCH(ReadGroups)(group, samples, n - done, out + done);
   } else {
     const Component &c = view.component[component];
     const std::uint8_t *p = c.data + row * c.row_stride + first * c.pixel_stride;
@@ -191,8 +245,8 @@ void read_samples(const FrameView &view, int component, int row, int first, int 
     }
     if (c.bytes == 1 && stride >= 2 && stride <= 4)
       done = HWY_DYNAMIC_DISPATCH(ReadBytes)(p, stride, n, out);
-    else if (c.bytes == 2 && (stride == 2 || stride == 4) && std::endian::native == std::endian::little)
-      done = HWY_DYNAMIC_DISPATCH(ReadWords)(p, stride, c.shift, n, out);
+    else if (c.bytes == 2 && (stride == 2 || stride == 4 || stride == 8))
+      done = HWY_DYNAMIC_DISPATCH(ReadWords)(p, c, n, out);
   }
   read_slowly(view, component, row, first + done, n - done, out + done);
 }

@@ -13,16 +13,11 @@
 namespace csd {
 namespace {
 
+using test::is_gray;
+using test::is_rgb;
 using test::Layout;
 using test::pack;
 using test::Texture;
-
-bool is_gray(Layout l) {
-  return l == Layout::gray8;
-}
-bool is_rgb(Layout l) {
-  return l >= Layout::rgb;
-}
 
 double largest_difference(const cv::Mat &a, const cv::Mat &b) {
   return cv::norm(a, b, cv::NORM_INF);
