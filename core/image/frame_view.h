@@ -48,6 +48,8 @@ struct FrameView {
   double kr = 0.2126;       ///< Y'CbCr matrix (BT.709 unless the stream says otherwise)
   double kb = 0.0722;       ///< Y'CbCr matrix
   bool full_range = false;  ///< Y'CbCr in 0…255 instead of 16…235/240
+  /// Little-endian gray of 16 bit that may use any part of them: GrayWindow finds it, and sets black and gain.
+  bool open_range = false;
 };
 
 }  // namespace csd

@@ -18,7 +18,8 @@ inline int component_rows(const FrameView &view, int component) {
 }
 
 /// Reads `n` samples from column `first` of row `row` of a component (0…2) as 8 bit. `row` and `first` count in the
-/// component's own grid and must lie in it. Deeper samples are rounded to nearest, and to 255 at most.
+/// component's own grid and must lie in it. Deeper samples are rounded to nearest, and to 255 at most, or mapped by
+/// their Component's `black` and `gain`.
 void read_samples(const FrameView &view, int component, int row, int first, int n, std::uint8_t *out);
 
 /// The same without SIMD; what tests compare with, bit for bit.

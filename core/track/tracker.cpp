@@ -8,6 +8,7 @@
 
 #include "detect/detect.h"
 #include "image/content_area.h"
+#include "image/gray_window.h"
 #include "image/pyramid.h"
 #include "image/specular.h"
 #include "image/tools.h"
@@ -68,6 +69,7 @@ struct Tracker::Impl {
 
   // The streaming thread's.
   WorkFrame frame;
+  GrayWindow window;
   ContentAreaFinder content_area;
   cv::Mat nowhere;          // what is forbidden with content-area=full: nothing
   std::vector<Life> lives;  // by ascending id
@@ -91,7 +93,10 @@ struct Tracker::Impl {
 
 void Tracker::Impl::take_requests() {
   requests.take(asked);
-  if (asked.reset) end_all();
+  if (asked.reset) {
+    end_all();
+    window.reset();
+  }
   asked.reset = false;
   for (const auto id : asked.removed) {
     std::erase_if(asked.added, [id](const StartPoint &p) { return p.id == id; });
@@ -317,7 +322,7 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
   time = clock.time();
   failed = true;
   take_requests();
-  if (view) frame.load(*view);
+  if (view) frame.load(window.look(*view, time));
   // Fields instead of frames are another working image, though of the same picture.
   const auto work_size = view ? frame.size() : last_work_size;
   if (size != last_size || (work_size != last_work_size && !last_work_size.empty())) end_all();

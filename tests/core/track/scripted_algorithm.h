@@ -30,6 +30,7 @@ struct Script {
   bool cannot_forget = false;
   std::int64_t time = -1;  // of the last frame to track
   bool jumped = false;     // … it
+  cv::Mat luma;            // … of it
   std::vector<FeatureId> begun, ended;
   int finished = 0, forgotten = 0;
 };
@@ -44,6 +45,7 @@ class Scripted final : public Algorithm {
     EXPECT_TRUE(std::is_sorted(claims.begin(), claims.end(), [](auto &a, auto &b) { return a.id < b.id; }));
     script->time = context.time;
     script->jumped = context.jumped;
+    context.frame.luma().copyTo(script->luma);
     for (auto &claim : claims) {
       const auto kind = script->kinds.find(claim.id);
       claim.kind = kind == script->kinds.end() ? Claim::Kind::tracked : kind->second;

@@ -68,6 +68,31 @@ TEST_F(TrackerLife, AJumpIsToldOfUntilAFrameWasTracked) {
   EXPECT_TRUE(script_.jumped);
 }
 
+/// 1500 of 65536 levels, moved by a few that a window lets pass: only a stream that begins anew is looked at anew.
+TEST_F(TrackerLife, GrayOf16BitIsSeenThroughAWindowOfItsStream) {
+  const auto process = [this](Tracker &tracker, int from) {
+    cv::Mat1w deep;
+    texture_.convertTo(deep, CV_16U, 9, from);
+    FrameView view = MovingScene::gray_view(deep);
+    view.open_range = true;
+    view.component[0] = {deep.ptr(), static_cast<std::ptrdiff_t>(deep.step[0]), 2, 2, 8};
+    pts_ += second / 25;
+    tracker.process(view, pts_);
+    return script_.luma.clone();
+  };
+  const auto same = [](const cv::Mat &a, const cv::Mat &b) { return cv::norm(a, b, cv::NORM_INF) == 0; };
+  Tracker tracker(with_points({{10, 20}}), executor_), other(with_points({{10, 20}}), executor_);
+  const cv::Mat first = process(tracker, 1000), second = process(tracker, 1040), anew = process(other, 1040);
+  cv::Scalar mean, is, should;
+  cv::meanStdDev(first, mean, is);
+  cv::meanStdDev(texture_, mean, should);
+  EXPECT_GT(is[0], should[0]) << "all of 8 bit is used";
+  EXPECT_FALSE(same(first, second)) << "the window stays";
+  EXPECT_TRUE(same(first, anew)) << "of another stream's it is another";
+  tracker.reset();
+  EXPECT_TRUE(same(process(tracker, 1040), anew));
+}
+
 TEST_F(TrackerLife, AGivenPointNeverEndsADetectedOneIsForgotten) {
   Settings settings;
   settings.max_features = 5;

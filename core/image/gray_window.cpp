@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "image/gray_window.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+
+namespace csd {
+namespace {
+
+constexpr int most_samples = 16384;  // the 0.5 % at an end are 80 of them: they vary by a tenth of a noise's sigma
+constexpr int beyond = 200;          // one of so many pixels is darker than the range, and one brighter
+constexpr double margin = 1.0 / 12;  // of the range, on either side: more than `out_of_place`
+constexpr double out_of_place = 1.0 / 16, in_place = 1.0 / 64;  // of the window
+constexpr double follow_in = 0.3;                               // s
+constexpr double too_little = 1.0 / 4;                          // of the window
+constexpr int levels = 256;
+constexpr double brightest = 65535;
+
+}  // namespace
+
+FrameView GrayWindow::look(const FrameView &view, std::int64_t time) {
+  if (!view.open_range || view.width < 1 || view.rows < 1 || !view.component[0].data) return view;
+  if (view.width != width_ || view.rows != rows_) reset();
+  width_ = view.width;
+  rows_ = view.rows;
+  const Seen seen = measure(view);
+  follow(seen, static_cast<double>(std::max<std::int64_t>(time - time_, 0)) / 1e9);
+  time_ = time;
+  FrameView out = view;
+  Component &c = out.component[0];
+  c.black = static_cast<std::uint16_t>(std::lround(black_));
+  c.gain = static_cast<std::uint16_t>(std::min(levels * 65536 / (white_ - black_), brightest));
+  return out;
+}
+
+GrayWindow::Seen GrayWindow::measure(const FrameView &view) {
+  coarse_.resize(256);
+  fine_.resize(65536);
+  const Component &c = view.component[0];
+  int every = 1;
+  const auto samples = [&](int n) { return (n + every - 1) / every; };
+  while (std::int64_t{samples(view.width)} * samples(view.rows) > most_samples) ++every;
+  unsigned all = 256;
+  int count = 0;
+  for (int y = std::min(every, view.rows) / 2; y < view.rows; y += every)
+    for (int x = std::min(every, view.width) / 2; x < view.width; x += every, ++count) {
+      const std::uint8_t *p = c.data + y * c.row_stride + x * c.pixel_stride;
+      ++fine_[static_cast<std::size_t>(p[0] | p[1] << 8)];
+      ++coarse_[p[1]];
+      all |= p[0];
+    }
+  const int step = 1 << std::countr_zero(all);
+  known_ &= step >= step_;
+  step_ = std::min(step_, step);
+  const int masked = fine_[0] < count ? fine_[0] : 0;
+  count -= masked;
+  const auto level = [&](int rank) {
+    rank += masked;
+    std::size_t i = 0;
+    for (; rank >= coarse_[i]; ++i) rank -= coarse_[i];
+    std::size_t v = i * 256;
+    for (; rank >= fine_[v]; ++v) rank -= fine_[v];
+    return static_cast<double>(v);
+  };
+  const Seen seen{level(count / beyond), level(count / 2), level(count - 1 - count / beyond)};
+  for (std::size_t i = 0; i < coarse_.size(); ++i)
+    if (coarse_[i] > 0) std::fill_n(fine_.begin() + static_cast<std::ptrdiff_t>(256 * i), 256, std::uint16_t{0});
+  std::fill(coarse_.begin(), coarse_.end(), std::uint16_t{0});
+  return seen;
+}
+
+void GrayWindow::follow(const Seen &seen, double seconds) {
+  const double width = white_ - black_;
+  const double least = levels * step_;
+  const bool shows_little =
+      seen.median < black_ || seen.median > white_ || std::max(seen.high - seen.low, least) < too_little * width;
+  if (!known_ || shows_little) {
+    known_ = true;
+    moving_ = false;
+    low_ = seen.low;
+    high_ = seen.high;
+    return fit();
+  }
+  const double off = std::max(std::abs(seen.low - low_), std::abs(seen.high - high_));
+  moving_ = off > (moving_ ? in_place : out_of_place) * width;
+  if (!moving_) return;
+  const double part = 1 - std::exp(-seconds / follow_in);
+  low_ += part * (seen.low - low_);
+  high_ += part * (seen.high - high_);
+  fit();
+}
+
+void GrayWindow::fit() {
+  const double around = margin * (high_ - low_), least = levels * step_;
+  black_ = std::max(low_ - around, 0.0);
+  white_ = std::min(high_ + around, brightest + 1);
+  if (white_ - black_ >= least) return;
+  black_ = std::min(black_, brightest + 1 - least);
+  white_ = black_ + least;
+}
+
+}  // namespace csd
