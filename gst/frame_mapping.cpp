@@ -8,9 +8,6 @@ namespace csd {
 
 namespace {
 
-/// v210: 6 pixels in 16 bytes.
-constexpr int v210_pixels = 6, v210_bytes = 16;
-
 void set_colour(FrameView &view, const GstVideoInfo &info) {
   GstVideoColorimetry colour = info.colorimetry;
   if (view.model != ColourModel::yuv || colour.matrix == GST_VIDEO_COLOR_MATRIX_UNKNOWN) {
@@ -64,10 +61,11 @@ static bool contradicts(const GstVideoMeta &meta, const GstVideoInfo &info) {
 /// Bytes of a line of a component of a frame, from the plane's first.
 static gint64 line_bytes(const GstVideoFrame &frame, guint c) {
   const GstVideoFormatInfo &format = *frame.info.finfo;
-  if (GST_VIDEO_FORMAT_INFO_FORMAT(&format) == GST_VIDEO_FORMAT_v210)
-    return (gint64{frame.info.width} + v210_pixels - 1) / v210_pixels * v210_bytes;
+  if (const SampleGroups *groups = sample_groups(format))
+    return (gint64{frame.info.width} + groups->pixels - 1) / groups->pixels * groups->bytes;
   const gint64 width = GST_VIDEO_FORMAT_INFO_SCALE_WIDTH(&format, c, gint64{frame.info.width});
-  return component_offset(format, c) + (width - 1) * format.pixel_stride[c] + (format.depth[c] > 8 ? 2 : 1);
+  const SamplePlace place = sample_place(format, c);
+  return place.offset + (width - 1) * format.pixel_stride[c] + place.bytes;
 }
 
 /// Whether all lines lie in the mapped memory. GStreamer (1.22) asks a GstVideoMeta for its offsets and strides, and
@@ -165,10 +163,63 @@ const guint8 *plane_end(const GstVideoFrame &frame, guint plane) {
   return end;
 }
 
-int component_offset(const GstVideoFormatInfo &format, guint c) {
-  const int offset = format.poffset[c];
-  // P010's V is declared at byte 1 (seen, 1.22): a 16-bit word can't be, it is word 1.
-  return format.depth[c] > 8 && offset % 2 == 1 ? 2 * offset : offset;
+SamplePlace sample_place(const GstVideoFormatInfo &format, guint c) {
+  // Of these GstVideoFormatInfo tells pixel strides and depths alone (seen, 1.22).
+  static constexpr int y210[] = {0, 2, 6};                                   // bytes of Y0 U Y1 V
+  static constexpr int y410[] = {10, 0, 20, 30}, bgr10[] = {20, 10, 0, 30};  // lowest bits
+  switch (GST_VIDEO_FORMAT_INFO_FORMAT(&format)) {
+    case GST_VIDEO_FORMAT_Y210:
+      return {.offset = y210[c], .bytes = 2, .shift = 6};
+    case GST_VIDEO_FORMAT_Y410:
+      return {.bytes = 4, .shift = y410[c]};
+    case GST_VIDEO_FORMAT_BGR10A2_LE:
+      return {.bytes = 4, .shift = bgr10[c]};
+    case GST_VIDEO_FORMAT_r210:
+      return {.bytes = 4, .shift = bgr10[c], .big_endian = true};
+    default:
+      break;
+  }
+  const int offset = format.poffset[c], shift = static_cast<int>(format.shift[c]);
+  if (format.depth[c] <= 8) return {.offset = offset, .shift = shift};
+  // V of P010 and P012 is declared at byte 1 (seen, 1.22): a 16-bit word can't be, it is word 1.
+  const bool host_endian = GST_VIDEO_FORMAT_INFO_FORMAT(&format) == GST_VIDEO_FORMAT_ARGB64;
+  return {.offset = offset % 2 == 1 ? 2 * offset : offset,
+          .bytes = 2,
+          .shift = shift,
+          .big_endian = host_endian && G_BYTE_ORDER == G_BIG_ENDIAN};
+}
+
+const SampleGroups *sample_groups(const GstVideoFormatInfo &format) {
+  static constexpr SampleGroups v210{Packing::v210, 6, 16}, gray10{Packing::gray10, 3, 4};
+  switch (GST_VIDEO_FORMAT_INFO_FORMAT(&format)) {
+    case GST_VIDEO_FORMAT_v210:
+      return &v210;
+    case GST_VIDEO_FORMAT_GRAY10_LE32:
+      return &gray10;
+    default:
+      return nullptr;
+  }
+}
+
+/// Component `c` of a frame from its plane's first byte on. What lies in 32 bits is read as the 16 of them that hold
+/// it.
+static Component whole_component(const GstVideoFrame &frame, guint c) {
+  const GstVideoFormatInfo &format = *frame.info.finfo;
+  const SamplePlace place = sample_place(format, c);
+  const bool wide = place.bytes == 4;
+  const int depth = static_cast<int>(format.depth[c]), byte = place.shift / 8;
+  const int offset = !wide ? place.offset : place.big_endian ? 2 - byte : byte;
+  Component out;
+  out.data = static_cast<const guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, format.plane[c])) + offset;
+  out.row_stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, format.plane[c]);
+  out.pixel_stride = format.pixel_stride[c];
+  out.bytes = place.bytes > 1 ? 2 : 1;
+  out.shift = static_cast<std::uint8_t>(wide ? 8 : place.shift + depth - 8);
+  out.sub_x = static_cast<std::uint8_t>(format.w_sub[c]);
+  out.sub_y = static_cast<std::uint8_t>(format.h_sub[c]);
+  out.left = static_cast<std::uint8_t>(wide ? 16 - depth - place.shift % 8 : 0);
+  out.big_endian = place.big_endian;
+  return out;
 }
 
 FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop) {
@@ -204,12 +255,12 @@ FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const
     }
   }
 
-  if (GST_VIDEO_FORMAT_INFO_FORMAT(&format) == GST_VIDEO_FORMAT_v210) {
-    view.packing = Packing::v210;
+  if (const SampleGroups *groups = sample_groups(format)) {
+    view.packing = groups->packing;
     const std::ptrdiff_t stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0);
-    view.x_offset = area.x % v210_pixels;
+    view.x_offset = area.x % groups->pixels;
     view.component[0].data = static_cast<const guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0)) + first_line * stride +
-                             area.x / v210_pixels * v210_bytes;
+                             area.x / groups->pixels * groups->bytes;
     view.component[0].row_stride = stride * line_step;
     return view;
   }
@@ -217,13 +268,9 @@ FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const
   const guint colours = view.model == ColourModel::gray ? 1 : 3;  // alpha is nobody's business here
   for (guint c = 0; c < colours; ++c) {
     Component &out = view.component[c];
-    const guint plane = format.plane[c];
-    const std::ptrdiff_t stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, plane);
-    out.pixel_stride = format.pixel_stride[c];
-    out.bytes = format.depth[c] > 8 ? 2 : 1;
-    out.shift = static_cast<std::uint8_t>(format.shift[c] + format.depth[c] - 8);
-    out.sub_x = static_cast<std::uint8_t>(format.w_sub[c]);
-    out.sub_y = static_cast<std::uint8_t>(format.h_sub[c]);
+    out = whole_component(frame, c);
+    const std::uint8_t *base = out.data;
+    const std::ptrdiff_t stride = out.row_stride;
 
     int line = first_line >> out.sub_y;
     const bool in_both_fields = line_step == 2 && out.sub_y > 0 && fields == Fields::progressive;
@@ -231,8 +278,6 @@ FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const
       // Interlaced 4:2:0: chroma lines alternate between the fields as luma lines do.
       line = ((first_line >> 1) >> out.sub_y) * 2 + (first_line & 1);
     }
-    const auto *base =
-        static_cast<const guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, plane)) + component_offset(format, c);
     const std::ptrdiff_t column = (area.x >> out.sub_x) * out.pixel_stride;
     out.data = base + line * stride + column;
     out.row_stride = stride * line_step;
@@ -248,7 +293,7 @@ FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const
       const int needed = GST_VIDEO_FRAME_COMP_HEIGHT(&frame, c);
       const guint8 *last_byte =
           base + last * stride + ((area.x + area.width - 1) >> out.sub_x) * out.pixel_stride + out.bytes;
-      if (last >= needed && last_byte > plane_end(frame, plane)) {
+      if (last >= needed && last_byte > plane_end(frame, format.plane[c])) {
         out.data = base + (first_line >> 1) * stride + column;
         out.row_stride = stride;
         out.sub_y = 0;

@@ -12,7 +12,8 @@ namespace csd {
 /// The raw formats that decoders and capture cards give, as a caps list. A test walks through it.
 #define CSD_VIDEO_FORMATS                                                                      \
   "{ I420, YV12, NV12, NV21, Y42B, Y444, YUY2, UYVY, GRAY8, RGB, BGR, RGBx, BGRx, xRGB, xBGR," \
-  " RGBA, BGRA, ARGB, ABGR, v210, I420_10LE, I422_10LE, Y444_10LE, P010_10LE }"
+  " RGBA, BGRA, ARGB, ABGR, v210, I420_10LE, I422_10LE, Y444_10LE, P010_10LE,"                 \
+  " NV16, VUYA, P012_LE, I420_12LE, RGBA64_LE, ARGB64, Y210, Y410, r210, BGR10A2_LE, GRAY10_LE32 }"
 
 /// Caps of both pad templates: every format, plain and with the feature meta:GstVideoOverlayComposition; progressive,
 /// interleaved and mixed, but neither fields nor alternate (a field alone is no picture). The caller owns the result.
@@ -89,7 +90,24 @@ FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const
 /// Where the memory of plane `plane` ends: at the next plane, or with the memory it is mapped from.
 const guint8 *plane_end(const GstVideoFrame &frame, guint plane);
 
-/// Byte of component `c` within a pixel of its plane.
-int component_offset(const GstVideoFormatInfo &format, guint c);
+/// Where the samples of a component lie in a line of their plane.
+struct SamplePlace {
+  int offset = 0;           ///< byte of the first
+  int bytes = 1;            ///< of the word that holds one: 1, 2 or 4
+  int shift = 0;            ///< its lowest bit in that word
+  bool big_endian = false;  ///< that word
+};
+
+/// Of component `c` of a format that has no groups.
+SamplePlace sample_place(const GstVideoFormatInfo &format, guint c);
+
+/// Of formats that put several pixels into a group of bytes.
+struct SampleGroups {
+  Packing packing;
+  int pixels, bytes;
+};
+
+/// Null of formats whose pixels lie at strides.
+const SampleGroups *sample_groups(const GstVideoFormatInfo &format);
 
 }  // namespace csd

@@ -64,46 +64,66 @@ NativeSprite to_native(const Sprite &sprite, const FrameView &view) {
 struct ByteRow {
   guint8 *line;
   int pixel_stride, shift;
+  unsigned most;
   unsigned get(int x) const { return line[x * pixel_stride]; }
   void set(int x, unsigned v) const { line[x * pixel_stride] = static_cast<guint8>(v); }
 };
 
-/// Little-endian, wherever it lies: GStreamer's GST_READ_UINT16_LE takes a pointer for an aligned one, and a
-/// GstVideoMeta may have odd strides.
-template <typename Word>
+/// Wherever it lies: GStreamer's GST_READ_UINT16_LE takes a pointer for an aligned one, and a GstVideoMeta may have odd
+/// strides.
+template <typename Word, bool big_endian = false>
 Word read_word(const guint8 *from) {
   Word word = 0;
-  for (std::size_t i = 0; i < sizeof word; ++i) word = static_cast<Word>(word | static_cast<Word>(from[i]) << (8 * i));
+  for (std::size_t i = 0; i < sizeof word; ++i)
+    word = static_cast<Word>(word | static_cast<Word>(from[i]) << (8 * (big_endian ? sizeof word - 1 - i : i)));
   return word;
 }
-template <typename Word>
+template <typename Word, bool big_endian = false>
 void write_word(guint8 *to, Word word) {
-  for (std::size_t i = 0; i < sizeof word; ++i) to[i] = static_cast<guint8>(word >> (8 * i));
+  for (std::size_t i = 0; i < sizeof word; ++i)
+    to[i] = static_cast<guint8>(word >> (8 * (big_endian ? sizeof word - 1 - i : i)));
 }
 
+/// Writes `v` over the `most`+1 values from bit `shift` on, and nothing else.
+template <typename Word, bool big_endian = false>
+void write_bits(guint8 *at, int shift, unsigned most, unsigned v) {
+  const auto rest = static_cast<Word>(read_word<Word, big_endian>(at) & ~(static_cast<Word>(most) << shift));
+  write_word<Word, big_endian>(at, static_cast<Word>(rest | static_cast<Word>(v) << shift));
+}
+
+template <typename Word, bool big_endian>
 struct WordRow {
   guint8 *line;
   int pixel_stride, shift;
-  unsigned get(int x) const { return unsigned{read_word<guint16>(line + x * pixel_stride)} >> shift; }
-  void set(int x, unsigned v) const { write_word(line + x * pixel_stride, static_cast<guint16>(v << shift)); }
+  unsigned most;
+  unsigned get(int x) const { return read_word<Word, big_endian>(line + x * pixel_stride) >> shift & most; }
+  void set(int x, unsigned v) const { write_bits<Word, big_endian>(line + x * pixel_stride, shift, most, v); }
 };
 
-/// v210: six pixels are 12 samples, U0 Y0 V0 Y1 U1 Y2 V1 Y3 U2 Y4 V2 Y5, three to a 32-bit word from its low bits up.
+/// Three samples of 10 bit to a little-endian word of 32, from its low bits up.
+struct Gray10Row {
+  guint8 *line;
+  int pixel_stride, shift;
+  unsigned most;
+  guint8 *word(int x) const { return line + x / 3 * 4; }
+  unsigned get(int x) const { return read_word<guint32>(word(x)) >> (10 * (x % 3)) & most; }
+  void set(int x, unsigned v) const { write_bits<guint32>(word(x), 10 * (x % 3), most, v); }
+};
+
+/// v210: six pixels are 12 such samples, U0 Y0 V0 Y1 U1 Y2 V1 Y3 U2 Y4 V2 Y5.
 template <int component>
 struct V210Row {
   guint8 *line;
   int pixel_stride, shift;
+  unsigned most;
   static constexpr int per_group = component == 0 ? 6 : 3;
   static int position(int x) {
-    return component == 0 ? 2 * (x % per_group) + 1 : 4 * (x % per_group) + (component == 1 ? 0 : 2);
+    const int in_group = x % per_group;
+    return x / per_group * 12 + (component == 0 ? 2 * in_group + 1 : 4 * in_group + (component == 1 ? 0 : 2));
   }
-  guint8 *word(int x) const { return line + x / per_group * 16 + position(x) / 3 * 4; }
-  unsigned get(int x) const { return (read_word<guint32>(word(x)) >> (10 * (position(x) % 3))) & 0x3ffu; }
-  void set(int x, unsigned v) const {
-    const int bit = 10 * (position(x) % 3);
-    const guint32 old = read_word<guint32>(word(x));
-    write_word(word(x), (old & ~(guint32{0x3ff} << bit)) | static_cast<guint32>(v) << bit);
-  }
+  Gray10Row all() const { return {line, pixel_stride, shift, most}; }
+  unsigned get(int x) const { return all().get(position(x)); }
+  void set(int x, unsigned v) const { all().set(position(x), v); }
 };
 
 /// A component of the whole frame, to be written.
@@ -111,8 +131,11 @@ struct Target {
   guint8 *data = nullptr;
   const guint8 *end = nullptr;
   std::ptrdiff_t stride = 0;
-  int pixel_stride = 0, bytes = 1, shift = 0, depth = 8, sub_x = 0, sub_y = 0;
+  SamplePlace place;
+  int pixel_stride = 0, sub_x = 0, sub_y = 0;
   int columns = 0;
+  unsigned most = 255;  ///< that a sample can be
+  unsigned one = 255;   ///< 255 of 8 bit in the sample's depth
   bool fields = false;  ///< chroma lines alternate between the fields
 
   /// The component's line that frame line `y` belongs to.
@@ -153,7 +176,6 @@ void blend_line(const Row &row, const Target &target, const NativeSprite &sprite
     value[static_cast<std::size_t>(n)] = sprite.value[component].data() + (y - at.y) * sprite.width;
   }
   if (begin >= end) return;
-  const int up = target.depth - 8;
   for (int column = begin >> sub_x; column <= (end - 1) >> sub_x; ++column) {
     unsigned a = 0, v = 0;
     for (std::size_t n = 0; n < down; ++n) {
@@ -168,8 +190,8 @@ void blend_line(const Row &row, const Target &target, const NativeSprite &sprite
     if (a == 0) continue;
     // old·(1 − a) + v, with v's 16ths and the pixels that share the sample divided out, rounded.
     const unsigned old = row.get(column) * (whole - a) * fraction;
-    const unsigned sum = old + (v << up) * 255u;
-    row.set(column, std::min((sum + whole * fraction / 2) / (whole * fraction), (256u << up) - 1));
+    const unsigned sum = old + v * target.one;
+    row.set(column, std::min((sum + whole * fraction / 2) / (whole * fraction), target.most));
   }
 }
 
@@ -179,9 +201,9 @@ void blend(const Target &target, const NativeSprite &sprite, std::size_t compone
   // Fields: the last line but one may have its chroma below the last one's.
   const int beyond = target.fields && target.sub_y ? 1 : 0;
   for (int line = std::max(0, first - beyond); line <= last + beyond; ++line) {
-    const Row row{target.data + line * target.stride, target.pixel_stride, target.shift};
+    const Row row{target.data + line * target.stride, target.pixel_stride, target.place.shift, target.most};
     // A GstVideoMeta's plane may lack the last chroma line of an odd pair of fields.
-    if (row.line + std::ptrdiff_t{target.columns - 1} * target.pixel_stride + target.bytes > target.end) break;
+    if (row.line + std::ptrdiff_t{target.columns - 1} * target.pixel_stride + target.place.bytes > target.end) break;
     if (target.sub_x == 0)
       blend_line<0, 0>(row, target, sprite, component, line, at);
     else if (target.sub_y == 0)
@@ -227,20 +249,19 @@ void OverlayPainter::draw(GstVideoFrame &frame, const GstVideoInfo &caps, const 
   impl_->prepare(frame_view(frame, caps, crop));
 
   const GstVideoFormatInfo &format = *frame.info.finfo;
-  const bool v210 = GST_VIDEO_FORMAT_INFO_FORMAT(&format) == GST_VIDEO_FORMAT_v210;
+  const SampleGroups *groups = sample_groups(format);
   const guint components = GST_VIDEO_FORMAT_INFO_N_COMPONENTS(&format);
   std::array<Target, 4> targets;
   for (guint c = 0; c < components; ++c) {
     Target &t = targets[c];
-    const guint plane = format.plane[c];
-    t.data =
-        static_cast<guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, plane)) + (v210 ? 0 : component_offset(format, c));
+    const guint plane = format.plane[c], depth = format.depth[c];
+    if (!groups) t.place = sample_place(format, c);
+    t.data = static_cast<guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, plane)) + t.place.offset;
     t.end = plane_end(frame, plane);
     t.stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, plane);
     t.pixel_stride = format.pixel_stride[c];
-    t.depth = static_cast<int>(format.depth[c]);
-    t.bytes = t.depth > 8 ? 2 : 1;
-    t.shift = static_cast<int>(format.shift[c]);
+    t.most = (1u << depth) - 1;
+    t.one = c == 3 || GST_VIDEO_FORMAT_INFO_IS_RGB(&format) ? t.most : 255u << (depth - 8);
     t.sub_x = static_cast<int>(format.w_sub[c]);
     t.sub_y = static_cast<int>(format.h_sub[c]);
     t.columns = (area.x + area.width + (1 << t.sub_x) - 1) >> t.sub_x;
@@ -259,14 +280,20 @@ void OverlayPainter::draw(GstVideoFrame &frame, const GstVideoInfo &caps, const 
     if (at.clip.empty()) continue;
     for (guint c = 0; c < components; ++c) {
       const Target &t = targets[c];
-      if (v210 && c == 0)
+      if (groups && groups->packing == Packing::gray10)
+        blend<Gray10Row>(t, sprite, c, at);
+      else if (groups && c == 0)
         blend<V210Row<0>>(t, sprite, c, at);
-      else if (v210 && c == 1)
+      else if (groups && c == 1)
         blend<V210Row<1>>(t, sprite, c, at);
-      else if (v210)
+      else if (groups)
         blend<V210Row<2>>(t, sprite, c, at);
-      else if (t.bytes == 2)
-        blend<WordRow>(t, sprite, c, at);
+      else if (t.place.bytes == 4)
+        t.place.big_endian ? blend<WordRow<guint32, true>>(t, sprite, c, at)
+                           : blend<WordRow<guint32, false>>(t, sprite, c, at);
+      else if (t.place.bytes == 2)
+        t.place.big_endian ? blend<WordRow<guint16, true>>(t, sprite, c, at)
+                           : blend<WordRow<guint16, false>>(t, sprite, c, at);
       else
         blend<ByteRow>(t, sprite, c, at);
     }

@@ -186,7 +186,8 @@ GST_START_TEST(test_size_rate_and_format_by_caps) {
                         {"BGR", 333, 200},
                         {"RGBx", 320, 240},
                         {"P010_10LE", 320, 240},
-                        {"UYVY", 320, 240}}) {
+                        {"UYVY", 320, 240},
+                        {"r210", 320, 240}}) {
     const std::string caps = std::string("video/x-raw,format=") + c.format + ",width=" + std::to_string(c.width) +
                              ",height=" + std::to_string(c.height) + ",framerate=30000/1001";
     Harness h("features=5", caps.c_str());

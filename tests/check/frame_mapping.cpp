@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <stdexcept>
 #include <string>
+#include <tuple>
 
 #include "image/samples.h"
 #include "image/work_frame.h"
@@ -90,6 +92,8 @@ TEST_P(EveryFormat, GivesTheWorkingImageTheSceneToo) {
   ASSERT_EQ(work.size(), cv::Size(64, 48));
   cv::Mat bgr;
   work.gather_bgr(cv::Rect(0, 0, 64, 48), bgr);
+  // GStreamer makes deep gray of gray of 8 bit, by repeating its bits: up to ½ is added.
+  const double limit = view.model == csd::ColourModel::gray && GST_VIDEO_INFO_COMP_DEPTH(&info, 0) > 8 ? 2.1 : 1.6;
   double sum = 0;
   for (int y = 0; y < 48; ++y)
     for (int x = 0; x < 64; ++x) {
@@ -97,7 +101,7 @@ TEST_P(EveryFormat, GivesTheWorkingImageTheSceneToo) {
       const double l = luma(view, should);
       const double y_code = view.full_range ? l : 16 + l * 219 / 255;
       const double luma_should = view.model == csd::ColourModel::rgb ? l : y_code;
-      ASSERT_NEAR(work.luma().at<std::uint8_t>(y, x), luma_should, 1.6);
+      ASSERT_NEAR(work.luma().at<std::uint8_t>(y, x), luma_should, limit);
       if (view.model == csd::ColourModel::gray) should = {y_code, y_code, y_code};
       const auto &is = bgr.at<cv::Vec3b>(y, x);
       for (int k = 0; k < 3; ++k) sum += std::abs(is[2 - k] - should[static_cast<std::size_t>(k)]) / 3;
@@ -268,6 +272,37 @@ TEST(MappedFrame, RefusesAGstVideoMetaThatLies) {
   EXPECT_FALSE(maps([](GstVideoMeta &meta) { meta.height = G_MAXUINT; }));
   EXPECT_FALSE(maps([](GstVideoMeta &meta) { meta.n_planes = 1; }));
   EXPECT_FALSE(maps([](GstVideoMeta &meta) { meta.format = GST_VIDEO_FORMAT_Y444; }));
+}
+
+/// Packed formats of which GstVideoFormatInfo doesn't tell where samples lie: the last one is the line's end.
+TEST(MappedFrame, KnowsHowLongALineOfAPackedFormatIs) {
+  for (const auto &[name, width, bytes] : {std::tuple{"Y210", 6, 24},
+                                           {"Y210", 5, 24},
+                                           {"Y410", 5, 20},
+                                           {"r210", 5, 20},
+                                           {"BGR10A2_LE", 5, 20},
+                                           {"GRAY10_LE32", 7, 12},
+                                           {"GRAY10_LE32", 6, 8},
+                                           {"v210", 7, 32},
+                                           {"RGBA64_LE", 3, 24},
+                                           {"GRAY16_LE", 3, 6}})
+    for (const int missing : {0, 1}) {
+      const GstVideoFormat format = gst_video_format_from_string(name);
+      const GstVideoInfo info = scene::info_of(format, width, 2);
+      const gsize size = static_cast<gsize>(100 + bytes - missing);
+      const scene::Buffer buffer(gst_buffer_new());
+      gst_buffer_append_memory(buffer.get(), gst_allocator_alloc(nullptr, 400, nullptr));
+      gst_buffer_set_size(buffer.get(), static_cast<gssize>(size));
+      gsize offset[4] = {};
+      gint stride[4] = {100};
+      gst_buffer_add_video_meta_full(buffer.get(), GST_VIDEO_FRAME_FLAG_NONE, format, static_cast<guint>(width), 2, 1,
+                                     offset, stride);
+      const auto map = [&] { csd::MappedFrame(info, buffer.get(), GST_MAP_READ); };
+      if (missing)
+        EXPECT_THROW(map(), std::runtime_error) << name << ' ' << width;
+      else
+        EXPECT_NO_THROW(map()) << name << ' ' << width;
+    }
 }
 
 TEST(FrameView, KnowsMatrixAndRange) {

@@ -148,7 +148,7 @@ TEST_P(EveryFormat, LeavesAllButTheMarkersAsItWas) {
 /// The colour in the middle of an opaque stroke, after GStreamer's own conversion to RGB. Each pixel with the chroma
 /// sample that serves it: which neighbours' a converter mixes in, and how, changed between 1.22 and 1.26.
 TEST_P(EveryFormat, DrawsTheStatesColour) {
-  if (GetParam() == GST_VIDEO_FORMAT_GRAY8) return;
+  if (GST_VIDEO_FORMAT_INFO_IS_GRAY(gst_video_format_get_info(GetParam()))) return;
   const GstVideoInfo info = scene::info_of(GetParam(), 1920, 1080);
   const GstVideoInfo rgb = scene::info_of(GST_VIDEO_FORMAT_xRGB, 1920, 1080);
   const scene::Buffer buffer = scene::allocate(info, 0, 0x40), shown = scene::allocate(rgb);
@@ -172,6 +172,27 @@ TEST_P(EveryFormat, DrawsTheStatesColour) {
 
 INSTANTIATE_TEST_SUITE_P(OverlayPainter, EveryFormat, testing::ValuesIn(scene::formats(CSD_VIDEO_FORMATS)),
                          format_name);
+
+/// Two bits of alpha, or sixteen: what is opaque is all of them.
+TEST(OverlayPainter, IsOpaqueInAlphaOfAnyDepth) {
+  for (const char *name : {"RGBA", "VUYA", "Y410", "BGR10A2_LE", "RGBA64_LE", "ARGB64"}) {
+    const GstVideoInfo info = scene::info_of(gst_video_format_from_string(name), 320, 240);
+    const scene::Buffer buffer = scene::allocate(info, 0, 0);
+    csd::Tracks tracks;
+    tracks.features = {feature(1, 160, 120, csd::FeatureState::tracked)};
+    scene::Frame frame(info, buffer.get(), GST_MAP_READWRITE);
+    csd::OverlayPainter().draw(frame, info, nullptr, tracks);
+    unsigned least = 65535, most = 0;
+    for (const auto &pixel : unpack(frame)) {
+      least = std::min<unsigned>(least, pixel[0]);
+      most = std::max<unsigned>(most, pixel[0]);
+    }
+    EXPECT_EQ(least, 0u) << name;
+    // GStreamer unpacks two bits to the upper two of 16.
+    const int unpacked = GST_VIDEO_INFO_COMP_DEPTH(&info, 0) > 8 ? 16 : 8, depth = GST_VIDEO_INFO_COMP_DEPTH(&info, 3);
+    EXPECT_EQ(most >> (unpacked - depth), (1u << depth) - 1) << name;
+  }
+}
 
 TEST(OverlayPainter, SurvivesPositionsAndSizesWithoutSense) {
   for (const auto &[width, height] : {std::pair{1, 1}, {3, 2}, {16, 2160}}) {

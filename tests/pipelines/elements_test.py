@@ -210,8 +210,8 @@ class Elements(harness.Case):
                 # What no table of pads has is in the prose, with the formats of csdtrack.
                 for pad in caps:
                     self.assertIn(f"`{pad}`" if name == "csdtrack" else "those of", self.page[name])
-        said = set(re.search(r"^\| formats, 8 bit \| (.*) \|", self.page["csdtrack"], re.MULTILINE)[1].split() +
-                   re.search(r"^\| formats, 10 bit \| (.*) \|", self.page["csdtrack"], re.MULTILINE)[1].split())
+        rows = re.findall(r"^\| formats, \d+ bit \| (.*) \|", self.page["csdtrack"], re.MULTILINE)
+        said = set(" ".join(rows).split())
         self.assertEqual(len(formats), 5)  # sink and src of csdtrack and csdtrackdec, src of csdsimsrc
         for pad, taken in formats.items():
             self.assertEqual(taken, said, pad)

@@ -12,7 +12,8 @@ import harness
 from harness import Gst, Scene
 
 FORMATS = ("I420 YV12 NV12 NV21 Y42B Y444 YUY2 UYVY GRAY8 RGB BGR RGBx BGRx xRGB xBGR RGBA BGRA ARGB ABGR "
-           "v210 I420_10LE I422_10LE Y444_10LE P010_10LE").split()
+           "v210 I420_10LE I422_10LE Y444_10LE P010_10LE "
+           "NV16 VUYA P012_LE I420_12LE RGBA64_LE ARGB64 Y210 Y410 r210 BGR10A2_LE GRAY10_LE32").split()
 STARTS = [(x, y) for y in (70, 120, 170) for x in (70, 130, 190, 250)]
 POINTS = ";".join(f"{x},{y}" for x, y in STARTS)
 
