@@ -126,7 +126,7 @@ namespace {
 #define CSD_SIM_CAPS                                                                                                 \
   "video/x-raw, format=(string){ BGR, RGB, BGRx, RGBx, xRGB, xBGR, BGRA, RGBA, ARGB, ABGR, I420, YV12, NV12, NV21, " \
   "Y42B, Y444, YUY2, UYVY, GRAY8, v210, I420_10LE, I422_10LE, Y444_10LE, P010_10LE, NV16, VUYA, P012_LE, "           \
-  "I420_12LE, RGBA64_LE, ARGB64, Y210, Y410, r210, BGR10A2_LE, GRAY10_LE32 }, "                                      \
+  "I420_12LE, RGBA64_LE, ARGB64, Y210, Y410, r210, BGR10A2_LE, GRAY10_LE32, GRAY16_LE }, "                           \
   "width=(int)[ 16, 8192 ], height=(int)[ 16, 8192 ], framerate=(fraction)[ 1/2147483647, 2147483647/1 ]"
 
 GstStaticPadTemplate src_template =

@@ -232,6 +232,7 @@ FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const
                : GST_VIDEO_FORMAT_INFO_IS_RGB(&format) ? ColourModel::rgb
                                                        : ColourModel::yuv;
   set_colour(view, caps);
+  view.open_range = GST_VIDEO_FORMAT_INFO_FORMAT(&format) == GST_VIDEO_FORMAT_GRAY16_LE;
   view.width = area.width;
   view.height = view.rows = area.height;
   if (area.width == 0) return view;

@@ -13,7 +13,7 @@ namespace csd {
 #define CSD_VIDEO_FORMATS                                                                      \
   "{ I420, YV12, NV12, NV21, Y42B, Y444, YUY2, UYVY, GRAY8, RGB, BGR, RGBx, BGRx, xRGB, xBGR," \
   " RGBA, BGRA, ARGB, ABGR, v210, I420_10LE, I422_10LE, Y444_10LE, P010_10LE,"                 \
-  " NV16, VUYA, P012_LE, I420_12LE, RGBA64_LE, ARGB64, Y210, Y410, r210, BGR10A2_LE, GRAY10_LE32 }"
+  " NV16, VUYA, P012_LE, I420_12LE, RGBA64_LE, ARGB64, Y210, Y410, r210, BGR10A2_LE, GRAY10_LE32, GRAY16_LE }"
 
 /// Caps of both pad templates: every format, plain and with the feature meta:GstVideoOverlayComposition; progressive,
 /// interleaved and mixed, but neither fields nor alternate (a field alone is no picture). The caller owns the result.

@@ -187,6 +187,7 @@ GST_START_TEST(test_size_rate_and_format_by_caps) {
                         {"RGBx", 320, 240},
                         {"P010_10LE", 320, 240},
                         {"UYVY", 320, 240},
+                        {"GRAY16_LE", 320, 240},
                         {"r210", 320, 240}}) {
     const std::string caps = std::string("video/x-raw,format=") + c.format + ",width=" + std::to_string(c.width) +
                              ",height=" + std::to_string(c.height) + ",framerate=30000/1001";

@@ -350,7 +350,7 @@ TEST(TemplateCaps, TakeWholePicturesOnly) {
       takes("video/x-raw(format:Interlaced), format=I420, width=640, height=480, framerate=25/1, "
             "interlace-mode=alternate"));
   EXPECT_FALSE(takes("video/x-raw(memory:GLMemory), format=RGBA, width=640, height=480, framerate=25/1"));
-  EXPECT_FALSE(takes("video/x-raw, format=GRAY16_LE, width=640, height=480, framerate=25/1"));
+  EXPECT_FALSE(takes("video/x-raw, format=GRAY16_BE, width=640, height=480, framerate=25/1"));
   gst_caps_unref(caps);
 }
 

@@ -3,6 +3,7 @@
 """Every format in a whole pipeline, and fields: the same scene gives the same tracks, and they are where it went."""
 
 import itertools
+import math
 import statistics
 
 import cv2
@@ -13,7 +14,7 @@ from harness import Gst, Scene
 
 FORMATS = ("I420 YV12 NV12 NV21 Y42B Y444 YUY2 UYVY GRAY8 RGB BGR RGBx BGRx xRGB xBGR RGBA BGRA ARGB ABGR "
            "v210 I420_10LE I422_10LE Y444_10LE P010_10LE "
-           "NV16 VUYA P012_LE I420_12LE RGBA64_LE ARGB64 Y210 Y410 r210 BGR10A2_LE GRAY10_LE32").split()
+           "NV16 VUYA P012_LE I420_12LE RGBA64_LE ARGB64 Y210 Y410 r210 BGR10A2_LE GRAY10_LE32 GRAY16_LE").split()
 STARTS = [(x, y) for y in (70, 120, 170) for x in (70, 130, 190, 250)]
 POINTS = ";".join(f"{x},{y}" for x, y in STARTS)
 
@@ -67,12 +68,61 @@ class Formats(harness.Case):
         # csd-2012's choice among 49 colour spaces sees other colours in each format, so tracks needn't agree; but whatever is
         # claimed is to be within 5 px, the limit that the tracker's confidence speaks of, for 9 of 10 claims.
         scene = Scene()
-        for algorithm, format_ in itertools.product(("csd", "csd-2012"), ("I420", "UYVY", "GRAY8", "BGRx", "v210", "P010_10LE")):
+        for algorithm, format_ in itertools.product(("csd", "csd-2012"), ("I420", "UYVY", "GRAY8", "BGRx", "v210", "P010_10LE", "GRAY16_LE")):
             with self.subTest(format_, algorithm=algorithm):
                 found = errors(self.tracks(format_, f"algorithm={algorithm} learning=sync training-time=200000000", scene),
                                scene.motion)
                 self.assertGreater(len(found), self.FRAMES * len(STARTS) / 2, "most are claimed")
                 self.assertGreater(sum(e < 5 for e in found), 0.9 * len(found))
+
+
+class DeepGray(harness.Case):
+    """GRAY16_LE of cameras that use a small part of it."""
+
+    FRAMES = 75
+
+    def found(self, pictures, scene, algorithm, format_="GRAY16_LE"):
+        """How far from the truth each claim is, frame by frame."""
+        path = self.tmp / "tracks.jsonl"
+        harness.play(f"appsrc name=in ! csdtrack points={POINTS} algorithm={algorithm} training-time=200000000 ! csdtrackenc ! "
+                     f"filesink location={path}", harness.buffers(pictures),
+                     f"video/x-raw,format={format_},width=320,height=240,framerate=25/1")
+        lines = harness.read_lines(path)
+        harness.check_tracks(self, lines, self.FRAMES)
+        return [errors([line], lambda _, t=t: scene.motion(t)) for t, line in enumerate(lines)]
+
+    def grey(self, scene):
+        return [cv2.cvtColor(np.ascontiguousarray(scene.picture(t)), cv2.COLOR_RGB2GRAY) for t in range(self.FRAMES)]
+
+    def deep(self, pictures, span, light):
+        """Of 65536 levels a part so wide, from level 1000 on; `light(t)` is how bright it is."""
+        return [np.round(1000 + light(t) * span * (p / 255.0)).astype("<u2") for t, p in enumerate(pictures)]
+
+    def test_a_small_part_that_drifts_is_as_good_as_8_bit(self):
+        scene = Scene()
+        pictures = self.grey(scene)
+        for algorithm, drift in itertools.product(("lk", "csd"), (0, 0.3)):
+            def light(t, drift=drift):
+                return 1 + drift * math.sin(2 * math.pi * t / self.FRAMES)
+
+            # lk takes light for motion: where the picture drifts, it does so in 8 bit too.
+            eight = [np.round(0.75 * light(t) * p).astype(np.uint8) for t, p in enumerate(pictures)]
+            good = sum(self.found(eight, scene, algorithm, "GRAY8"), [])
+            for span in 0.04 * 65535, 200:
+                with self.subTest(algorithm, levels=span, drift=drift):
+                    found = sum(self.found(self.deep(pictures, span, light), scene, algorithm), [])
+                    self.assertGreaterEqual(len(found), 0.98 * len(good), "as much is claimed")
+                    self.assertLess(np.mean(found), np.mean(good) + 0.02)
+                    self.assertLess(np.percentile(found, 99), np.percentile(good, 99) + 0.05)
+
+    def test_another_exposure_costs_less_than_a_second(self):
+        scene = Scene()
+        eight = self.grey(scene)
+        for factor in (0.1, 0.5, 2, 6):
+            with self.subTest(factor=factor):
+                found = self.found(self.deep(eight, 4000, lambda t: factor if t >= 30 else 1), scene, "csd")
+                self.assertEqual(min(len(f) for f in found[50:]), len(STARTS), "all are claimed again")
+                self.assertLess(max(sum(found, [])), 1)
 
 
 class Fields(harness.Case):
