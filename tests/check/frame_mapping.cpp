@@ -242,6 +242,41 @@ TEST(FrameView, LeavesOutADecodersPadding) {
   expect_scene(view, 0, 0, false, whole_frame, "padded");
 }
 
+/// The scene as NV12 whose planes lie as a hardware decoder's: lines longer than the picture's, of another length in
+/// each plane, lines below it, something before; and the planes in one memory or in two.
+TEST(FrameView, FindsNv12PlanesWhereTheMetaSays) {
+  constexpr int width = 66, height = 50;
+  const GstVideoInfo info = scene::info_of(GST_VIDEO_FORMAT_NV12, width, height);
+  const scene::Buffer packed = scene::make(info);
+  const scene::Frame plain(info, packed.get(), GST_MAP_READ);
+  gint stride[4] = {96, 128, 0, 0};
+  gsize offset[4] = {40, 40 + 96 * 64 + 24, 0, 0};
+  const gsize size = offset[1] + 128 * 32;
+  std::vector<guint8> bytes(size, 0xee);
+  for (guint plane = 0; plane < 2; ++plane)
+    for (int y = 0; y < height >> plane; ++y)
+      std::copy_n(static_cast<const guint8 *>(plain.data[plane]) + y * plain.info.stride[plane], width,
+                  bytes.data() + offset[plane] + static_cast<gsize>(y * stride[plane]));
+  for (const bool split : {false, true}) {
+    const scene::Buffer buffer(gst_buffer_new());
+    const gsize first = split ? offset[1] - 11 : size;  // what is before the second plane is in its memory
+    for (const auto &[from, length] : {std::pair{gsize{0}, first}, {first, size - first}}) {
+      if (length == 0) continue;
+      GstMemory *memory = gst_allocator_alloc(nullptr, length, nullptr);
+      gst_buffer_append_memory(buffer.get(), memory);
+      gst_buffer_fill(buffer.get(), from, bytes.data() + from, length);
+    }
+    ASSERT_EQ(gst_buffer_n_memory(buffer.get()), split ? 2u : 1u);
+    gst_buffer_add_video_meta_full(buffer.get(), GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_NV12, width, height, 2,
+                                   offset, stride);
+    csd::MappedFrame frame(info, buffer.get(), GST_MAP_READ);
+    expect_scene(csd::frame_view(*frame, info), 0, 0, false, whole_frame, split ? "two memories" : "one memory");
+    GstVideoCropMeta crop{};
+    crop.x = 9, crop.y = 7, crop.width = 50, crop.height = 40;
+    expect_scene(csd::frame_view(*frame, info, &crop), 9, 7, false, 2 * whole_frame, "cropped");
+  }
+}
+
 TEST(MappedFrame, RefusesAGstVideoMetaThatLies) {
   const GstVideoInfo info = scene::info_of(GST_VIDEO_FORMAT_I420, 64, 48);
   using Lie = void (*)(GstVideoMeta &);

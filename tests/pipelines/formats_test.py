@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 import harness
+from gi.repository import GstVideo
 from harness import Gst, Scene
 
 FORMATS = ("I420 YV12 NV12 NV21 Y42B Y444 YUY2 UYVY GRAY8 RGB BGR RGBx BGRx xRGB xBGR RGBA BGRA ARGB ABGR "
@@ -123,6 +124,36 @@ class DeepGray(harness.Case):
                 found = self.found(self.deep(eight, 4000, lambda t: factor if t >= 30 else 1), scene, "csd")
                 self.assertEqual(min(len(f) for f in found[50:]), len(STARTS), "all are claimed again")
                 self.assertLess(max(sum(found, [])), 1)
+
+
+class Planes(harness.Case):
+    def test_nv12_as_a_decoder_pads_it(self):
+        """Longer lines, of another length in each plane, more lines than the picture's, and something before them."""
+        scene, frames, width, height = Scene(), 20, 320, 240
+        stride, offset = (384, 448), (64, 64 + 384 * 256 + 32)
+        plain, padded = [], []
+        for t in range(frames):
+            i420 = cv2.cvtColor(np.ascontiguousarray(scene.picture(t)), cv2.COLOR_RGB2YUV_I420)
+            y, u, v = np.split(i420.reshape(-1), [width * height, width * height * 5 // 4])
+            planes = (y.reshape(height, width), np.stack((u, v), -1).reshape(height // 2, width))
+            plain.append(Gst.Buffer.new_wrapped(b"".join(p.tobytes() for p in planes)))
+            memory = np.full(offset[1] + stride[1] * 128, 0xEE, np.uint8)
+            for p, s, o in zip(planes, stride, offset):
+                memory[o:o + s * len(p)].reshape(len(p), s)[:, :width] = p
+            padded.append(Gst.Buffer.new_wrapped(memory.tobytes()))
+            GstVideo.buffer_add_video_meta_full(padded[-1], GstVideo.VideoFrameFlags.NONE, GstVideo.VideoFormat.NV12, width,
+                                                height, 2, [*offset, 0, 0], [*stride, 0, 0])
+            for buffer in plain[-1], padded[-1]:
+                buffer.pts, buffer.duration = t * harness.FRAME, harness.FRAME
+        lines = []
+        for feed in plain, padded:
+            path = self.tmp / f"{len(lines)}.jsonl"
+            harness.play(f"appsrc name=in ! csdtrack points={POINTS} ! csdtrackenc ! filesink location={path}", feed,
+                         f"video/x-raw,format=NV12,width={width},height={height},framerate=25/1")
+            lines.append(harness.read_lines(path))
+        self.assertEqual(len(lines[0]), frames)
+        for one, other in zip(*lines):
+            self.assertEqual(one["features"], other["features"])
 
 
 class Fields(harness.Case):
