@@ -92,8 +92,8 @@ std::string text(Numbers &from, std::size_t most) {
   return text.substr(0, text.find('\0'));
 }
 
-/// A byte says what it said when there were 24 formats, but for those from 190 on, which no stored input has: they are
-/// of what came later.
+/// A byte says what it said when there were 24 formats, but for those from 190 on, which no input had that was stored
+/// by then: they are of what came later.
 static const std::string &format_of(unsigned byte) {
   static const std::vector<std::string> formats = [] {
     std::vector<std::string> names;
