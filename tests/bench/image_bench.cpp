@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What the working image costs: load(), and colour of one window and of the whole picture.
+// What the working image costs: load(), and colour of one window and of the whole picture; and the window of GRAY16_LE.
 #include <benchmark/benchmark.h>
 
 #include <string>
 #include <vector>
 
 #include "core/picture.h"
+#include "image/gray_window.h"
 #include "image/work_frame.h"
 
 namespace csd {
@@ -18,10 +19,10 @@ constexpr Size sizes[] = {{640, 480}, {1280, 720}, {1920, 1080}, {3840, 2160}};
 constexpr struct {
   const char *name;
   test::Layout layout;
-} layouts[] = {{"I420", test::Layout::i420},
-               {"UYVY", test::Layout::uyvy},
-               {"v210", test::Layout::v210},
-               {"BGRx", test::Layout::bgrx}};
+} layouts[] = {{"I420", test::Layout::i420},          {"UYVY", test::Layout::uyvy},
+               {"v210", test::Layout::v210},          {"BGRx", test::Layout::bgrx},
+               {"r210", test::Layout::r210},          {"RGBA64_LE", test::Layout::rgba64_le},
+               {"GRAY16_LE", test::Layout::gray16_le}};
 
 cv::Mat noise(const Size &size) {
   cv::Mat bgr(size.height, size.width, CV_8UC3);
@@ -79,7 +80,26 @@ void whole_again(benchmark::State &state, test::Layout layout, Size size) {
   }
 }
 
+/// The range of a picture of which 4 % of 16 bit are used.
+void gray_window(benchmark::State &state, Size size) {
+  cv::Mat1w picture(size.height, size.width);
+  cv::RNG(1).fill(picture, cv::RNG::UNIFORM, 1000, 3600);
+  FrameView view;
+  view.width = size.width;
+  view.height = view.rows = size.height;
+  view.open_range = true;
+  view.component[0] = {.data = picture.data, .row_stride = 2 * size.width, .pixel_stride = 2, .bytes = 2, .shift = 8};
+  GrayWindow window;
+  std::int64_t time = 0;
+  for (auto _ : state) benchmark::DoNotOptimize(window.look(view, time += 40'000'000));
+}
+
 const int registered = [] {
+  for (const Size &size : sizes)
+    benchmark::RegisterBenchmark(("gray_window/" + std::to_string(size.height)).c_str(), [size](
+                                                                                             benchmark::State &state) {
+      gray_window(state, size);
+    })->Unit(benchmark::kMicrosecond);
   constexpr struct {
     const char *name;
     void (*run)(benchmark::State &, test::Layout, Size);
