@@ -26,18 +26,20 @@ void set_colour(FrameView &view, const GstVideoInfo &info) {
 }  // namespace
 
 GstCaps *template_caps() {
-  static constexpr char fields[] = ", interlace-mode = (string) { progressive, interleaved, mixed }";
+  static constexpr char rest[] =
+      ", width = " GST_VIDEO_SIZE_RANGE ", height = " GST_VIDEO_SIZE_RANGE ", framerate = " GST_VIDEO_FPS_RANGE
+      ", interlace-mode = (string) { progressive, interleaved, mixed }";
+  static constexpr char composition[] = "(" GST_CAPS_FEATURE_META_GST_VIDEO_OVERLAY_COMPOSITION ")";
   // Features with and without the word SystemMemory do not intersect, and elements of both spellings are about.
-  gchar *text = g_strconcat(
-      GST_VIDEO_CAPS_MAKE(CSD_VIDEO_FORMATS), fields, "; ",
-      GST_VIDEO_CAPS_MAKE_WITH_FEATURES(GST_CAPS_FEATURE_META_GST_VIDEO_OVERLAY_COMPOSITION, CSD_VIDEO_FORMATS), fields,
-      "; ",
-      GST_VIDEO_CAPS_MAKE_WITH_FEATURES(GST_CAPS_FEATURE_MEMORY_SYSTEM_MEMORY
-                                        ", " GST_CAPS_FEATURE_META_GST_VIDEO_OVERLAY_COMPOSITION,
-                                        CSD_VIDEO_FORMATS),
-      fields, nullptr);
-  GstCaps *caps = gst_caps_from_string(text);
-  g_free(text);
+  static constexpr char system_composition[] =
+      "(" GST_CAPS_FEATURE_MEMORY_SYSTEM_MEMORY ", " GST_CAPS_FEATURE_META_GST_VIDEO_OVERLAY_COMPOSITION ")";
+  GstCaps *caps = gst_caps_new_empty();
+  for (const char *features : {"", composition, system_composition})
+    for (const char *formats : {"{ " CSD_USUAL_FORMATS " }", "{ " CSD_OTHER_FORMATS " }"}) {
+      gchar *text = g_strconcat("video/x-raw", features, ", format = (string) ", formats, rest, nullptr);
+      gst_caps_append(caps, gst_caps_from_string(text));
+      g_free(text);
+    }
   return caps;
 }
 

@@ -9,14 +9,18 @@
 
 namespace csd {
 
-/// The raw formats that decoders and capture cards give, as a caps list. A test walks through it.
-#define CSD_VIDEO_FORMATS                                                                      \
-  "{ I420, YV12, NV12, NV21, Y42B, Y444, YUY2, UYVY, GRAY8, RGB, BGR, RGBx, BGRx, xRGB, xBGR," \
-  " RGBA, BGRA, ARGB, ABGR, v210, I420_10LE, I422_10LE, Y444_10LE, P010_10LE,"                 \
-  " NV16, VUYA, P012_LE, I420_12LE, RGBA64_LE, ARGB64, Y210, Y410, r210, BGR10A2_LE, GRAY10_LE32, GRAY16_LE }"
+/// The raw formats that decoders and capture cards give, as a caps list. A test walks through it. The usual ones are a
+/// structure of their own, the first: within one the order is the source's, and videotestsrc begins with the deepest.
+#define CSD_USUAL_FORMATS                                                                                       \
+  "I420, YV12, NV12, NV21, Y42B, Y444, YUY2, UYVY, GRAY8, RGB, BGR, RGBx, BGRx, xRGB, xBGR, RGBA, BGRA, ARGB, " \
+  "ABGR, v210, I420_10LE, I422_10LE, Y444_10LE, P010_10LE"
+#define CSD_OTHER_FORMATS \
+  "NV16, VUYA, P012_LE, I420_12LE, RGBA64_LE, ARGB64, Y210, Y410, r210, BGR10A2_LE, GRAY10_LE32, GRAY16_LE"
+#define CSD_VIDEO_FORMATS "{ " CSD_USUAL_FORMATS ", " CSD_OTHER_FORMATS " }"
 
-/// Caps of both pad templates: every format, plain and with the feature meta:GstVideoOverlayComposition; progressive,
-/// interleaved and mixed, but neither fields nor alternate (a field alone is no picture). The caller owns the result.
+/// Caps of both pad templates: every format, the usual ones first, plain and with the feature
+/// meta:GstVideoOverlayComposition; progressive, interleaved and mixed, but neither fields nor alternate (a field alone
+/// is no picture). The caller owns the result.
 GstCaps *template_caps();
 
 /// `caps` with interlace-mode=progressive where a structure lacks that field, which is what the lack means. Without it

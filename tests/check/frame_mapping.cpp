@@ -362,7 +362,7 @@ TEST(FrameView, KnowsMatrixAndRange) {
 
 TEST(TemplateCaps, TakeWholePicturesOnly) {
   GstCaps *caps = csd::template_caps();
-  ASSERT_EQ(gst_caps_get_size(caps), 3u);
+  ASSERT_EQ(gst_caps_get_size(caps), 6u);
   const auto takes = [&](const char *text) {
     GstCaps *asked = gst_caps_from_string(text);
     GstCaps *complete = csd::complete_caps(asked);

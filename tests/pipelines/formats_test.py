@@ -13,9 +13,9 @@ import harness
 from gi.repository import GstVideo
 from harness import Gst, Scene
 
-FORMATS = ("I420 YV12 NV12 NV21 Y42B Y444 YUY2 UYVY GRAY8 RGB BGR RGBx BGRx xRGB xBGR RGBA BGRA ARGB ABGR "
-           "v210 I420_10LE I422_10LE Y444_10LE P010_10LE "
-           "NV16 VUYA P012_LE I420_12LE RGBA64_LE ARGB64 Y210 Y410 r210 BGR10A2_LE GRAY10_LE32 GRAY16_LE").split()
+USUAL = ("I420 YV12 NV12 NV21 Y42B Y444 YUY2 UYVY GRAY8 RGB BGR RGBx BGRx xRGB xBGR RGBA BGRA ARGB ABGR "
+         "v210 I420_10LE I422_10LE Y444_10LE P010_10LE").split()
+FORMATS = USUAL + "NV16 VUYA P012_LE I420_12LE RGBA64_LE ARGB64 Y210 Y410 r210 BGR10A2_LE GRAY10_LE32 GRAY16_LE".split()
 STARTS = [(x, y) for y in (70, 120, 170) for x in (70, 130, 190, 250)]
 POINTS = ";".join(f"{x},{y}" for x, y in STARTS)
 
@@ -46,8 +46,19 @@ class Formats(harness.Case):
         return lines
 
     def test_all_are_listed(self):
-        template = Gst.ElementFactory.find("csdtrack").get_static_pad_templates()[0].get_caps()[0]
-        self.assertEqual(sorted(template.get_value("format")), sorted(FORMATS))
+        for template in Gst.ElementFactory.find("csdtrack").get_static_pad_templates():
+            self.assertEqual(harness.formats(template), FORMATS)
+
+    def test_a_source_of_all_gives_a_usual_one(self):
+        for element in "csdtrack", "csdtrack overlay=meta", "csdtrackdec":
+            with self.subTest(element):
+                pipeline = Gst.parse_launch(f"videotestsrc num-buffers=1 ! {element} ! fakesink name=sink")
+                pad = pipeline.get_by_name("sink").get_static_pad("sink")
+                pipeline.set_state(Gst.State.PAUSED)
+                self.assertEqual(pipeline.get_state(10 * Gst.SECOND)[0], Gst.StateChangeReturn.SUCCESS)
+                format_ = pad.get_current_caps()[0]["format"]
+                pipeline.set_state(Gst.State.NULL)
+                self.assertIn(format_, USUAL)
 
     def test_lk_agrees_across_formats(self):
         # Formats differ in how luma is rounded (8 bit: ±½ of a contrast of σ 45) and whether it is computed from RGB.

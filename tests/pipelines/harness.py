@@ -52,6 +52,16 @@ class Case(unittest.TestCase):
             self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
 
 
+def formats(template):
+    """The raw formats of a pad template, in its order: the same with every caps feature."""
+    caps, found = template.get_caps(), {}
+    for i in range(caps.get_size()):
+        found.setdefault(caps.get_features(i).to_string(), []).extend(caps.get_structure(i).get_value("format"))
+    one, *others = found.values()
+    assert all(other == one for other in others), found
+    return one
+
+
 # ---- Made-up videos ------------------------------------------------------------------------------------------------
 
 

@@ -68,7 +68,7 @@ class Recording(harness.Case):
 
     @unittest.skipUnless(Gst.ElementFactory.find("x264enc"), "no x264enc")
     def test_the_encoded_stream_is_the_same_from_every_format(self):
-        formats = Gst.ElementFactory.find("csdtrack").get_static_pad_templates()[0].get_caps()[0].get_value("format")
+        formats = harness.formats(Gst.ElementFactory.find("csdtrack").get_static_pad_templates()[0])
         for number, format_ in enumerate(formats):
             overlay = ("none", "meta")[number % 2]
             with self.subTest(f"{format_}, overlay={overlay}"):
