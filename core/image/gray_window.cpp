@@ -5,6 +5,8 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <functional>
+#include <numeric>
 
 namespace csd {
 namespace {
@@ -25,8 +27,7 @@ FrameView GrayWindow::look(const FrameView &view, std::int64_t time) {
   if (view.width != width_ || view.rows != rows_) reset();
   width_ = view.width;
   rows_ = view.rows;
-  const Seen seen = measure(view);
-  follow(seen, static_cast<double>(std::max<std::int64_t>(time - time_, 0)) / 1e9);
+  follow(measure(view), time);
   time_ = time;
   FrameView out = view;
   Component &c = out.component[0];
@@ -64,38 +65,51 @@ GrayWindow::Seen GrayWindow::measure(const FrameView &view) {
     for (; rank >= fine_[v]; ++v) rank -= fine_[v];
     return static_cast<double>(v);
   };
-  const Seen seen{level(count / beyond), level(count / 2), level(count - 1 - count / beyond)};
+  const Seen seen{{level(count / beyond), level(count - 1 - count / beyond)}, level(count / 2)};
   for (std::size_t i = 0; i < coarse_.size(); ++i)
     if (coarse_[i] > 0) std::fill_n(fine_.begin() + static_cast<std::ptrdiff_t>(256 * i), 256, std::uint16_t{0});
   std::fill(coarse_.begin(), coarse_.end(), std::uint16_t{0});
   return seen;
 }
 
-void GrayWindow::follow(const Seen &seen, double seconds) {
+GrayWindow::Range GrayWindow::lasting(const Range &seen, std::int64_t time) {
+  constexpr std::int64_t tenth = 100'000'000;
+  constexpr std::int64_t tenths = std::tuple_size_v<decltype(recent_)>;
+  const std::int64_t now = time / tenth;
+  for (std::int64_t i = std::max(time_ / tenth, now - tenths) + 1; i <= now; ++i)
+    recent_[static_cast<std::size_t>(i % tenths)] = {};
+  Range &latest = recent_[static_cast<std::size_t>(now % tenths)];
+  latest = latest & seen;
+  return std::accumulate(recent_.begin(), recent_.end(), Range{}, std::bit_and());
+}
+
+void GrayWindow::follow(const Seen &seen, std::int64_t time) {
   const double width = white_ - black_;
   const double least = levels * step_;
-  const bool shows_little =
-      seen.median < black_ || seen.median > white_ || std::max(seen.high - seen.low, least) < too_little * width;
+  const bool shows_little = seen.median < black_ || seen.median > white_ ||
+                            std::max(seen.range.high - seen.range.low, least) < too_little * width;
   if (!known_ || shows_little) {
     known_ = true;
     moving_ = false;
-    low_ = seen.low;
-    high_ = seen.high;
+    recent_.fill({});
+    range_ = lasting(seen.range, time);
     return fit();
   }
-  const double off = std::max(std::abs(seen.low - low_), std::abs(seen.high - high_));
-  moving_ = off > (moving_ ? in_place : out_of_place) * width;
+  const Range range = lasting(seen.range, time);
+  const double off = std::max(std::abs(range.low - range_.low), std::abs(range.high - range_.high));
+  moving_ = off > (moving_ ? in_place : out_of_place) * width && range.low < range.high;
   if (!moving_) return;
-  const double part = 1 - std::exp(-seconds / follow_in);
-  low_ += part * (seen.low - low_);
-  high_ += part * (seen.high - high_);
+  // As if no end were further off than a window's width: what was a small part of 16 bit may become all of them.
+  const double part = 1 - std::exp(static_cast<double>(time_ - time) / 1e9 / follow_in);
+  range_.low += part * std::clamp(range.low - range_.low, -width, width);
+  range_.high += part * std::clamp(range.high - range_.high, -width, width);
   fit();
 }
 
 void GrayWindow::fit() {
-  const double around = margin * (high_ - low_), least = levels * step_;
-  black_ = std::max(low_ - around, 0.0);
-  white_ = std::min(high_ + around, brightest + 1);
+  const double around = margin * (range_.high - range_.low), least = levels * step_;
+  black_ = std::max(range_.low - around, 0.0);
+  white_ = std::min(range_.high + around, brightest + 1);
   if (white_ - black_ >= least) return;
   black_ = std::min(black_, brightest + 1 - least);
   white_ = black_ + least;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -15,12 +17,14 @@ namespace csd {
 /// becomes 0…255, but a level of the camera's own (which may be 16 of the 65536) never becomes more than one.
 ///
 /// A window stays as it is, exactly, while both ends of the range are where it was made for, within a sixteenth of its
-/// width. Else it follows with a time constant of 0.3 s until they are within a sixty-fourth, and stays again. It
-/// begins anew where it shows too little: half of the pixels lie on one side of it, or all of them in a quarter of it.
+/// width. Else it follows with a time constant of 0.3 s until they are within a sixty-fourth, and stays again. What
+/// counts is the range of all pictures of the last 0.3 s to 0.4 s in common: a glint that comes and goes moves nothing.
+/// It begins anew where it shows too little: half of the pixels lie on one side of it, or all of them in a quarter of
+/// it.
 class GrayWindow {
  public:
-  /// The view of the next frame as it is to be read; what isn't `open_range` is given back as it came. `time` in ns;
-  /// only differences matter. A change of size begins anew.
+  /// The view of the next frame as it is to be read; what isn't `open_range` is given back as it came. `time` in ns,
+  /// not negative and not before the last one's. A change of size begins anew.
   FrameView look(const FrameView &view, std::int64_t time);
 
   /// Forgets the stream.
@@ -30,17 +34,24 @@ class GrayWindow {
   double white() const { return white_; }  ///< becomes 256
 
  private:
+  struct Range {
+    double low = 0, high = 65535;
+    Range operator&(const Range &other) const { return {std::max(low, other.low), std::min(high, other.high)}; }
+  };
   struct Seen {
-    double low = 0, median = 0, high = 0;
+    Range range;
+    double median = 0;
   };
   Seen measure(const FrameView &view);
-  void follow(const Seen &seen, double seconds);
+  Range lasting(const Range &seen, std::int64_t time);
+  void follow(const Seen &seen, std::int64_t time);
   void fit();
 
   bool known_ = false, moving_ = false;
   int width_ = 0, rows_ = 0;
   std::int64_t time_ = 0;
-  double low_ = 0, high_ = 0;  ///< the range that the window is made for
+  std::array<Range, 4> recent_;  ///< of 0.1 s each, by its number modulo 4
+  Range range_;                  ///< that the window is made for
   double black_ = 0, white_ = 65536;
   int step_ = 256;  ///< of the camera: the largest power of two that all levels are multiples of
   std::vector<std::uint16_t> coarse_, fine_;  ///< histograms, of the upper 8 bits and of all; 0 between the frames

@@ -142,9 +142,63 @@ TEST(GrayWindow, OfASteadyPictureIsPerfectlySteady) {
   }
 }
 
+/// Light from glossy tissue, or the shadow of an instrument, on 3 % of the pixels in some of the frames.
+TEST(GrayWindow, DoesntPumpWithWhatFlickers) {
+  for (const int level : {65535, 5000, 100})
+    for (const auto &[period, on] : {std::pair{2, 1}, {3, 1}, {3, 2}, {7, 6}}) {
+      const auto picture = [&](bool flash) {
+        return Gray16(100, 100, [=](int k) { return flash && k % 33 == 0 ? level : 2000 + 26 * (k % 100); });
+      };
+      GrayWindow window, without;
+      without.look(picture(false).view, 0);
+      const double width = without.white() - without.black();
+      FrameView last;
+      for (int i = 0; i < 150; ++i) {
+        const FrameView view = window.look(picture(i % period < on).view, i * frame);
+        if (i > 50) {
+          ASSERT_EQ(view.component[0].black, last.component[0].black) << level << ' ' << period << ' ' << on;
+          ASSERT_EQ(view.component[0].gain, last.component[0].gain) << level << ' ' << period << ' ' << on;
+        }
+        last = view;
+      }
+      EXPECT_NEAR(window.black(), without.black(), width / 15);
+      EXPECT_NEAR(window.white(), without.white(), width / 15);
+    }
+}
+
+/// Two lights that take turns, without a level that is in the range of both.
+TEST(GrayWindow, IsForAllThatTakesTurns) {
+  GrayWindow window;
+  window.look(hundred(1000, 79).view, 0);
+  double black = 0, white = 0;
+  for (int i = 1; i < 100; ++i) {
+    window.look(hundred(i % 2 ? 1000 : 5100, 39).view, i * frame);
+    if (i > 2) {
+      ASSERT_EQ(window.black(), black) << i;
+      ASSERT_EQ(window.white(), white) << i;
+    }
+    black = window.black(), white = window.white();
+  }
+  EXPECT_LT(black, 1000);
+  EXPECT_GT(white, 8600);
+}
+
+TEST(GrayWindow, OpensForAHighlightThatStaysWithoutAJump) {
+  GrayWindow window;
+  window.look(hundred(1000, 26).view, 0);
+  for (int i = 1; i < 75; ++i) {
+    const double width = window.white() - window.black();
+    const Gray16 picture(100, 100, [](int k) { return k % 33 == 0 ? 60000 : 1000 + 26 * (k % 100); });
+    window.look(picture.view, i * frame);
+    ASSERT_LT(window.white() - window.black(), 1.2 * width) << i;
+  }
+  EXPECT_GT(window.white(), 58000);
+}
+
 TEST(GrayWindow, FollowsADriftWithoutAJump) {
-  // Brighter by so much a second, for ten; at first 4 % of 16 bit.
-  for (const double drift : {0.03, 0.2}) {
+  // Brighter or darker by so much a second, for ten; at first 4 % of 16 bit.
+  for (const double drift : {0.03, 0.1, -0.1, 0.2}) {
+    const double clipped = std::max(2.0, 40 * drift);  // of a hundred
     GrayWindow window;
     FrameView last;
     int moved = 0;
@@ -154,8 +208,8 @@ TEST(GrayWindow, FollowsADriftWithoutAJump) {
       const FrameView view = window.look(picture.view, i * frame);
       const auto seen = picture.seen(view);
       EXPECT_GT(*std::max_element(seen.begin(), seen.end()) - *std::min_element(seen.begin(), seen.end()), 195) << i;
-      EXPECT_LT(std::count(seen.begin(), seen.end(), 255), 2) << i;
-      EXPECT_LT(std::count(seen.begin(), seen.end(), 0), 2) << i;
+      EXPECT_LT(std::count(seen.begin(), seen.end(), 255), clipped) << drift << ' ' << i;
+      EXPECT_LT(std::count(seen.begin(), seen.end(), 0), 2) << drift << ' ' << i;
       if (i > 0) {
         FrameView as_before = picture.view;
         as_before.component[0].black = last.component[0].black;
@@ -167,10 +221,9 @@ TEST(GrayWindow, FollowsADriftWithoutAJump) {
       last = view;
     }
     EXPECT_GT(moved, 20);
-    if (drift < 0.1) {
+    if (drift == 0.03) {
       EXPECT_LT(moved, 125) << "in between it stays";
     }
-    RecordProperty(drift < 0.1 ? "slow" : "fast", moved);
   }
 }
 
@@ -206,11 +259,14 @@ TEST(GrayWindow, TakesAsLongAtAnyFrameRate) {
   const auto after = [](int frames) {
     GrayWindow window;
     window.look(hundred(400, 27).view, 0);
-    for (int i = 1; i <= frames; ++i) window.look(hundred(500, 35).view, i * 200'000'000LL / frames);
+    for (int i = 1; i <= frames; ++i) window.look(hundred(500, 35).view, i * 800'000'000LL / frames);
     return window.white();
   };
-  EXPECT_NEAR(after(2), after(20), 1);
-  EXPECT_GT(std::abs(after(2) - after(0)), 100);
+  GrayWindow fresh;
+  fresh.look(hundred(500, 35).view, 0);
+  const double way = fresh.white() - after(0);
+  EXPECT_NEAR(after(8), after(80), 0.1 * way);
+  EXPECT_NEAR(after(8), after(0) + 0.7 * way, 0.2 * way) << "underway";
 }
 
 TEST(GrayWindow, BeginsAnewWithAnotherSizeAndAnotherStream) {
