@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <vector>
 
 #include "image/samples.h"
 #include "image/work_frame.h"
@@ -80,6 +82,43 @@ TEST_P(EveryFormat, ShowsTheSameSceneWithAnyStride) {
       expect_scene(view, 0, 0, false, whole_frame,
                    std::to_string(width) + "x" + std::to_string(height) + " padded " + std::to_string(padding));
     }
+}
+
+/// Random bits, whole frames of them, are what GStreamer's own unpacking finds there: each sample of each pixel.
+TEST_P(EveryFormat, ReadsEverySampleAsGStreamerUnpacksIt) {
+  constexpr int width = 67, height = 6;
+  const GstVideoInfo info = scene::info_of(GetParam(), width, height);
+  const scene::Buffer buffer = scene::allocate(info, 12);
+  std::mt19937 random(1);
+  GstMapInfo map;
+  ASSERT_TRUE(gst_buffer_map(buffer.get(), &map, GST_MAP_WRITE));
+  std::generate_n(map.data, map.size, [&] { return static_cast<guint8>(random()); });
+  // I420_10LE and its like have nothing above their bits; what is there all the same is another's guess than ours.
+  const unsigned depth = GST_VIDEO_INFO_COMP_DEPTH(&info, 0);
+  if (GST_VIDEO_INFO_N_PLANES(&info) == 3 && depth > 8)
+    for (gsize i = 1; i < map.size; i += 2) map.data[i] &= static_cast<guint8>((1u << (depth - 8)) - 1);
+  gst_buffer_unmap(buffer.get(), &map);
+  const scene::Frame frame(info, buffer.get(), GST_MAP_READ);
+  const FrameView view = csd::frame_view(frame, info);
+  const GstVideoFormatInfo &format = *frame.info.finfo;
+  const bool deep = gst_video_format_get_info(format.unpack_format)->bits == 16;
+  std::vector<std::uint16_t> line(4 * static_cast<std::size_t>(width + 16));  // alpha and three; of 8 bit: of bytes
+  for (int y = 0; y < height; ++y) {
+    format.unpack_func(&format, GST_VIDEO_PACK_FLAG_TRUNCATE_RANGE, line.data(), frame.data, frame.info.stride, 0, y,
+                       width);
+    for (int k = 0; k < (view.model == csd::ColourModel::gray ? 1 : 3); ++k) {
+      const int columns = csd::component_columns(view, k), across = columns < width,
+                rows = csd::component_rows(view, k);
+      std::vector<std::uint8_t> is(static_cast<std::size_t>(columns));
+      csd::read_samples(view, k, rows < height ? y / 2 : y, 0, columns, is.data());
+      for (int x = 0; x < columns; ++x) {
+        const auto at = static_cast<std::size_t>(4 * (x << across) + 1 + k);
+        const int should =
+            deep ? std::min((line[at] + 128) >> 8, 255) : reinterpret_cast<std::uint8_t *>(line.data())[at];
+        ASSERT_EQ(is[static_cast<std::size_t>(x)], should) << "component " << k << " at " << x << ',' << y;
+      }
+    }
+  }
 }
 
 TEST_P(EveryFormat, GivesTheWorkingImageTheSceneToo) {
