@@ -97,7 +97,13 @@ struct WordRow {
   int pixel_stride, shift;
   unsigned most;
   unsigned get(int x) const { return read_word<Word, big_endian>(line + x * pixel_stride) >> shift & most; }
-  void set(int x, unsigned v) const { write_bits<Word, big_endian>(line + x * pixel_stride, shift, most, v); }
+  void set(int x, unsigned v) const {
+    guint8 *at = line + x * pixel_stride;
+    if constexpr (sizeof(Word) == 2)
+      write_word<Word, big_endian>(at, static_cast<Word>(v << shift));  // of one sample alone
+    else
+      write_bits<Word, big_endian>(at, shift, most, v);
+  }
 };
 
 /// Three samples of 10 bit to a little-endian word of 32, from its low bits up.
@@ -176,6 +182,7 @@ void blend_line(const Row &row, const Target &target, const NativeSprite &sprite
     value[static_cast<std::size_t>(n)] = sprite.value[component].data() + (y - at.y) * sprite.width;
   }
   if (begin >= end) return;
+  const unsigned most = target.most, one = target.one;  // bytes that are written might be the target's
   for (int column = begin >> sub_x; column <= (end - 1) >> sub_x; ++column) {
     unsigned a = 0, v = 0;
     for (std::size_t n = 0; n < down; ++n) {
@@ -190,8 +197,8 @@ void blend_line(const Row &row, const Target &target, const NativeSprite &sprite
     if (a == 0) continue;
     // old·(1 − a) + v, with v's 16ths and the pixels that share the sample divided out, rounded.
     const unsigned old = row.get(column) * (whole - a) * fraction;
-    const unsigned sum = old + v * target.one;
-    row.set(column, std::min((sum + whole * fraction / 2) / (whole * fraction), target.most));
+    const unsigned sum = old + v * one;
+    row.set(column, std::min((sum + whole * fraction / 2) / (whole * fraction), most));
   }
 }
 
