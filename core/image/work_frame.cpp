@@ -117,18 +117,22 @@ void WorkFrame::prepare_colour(cv::Size size) {
     plane.create(size, CV_8UC1);
     source_.component[k] = {.data = plane.data, .row_stride = static_cast<std::ptrdiff_t>(plane.step[0])};
   }
-  bands_ = std::make_unique<std::once_flag[]>(static_cast<std::size_t>((size.height + band - 1) / band));
+  bands_ = std::make_unique<Band[]>(static_cast<std::size_t>((size.height + band - 1) / band));
 }
 
 /// Scales the colour of working rows [begin, end), where nobody has yet.
 void WorkFrame::scale_colour(int begin, int end) const {
-  for (int b = begin / band; b * band < end; ++b)
-    std::call_once(bands_[static_cast<std::size_t>(b)], [&] {
-      const cv::Range range(b * band, std::min((b + 1) * band, luma_.rows));
-      const int chroma = view_.model == ColourModel::yuv;
-      for (int k = chroma; k < 3; ++k)
-        scale_area(columns_[chroma], rows_[chroma], component_reader(view_, k), range, colour_[k]);
-    });
+  for (int b = begin / band; b * band < end; ++b) {
+    Band &one = bands_[static_cast<std::size_t>(b)];
+    if (one.made.load(std::memory_order_acquire)) continue;
+    const std::scoped_lock lock(one.making);
+    if (one.made.load(std::memory_order_relaxed)) continue;
+    const cv::Range range(b * band, std::min((b + 1) * band, luma_.rows));
+    const int chroma = view_.model == ColourModel::yuv;
+    for (int k = chroma; k < 3; ++k)
+      scale_area(columns_[chroma], rows_[chroma], component_reader(view_, k), range, colour_[k]);
+    one.made.store(true, std::memory_order_release);
+  }
 }
 
 cv::Point2d WorkFrame::to_work(cv::Point2d picture) const {

@@ -4,6 +4,7 @@
 #include <opencv2/core.hpp>
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -61,6 +62,13 @@ class WorkFrame {
   void gather_least(cv::Mat &out) const;
 
  private:
+  /// Of colour_: who finds a band unmade makes it. Not std::call_once: where libunwind unwinds, as in gst-launch-1.0,
+  /// an exception that passes glibc's function is the end of the process (seen, Debian 12).
+  struct Band {
+    std::mutex making;
+    std::atomic<bool> made = false;
+  };
+
   void find_axes(cv::Size size);
   void prepare_colour(cv::Size size);
   void scale_colour(int begin, int end) const;
@@ -76,8 +84,8 @@ class WorkFrame {
   YuvCoefficients yuv_;
   std::array<int, 6> geometry_{};  ///< what the axes were made for
   AreaAxis columns_[2], rows_[2];  ///< of luma, R, G and B; of chroma
-  mutable cv::Mat colour_[3];      ///< R, G, B or –, U, V at working size: a band is written once, under its flag
-  std::unique_ptr<std::once_flag[]> bands_;  ///< null where the source is the view
+  mutable cv::Mat colour_[3];      ///< R, G, B or –, U, V at working size: a band is written once, under its lock
+  std::unique_ptr<Band[]> bands_;  ///< null where the source is the view
 };
 
 /// Odd side, in working pixels, of the square patch for a working image of `lines`: 21 from 480 lines on, scaled below,

@@ -1,8 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Exceptions reach Python, and the bus, in whatever order a program imports what brings unwinders along."""
+"""Exceptions reach Python, and the bus, in whatever order a program imports what brings unwinders along. $THROWS is throws.cpp."""
 
 import itertools
+import os
 import pathlib
 import subprocess
 import sys
@@ -24,22 +25,33 @@ message = pipeline.get_bus().timed_pop_filtered(60 * Gst.SECOND, Gst.MessageType
 assert message.type == Gst.MessageType.ERROR and "bad.jsonl" in message.parse_error()[0].message, message
 pipeline.set_state(Gst.State.NULL)
 """
+THROWN = """
+for name in "throws_ours", "throws_the_library", "throws_opencv", "throws_again", "throws_for_memory":
+    assert getattr(throws, name)() & 1, name
+"""
 IMPORTS = {
     "csdtrack": "import csdtrack",
     "cv2": "import cv2",
     "gi": "import gi; gi.require_version('Gst', '1.0'); from gi.repository import Gst; Gst.init(None)",
+    "throws": f"import ctypes; throws = ctypes.CDLL({os.environ['THROWS']!r})",
 }
 
 
 class Imports(unittest.TestCase):
-    def test_every_order(self):
+    def check_every_order(self, names, then):
         with tempfile.TemporaryDirectory(prefix="csdtrack-") as folder:
             (pathlib.Path(folder) / "bad.jsonl").write_text('{"schema":1}\n')
-            for order in itertools.permutations(IMPORTS):
-                program = "\n".join(IMPORTS[name] for name in order) + MODULE + PLUGIN
+            for order in itertools.permutations(names):
+                program = "\n".join(IMPORTS[name] for name in order) + then
                 with self.subTest(order):
                     done = subprocess.run([sys.executable, "-c", program], cwd=folder, capture_output=True, text=True, timeout=120)
                     self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_the_module_and_the_plugin(self):
+        self.check_every_order(["csdtrack", "cv2", "gi"], MODULE + PLUGIN)
+
+    def test_what_opencv_the_library_and_want_of_memory_throw(self):
+        self.check_every_order(["throws", "cv2", "gi"], THROWN)
 
 
 if __name__ == "__main__":
