@@ -27,9 +27,10 @@ struct Snapshot {
 
  private:
   struct Made {
+    explicit Made(const ColourSpace &of) : space(of) {}
     ColourSpace space;
-    std::once_flag once = {};
-    Channel channel = {};
+    std::once_flag once;
+    Channel channel;
   };
   mutable std::mutex mutex_;
   mutable std::list<Made> made_;  // guarded by mutex_; a channel by its flag
