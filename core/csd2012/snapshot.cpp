@@ -15,14 +15,16 @@ const Snapshot::Channel &Snapshot::in(const ColourSpace &space, double sigma, in
     const auto at = std::find_if(made_.begin(), made_.end(), [&](const Made &m) { return m.space == space; });
     made = at != made_.end() ? &*at : &made_.emplace_back(space);
   }
-  std::call_once(made->once, [&] {
-    auto &[raw, smoothed] = made->channel;
-    to_space(bgr, space, raw);
+  const std::lock_guard lock(made->making);
+  if (made->channel.smoothed.empty()) {
+    Channel made_now;
+    to_space(bgr, space, made_now.raw);
     const int border = half + csd2012::smoothing_margin(sigma);
     cv::Mat grown;
-    cv::copyMakeBorder(raw, grown, border, border, border, border, cv::BORDER_REPLICATE);
-    csd2012::smooth(grown, sigma, smoothed);
-  });
+    cv::copyMakeBorder(made_now.raw, grown, border, border, border, border, cv::BORDER_REPLICATE);
+    csd2012::smooth(grown, sigma, made_now.smoothed);
+    made->channel = made_now;
+  }
   return made->channel;
 }
 

@@ -29,11 +29,11 @@ struct Snapshot {
   struct Made {
     explicit Made(const ColourSpace &of) : space(of) {}
     ColourSpace space;
-    std::once_flag once;
+    std::mutex making;  // not std::call_once: exceptions must not pass it (image/work_frame.h)
     Channel channel;
   };
   mutable std::mutex mutex_;
-  mutable std::list<Made> made_;  // guarded by mutex_; a channel by its flag
+  mutable std::list<Made> made_;  // guarded by mutex_; a channel by its own lock
 };
 
 }  // namespace csd
