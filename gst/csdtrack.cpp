@@ -403,6 +403,11 @@ gboolean gst_csd_track_sink_event(GstBaseTransform *trans, GstEvent *event) {
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->sink_event(trans, event);
 }
 
+GstCaps *gst_csd_track_fixate_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps, GstCaps *other) {
+  other = GST_CSD_TRACK(trans)->state->overlay.prefer(direction, other);
+  return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->fixate_caps(trans, direction, caps, other);
+}
+
 gboolean gst_csd_track_accept_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps) {
   gboolean accepted = FALSE;
   log_failure(GST_CSD_TRACK(trans), csd::guarded([&] {
@@ -645,6 +650,7 @@ static void gst_csd_track_class_init(GstCsdTrackClass *klass) {
   trans_class->sink_event = GST_DEBUG_FUNCPTR(gst_csd_track_sink_event);
   trans_class->src_event = GST_DEBUG_FUNCPTR(gst_csd_track_src_event);
   trans_class->transform_caps = GST_DEBUG_FUNCPTR(gst_csd_track_transform_caps);
+  trans_class->fixate_caps = GST_DEBUG_FUNCPTR(gst_csd_track_fixate_caps);
   trans_class->accept_caps = GST_DEBUG_FUNCPTR(gst_csd_track_accept_caps);
   trans_class->filter_meta = GST_DEBUG_FUNCPTR(gst_csd_track_filter_meta);
   trans_class->start = GST_DEBUG_FUNCPTR(gst_csd_track_start);

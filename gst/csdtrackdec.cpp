@@ -14,7 +14,7 @@
  * half a frame away. Positions are scaled from the picture that the line tells of to the frame's. Live, the latency is
  * that of both pads, and no frame waits longer for its line.
  *
- * Pixels are not looked at, not changed, not copied, unless #GstCsdTrackDec:overlay=draw.
+ * Pixels are not looked at, not changed, not copied, unless #GstCsdTrackDec:overlay=draw. So they may be in any memory.
  *
  * ## Example launch lines
  *
@@ -123,20 +123,6 @@ LiveSettings live_settings(GstCsdTrackDec *self) {
   return self->state->live;
 }
 
-void post_error(GstCsdTrackDec *self, const csd::TrackSourceError &error) {
-  switch (error.kind) {
-    case csd::TrackSourceError::Kind::not_found:
-      GST_ELEMENT_ERROR(self, RESOURCE, NOT_FOUND, ("%s", error.what()), (nullptr));
-      break;
-    case csd::TrackSourceError::Kind::unreadable:
-      GST_ELEMENT_ERROR(self, RESOURCE, OPEN_READ, ("%s", error.what()), (nullptr));
-      break;
-    case csd::TrackSourceError::Kind::content:
-      GST_ELEMENT_ERROR(self, STREAM, DECODE, ("%s", error.what()), (nullptr));
-      break;
-  }
-}
-
 /// Runs `body`. False after an exception, which has become an error message then.
 template <typename Body>
 bool told(GstCsdTrackDec *self, Body &&body) {
@@ -148,7 +134,7 @@ bool told(GstCsdTrackDec *self, Body &&body) {
       refused = error;
     }
   });
-  if (refused) post_error(self, *refused);
+  if (refused) csd::post_error(GST_ELEMENT(self), *refused);
   constexpr const char *advice = "Use overlay=none, or smaller pictures.";
   if (failure && failure->out_of_memory)
     GST_ELEMENT_ERROR(self, RESOURCE, FAILED, ("Out of memory for recorded tracks. %s", advice),
@@ -272,6 +258,7 @@ GstFlowReturn gst_csd_track_dec_transform_ip(GstBaseTransform *trans, GstBuffer 
     return GST_FLOW_NOT_NEGOTIATED;
   }
   const LiveSettings live = live_settings(self);
+  if (!self->state->overlay.can_show(trans, live.overlay)) return GST_FLOW_NOT_NEGOTIATED;
   bool flushing = false;
   const bool done = told(self, [&] {
     self->state->overlay.settle(trans, live.overlay);
@@ -289,6 +276,12 @@ GstCaps *gst_csd_track_dec_transform_caps(GstBaseTransform *trans, GstPadDirecti
   return GST_CSD_TRACK_DEC(trans)->state->overlay.transform_caps(trans, direction, caps, filter);
 }
 
+GstCaps *gst_csd_track_dec_fixate_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps,
+                                       GstCaps *other) {
+  other = GST_CSD_TRACK_DEC(trans)->state->overlay.prefer(direction, other);
+  return GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->fixate_caps(trans, direction, caps, other);
+}
+
 gboolean gst_csd_track_dec_accept_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps) {
   gboolean accepted = FALSE;
   logged(GST_CSD_TRACK_DEC(trans), [&] {
@@ -304,9 +297,12 @@ gboolean gst_csd_track_dec_src_event(GstBaseTransform *trans, GstEvent *event) {
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->src_event(trans, event);
 }
 
-gboolean gst_csd_track_dec_set_info(GstVideoFilter *filter, GstCaps *in, GstVideoInfo *, GstCaps *out, GstVideoInfo *) {
-  auto *self = GST_CSD_TRACK_DEC(filter);
-  return told(self, [&] { self->state->overlay.set_caps(in, out); });
+/// GstVideoFilter's own takes no caps that GstVideoInfo can't tell all of.
+gboolean gst_csd_track_dec_set_caps(GstBaseTransform *trans, GstCaps *in, GstCaps *out) {
+  auto *filter = GST_VIDEO_FILTER(trans);
+  return filter->negotiated = csd::read_caps(in, filter->in_info) && told(GST_CSD_TRACK_DEC(trans), [&] {
+                                GST_CSD_TRACK_DEC(trans)->state->overlay.set_caps(in, out);
+                              });
 }
 
 /// Metas pass through an in-place element as they are: what downstream understands, upstream may attach.
@@ -597,7 +593,7 @@ void gst_csd_track_dec_finalize(GObject *object) {
 }
 
 void add_pad_templates(GstElementClass *klass) {
-  GstCaps *caps = csd::template_caps();
+  GstCaps *caps = csd::any_memory_caps();
   gst_element_class_add_pad_template(klass, gst_pad_template_new("sink", GST_PAD_SINK, GST_PAD_ALWAYS, caps));
   gst_element_class_add_pad_template(klass, gst_pad_template_new("src", GST_PAD_SRC, GST_PAD_ALWAYS, caps));
   gst_caps_unref(caps);
@@ -683,9 +679,10 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
   trans_class->query = GST_DEBUG_FUNCPTR(gst_csd_track_dec_query);
   trans_class->src_event = GST_DEBUG_FUNCPTR(gst_csd_track_dec_src_event);
   trans_class->transform_caps = GST_DEBUG_FUNCPTR(gst_csd_track_dec_transform_caps);
+  trans_class->fixate_caps = GST_DEBUG_FUNCPTR(gst_csd_track_dec_fixate_caps);
   trans_class->accept_caps = GST_DEBUG_FUNCPTR(gst_csd_track_dec_accept_caps);
   trans_class->filter_meta = GST_DEBUG_FUNCPTR(gst_csd_track_dec_filter_meta);
-  GST_VIDEO_FILTER_CLASS(klass)->set_info = GST_DEBUG_FUNCPTR(gst_csd_track_dec_set_info);
+  trans_class->set_caps = GST_DEBUG_FUNCPTR(gst_csd_track_dec_set_caps);
 }
 
 static void gst_csd_track_dec_init(GstCsdTrackDec *self) {

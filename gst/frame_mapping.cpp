@@ -25,10 +25,11 @@ void set_colour(FrameView &view, const GstVideoInfo &info) {
 
 }  // namespace
 
+#define CSD_VIDEO_FIELDS ", interlace-mode = (string) { progressive, interleaved, mixed }"
+
 GstCaps *template_caps() {
-  static constexpr char rest[] =
-      ", width = " GST_VIDEO_SIZE_RANGE ", height = " GST_VIDEO_SIZE_RANGE ", framerate = " GST_VIDEO_FPS_RANGE
-      ", interlace-mode = (string) { progressive, interleaved, mixed }";
+  static constexpr char rest[] = ", width = " GST_VIDEO_SIZE_RANGE ", height = " GST_VIDEO_SIZE_RANGE
+                                 ", framerate = " GST_VIDEO_FPS_RANGE CSD_VIDEO_FIELDS;
   static constexpr char composition[] = "(" GST_CAPS_FEATURE_META_GST_VIDEO_OVERLAY_COMPOSITION ")";
   // Features with and without the word SystemMemory do not intersect, and elements of both spellings are about.
   static constexpr char system_composition[] =
@@ -41,6 +42,29 @@ GstCaps *template_caps() {
       g_free(text);
     }
   return caps;
+}
+
+GstCaps *any_memory_caps() {
+  return gst_caps_from_string("video/x-raw(ANY)" CSD_VIDEO_FIELDS);
+}
+
+bool can_map(GstCaps *caps) {
+  GstCaps *mappable = template_caps();
+  const bool can = gst_caps_can_intersect(caps, mappable);
+  gst_caps_unref(mappable);
+  return can;
+}
+
+bool read_caps(GstCaps *caps, GstVideoInfo &info) {
+  if (can_map(caps)) return gst_video_info_from_caps(&info, caps);
+  const GstStructure *structure = gst_caps_get_structure(caps, 0);
+  int width = 0, height = 0;
+  if (!gst_structure_get_int(structure, "width", &width) || !gst_structure_get_int(structure, "height", &height) ||
+      width < 1 || height < 1)
+    return false;
+  gst_video_info_set_format(&info, GST_VIDEO_FORMAT_ENCODED, static_cast<guint>(width), static_cast<guint>(height));
+  gst_structure_get_fraction(structure, "framerate", &info.fps_n, &info.fps_d);
+  return true;
 }
 
 GstCaps *complete_caps(GstCaps *caps) {

@@ -23,6 +23,16 @@ namespace csd {
 /// is no picture). The caller owns the result.
 GstCaps *template_caps();
 
+/// The same for who doesn't map: every format in every memory, with every feature. The caller owns the result.
+GstCaps *any_memory_caps();
+
+/// Whether frames of these caps can be mapped: they are of template_caps().
+bool can_map(GstCaps *caps);
+
+/// What caps say, of those that can't be mapped size and framerate alone: their formats GstVideoInfo may not know.
+/// False: not even these.
+bool read_caps(GstCaps *caps, GstVideoInfo &info);
+
 /// `caps` with interlace-mode=progressive where a structure lacks that field, which is what the lack means. Without it
 /// such caps are no subset of the template's and would be refused: GstBaseTransformClass.accept_caps asks about these
 /// instead. The caller owns the result.

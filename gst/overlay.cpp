@@ -25,12 +25,13 @@ GParamSpec *Overlay::param_spec() {
 
 void Overlay::see_value(GstBaseTransform *element, const GstCsdTrackOverlay &overlay) {
   const std::lock_guard lock(values_);
-  bool meta;
+  GstCsdTrackOverlay value;
   {
     const ObjectLock object_lock(element);
-    meta = overlay == GST_CSD_TRACK_OVERLAY_META;
+    value = overlay;
   }
-  negotiation_.set_wanted(element, meta);
+  draws_ = value == GST_CSD_TRACK_OVERLAY_DRAW;
+  negotiation_.set_wanted(element, value == GST_CSD_TRACK_OVERLAY_META);
 }
 
 GstCaps *Overlay::transform_caps(GstBaseTransform *element, GstPadDirection direction, GstCaps *caps,
@@ -40,10 +41,19 @@ GstCaps *Overlay::transform_caps(GstBaseTransform *element, GstPadDirection dire
     GST_ERROR_OBJECT(element, "%s", failure->detail.c_str());
     other = gst_caps_ref(caps);
   }
-  if (!filter) return other;
-  GstCaps *both = gst_caps_intersect_full(filter, other, GST_CAPS_INTERSECT_FIRST);
-  gst_caps_unref(other);
-  return both;
+  const auto narrow = [&other](GstCaps *first, GstCaps *second) {
+    GstCaps *both = gst_caps_intersect_full(first, second, GST_CAPS_INTERSECT_FIRST);
+    gst_caps_unref(other);
+    other = both;
+  };
+  // Upstream is offered what can be drawn into. What comes all the same isn't refused here: can_show() says why.
+  if (draws_ && direction == GST_PAD_SRC) {
+    GstCaps *mappable = template_caps();
+    narrow(other, mappable);
+    gst_caps_unref(mappable);
+  }
+  if (filter) narrow(filter, other);
+  return other;
 }
 
 gboolean Overlay::accept_caps(GstBaseTransform *element, GstPadDirection direction, GstCaps *caps,
@@ -56,6 +66,24 @@ gboolean Overlay::accept_caps(GstBaseTransform *element, GstPadDirection directi
 
 void Overlay::see_event(GstBaseTransform *element, GstEvent *event) {
   if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE) negotiation_.restart(element);
+}
+
+void Overlay::set_caps(GstCaps *in, GstCaps *out) {
+  can_map_ = can_map(in);
+  negotiation_.set_caps(in, out);
+}
+
+bool Overlay::can_show(GstBaseTransform *element, GstCsdTrackOverlay overlay) const {
+  if (can_map_ || overlay != GST_CSD_TRACK_OVERLAY_DRAW) return true;
+  GstCaps *caps = gst_pad_get_current_caps(GST_BASE_TRANSFORM_SINK_PAD(element));
+  gchar *text = caps ? gst_caps_to_string(caps) : g_strdup("not known");
+  GST_ELEMENT_ERROR(element, STREAM, WRONG_TYPE,
+                    ("overlay=draw can't draw into these frames, for they are not in system memory, or not of a format "
+                     "that csdtrack takes. Use overlay=meta or none, or download and convert the frames before."),
+                    ("their caps are %s", text));
+  g_free(text);
+  gst_clear_caps(&caps);
+  return false;
 }
 
 void Overlay::settle(GstBaseTransform *element, GstCsdTrackOverlay overlay) {

@@ -3,6 +3,7 @@
 
 #include <gst/video/gstvideofilter.h>
 
+#include <atomic>
 #include <mutex>
 
 #include "enums.h"
@@ -26,13 +27,21 @@ class Overlay {
   /// For transform_caps: any thread. The caller owns the result, `caps` by the filter if something fails.
   GstCaps *transform_caps(GstBaseTransform *element, GstPadDirection direction, GstCaps *caps,
                           GstCaps *filter) const noexcept;
+  /// For fixate_caps: takes `other`, and gives it back in our order of preference, which a peer that puts plain caps
+  /// first (glimagesink, gloverlaycompositor) has turned round. The caller owns the result.
+  GstCaps *prefer(GstPadDirection direction, GstCaps *other) const noexcept {
+    return direction == GST_PAD_SINK ? negotiation_.prefer(other) : other;
+  }
   /// For accept_caps: asks `accept` (the base class's) about caps that say their interlace-mode.
   static gboolean accept_caps(GstBaseTransform *element, GstPadDirection direction, GstCaps *caps,
                               decltype(GstBaseTransformClass::accept_caps) accept);
   /// For src_event: any thread.
   void see_event(GstBaseTransform *element, GstEvent *event);
-  /// For set_info.
-  void set_caps(GstCaps *in, GstCaps *out) { negotiation_.set_caps(in, out); }
+  /// For set_info, or set_caps.
+  void set_caps(GstCaps *in, GstCaps *out);
+  /// Whether frames of these caps can be shown so; if not, an ERROR has been posted. Only an element that takes more
+  /// than template_caps() need ask.
+  bool can_show(GstBaseTransform *element, GstCsdTrackOverlay overlay) const;
   /// For transform_ip, first.
   void settle(GstBaseTransform *element, GstCsdTrackOverlay overlay);
   /// Shows `tracks` on the frame of `element`. Only drawing maps for writing: pixels that somebody else holds too are
@@ -42,7 +51,9 @@ class Overlay {
  private:
   std::mutex values_;               ///< held from the reading of the value until it is negotiated by
   OverlayNegotiation negotiation_;  ///< guards itself
+  std::atomic<bool> draws_ = false;
   // The streaming thread's alone.
+  bool can_map_ = true;  ///< frames of the caps in force
   OverlayPainter painter_;
   OverlayComposition composition_;
 };

@@ -128,18 +128,44 @@ GstCaps *OverlayNegotiation::transform_caps(GstPadDirection direction, GstCaps *
     } else if (gst_caps_features_contains(features, feature_name)) {
       add(with, gst_caps_features_copy(features));
       // We can add what upstream lacks.
-      if (direction == GST_PAD_SRC && !refused) add(without, gst_caps_features_new_empty());
+      if (direction == GST_PAD_SRC && !refused) {
+        GstCapsFeatures *plain = gst_caps_features_copy(features);
+        gst_caps_features_remove(plain, feature_name);
+        add(without, plain);
+      }
     } else {
       if (direction == GST_PAD_SINK && !refused) {
-        // Both spellings are about and do not intersect: GL has the first, some sinks the second.
-        add(with, gst_caps_features_new(GST_CAPS_FEATURE_MEMORY_SYSTEM_MEMORY, feature_name, nullptr));
-        add(with, gst_caps_features_new(feature_name, nullptr));
+        GstCapsFeatures *more = gst_caps_features_copy(features);
+        gst_caps_features_add(more, feature_name);
+        // Of system memory both spellings are about and do not intersect: GL has the first, some sinks the second.
+        if (gst_caps_features_is_equal(features, GST_CAPS_FEATURES_MEMORY_SYSTEM_MEMORY)) {
+          add(with, gst_caps_features_new(GST_CAPS_FEATURE_MEMORY_SYSTEM_MEMORY, feature_name, nullptr));
+          gst_caps_features_remove(more, GST_CAPS_FEATURE_MEMORY_SYSTEM_MEMORY);
+        }
+        add(with, more);
       }
       add(without, gst_caps_features_copy(features));
     }
   }
   // Downstream the feature is preferred; upstream plain caps are, for then this element decides.
   return direction == GST_PAD_SINK ? gst_caps_merge(with, without) : gst_caps_merge(without, with);
+}
+
+GstCaps *OverlayNegotiation::prefer(GstCaps *caps) const noexcept {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!wanted_) return caps;
+  }
+  GstCaps *with = gst_caps_new_empty(), *without = gst_caps_new_empty();
+  for (guint i = 0; i < gst_caps_get_size(caps); ++i) {
+    GstCapsFeatures *features = gst_caps_get_features(caps, i);
+    gst_caps_append_structure_full(gst_caps_features_contains(features, feature_name) ? with : without,
+                                   gst_structure_copy(gst_caps_get_structure(caps, i)),
+                                   gst_caps_features_copy(features));
+  }
+  gst_caps_unref(caps);
+  gst_caps_append(with, without);
+  return with;
 }
 
 void OverlayNegotiation::set_caps(GstCaps *in, GstCaps *out) {

@@ -33,6 +33,7 @@ class OverlayComposition {
 ///
 /// The element calls, with overlay=meta only set_wanted(true):
 ///  * in transform_caps: transform_caps(), then intersects with the filter (GST_CAPS_INTERSECT_FIRST);
+///  * in fixate_caps, of caps for the source pad: prefer(), then fixates the first;
 ///  * in set_caps (GstVideoFilter: set_info): set_caps();
 ///  * in src_event, on GST_EVENT_RECONFIGURE: restart();
 ///  * in transform_ip, first: settle(); then it attaches if may_attach(), else posts one WARNING if take_refusal();
@@ -46,8 +47,11 @@ class OverlayNegotiation {
   /// If that is another wish than before, the caps are negotiated anew.
   void set_wanted(GstBaseTransform *element, bool wanted);
   /// What the other pad may have. Downstream of plain caps: with the feature first, then plain; upstream of caps with
-  /// the feature: either; the feature is never taken away from caps that have it. The caller owns the result.
+  /// the feature: either; the feature is never taken away from caps that have it. Other features, the memory's, stay.
+  /// The caller owns the result.
   GstCaps *transform_caps(GstPadDirection direction, GstCaps *caps) const;
+  /// `caps` (taken) for downstream with those first that have the feature, if it is wanted. The caller owns the result.
+  GstCaps *prefer(GstCaps *caps) const noexcept;
   void set_caps(GstCaps *in, GstCaps *out);
   /// Asks downstream by an allocation query, once after set_caps(): the base class sends none for an in-place element
   /// (seen, 1.22), and the answer needs the caps to have been sent. If downstream took the caps but won't render, they

@@ -37,6 +37,20 @@ const TimedLine *nearest(const TimedLine *before, const TimedLine *after, std::i
   return first ? before : second ? after : nullptr;
 }
 
+void post_error(GstElement *element, const TrackSourceError &error) {
+  switch (error.kind) {
+    case TrackSourceError::Kind::not_found:
+      GST_ELEMENT_ERROR(element, RESOURCE, NOT_FOUND, ("%s", error.what()), (nullptr));
+      break;
+    case TrackSourceError::Kind::unreadable:
+      GST_ELEMENT_ERROR(element, RESOURCE, OPEN_READ, ("%s", error.what()), (nullptr));
+      break;
+    case TrackSourceError::Kind::content:
+      GST_ELEMENT_ERROR(element, STREAM, DECODE, ("%s", error.what()), (nullptr));
+      break;
+  }
+}
+
 TrackLine read_frame_line(JsonText &json, std::string_view text) {
   TrackLine line = read_track_line(json, text);
   if (line.numbered && (line.tracks.width < 1 || line.tracks.height < 1))

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 
+#include <gst/gst.h>
+
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
@@ -23,6 +25,9 @@ struct TrackSourceError : std::runtime_error {
   TrackSourceError(Kind what, const std::string &text) : std::runtime_error(text), kind(what) {}
   Kind kind;
 };
+
+/// As an element's ERROR.
+void post_error(GstElement *element, const TrackSourceError &error);
 
 /// A line that can be put on a frame. Throws LineError.
 TrackLine read_frame_line(JsonText &json, std::string_view text);

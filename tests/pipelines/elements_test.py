@@ -212,7 +212,7 @@ class Elements(harness.Case):
                     self.assertIn(f"`{pad}`" if name == "csdtrack" else "those of", self.page[name])
         rows = re.findall(r"^\| formats, \d+ bit \| (.*) \|", self.page["csdtrack"], re.MULTILINE)
         said = set(" ".join(rows).split())
-        self.assertEqual(len(formats), 5)  # sink and src of csdtrack and csdtrackdec, src of csdsimsrc
+        self.assertEqual(len(formats), 3)  # sink and src of csdtrack, src of csdsimsrc
         for pad, taken in formats.items():
             self.assertEqual(taken, said, pad)
 
