@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """What csdtrack costs whole pipelines: a 720p recording, a live 720p source, the parts a frame passes, and the end.
 
-usage: tests/bench/pipelines.py [--quick | --end]    --end: how long a pipeline takes to stop while learners are busy, alone
+usage: tests/bench/pipelines.py [--quick | --end | --large]    --end: how long a pipeline takes to stop while learners are busy, alone
+                                                               --large: 2160 lines, tracked as they are and by a small copy, alone
 
 Nothing is asserted. The picture is a coloured texture that sways, and one recording is of cholecystectomy.mp4 in $CSDTRACK_CLIPS; frames are made before anything is timed and pushed
 by reference.
@@ -26,8 +27,8 @@ CAPS = f"video/x-raw,format=I420,width={WIDTH},height={HEIGHT},framerate={RATE}/
 ENCODER = "x264enc speed-preset=veryfast key-int-max=60"
 
 
-def make_frames(count=32):
-    """I420 frames of a texture with the contrast of tissue (standard deviation about 16), swaying by some pixels."""
+def make_frames(count=32, height=None):
+    """I420 frames of a texture with the contrast of tissue (standard deviation about 16), swaying by some pixels; scaled to `height` lines."""
     random = np.random.default_rng(5)
     noise = random.normal(size=(HEIGHT + 80, WIDTH + 80, 3)).astype(np.float32)
     texture = 120 * cv2.GaussianBlur(noise, (0, 0), 3) + 250 * cv2.GaussianBlur(noise, (0, 0), 9) + (90, 100, 150)
@@ -36,8 +37,10 @@ def make_frames(count=32):
         phase = 2 * np.pi * i / count
         shift = np.float32([[1, 0, -40 + 8 * np.sin(phase)], [0, 1, -40 + 5 * np.cos(phase)]])
         moved = cv2.warpAffine(texture, shift, (WIDTH, HEIGHT)) + random.normal(scale=2, size=(HEIGHT, WIDTH, 3))
-        yuv = cv2.cvtColor(np.clip(moved, 0, 255).astype(np.uint8), cv2.COLOR_BGR2YUV_I420)
-        frames.append(Gst.Buffer.new_wrapped(yuv.tobytes()))
+        picture = np.clip(moved, 0, 255).astype(np.uint8)
+        if height:
+            picture = cv2.resize(picture, (height * WIDTH // HEIGHT, height), interpolation=cv2.INTER_AREA if height < HEIGHT else cv2.INTER_CUBIC)
+        frames.append(Gst.Buffer.new_wrapped(cv2.cvtColor(picture, cv2.COLOR_BGR2YUV_I420).tobytes()))
     return frames
 
 
@@ -153,8 +156,49 @@ def end(frames, rounds):
         print(f"  {properties:50} {p50:6.1f} / {p99:6.1f} / {max(times):6.1f}, {min(waiting)} jobs and more waited")
 
 
+def processor_time(pipeline_text, sources, count):
+    """Milliseconds of processor a frame, of all threads, without what makes the frames. `sources`: an appsrc's name and its frames."""
+    pipeline = Gst.parse_launch(pipeline_text)
+    inputs = [(pipeline.get_by_name(name), frames) for name, frames in sources.items()]
+    pipeline.set_state(Gst.State.PLAYING)
+    start = time.process_time()
+    for i in range(count):
+        for source, frames in inputs:
+            source.emit("push-buffer", stamped(frames, i))
+    for source, _ in inputs:
+        source.emit("end-of-stream")
+    wait(pipeline)
+    spent = time.process_time() - start
+    pipeline.set_state(Gst.State.NULL)
+    return 1000 * spent / count
+
+
+def large(count, rounds):
+    """What is left for the processor where a GPU holds the frames and scales them: memory that is not touched costs what system memory does."""
+    heights = {"large": 2160, "small": 540}
+    frames = {name: make_frames(16, height) for name, height in heights.items()}
+
+    def source(name):
+        size = f"width={heights[name] * WIDTH // HEIGHT},height={heights[name]}"
+        return f"appsrc name={name} format=time block=true max-buffers=4 max-bytes=0 caps=video/x-raw,format=I420,{size},framerate={RATE}/1"
+
+    ways = {
+        "csdtrack on 2160 lines": (f"{source('large')} ! csdtrack ! fakesink", ["large"]),
+        "csdtrack on 540 lines": (f"{source('small')} ! csdtrack ! fakesink", ["small"]),
+        "the same ! csdtrackenc ! csdtrackdec": (f"{source('large')} ! csdtrackdec name=r ! fakesink {source('small')} ! csdtrack ! csdtrackenc ! "
+                                                 "application/x-ndjson ! r.text", ["large", "small"]),
+    }
+    spent = {name: [] for name in ways}
+    for _ in range(rounds):
+        for name, (text, needs) in ways.items():
+            spent[name].append(processor_time(text, {need: frames[need] for need in needs}, count))
+    print(f"large: processor time a frame, ms, {count} frames, in alternation, medians of {rounds}")
+    for name, values in spent.items():
+        print(f"  {name:38} {statistics.median(values):7.2f}")
+
+
 def main():
-    if sys.argv[1:] not in ([], ["--quick"], ["--end"]):
+    if sys.argv[1:] not in ([], ["--quick"], ["--end"], ["--large"]):
         print(__doc__)
         return 0 if sys.argv[1:] == ["--help"] else 2
     quick = "--quick" in sys.argv
@@ -162,6 +206,9 @@ def main():
     frames = make_frames()
     if "--end" in sys.argv:
         end(frames, 200)
+        return 0
+    if "--large" in sys.argv:
+        large(600, 5)
         return 0
     count, rounds, seconds = (30, 1, 1) if quick else (600, 5, 20)
 
@@ -194,6 +241,7 @@ def main():
         p50, p95 = element_cost(frames, f"{base} {properties}", count)
         print(f"  {name:34} {p50:7.2f} / {p95:7.2f}")
     end(frames, 3 if quick else 200)
+    large(*((30, 1) if quick else (600, 5)))
     return 0
 
 
