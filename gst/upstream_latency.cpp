@@ -15,7 +15,7 @@ std::optional<Latency> latency_above(GstPad *pad) {
   std::optional<Latency> latency;
   if (gst_pad_peer_query(pad, query)) {
     gboolean live = FALSE;
-    latency.emplace();
+    latency = Latency{};
     gst_query_parse_latency(query, &live, &latency->min, &latency->max);
     latency->live = live != 0;
     if (!GST_CLOCK_TIME_IS_VALID(latency->min)) latency->min = 0;
