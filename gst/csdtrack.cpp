@@ -58,7 +58,7 @@
  *
  * Where it is built with gstreamer-analytics (1.24 or later), `attach-analytics` adds for each feature a
  * tracking with its id to the frame's relation meta, related to a detection of type `csdtrack`, the same square, where
- * the feature claims a position.
+ * the feature claims a position; and, with 1.30, to a key point where it claims or is predicted to be.
  *
  * ## When the stream is forgotten
  *

@@ -37,6 +37,12 @@ std::optional<Box> PatchBoxes::around(double x, double y) const {
   return Box{static_cast<int>(x0), static_cast<int>(y0), static_cast<int>(x1 - x0), static_cast<int>(y1 - y0)};
 }
 
+std::optional<cv::Point> PatchBoxes::pixel(double x, double y) const {
+  const double column = std::round(left_ + x), row = std::round(top_ + y);
+  if (column < 0 || column >= width_ || row < 0 || row >= height_) return std::nullopt;
+  return cv::Point(static_cast<int>(column), static_cast<int>(row));
+}
+
 void attach_rois(GstBuffer *buffer, const PatchBoxes &boxes, const Tracks &tracks) {
   for (const auto &f : tracks.features) {
     if (!claims_position(f.state)) continue;

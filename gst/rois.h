@@ -23,6 +23,8 @@ class PatchBoxes {
 
   /// The square around a point of the picture, clipped to the frame. Nothing where it lies outside.
   std::optional<Box> around(double x, double y) const;
+  /// The pixel of the frame that a point of the picture lies in. Nothing where it lies outside.
+  std::optional<cv::Point> pixel(double x, double y) const;
 
  private:
   int width_, height_;

@@ -125,7 +125,7 @@ void install_properties(GObjectClass *klass) {
   install(prop_attach_analytics,
           g_param_spec_boolean("attach-analytics", "Attach analytics",
                                "Attach also GstAnalytics metadata: a tracking for each feature, related to a detection "
-                               "of type csdtrack where it is seen",
+                               "of type csdtrack where it is seen (GStreamer 1.30: and to a key point)",
                                d.live.attach_analytics, live));
 #endif
   install(prop_post_messages, g_param_spec_enum("post-messages", "Post messages",

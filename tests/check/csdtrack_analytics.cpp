@@ -1,12 +1,33 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// csdtrack attach-analytics=true: what GstAnalytics' own functions read of it.
+// csdtrack attach-analytics=true: what GstAnalytics' own functions read of it. The element is linked in.
+#include "analytics.h"
+
 #include <gst/analytics/analytics.h>
+#ifdef CSDTRACK_KEYPOINTS
+#include <gst/analytics/gstanalyticskeypointmtd.h>
+#endif
 
 #include <map>
+#include <vector>
 
+#include "csdtrack.h"
+
+// After everything in C++: Check has a macro `fail`.
 #include "csdtrack_harness.h"
 
 namespace {
+
+#ifdef CSDTRACK_KEYPOINTS
+constexpr int points_each = 1;
+#else
+constexpr int points_each = 0;
+#endif
+
+struct Point {
+  gint x = 0, y = 0;
+  guint8 visibility = 0;
+  gfloat confidence = -1;
+};
 
 struct Tracked {
   GstClockTime first, last;
@@ -14,7 +35,29 @@ struct Tracked {
   int detections = 0;
   gint x = 0, y = 0, w = 0, h = 0;
   gfloat confidence = -1;
+  std::vector<Point> points;
 };
+
+/// The key points that relate to the tracking `id`.
+std::vector<Point> points_of([[maybe_unused]] GstAnalyticsRelationMeta *meta, [[maybe_unused]] guint id) {
+  std::vector<Point> found;
+#ifdef CSDTRACK_KEYPOINTS
+  gpointer state = nullptr;
+  GstAnalyticsMtd point;
+  while (gst_analytics_relation_meta_get_direct_related(meta, id, GST_ANALYTICS_REL_TYPE_RELATE_TO,
+                                                        gst_analytics_keypoint_mtd_get_mtd_type(), &state, &point)) {
+    Point &p = found.emplace_back();
+    gint z;
+    GstAnalyticsKeypointDimensions dimensions;
+    fail_unless(gst_analytics_keypoint_mtd_get_position(&point, &p.x, &p.y, &z, &dimensions));
+    fail_unless(dimensions == GST_ANALYTICS_KEYPOINT_DIMENSIONS_2D && z == 0);
+    fail_unless(gst_analytics_keypoint_mtd_get_visibility_flags(&point, &p.visibility));
+    fail_unless(gst_analytics_keypoint_mtd_get_confidence(&point, &p.confidence));
+    fail_unless(gst_analytics_relation_meta_get_relation(meta, point.id, id) == GST_ANALYTICS_REL_TYPE_RELATE_TO);
+  }
+#endif
+  return found;
+}
 
 /// What the buffer's relation meta says, by tracking id.
 std::map<guint64, Tracked> read(GstBuffer *buffer) {
@@ -39,6 +82,7 @@ std::map<guint64, Tracked> read(GstBuffer *buffer) {
       fail_unless(gst_analytics_relation_meta_get_relation(meta, detection.id, tracking.id) ==
                   GST_ANALYTICS_REL_TYPE_RELATE_TO);
     }
+    t.points = points_of(meta, tracking.id);
     fail_unless(found.emplace(id, t).second, "an id twice");
   }
   return found;
@@ -62,6 +106,10 @@ GST_START_TEST(each_feature_is_a_tracking_related_to_its_box) {
     fail_unless(!clipped.lost && clipped.x == 0 && clipped.y == 86 && clipped.w == 19 && clipped.h == 21);
     fail_unless(outside.lost && outside.detections == 0);
     fail_unless_equals_uint64(outside.last, 0);
+    fail_unless_equals_int(whole.points.size(), points_each);
+    fail_unless_equals_int(clipped.points.size(), points_each);
+    fail_unless(outside.points.empty());
+    for (const Point &p : whole.points) fail_unless(p.x == 160 && p.y == 112 && p.visibility == 1 && p.confidence == 1);
     gst_buffer_unref(out);
   }
   gst_harness_teardown(h);
@@ -99,7 +147,7 @@ GST_START_TEST(what_others_attached_stays) {
   GstBuffer *out = gst_harness_push_and_pull(h, in);
   fail_unless_equals_int(gst_buffer_get_n_meta(out, GST_ANALYTICS_RELATION_META_API_TYPE), 1);
   GstAnalyticsRelationMeta *meta = gst_buffer_get_analytics_relation_meta(out);
-  fail_unless_equals_int(gst_analytics_relation_get_length(meta), 13);
+  fail_unless_equals_int(gst_analytics_relation_get_length(meta), 1 + 6 * (2 + points_each));
   GstAnalyticsODMtd again;
   fail_unless(gst_analytics_relation_meta_get_od_mtd(meta, face.id, &again));
   fail_unless(gst_analytics_od_mtd_get_obj_type(&again) == g_quark_from_string("face"));
@@ -122,7 +170,51 @@ GST_START_TEST(none_without_the_property_and_none_without_features) {
 }
 GST_END_TEST
 
+#ifdef CSDTRACK_KEYPOINTS
+GST_START_TEST(a_key_point_is_where_the_feature_is_or_is_thought_to_be) {
+  GstVideoInfo info;
+  gst_video_info_set_format(&info, GST_VIDEO_FORMAT_GRAY8, 320, 240);
+  GstVideoCropMeta crop{};
+  crop.x = 100, crop.y = 50, crop.width = 200, crop.height = 150;
+  using enum csd::FeatureState;
+  struct Case {
+    csd::FeatureState state;
+    double x, y;
+    std::vector<Point> points;
+  };
+  constexpr guint8 seen = GST_ANALYTICS_KEYPOINT_VISIBILITY_VISIBLE;
+  constexpr guint8 predicted = GST_ANALYTICS_KEYPOINT_VISIBILITY_OCCLUDED | GST_ANALYTICS_KEYPOINT_VISIBILITY_PROJECTED;
+  for (const Case &c : {Case{learning, 20.6, 30.4, {{121, 80, seen, .75f}}},
+                        {tracked, 20.5, 30.5, {{121, 81, seen, .75f}}},
+                        {tracked, 219.4, 189.4, {{319, 239, seen, .75f}}},
+                        {occluded, 19.4, -50.4, {{119, 0, predicted, .75f}}},
+                        {occluded, -101, 30, {}},
+                        {occluded, 219.6, 30, {}},
+                        {occluded, 1e300, -1e300, {}},
+                        {lost, 20, 30, {}},
+                        {out, 20, 30, {}},
+                        {ended, 20, 30, {}}}) {
+    csd::Tracks tracks;
+    csd::Feature &f = tracks.features.emplace_back();
+    f.id = 7, f.state = c.state, f.x = c.x, f.y = c.y, f.confidence = .75;
+    GstBuffer *buffer = gst_buffer_new();
+    csd::Analytics().attach(buffer, csd::PatchBoxes(info, &crop, 150, 21), tracks, 0);
+    const auto found = read(buffer).at(7).points;
+    fail_unless_equals_int(found.size(), c.points.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      fail_unless_equals_int(found[i].x, c.points[i].x);
+      fail_unless_equals_int(found[i].y, c.points[i].y);
+      fail_unless_equals_int(found[i].visibility, c.points[i].visibility);
+      fail_unless_equals_float(found[i].confidence, c.points[i].confidence);
+    }
+    gst_buffer_unref(buffer);
+  }
+}
+GST_END_TEST
+#endif
+
 static Suite *csdtrack_analytics_suite() {
+  gst_element_register_csdtrack(nullptr);
   Suite *suite = suite_create("csdtrack_analytics");
   TCase *tc = tcase_create("analytics");
   suite_add_tcase(suite, tc);
@@ -130,6 +222,9 @@ static Suite *csdtrack_analytics_suite() {
   tcase_add_test(tc, what_is_gone_was_last_seen_when_it_was);
   tcase_add_test(tc, what_others_attached_stays);
   tcase_add_test(tc, none_without_the_property_and_none_without_features);
+#ifdef CSDTRACK_KEYPOINTS
+  tcase_add_test(tc, a_key_point_is_where_the_feature_is_or_is_thought_to_be);
+#endif
   return suite;
 }
 
