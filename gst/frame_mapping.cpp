@@ -45,7 +45,10 @@ GstCaps *template_caps() {
 }
 
 GstCaps *any_memory_caps() {
-  return gst_caps_from_string("video/x-raw(ANY)" CSD_VIDEO_FIELDS);
+  // The others first, or a source that can make every format would give one that nobody else takes.
+  GstCaps *caps = template_caps();
+  gst_caps_append(caps, gst_caps_from_string("video/x-raw(ANY)" CSD_VIDEO_FIELDS));
+  return caps;
 }
 
 bool can_map(GstCaps *caps) {

@@ -23,7 +23,8 @@ namespace csd {
 /// is no picture). The caller owns the result.
 GstCaps *template_caps();
 
-/// The same for who doesn't map: every format in every memory, with every feature. The caller owns the result.
+/// The same for who doesn't map: after them every format in every memory, with every feature. The caller owns the
+/// result.
 GstCaps *any_memory_caps();
 
 /// Whether frames of these caps can be mapped: they are of template_caps().
