@@ -10,9 +10,9 @@
  * once.
  *
  * The lines come from a file, #GstCsdTrackDec:location, or from the request pad `text`: lines of JSON as a stream of
- * bytes, or a text track of a recording. A frame gets the line that is nearest in stream time, if it is no further than
- * half a frame away. Positions are scaled from the picture that the line tells of to the frame's. Live, the latency is
- * that of both pads, and no frame waits longer for its line.
+ * bytes, a text track of a recording, or KLV, as from MPEG-TS and RTP. A frame gets the line that is nearest in stream
+ * time, if it is no further than half a frame away. Positions are scaled from the picture that the line tells of to the
+ * frame's. Live, the latency is that of both pads, and no frame waits longer for its line.
  *
  * Pixels are not looked at, not changed, not copied, unless #GstCsdTrackDec:overlay=draw. So they may be in any memory.
  *
@@ -114,7 +114,8 @@ GST_ELEMENT_REGISTER_DEFINE_WITH_CODE(csdtrackdec, "csdtrackdec", GST_RANK_NONE,
 
 static GstStaticPadTemplate text_template =
     GST_STATIC_PAD_TEMPLATE("text", GST_PAD_SINK, GST_PAD_REQUEST,
-                            GST_STATIC_CAPS("application/x-ndjson; text/x-raw, format=(string){ utf8, pango-markup }"));
+                            GST_STATIC_CAPS("application/x-ndjson; text/x-raw, format=(string){ utf8, pango-markup }; "
+                                            "meta/x-klv"));
 
 namespace {
 
@@ -340,13 +341,13 @@ gboolean gst_csd_track_dec_query(GstBaseTransform *trans, GstPadDirection direct
 /// Once a stream.
 void warn_torn_once(GstCsdTrackDec *self) {
   Text &text = self->state->text;
-  const auto number = text.lines.take_torn();
-  if (!number || std::exchange(text.warned_torn, true)) return;
+  const auto dropped = text.lines.take_dropped();
+  if (!dropped || std::exchange(text.warned_torn, true)) return;
   GST_ELEMENT_WARNING(self, STREAM, FAILED,
                       ("What came to the pad text broke off in line %" G_GUINT64_FORMAT
                        ": its frame passes without tracks. Look at what brings the text.",
-                       *number),
-                      (nullptr));
+                       dropped->line),
+                      ("%s", dropped->why.c_str()));
 }
 
 void text_begins_anew(GstCsdTrackDec *self) {

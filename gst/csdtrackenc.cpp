@@ -14,12 +14,14 @@
  * * `text/csv`: a row per feature per frame, under a header. The header comes as a buffer of its own, flagged HEADER,
  *   and as `streamheader` in the caps; again after a flush, where filesink starts its file anew
  * * `text/x-raw,format=utf8`: the line of JSON without its newline, for a subtitle track
+ * * `meta/x-klv`: the same in a packet of SMPTE 336, for MPEG-TS and RTP
  *
  * With `role=truth` it writes the ground truth that csdsimsrc attached, in the same forms, for csd-score.
  *
- * There is one buffer per frame, with the frame's timestamp and duration; in a text track a line of more than 65535
- * bytes, which MP4 can't hold in one, is several buffers that divide the frame's time among them. A frame without
- * tracks gives an empty list in JSON and an empty buffer, flagged GAP, in CSV. docs/metadata.md describes all fields.
+ * There is one buffer per frame, with the frame's timestamp and duration. As text or KLV a line of more than 65535 or
+ * 65000 bytes, which MP4 or a packet of MPEG-TS can't hold in one, is several buffers that divide the frame's time
+ * among them. A frame without tracks gives an empty list in JSON and an empty buffer, flagged GAP, in CSV.
+ * docs/metadata.md describes all fields.
  *
  * filesink buffers 64 KiB by default, which a crash takes with it. With `buffer-mode=unbuffered` the file holds all
  * that was written so far, save that the last line may be torn; readers ignore such a line.
@@ -49,7 +51,7 @@
  *   t. ! queue ! x264enc ! h264parse ! m. \
  *   t. ! csdtrackenc ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 ! m.subtitle_0
  * ]| The tracks as a subtitle track of the recording. The queue behind csdtrackenc must hold more time than the encoder
- * holds frames back, or the muxer waits for ever.
+ * holds frames back, or the muxer waits for ever. With `mpegtsmux`, `out.ts` and `m.` for `m.subtitle_0` they are KLV.
  *
  * Since: 0.1
  */
@@ -66,6 +68,7 @@
 #include <vector>
 
 #include "enums.h"
+#include "klv.h"
 #include "meta.h"
 #include "text_pieces.h"
 #include "track_format.h"
@@ -75,7 +78,7 @@ GST_DEBUG_CATEGORY_STATIC(csd_track_enc_debug);
 
 namespace {
 
-enum class Format { ndjson, csv, text };
+enum class Format { ndjson, csv, text, klv };
 
 struct Offer {
   Format format;
@@ -84,7 +87,8 @@ struct Offer {
 /// In order of preference.
 constexpr Offer offers[] = {{Format::ndjson, "application/x-ndjson"},
                             {Format::csv, "text/csv"},
-                            {Format::text, "text/x-raw, format=(string)utf8"}};
+                            {Format::text, "text/x-raw, format=(string)utf8"},
+                            {Format::klv, "meta/x-klv, parsed=(boolean)true"}};
 
 using CapsPtr = std::unique_ptr<GstCaps, decltype(&gst_caps_unref)>;
 using StringPtr = std::unique_ptr<char, decltype(&g_free)>;
@@ -99,6 +103,7 @@ struct Stream {
   int width = 0, height = 0;                          ///< by the caps; 0: unknown
   GstClockTime frame_duration = GST_CLOCK_TIME_NONE;  ///< by the framerate
   std::string line;                                   ///< kept, so that its memory is
+  std::uint64_t count = 0;                            ///< of frames, for KLV
 
   Stream() { gst_segment_init(&segment, GST_FORMAT_UNDEFINED); }
 };
@@ -120,7 +125,8 @@ static GstStaticPadTemplate sink_template =
     GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS, GST_STATIC_CAPS("video/x-raw(ANY)"));
 static GstStaticPadTemplate src_template =
     GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
-                            GST_STATIC_CAPS("application/x-ndjson; text/csv; text/x-raw, format=(string)utf8"));
+                            GST_STATIC_CAPS("application/x-ndjson; text/csv; text/x-raw, format=(string)utf8; "
+                                            "meta/x-klv, parsed=(boolean)true"));
 
 G_DEFINE_TYPE_WITH_CODE(GstCsdTrackEnc, gst_csd_track_enc, GST_TYPE_ELEMENT,
                         GST_DEBUG_CATEGORY_INIT(csd_track_enc_debug, "csdtrackenc", 0, "tracks as text"))
@@ -161,7 +167,7 @@ static bool negotiate(GstCsdTrackEnc *self) {
     GST_ELEMENT_ERROR(
         self, CORE, NEGOTIATION,
         ("Downstream takes none of the forms that tracks come in. Link csdtrackenc to an element that takes "
-         "application/x-ndjson, text/csv or text/x-raw,format=utf8."),
+         "application/x-ndjson, text/csv, text/x-raw,format=utf8 or meta/x-klv,parsed=true."),
         (nullptr));
     return false;
   }
@@ -255,6 +261,7 @@ static void write_frame(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) 
       csd::append_csv(stream.line, record);
       break;
     case Format::text:
+    case Format::klv:
       csd::append_json(stream.line, record);
       break;
   }
@@ -270,16 +277,20 @@ static GstBuffer *new_frame_text(GstBuffer *frame, std::string_view text) {
   return buffer;
 }
 
-/// As subtitles. Pieces of a line divide the frame's time among them: of samples that begin together mp4mux loses the
-/// last ones.
-static GstFlowReturn push_track(GstCsdTrackEnc *self, GstBuffer *frame, const Stream &stream) {
+/// As subtitles, or KLV. Pieces of a line divide the frame's time among them: of samples that begin together mp4mux
+/// loses the last ones, and in RTP one time is one KLV unit.
+static GstFlowReturn push_track(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
+  const bool klv = stream.offer->format == Format::klv;
   // A subtitle without a duration stays up until the next one, or for ever.
   const GstClockTime duration =
       GST_BUFFER_DURATION_IS_VALID(frame) ? GST_BUFFER_DURATION(frame) : stream.frame_duration;
-  const std::vector<std::string_view> pieces = csd::text_pieces(stream.line);
+  const std::vector<std::string_view> pieces =
+      csd::text_pieces(stream.line, klv ? csd::most_klv_text : csd::most_piece_bytes);
+  ++stream.count;
   GstFlowReturn flow = GST_FLOW_OK;
   for (std::size_t i = 0; i < pieces.size() && flow == GST_FLOW_OK; ++i) {
-    GstBuffer *text = new_frame_text(frame, pieces[i]);
+    GstBuffer *text = klv ? new_frame_text(frame, csd::klv_packet(pieces[i], stream.count, i, pieces.size()))
+                          : new_frame_text(frame, pieces[i]);
     if (i > 0) GST_BUFFER_FLAG_UNSET(text, GST_BUFFER_FLAG_DISCONT);
     if (GST_CLOCK_TIME_IS_VALID(duration)) {
       const GstClockTime begin = gst_util_uint64_scale(duration, i, pieces.size());
@@ -340,7 +351,7 @@ static GstFlowReturn gst_csd_track_enc_chain(GstPad *, GstObject *parent, GstBuf
     const GstFlowReturn flow = push_due_header(self);
     if (flow != GST_FLOW_OK) return flow;
     write_frame(self, frame, stream);
-    if (stream.offer->format == Format::text) return push_track(self, frame, stream);
+    if (stream.offer->format >= Format::text) return push_track(self, frame, stream);
     return gst_pad_push(self->srcpad, new_frame_text(frame, stream.line));
   });
 }
@@ -511,7 +522,7 @@ static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
   gst_element_class_add_static_pad_template(element_class, &sink_template);
   gst_element_class_add_static_pad_template(element_class, &src_template);
   gst_element_class_set_static_metadata(element_class, "Track encoder", "Codec/Encoder/Metadata",
-                                        "Writes the tracks on video frames as JSON lines, CSV or a text track",
+                                        "Writes the tracks on video frames as JSON lines, CSV, a text track or KLV",
                                         "The csdtrack authors");
 }
 

@@ -12,7 +12,9 @@ bool TextLines::take_line(std::string_view text, std::optional<std::int64_t> tim
   text = trimmed(text);
   if (text.empty()) return true;
   TimedLine timed{0, read_frame_line(json_, text)};
-  timed.time = time.value_or(timed.line.stream_time);
+  const std::int64_t own = timed.line.stream_time;
+  if (form_ == Form::klv && time && own != no_time) shift_ = *time - own;
+  timed.time = time ? *time : own == no_time ? no_time : own + shift_;
   if (timed.time == no_time) return true;
   if (last_ && timed.time < *last_)
     throw LineError("its stream time " + std::to_string(timed.time) + " comes after " + std::to_string(*last_) +
@@ -25,7 +27,7 @@ bool TextLines::take_piece(std::string_view text, const Part &part, TrackQueue &
   text = trimmed(text);
   if (text.empty()) return true;
   const bool rest = is_rest_of_line(text);
-  if (!rest || part.discont) drop_half();
+  if (!rest || part.discont) drop_pieces();
   if (rest && begun_.empty()) return true;  // its begin lies before a seek, or is lost
   if (!rest && part.outside) {
     ++count_;
@@ -41,10 +43,30 @@ bool TextLines::take_piece(std::string_view text, const Part &part, TrackQueue &
   return flowing;
 }
 
+bool TextLines::take_packet(std::string_view text, bool follows, Part part, TrackQueue &queue) {
+  part.discont = !follows;
+  part.time = std::exchange(packet_time_, std::nullopt);
+  // As ffmpeg -c copy leaves it (seen with 5.1). Its own time is not that of the transport stream, and a frame would
+  // wait for what nobody can tell.
+  if (part.untimed) {
+    lose_line("it has no timestamp");
+    queue.end();
+    return true;
+  }
+  try {
+    return take_piece(text, part, queue);
+  } catch (const LineError &error) {
+    lose_line(error.what());
+    return true;
+  }
+}
+
 void TextLines::set_caps(const GstCaps *caps) {
   const GstStructure *structure = gst_caps_get_structure(caps, 0);
   if (gst_structure_has_name(structure, "application/x-ndjson"))
     form_ = Form::bytes;
+  else if (gst_structure_has_name(structure, "meta/x-klv"))
+    form_ = Form::klv;
   else if (g_strcmp0(gst_structure_get_string(structure, "format"), "pango-markup") == 0)
     form_ = Form::markup;
   else
@@ -52,12 +74,31 @@ void TextLines::set_caps(const GstCaps *caps) {
 }
 
 bool TextLines::take(GstBuffer *buffer, std::string_view text, TrackQueue &queue) {
-  const bool timed = segment_.format == GST_FORMAT_TIME && GST_BUFFER_PTS_IS_VALID(buffer);
+  const bool has_times = segment_.format == GST_FORMAT_TIME, timed = has_times && GST_BUFFER_PTS_IS_VALID(buffer);
   const auto time = stream_time(segment_, GST_BUFFER_PTS(buffer));
-  const Part part{text, time, timed && !time, GST_BUFFER_IS_DISCONT(buffer) != 0};
+  const Part part{text, time, timed && !time, GST_BUFFER_IS_DISCONT(buffer) != 0, has_times && !timed};
   if (form_ == Form::markup) return take_piece(unescape_markup(part.text), part, queue);
   if (form_ == Form::track) return take_piece(part.text, part, queue);
   bool flowing = true;
+  if (form_ == Form::klv) {
+    if (part.discont) drop_half();
+    bool begun_before = packets_.unfinished();
+    const auto next = [&] {
+      if (std::exchange(begun_before, false)) packet_time_ = part.time;
+    };
+    if (!begun_before) packet_time_ = part.time;
+    packets_.add(
+        part.text,
+        [&](std::string_view text, bool follows) {
+          flowing = flowing && take_packet(text, follows, part, queue);
+          next();
+        },
+        [&] {
+          lose_line("a packet was torn");
+          next();
+        });
+    return flowing;
+  }
   splitter_.add(part.text, [&](std::string_view line, bool whole) {
     flowing = flowing && ((whole && part.outside) || take_line(line, whole ? part.time : std::nullopt, queue));
     ++count_;
@@ -93,7 +134,7 @@ void TextLines::heed(GstEvent *event, TrackQueue &queue) {
       queue.flush_lines(false);
       gst_segment_init(&segment_, GST_FORMAT_UNDEFINED);
       begin_anew();
-      take_torn();  // what a seek leaves is no loss
+      take_dropped();  // what a seek leaves is no loss
       break;
     case GST_EVENT_EOS:
       begin_anew();
@@ -106,13 +147,23 @@ void TextLines::heed(GstEvent *event, TrackQueue &queue) {
 
 void TextLines::begin_anew() {
   last_.reset();
+  shift_ = 0;
   drop_half();
 }
 
-void TextLines::drop_half() {
-  if (unfinished()) torn_ = ++count_;
-  splitter_.clear();
+void TextLines::lose_line(std::string why) {
+  dropped_ = {++count_, std::move(why)};
   begun_.clear();
+}
+
+void TextLines::drop_pieces() {
+  if (!begun_.empty()) lose_line("its rest is missing");
+}
+
+void TextLines::drop_half() {
+  if (unfinished()) lose_line("its rest is missing");
+  splitter_.clear();
+  packets_.clear();
 }
 
 }  // namespace csd

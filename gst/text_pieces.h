@@ -26,8 +26,8 @@ inline bool goes_on(std::string_view text) {
   return text.ends_with(',');
 }
 
-/// A line of append_json() in as few pieces as may be, of most_piece_bytes at most, but where a single feature, or what
+/// A line of append_json() in as few pieces as may be, of `most` bytes at most, but where a single feature, or what
 /// stands before the features, is longer. They point into the line.
-std::vector<std::string_view> text_pieces(std::string_view line);
+std::vector<std::string_view> text_pieces(std::string_view line, std::size_t most = most_piece_bytes);
 
 }  // namespace csd

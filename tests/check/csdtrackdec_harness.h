@@ -10,6 +10,7 @@
 #include <string>
 #include <system_error>
 #include <thread>
+#include <vector>
 
 #include "attach.h"
 #include "bus.h"
@@ -77,6 +78,21 @@ inline std::string lines(guint64 from, guint64 to) {
   std::string text;
   for (guint64 n = from; n < to; ++n) text += line(n) + "\n";
   return text;
+}
+
+/// Adds a meta of so many features, others in each frame.
+inline void attach_many(GstBuffer *buffer, guint64 frame, guint count, const std::string &source = "csdtrack0") {
+  std::vector<GstCsdFeature> features;
+  for (guint i = 0; i < count; ++i)
+    features.push_back({i, i % 64 + 0.125, static_cast<double>(frame % 48), GST_CSD_STATE_TRACKED, 0.931, TRUE});
+  GstCsdHeader header{};
+  header.source = source.c_str();
+  header.algorithm = "csd";
+  header.frame = frame;
+  header.width = header.tracked_width = 64;
+  header.height = header.tracked_height = 48;
+  header.n_features = count;
+  fail_unless(gst_buffer_add_csd_tracks(buffer, GST_CSD_TRACK_META_NAME, &header, features.data()) != nullptr);
 }
 
 inline GstBuffer *frame_at(GstClockTime pts, GstClockTime duration = frame_time) {

@@ -3,6 +3,7 @@
 // say what is done with them. All in one thread: a frame waits for its text no longer than a millisecond, and an
 // input's lines never fill the queue.
 #include "elements.h"
+#include "klv.h"
 
 namespace {
 
@@ -33,8 +34,10 @@ class TextPad {
 
   void set_caps(Numbers &from) {
     static const char *const kinds[] = {"application/x-ndjson", "text/x-raw,format=utf8",
-                                        "text/x-raw,format=pango-markup", "text/x-raw"};
-    GstCaps *caps = gst_caps_from_string(kinds[choose(from, 3)]);
+                                        "text/x-raw,format=pango-markup", "text/x-raw", "meta/x-klv"};
+    const unsigned kind = choose(from, 4);
+    klv_ = kind == 4;
+    GstCaps *caps = gst_caps_from_string(kinds[kind]);
     gst_pad_push_event(ours_, gst_event_new_caps(caps));
     gst_caps_unref(caps);
   }
@@ -43,16 +46,24 @@ class TextPad {
     gst_segment_init(&segment, format);
     gst_pad_push_event(ours_, gst_event_new_segment(&segment));
   }
-  /// A line, or some bytes.
+  /// A line, or some bytes. As KLV most are in a packet, which may be one of several and may be cut.
   void push(Numbers &from) {
     const std::size_t end = bytes_.find('\n');
     std::size_t size = end == std::string_view::npos ? bytes_.size() : end + 1;
     if (one_in(from, 4)) size = std::min<std::size_t>(bytes_.size(), choose(from, 255));
     const std::size_t there = size > planted_bytes() ? size - planted_bytes() : size;
-    auto *copy = static_cast<guint8 *>(g_malloc(std::max<std::size_t>(there, 1)));
-    std::copy_n(bytes_.begin(), there, copy);
+    std::string data(bytes_.substr(0, there));
     bytes_.remove_prefix(size);
+    if (klv_ && !one_in(from, 4)) {
+      const std::size_t count = one_in(from, 2) ? 1 : 1 + choose(from, 3);
+      data = csd::klv_packet(data, choose(from, 255), count - 1 - choose(from, count - 1), count);
+      if (one_in(from, 4)) data.resize(choose(from, data.size()));
+      size = data.size() + planted_bytes();
+    }
+    auto *copy = static_cast<guint8 *>(g_malloc(std::max<std::size_t>(data.size(), 1)));
+    std::copy_n(data.begin(), data.size(), copy);
     GstBuffer *buffer = gst_buffer_new_wrapped_full(GST_MEMORY_FLAG_READONLY, copy, size, 0, size, copy, g_free);
+    if (klv_ && one_in(from, 8)) GST_BUFFER_FLAG_SET(buffer, GST_BUFFER_FLAG_DISCONT);
     if (one_in(from, 2)) GST_BUFFER_PTS(buffer) = one_in(from, 8) ? from.ConsumeIntegral<guint64>() : line_ * 40000000;
     ++line_;
     gst_pad_push(ours_, buffer);
@@ -86,6 +97,7 @@ class TextPad {
   std::string_view bytes_;
   GstPad *pad_, *ours_ = nullptr;
   guint64 line_ = 0;
+  bool klv_ = false;
 };
 
 void step(Numbers &from, Rig &rig, TextPad *text, unsigned &index) {
