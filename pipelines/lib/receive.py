@@ -11,6 +11,8 @@ One that brings its tracks along, as from pipelines/stream, is not:
     rtspsrc ─ rtpgstdepay ! tee ─ queue ! TRACKS
                             tee ─ queue ! csdtrackdec.text
             ─ decodebin ! queue ! csdtrackdec ! videoconvert ! WINDOW
+
+With --klv tsdemux stands beside rtspsrc, and rtpklvdepay or nothing in rtpgstdepay's place.
 """
 
 import argparse
@@ -23,6 +25,7 @@ import time
 import urllib.parse
 
 import command
+import klv
 from caps import first_structure
 
 EPILOG = """
@@ -32,7 +35,8 @@ URL is one of
   srt://HOST:PORT            a transport stream; srt://:PORT?mode=listener waits for the sender. Keys and the like are in the URL
 
 TRACKS gets a line of JSON for each frame (docs/metadata.md). If the stream brings tracks along, as that of pipelines/stream does, its lines are
-written as they were sent, byte for byte, and nothing is tracked; their times are then the sender's. Else csdtrack tracks here.
+written as they were sent, byte for byte, and nothing is tracked; their times are then the sender's. Else csdtrack tracks here. KLV is in many
+streams that know nothing of csdtrack: with --klv, and only then, it is what brings the tracks.
 
 What csdtrack is told: the preset live-low-latency (docs/pipelines.md). To record the video too, give the URL to pipelines/record.
 
@@ -49,6 +53,7 @@ def parse(arguments):
     parser.add_argument("url", metavar="URL", help="where it comes from")
     parser.add_argument("tracks", type=pathlib.Path, metavar="TRACKS", help="the file of the tracks, .jsonl; one that holds some already is refused")
     parser.add_argument("--display", metavar="SINK", help="also a window with the tracks drawn in; without =SINK autovideosink")
+    parser.add_argument("--klv", action="store_true", help="the stream brings its tracks as KLV (SMPTE 336), as from stream --klv, or csdtrackenc ! mpegtsmux")
     parser.add_argument("--latency", type=int, default=200, metavar="MS", help="how long packets are waited for (200)")
     parser.add_argument("--preset", default="live-low-latency", metavar="NAME", help="of csdtrack (live-low-latency)")
     parser.add_argument("--seconds", type=command.positive, metavar="N", help="end after so long")
@@ -72,7 +77,7 @@ FRAMES = f"{command.FRAMES} leaky=downstream"
 
 def source(options):
     if options.url.startswith("srt:"):
-        return f"srtsrc uri={command.quoted(options.url)} latency={options.latency} ! "
+        return f"srtsrc uri={command.quoted(options.url)} latency={options.latency} ! " + ("tsdemux name=in " if options.klv else "")
     # buffer-mode=none: times are the sender's, so those of a frame and of its line stay the same. Other modes bend those of each stream to
     # this machine's clock, each by itself: seen to be up to 0.2 s apart in the first second.
     tcp = "protocols=tcp" if re.match("rtsps?:", options.url) else ""
@@ -86,7 +91,12 @@ def consumers(options, carried):
     if not carried:
         text = f"csdtrack name=picture ! tee name=t t. ! {command.LINES} leaky=downstream ! csdtrackenc ! application/x-ndjson ! {file}"
         return text + (f" t. ! {FRAMES} ! {window}" if options.display else "")
-    text = f"rtpgstdepay name=lines ! application/x-ndjson ! tee name=l l. ! {command.LINES} ! {file}"
+    if options.klv:
+        first = "rtpklvdepay" if options.url.startswith("rtsp") else "identity"
+        text = f"{first} name=lines ! tee name=l l. ! {command.LINES} ! appsink name=packets emit-signals=true sync=false async=false " \
+               f"appsrc name=unpacked format=bytes ! {file}"
+    else:
+        text = f"rtpgstdepay name=lines ! application/x-ndjson ! tee name=l l. ! {command.LINES} ! {file}"
     if not options.display:
         return f"{text} fakesink name=picture sync=false async=false"
     # A frame waits for its line, but not so long that it comes late itself.
@@ -127,28 +137,39 @@ class Receiver:
         """Which streams of a session are wanted: the first video, the first tracks. Sound is not."""
         what = first_structure(caps)
         kind = {"video": "picture"}.get(what.get_string("media"))
+        if self._options.klv:
+            kind = "lines" if what.get_string("encoding-name") == "SMPTE336M" else kind
         # The caps are told as rtpgstpay writes them, base64.
-        if what.get_string("encoding-name") == "X-GST" and base64.b64decode(what.get_string("caps") or "").startswith(b"application/x-ndjson"):
+        elif what.get_string("encoding-name") == "X-GST" and base64.b64decode(what.get_string("caps") or "").startswith(b"application/x-ndjson"):
             kind = "lines"
         return kind is not None and self._streams.setdefault(kind, number) == number
 
     def pad_added(self, _source, pad):
-        # All streams have been selected before one of them has a pad.
+        # All streams of a session have been selected before one of them has a pad.
         with self._lock:  # each stream's is added from a thread of its own
             built = self.build()
-        media = first_structure(pad.get_current_caps()).get_string("media")
-        pad.link(self._run.element("video").get_static_pad("sink") if media == "video" else built.get_static_pad("lines"))
+        what = first_structure(pad.get_current_caps())
+        media = what.get_string("media") or what.get_name().partition("/")[0]  # tsdemux: video/x-h264, meta/x-klv
+        target = {"video": self._run.element("video").get_static_pad("sink"), "audio": None}.get(media, built.get_static_pad("lines"))
+        if target and not target.is_linked():
+            pad.link(target)
+
+    def no_more_pads(self, _source):
+        if self._options.klv and not (self._built and self._built.get_static_pad("lines") and self._built.get_static_pad("lines").is_linked()):
+            self._run.fail("it brings no KLV: leave out --klv, and it is tracked here")
 
     def build(self):
         Gst = self._runner.Gst
         if self._built:
             return self._built
-        carried = "lines" in self._streams
+        carried = "lines" in self._streams or self._options.klv and self._options.url.startswith("srt")
         self._built = built = Gst.parse_bin_from_description(consumers(self._options, carried), False)
         for name in ("picture", "lines") if carried else ("picture",):
             built.add_pad(Gst.GhostPad.new(name, built.get_by_name(name).get_static_pad("sink")))
         if carried:
             built.get_by_name("file").get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._count)
+            if self._options.klv:
+                self._unpack(built.get_by_name("packets"), built.get_by_name("unpacked"))
         else:
             self.track = built.get_by_name("picture")
             configure(self._runner, self.track, self._options)
@@ -156,6 +177,18 @@ class Receiver:
         self._run.element("frames").get_static_pad("src").link(built.get_static_pad("picture"))
         built.sync_state_with_parent()
         return built
+
+    def _unpack(self, packets, unpacked):
+        Gst, lines = self._runner.Gst, klv.Lines()
+
+        def sample(sink):
+            buffer = sink.emit("pull-sample").get_buffer()
+            for line in lines.take(buffer.extract_dup(0, buffer.get_size())):
+                unpacked.emit("push-buffer", Gst.Buffer.new_wrapped(line))
+            return Gst.FlowReturn.OK
+
+        packets.connect("new-sample", sample)
+        packets.connect("eos", lambda _: unpacked.emit("end-of-stream"))
 
     def _count(self, _pad, _info):
         self.lines += 1
@@ -180,8 +213,10 @@ def main():
     receiver = Receiver(runner, run, options)
     session = run.element("in")
     if session:
-        session.connect("select-stream", receiver.select)
+        if options.url.startswith("rtsp"):
+            session.connect("select-stream", receiver.select)
         session.connect("pad-added", receiver.pad_added)
+        session.connect("no-more-pads", receiver.no_more_pads)
     else:
         receiver.build()
     run.play(options.url, options.seconds, harmless=("window was closed",))

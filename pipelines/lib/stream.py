@@ -2,8 +2,8 @@
 """Serves video and its tracks by RTSP, as two streams of one session: see --help.
 
     SOURCE ! queue (leaky) ! csdtrack ! tee ─ queue ! x264enc ! h264parse ! appsink ──► appsrc ! rtph264pay
-                                        tee ─ queue ! csdtrackenc ! tee ─ appsink ────► appsrc ! rtpgstpay
-                                                                    tee ─ queue ! TRACKS
+                                        tee ─ queue ! tee ─ csdtrackenc ! appsink ────► appsrc ! rtpgstpay (--klv: rtpklvpay)
+                                                      tee ─ csdtrackenc ! queue ! TRACKS
 
 On the left is this program's own pipeline, on the right the one that gst-rtsp-server makes when somebody looks, and takes down when nobody
 does any more. So tracking goes on, ids stay, and what is wrong with the source is said at once, whoever looks.
@@ -21,7 +21,8 @@ import sources
 EPILOG = sources.LISTED + """
 Who looks gets two streams of one session: H.264, and a stream of encoding name X-GST (rtpgstpay) with the tracks, the lines of csdtrackenc
 byte for byte (docs/metadata.md). A frame and its line have the same time. pipelines/receive writes the lines; players that know no X-GST show
-the video. Tracking begins with this program and goes on whoever looks: ids are the same for all.
+the video. With --klv the lines are in packets of KLV (SMPTE 336), encoding name SMPTE336M, which programs of others know; pipelines/receive
+wants --klv, too, then. Tracking begins with this program and goes on whoever looks: ids are the same for all.
 
 It is served to this machine alone; --address 0.0.0.0 serves it to all who reach this machine. Neither password nor encryption keeps the
 picture from them: that is for the network to do.
@@ -44,6 +45,7 @@ def parse(arguments):
     parser.add_argument("--port", type=int, default=8554, metavar="N", help="where it is served (8554; 0: any that is free)")
     parser.add_argument("--path", default="csdtrack", metavar="NAME", help="of the URL (csdtrack)")
     parser.add_argument("--bitrate", type=int, default=4000, metavar="KBIT", help="of the video, kbit/s (4000)")
+    parser.add_argument("--klv", action="store_true", help="send the tracks as KLV (SMPTE 336), not as X-GST")
     parser.add_argument("--overlay", action="store_true", help="draw the tracks into the picture that is served")
     parser.add_argument("--tracks", type=pathlib.Path, metavar="FILE", help="also write the tracks here, a line of JSON a frame; one that holds some already is refused")
     parser.add_argument("--preset", default="live-low-latency", metavar="NAME", help="of csdtrack (live-low-latency)")
@@ -122,7 +124,7 @@ class Server:
         factory = GstRtspServer.RTSPMediaFactory()
         source = "appsrc is-live=true format=time block=false max-bytes=0"
         factory.set_launch(f"( {source} name=video ! h264parse ! rtph264pay name=pay0 pt=96 config-interval=-1 "
-                           f"{source} name=tracks ! rtpgstpay name=pay1 pt=97 )")
+                           f"{source} name=tracks ! {'rtpklvpay' if options.klv else 'rtpgstpay'} name=pay1 pt=97 )")
         factory.set_shared(True)
         factory.connect("media-configure", self._begin)
         self._server.get_mount_points().add_factory(f"/{options.path}", factory)
@@ -172,9 +174,9 @@ def main():
     text = f"{begin} ! {command.FRAMES} name=in ! csdtrack name=csdtrack ! tee name=t " \
            f"t. ! {command.FRAMES} ! videoconvert ! x264enc tune=zerolatency speed-preset=veryfast bitrate={options.bitrate} key-int-max={KEYFRAMES} ! " \
            f"video/x-h264,profile=main ! h264parse config-interval=-1 ! video/x-h264,stream-format=byte-stream,alignment=au ! {sink} name=video " \
-           f"t. ! {command.FRAMES} ! csdtrackenc ! application/x-ndjson ! tee name=l l. ! {sink} name=tracks"
+           f"t. ! {command.FRAMES} ! tee name=l l. ! csdtrackenc ! {'meta/x-klv' if options.klv else 'application/x-ndjson'} ! {sink} name=tracks"
     if options.tracks:
-        text += f" l. ! {command.LINES} leaky=downstream ! {command.lines_file(options.tracks)}"
+        text += f" l. ! csdtrackenc ! application/x-ndjson ! {command.LINES} leaky=downstream ! {command.lines_file(options.tracks)}"
     run = runner.Run("stream", text)
     track = run.element("csdtrack")
     runner.configure(track, options.preset, {"overlay": "draw" if options.overlay else "none"}, options.set)

@@ -15,6 +15,7 @@ from harness import Gst
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "pipelines" / "lib"))
 import archive_index  # noqa: E402
 import failure  # noqa: E402
+import klv  # noqa: E402
 import properties  # noqa: E402
 import tracking  # noqa: E402
 
@@ -32,6 +33,23 @@ class Lib(harness.Case):
             found = failure.of_filesink("a  b", given, debug)
             self.assertEqual((type(found), str(found)), (kind, text))
             self.assertEqual(tracking.explain("video", "a  b", "csdtrack", "filesink", given, debug or "", []), text)
+
+    def test_klv_that_came_whole(self):
+        def packet(number, left, value):
+            length = len(value).to_bytes(3, "big")
+            return bytes.fromhex("060e2b34010101010f6373647472") + bytes([number, left, 0x83]) + length + value
+
+        foreign = bytes.fromhex("060e2b34020b01010e01030101000000") + b"\x03abc"
+        line = b'{"schema":1,"source":"%d","features":[]}'
+        a, b = (packet(0, 0, line % n) for n in (1, 2))
+        first, second, third = (packet(7, left, value) for left, value in ((2, b'{"schema":1,"features":[{"id":0},'), (1, b'{"id":1},'), (0, b'{"id":2}]}')))
+        joined = b'{"schema":1,"features":[{"id":0},{"id":1},{"id":2}]}\n'
+        for packets, lines in (([a, b], [line % 1 + b"\n", line % 2 + b"\n"]), ([foreign + a + foreign, foreign], [line % 1 + b"\n"]),
+                               ([first, second, third, a], [joined, line % 1 + b"\n"]), ([first + second + third], [joined]),
+                               ([first, third, a], [line % 1 + b"\n"]), ([second, third, a], [line % 1 + b"\n"]), ([first, a, second, third], [line % 1 + b"\n"]),
+                               ([first[:-3], second, third, a], [line % 1 + b"\n"]), ([a[:16], a[:15], a[:20], b], [line % 2 + b"\n"])):
+            reader = klv.Lines()
+            self.assertEqual([found for each in packets for found in reader.take(each)], lines)
 
     def test_a_property_as_text_sets_it(self):
         one, other = (Gst.ElementFactory.make("csdtrack") for _ in range(2))

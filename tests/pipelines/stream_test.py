@@ -126,10 +126,16 @@ class Stream(harness.Case):
         return said
 
     def test_lines_come_byte_for_byte(self):
-        stream, url = self.stream("simulate:occlusion")
+        self.check_lines()
+
+    def test_lines_come_byte_for_byte_as_klv(self):
+        self.check_lines("--klv")
+
+    def check_lines(self, *form):
+        stream, url = self.stream(*form, "simulate:occlusion")
         # Twice: the session of the first is gone when the second comes. The second has a window, in which lines are put back on frames.
         for more in ((), ("--display=fakesink",)):
-            said = self.receive(30, *more, url, self.got)
+            said = self.receive(30, *form, *more, url, self.got)
             got, sent = self.got.read_bytes(), self.sent.read_bytes().splitlines(keepends=True)
             places = [sent.index(line) for line in got.splitlines(keepends=True)]
             gaps = [place - before for before, place in zip(places, places[1:]) if place != before + 1]
@@ -270,6 +276,29 @@ import stream
                 lines = harness.read_lines(self.got)
                 harness.check_tracks(self, lines, most=10)
                 self.assertEqual((lines[0]["width"], lines[0]["height"]), (320, 240))
+
+    def test_a_transport_stream_brings_its_tracks(self):
+        port = free_port(socket.SOCK_DGRAM)
+        wide = "queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0"
+        self.sent.unlink(missing_ok=True)
+        self.start("gst-launch-1.0", "-q", *(
+            f"csdsimsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! csdtrack max-features=10 ! tee name=t mpegtsmux alignment=7 name=m ! "
+            f"srtsink wait-for-connection=false uri=srt://127.0.0.1:{port}?mode=listener "
+            f"t. ! queue ! x264enc tune=zerolatency key-int-max=10 ! h264parse config-interval=-1 ! m. t. ! csdtrackenc ! {wide} ! m. "
+            f"t. ! csdtrackenc ! {wide} ! filesink location={self.sent} buffer-mode=unbuffered async=false").split())
+        for more in (), ("--display=fakesink",):
+            said = self.receive(30, "--klv", *more, f"srt://127.0.0.1:{port}", self.got)
+            got, sent = self.got.read_bytes(), self.sent.read_bytes()
+            self.assertIn(got, sent)
+            self.assertRegex(said, rf"^\d+ frames; {got.count(10)} lines of tracks came with them( \(at the begin and the end .*\))?\n$")
+
+    def test_klv_that_is_not_there_is_missed(self):
+        port = free_port(socket.SOCK_DGRAM)
+        self.start("gst-launch-1.0", "-q", *("csdsimsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! x264enc tune=zerolatency "
+                                             f"key-int-max=10 ! mpegtsmux ! srtsink wait-for-connection=false uri=srt://127.0.0.1:{port}?mode=listener").split())
+        for url in f"srt://127.0.0.1:{port}", self.stream("simulate")[1]:
+            self.got.unlink(missing_ok=True)
+            self.check_refused(run("receive", "--klv", url, self.got), 1, f"receive: {url}: it brings no KLV")
 
     def test_other_commands_take_the_stream(self):
         _, url = self.stream("--overlay", "simulate")
