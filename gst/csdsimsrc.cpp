@@ -136,29 +136,19 @@ Stream &stream_of(GstBaseSrc *src) {
   return GST_CSD_SIM_SRC(src)->state->stream;
 }
 
-void post(GstCsdSimSrc *self, const csd::Failure &failure) {
-  if (failure.out_of_memory)
-    GST_ELEMENT_ERROR(self, RESOURCE, FAILED, ("Out of memory for the simulated scene. Make smaller pictures."),
-                      ("%s", failure.detail.c_str()));
-  else
-    GST_ELEMENT_ERROR(self, LIBRARY, FAILED, ("The scene can't be simulated: %s.", failure.reason.c_str()),
-                      ("%s", failure.detail.c_str()));
-}
+const csd::Guard guard(gst_csd_sim_src_debug, "Out of memory for the simulated scene. Make smaller pictures.",
+                       "The scene can't be simulated", "");
 
-/// Runs `body`; what it throws becomes an error on the bus: std::invalid_argument one of the settings.
+/// Runs `body`, whose std::invalid_argument says what is wrong with the settings. False after an error.
 template <class Body>
 bool posted(GstCsdSimSrc *self, Body body) {
-  std::string wrong;
-  const auto failure = csd::guarded([&] {
+  return guard.posted(self, [&] {
     try {
       body();
     } catch (const std::invalid_argument &e) {
-      wrong = e.what();
+      throw csd::Refusal(GST_RESOURCE_ERROR_SETTINGS, e.what());
     }
   });
-  if (failure) post(self, *failure);
-  if (!wrong.empty()) GST_ELEMENT_ERROR(self, RESOURCE, SETTINGS, ("%s", wrong.c_str()), (nullptr));
-  return !failure && wrong.empty();
 }
 
 csd::sim::Effects effects_of(const Settings &settings) {
@@ -350,7 +340,7 @@ GstFlowReturn gst_csd_sim_src_fill(GstPushSrc *push, GstBuffer *buffer) {
   } else if (GST_CLOCK_TIME_IS_VALID(src->segment.stop) && pts >= src->segment.stop) {
     return GST_FLOW_EOS;
   }
-  const auto failure = csd::guarded([&] {
+  const bool made = guard.posted(self, [&] {
     if (stream.converter) {
       render(stream, stream.bgr_info, stream.bgr.get());
       Mapped from(stream.bgr_info, stream.bgr.get(), GST_MAP_READ), to(stream.info, buffer, GST_MAP_WRITE);
@@ -360,10 +350,7 @@ GstFlowReturn gst_csd_sim_src_fill(GstPushSrc *push, GstBuffer *buffer) {
     }
     csd::add_truth_meta(buffer, truth_of(stream), GST_OBJECT_NAME(self));
   });
-  if (failure) {
-    post(self, *failure);
-    return GST_FLOW_ERROR;
-  }
+  if (!made) return GST_FLOW_ERROR;
   GST_BUFFER_PTS(buffer) = pts;
   GST_BUFFER_DTS(buffer) = GST_CLOCK_TIME_NONE;
   GST_BUFFER_DURATION(buffer) = end - time_of(stream, stream.next);
@@ -420,7 +407,7 @@ void gst_csd_sim_src_set_property(GObject *object, guint id, const GValue *value
   }
   std::string text;
   const gchar *given = G_VALUE_HOLDS_STRING(value) ? g_value_get_string(value) : nullptr;
-  if (csd::guarded([&] { text = given ? given : ""; })) return;
+  if (!guard.logged(self, [&] { text = given ? given : ""; })) return;
   const csd::ObjectLock lock(self);
   Settings &s = self->state->settings;
   switch (id) {
@@ -500,14 +487,44 @@ void install_properties(GObjectClass *klass) {
   const auto flags = static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_READY);
   const Settings d;
   const auto install = [&](guint id, GParamSpec *spec) { g_object_class_install_property(klass, id, spec); };
+  /**
+   * GstCsdSimSrc:scenario:
+   *
+   * What happens: a set of effects, each with its strength. #GstCsdSimSrc:strength multiplies them,
+   * #GstCsdSimSrc:effects changes single ones.
+   *
+   * Since: 0.1
+   */
   install(prop_scenario,
           g_param_spec_enum("scenario", "Scenario", "What happens: a set of effects, each with its strength",
                             GST_TYPE_CSD_SIM_SCENARIO, d.scenario, flags));
+  /**
+   * GstCsdSimSrc:seed:
+   *
+   * Of every random choice: each seed is another scene, and the same one on every run.
+   *
+   * Since: 0.1
+   */
   install(prop_seed, g_param_spec_uint64("seed", "Seed", "Of every random choice; each seed is another scene", 0,
                                          G_MAXUINT64, d.seed, flags));
+  /**
+   * GstCsdSimSrc:strength:
+   *
+   * Multiplies the strengths of the scenario's effects.
+   *
+   * Since: 0.1
+   */
   install(prop_strength,
           g_param_spec_double("strength", "Strength", "Multiplies the strengths of the scenario's effects", 0,
                               csd::sim::strongest, d.strength, flags));
+  /**
+   * GstCsdSimSrc:effects:
+   *
+   * Effects and their strengths, 0 to 4, on top of the scenario's or in their stead: `tools=1,specular=.5`. What can't
+   * be read is an error on the way to PAUSED.
+   *
+   * Since: 0.1
+   */
   install(
       prop_effects,
       g_param_spec_string("effects", "Effects",
@@ -517,22 +534,57 @@ void install_properties(GObjectClass *klass) {
                           "cut, black, field-stop, text, light, exposure, falloff, vignette, low-texture, motion-blur, "
                           "focus-blur, noise, chroma, interlacing",
                           d.effects.c_str(), flags));
+  /**
+   * GstCsdSimSrc:style:
+   *
+   * What the tissue looks like.
+   *
+   * Since: 0.1
+   */
   install(prop_style,
           g_param_spec_enum("style", "Style", "What the tissue looks like", GST_TYPE_CSD_SIM_STYLE, d.style, flags));
+  /**
+   * GstCsdSimSrc:texture:
+   *
+   * A picture, of any format that GStreamer decodes, to lay on the surface instead of the style's texture.
+   *
+   * Since: 0.1
+   */
   install(
       prop_texture,
       g_param_spec_string("texture", "Texture",
                           "A picture (any file that GStreamer can decode) to lay on the surface instead of the style's "
                           "texture (empty = the style's)",
                           d.texture.c_str(), flags));
+  /**
+   * GstCsdSimSrc:features:
+   *
+   * How many features, detected on the first frame, the truth meta tells of.
+   *
+   * Since: 0.1
+   */
   install(prop_features, g_param_spec_uint("features", "Features",
                                            "How many features, detected on the first frame, the truth meta tells of", 0,
                                            static_cast<guint>(csd::max_points), d.features, flags));
+  /**
+   * GstCsdSimSrc:points:
+   *
+   * Tell of exactly these pixels of the first frame instead: `x,y;x,y;…`, with the ids 0, 1, 2… in that order.
+   *
+   * Since: 0.1
+   */
   install(prop_points,
           g_param_spec_string("points", "Points",
                               "Tell of exactly these pixels of the first frame instead: \"x,y;x,y;...\", ids "
                               "0, 1, 2... in that order (empty = detect)",
                               d.points.c_str(), flags));
+  /**
+   * GstCsdSimSrc:is-live:
+   *
+   * Whether frames are made at their time, as a camera does. The element can't be sought in then.
+   *
+   * Since: 0.1
+   */
   install(prop_is_live,
           g_param_spec_boolean("is-live", "Is live", "Make frames at their time, as a camera does", FALSE, flags));
 }

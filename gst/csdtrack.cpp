@@ -168,25 +168,12 @@ csd::LiveSettings live_settings(GstCsdTrack *self) {
   return self->state->settings.live;
 }
 
-constexpr const char *pass_advice = " Set on-error=pass to keep the video running without tracks.";
-
-constexpr const char *memory_is_short =
+constexpr const char *no_memory =
     "Out of memory while tracking. Track fewer features (max-features), or smaller pictures.";
-
-/// `advice`: a sentence after the failure's own, unless that gives some.
-void post_error(GstCsdTrack *self, const csd::Failure &failure, const char *advice = "") {
-  // NO_SPACE_LEFT is a full disk's.
-  if (failure.out_of_memory)
-    GST_ELEMENT_ERROR(self, RESOURCE, FAILED, ("%s", memory_is_short), ("%s", failure.detail.c_str()));
-  else
-    GST_ELEMENT_ERROR(self, LIBRARY, FAILED, ("Tracking failed: %s.%s", failure.reason.c_str(), advice),
-                      ("%s", failure.detail.c_str()));
-}
-
-/// For where nothing can be done about a failure, and nobody has to know.
-void log_failure(GstCsdTrack *self, const std::optional<csd::Failure> &failure) {
-  if (failure) GST_ERROR_OBJECT(self, "%s", failure->detail.c_str());
-}
+const csd::Guard guard(gst_csd_track_debug, no_memory, "Tracking failed", "");
+/// Of a frame: they may go on without tracks.
+const csd::Guard frame_guard(gst_csd_track_debug, no_memory, "Tracking failed",
+                             "Set on-error=pass to keep the video running without tracks.");
 
 // ---- What is done with a frame -------------------------------------------------------------------------------------
 
@@ -252,10 +239,7 @@ void warn_once(GstCsdTrack *self, const csd::Failure &failure) {
   auto &stream = self->state->stream;
   GST_WARNING_OBJECT(self, "frame %" G_GUINT64_FORMAT ": %s", stream.frame, failure.detail.c_str());
   if (std::exchange(stream.warned_failure, true)) return;
-  const bool memory = failure.out_of_memory;
-  GST_ELEMENT_WARNING(self, STREAM, FAILED,
-                      ("Frames pass without being tracked. %s%s%s", memory ? "" : "Tracking failed: ",
-                       memory ? memory_is_short : failure.reason.c_str(), memory ? "" : "."),
+  GST_ELEMENT_WARNING(self, STREAM, FAILED, ("Frames pass without being tracked. %s", guard.text(failure).get()),
                       ("first at frame %" G_GUINT64_FORMAT ": %s", stream.frame, failure.detail.c_str()));
 }
 
@@ -276,8 +260,7 @@ GstFlowReturn handle(GstCsdTrack *self, GstBuffer *buffer, const csd::LiveSettin
   const bool failed = failure.has_value();
   if (failed && live.on_error == GST_CSD_TRACK_ON_ERROR_PASS) {
     warn_once(self, *failure);
-    failure = csd::guarded([&] { tracks = track_blind(self, buffer); });
-    log_failure(self, failure);
+    guard.logged(self, [&] { tracks = track_blind(self, buffer); });
     failure.reset();
   }
   if (!failure)
@@ -297,7 +280,7 @@ GstFlowReturn handle(GstCsdTrack *self, GstBuffer *buffer, const csd::LiveSettin
     warn_once(self, *failure);
     return GST_FLOW_OK;
   }
-  post_error(self, *failure, pass_advice);
+  frame_guard.post(self, *failure);
   return GST_FLOW_ERROR;
 }
 
@@ -312,7 +295,7 @@ GstFlowReturn gst_csd_track_transform_ip(GstBaseTransform *trans, GstBuffer *buf
   }
   const auto begun = std::chrono::steady_clock::now();
   const csd::LiveSettings live = live_settings(self);
-  log_failure(self, csd::guarded([&] { state.overlay.settle(trans, live.overlay); }));
+  guard.logged(self, [&] { state.overlay.settle(trans, live.overlay); });
   const GstFlowReturn flow = handle(self, buffer, live);
   const std::chrono::nanoseconds taken = std::chrono::steady_clock::now() - begun;
   const csd::ObjectLock lock(self);
@@ -336,10 +319,10 @@ void navigate(GstCsdTrack *self, GstEvent *event) {
 
 gboolean gst_csd_track_src_event(GstBaseTransform *trans, GstEvent *event) {
   auto *self = GST_CSD_TRACK(trans);
-  log_failure(self, csd::guarded([&] {
-                self->state->overlay.see_event(trans, event);
-                if (GST_EVENT_TYPE(event) == GST_EVENT_NAVIGATION) navigate(self, event);
-              }));
+  guard.logged(self, [&] {
+    self->state->overlay.see_event(trans, event);
+    if (GST_EVENT_TYPE(event) == GST_EVENT_NAVIGATION) navigate(self, event);
+  });
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->src_event(trans, event);
 }
 
@@ -356,7 +339,7 @@ gboolean gst_csd_track_set_info(GstVideoFilter *filter, GstCaps *in, GstVideoInf
         if (!same && state.stream.width > 0) state.engine->tracker.reset();
       })) {
     if (live_settings(self).on_error != GST_CSD_TRACK_ON_ERROR_PASS) {
-      post_error(self, *failure, pass_advice);
+      frame_guard.post(self, *failure);
       return FALSE;
     }
     warn_once(self, *failure);
@@ -399,7 +382,7 @@ void heed(GstCsdTrack *self, GstEvent *event) {
 gboolean gst_csd_track_sink_event(GstBaseTransform *trans, GstEvent *event) {
   auto *self = GST_CSD_TRACK(trans);
   // What is heeded is serialized: the streaming thread's, or nothing streams.
-  if (self->state->engine) log_failure(self, csd::guarded([&] { heed(self, event); }));
+  if (self->state->engine) guard.logged(self, [&] { heed(self, event); });
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->sink_event(trans, event);
 }
 
@@ -410,10 +393,10 @@ GstCaps *gst_csd_track_fixate_caps(GstBaseTransform *trans, GstPadDirection dire
 
 gboolean gst_csd_track_accept_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps) {
   gboolean accepted = FALSE;
-  log_failure(GST_CSD_TRACK(trans), csd::guarded([&] {
-                accepted = csd::Overlay::accept_caps(trans, direction, caps,
-                                                     GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->accept_caps);
-              }));
+  guard.logged(GST_CSD_TRACK(trans), [&] {
+    accepted = csd::Overlay::accept_caps(trans, direction, caps,
+                                         GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->accept_caps);
+  });
   return accepted;
 }
 
@@ -424,23 +407,17 @@ gboolean gst_csd_track_filter_meta(GstBaseTransform *, GstQuery *, GType, const 
 
 /// Reads the settings into the core's. Says what is wrong with them on the bus if they can't be.
 bool read_settings(GstCsdTrack *self, csd::Settings &core, unsigned &threads) {
-  std::string problem;
-  const auto failure = csd::guarded([&] {
+  return guard.posted(self, [&] {
     csd::ElementSettings settings;
     {
       const csd::ObjectLock lock(self);
       settings = self->state->settings;
     }
+    std::string problem;
     core = csd::core_settings(settings, problem);
+    if (!problem.empty()) throw csd::Refusal(GST_RESOURCE_ERROR_SETTINGS, problem);
     threads = csd::thread_count(settings.n_threads);
   });
-  if (failure) {
-    post_error(self, *failure);
-    return false;
-  }
-  if (problem.empty()) return true;
-  GST_ELEMENT_ERROR(self, RESOURCE, SETTINGS, ("%s", problem.c_str()), (nullptr));
-  return false;
 }
 
 /// READY→PAUSED.
@@ -451,17 +428,14 @@ gboolean gst_csd_track_start(GstBaseTransform *trans) {
   unsigned threads = 1;
   if (!read_settings(self, settings, threads)) return FALSE;
   std::shared_ptr<Engine> engine;
-  const auto failure = csd::guarded([&] {
+  const bool made = guard.posted(self, [&] {
     state.stream = {};
     state.algorithm = settings.algorithm;
     state.patch_size = settings.patch_size;
     state.points_from_truth = settings.points_from_start;
     engine = std::make_shared<Engine>(settings, threads);
   });
-  if (failure) {
-    post_error(self, *failure);
-    return FALSE;
-  }
+  if (!made) return FALSE;
   const csd::ObjectLock lock(self);
   state.engine = std::move(engine);
   state.last_stats = {};
@@ -477,7 +451,7 @@ gboolean gst_csd_track_stop(GstBaseTransform *trans) {
   std::shared_ptr<Engine> engine = engine_of(self);
   if (!engine) return TRUE;
   csd::Stats stats;
-  log_failure(self, csd::guarded([&] { stats = engine->tracker.stats(); }));
+  guard.logged(self, [&] { stats = engine->tracker.stats(); });
   {
     const csd::ObjectLock lock(self);
     state.last_stats = stats;
@@ -512,25 +486,25 @@ GstStateChangeReturn gst_csd_track_change_state(GstElement *element, GstStateCha
 
 guint gst_csd_track_add_point(GstCsdTrack *self, gdouble x, gdouble y) {
   guint id = csd::no_feature;
-  log_failure(self, csd::guarded([&] {
-                if (const auto engine = engine_of(self)) id = engine->tracker.add_point(x, y);
-              }));
+  guard.logged(self, [&] {
+    if (const auto engine = engine_of(self)) id = engine->tracker.add_point(x, y);
+  });
   GST_DEBUG_OBJECT(self, "%f,%f is point %u", x, y, id);
   return id;
 }
 
 void gst_csd_track_remove_point(GstCsdTrack *self, guint id) {
   bool removed = false;
-  log_failure(self, csd::guarded([&] {
-                if (const auto engine = engine_of(self)) removed = engine->tracker.remove_point(id);
-              }));
+  guard.logged(self, [&] {
+    if (const auto engine = engine_of(self)) removed = engine->tracker.remove_point(id);
+  });
   GST_DEBUG_OBJECT(self, "point %u %s", id, removed ? "ends" : "is unknown");
 }
 
 void gst_csd_track_reset(GstCsdTrack *self) {
-  log_failure(self, csd::guarded([&] {
-                if (const auto engine = engine_of(self)) engine->tracker.reset();
-              }));
+  guard.logged(self, [&] {
+    if (const auto engine = engine_of(self)) engine->tracker.reset();
+  });
 }
 
 // ---- GObject -------------------------------------------------------------------------------------------------------
@@ -554,16 +528,15 @@ GstStructure *stats_structure(GstCsdTrack *self) {
 void gst_csd_track_set_property(GObject *object, guint id, const GValue *value, GParamSpec *spec) {
   auto *self = GST_CSD_TRACK(object);
   bool known = true, refused = false;
-  log_failure(self, csd::guarded([&] {
-                const csd::ObjectLock lock(self);
-                refused = id <= csd::last_structural && self->state->running;
-                if (!refused) known = csd::set_property(self->state->settings, id, *value);
-              }));
+  guard.logged(self, [&] {
+    const csd::ObjectLock lock(self);
+    refused = id <= csd::last_structural && self->state->running;
+    if (!refused) known = csd::set_property(self->state->settings, id, *value);
+  });
   // Not under the object lock: the negotiation has its own. A controller sets it on every frame.
   if (id == csd::prop_overlay)
-    log_failure(self, csd::guarded([&] {
-                  self->state->overlay.see_value(GST_BASE_TRANSFORM(self), self->state->settings.live.overlay);
-                }));
+    guard.logged(self,
+                 [&] { self->state->overlay.see_value(GST_BASE_TRANSFORM(self), self->state->settings.live.overlay); });
   if (!known) G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
   if (refused) GST_WARNING_OBJECT(self, "%s can be set in NULL and READY only: it stays as it was", spec->name);
 }
@@ -571,11 +544,11 @@ void gst_csd_track_set_property(GObject *object, guint id, const GValue *value, 
 void gst_csd_track_get_property(GObject *object, guint id, GValue *value, GParamSpec *spec) {
   auto *self = GST_CSD_TRACK(object);
   bool known = true;
-  log_failure(self, csd::guarded([&] {
-                if (id == csd::prop_stats) return g_value_take_boxed(value, stats_structure(self));
-                const csd::ObjectLock lock(self);
-                known = csd::get_property(self->state->settings, id, *value);
-              }));
+  guard.logged(self, [&] {
+    if (id == csd::prop_stats) return g_value_take_boxed(value, stats_structure(self));
+    const csd::ObjectLock lock(self);
+    known = csd::get_property(self->state->settings, id, *value);
+  });
   if (!known) G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
 }
 
@@ -603,6 +576,8 @@ void install_signals(GstCsdTrackClass *klass) {
    *
    * Returns: the point's id; %G_MAXUINT if a coordinate is not finite, 10000 points are tracked already, or the element
    *   is not yet PAUSED.
+   *
+   * Since: 0.1
    */
   gst_csd_track_signals[signal_add_point] =
       g_signal_new_class_handler("add-point", type, flags, G_CALLBACK(gst_csd_track_add_point), nullptr, nullptr,
@@ -612,6 +587,8 @@ void install_signals(GstCsdTrackClass *klass) {
    * @id: of a feature, given or detected
    *
    * With the next frame that feature is `ended`. An id that is unknown is ignored.
+   *
+   * Since: 0.1
    */
   gst_csd_track_signals[signal_remove_point] =
       g_signal_new_class_handler("remove-point", type, flags, G_CALLBACK(gst_csd_track_remove_point), nullptr, nullptr,
@@ -620,6 +597,8 @@ void install_signals(GstCsdTrackClass *klass) {
    * GstCsdTrack::reset:
    *
    * Forgets the stream: with the next frame all features end, and new ones begin under new ids.
+   *
+   * Since: 0.1
    */
   gst_csd_track_signals[signal_reset] = g_signal_new_class_handler(
       "reset", type, flags, G_CALLBACK(gst_csd_track_reset), nullptr, nullptr, nullptr, G_TYPE_NONE, 0);

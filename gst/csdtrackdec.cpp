@@ -124,35 +124,9 @@ LiveSettings live_settings(GstCsdTrackDec *self) {
   return self->state->live;
 }
 
-/// Runs `body`. False after an exception, which has become an error message then.
-template <typename Body>
-bool told(GstCsdTrackDec *self, Body &&body) {
-  std::optional<csd::TrackSourceError> refused;
-  const auto failure = csd::guarded([&] {
-    try {
-      body();
-    } catch (const csd::TrackSourceError &error) {
-      refused = error;
-    }
-  });
-  if (refused) csd::post_error(GST_ELEMENT(self), *refused);
-  constexpr const char *advice = "Use overlay=none, or smaller pictures.";
-  if (failure && failure->out_of_memory)
-    GST_ELEMENT_ERROR(self, RESOURCE, FAILED, ("Out of memory for recorded tracks. %s", advice),
-                      ("%s", failure->detail.c_str()));
-  else if (failure)
-    GST_ELEMENT_ERROR(self, LIBRARY, FAILED,
-                      ("Recorded tracks could not be put on a frame: %s. %s", failure->reason.c_str(), advice),
-                      ("%s", failure->detail.c_str()));
-  return !refused && !failure;
-}
-
-/// For where nothing can be done about a failure, and nobody has to know.
-template <typename Body>
-void logged(GstCsdTrackDec *self, Body &&body) {
-  if (const auto failure = csd::guarded(std::forward<Body>(body)))
-    GST_ERROR_OBJECT(self, "%s", failure->detail.c_str());
-}
+const csd::Guard guard(gst_csd_track_dec_debug,
+                       "Out of memory for recorded tracks. Use overlay=none, or smaller pictures.",
+                       "Recorded tracks could not be put on a frame", "Use overlay=none, or smaller pictures.");
 
 // ---- A frame -------------------------------------------------------------------------------------------------------
 
@@ -261,7 +235,7 @@ GstFlowReturn gst_csd_track_dec_transform_ip(GstBaseTransform *trans, GstBuffer 
   const LiveSettings live = live_settings(self);
   if (!self->state->overlay.can_show(trans, live.overlay)) return GST_FLOW_NOT_NEGOTIATED;
   bool flushing = false;
-  const bool done = told(self, [&] {
+  const bool done = guard.posted(self, [&] {
     self->state->overlay.settle(trans, live.overlay);
     auto found = find_line(self, buffer, live, flushing);
     if (found)
@@ -285,7 +259,7 @@ GstCaps *gst_csd_track_dec_fixate_caps(GstBaseTransform *trans, GstPadDirection 
 
 gboolean gst_csd_track_dec_accept_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps) {
   gboolean accepted = FALSE;
-  logged(GST_CSD_TRACK_DEC(trans), [&] {
+  guard.logged(GST_CSD_TRACK_DEC(trans), [&] {
     accepted = csd::Overlay::accept_caps(trans, direction, caps,
                                          GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->accept_caps);
   });
@@ -294,16 +268,15 @@ gboolean gst_csd_track_dec_accept_caps(GstBaseTransform *trans, GstPadDirection 
 
 gboolean gst_csd_track_dec_src_event(GstBaseTransform *trans, GstEvent *event) {
   auto *self = GST_CSD_TRACK_DEC(trans);
-  logged(self, [&] { self->state->overlay.see_event(trans, event); });
+  guard.logged(self, [&] { self->state->overlay.see_event(trans, event); });
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->src_event(trans, event);
 }
 
 /// GstVideoFilter's own takes no caps that GstVideoInfo can't tell all of.
 gboolean gst_csd_track_dec_set_caps(GstBaseTransform *trans, GstCaps *in, GstCaps *out) {
   auto *filter = GST_VIDEO_FILTER(trans);
-  return filter->negotiated = csd::read_caps(in, filter->in_info) && told(GST_CSD_TRACK_DEC(trans), [&] {
-                                GST_CSD_TRACK_DEC(trans)->state->overlay.set_caps(in, out);
-                              });
+  return filter->negotiated = csd::read_caps(in, filter->in_info) &&
+                              guard.posted(trans, [&] { GST_CSD_TRACK_DEC(trans)->state->overlay.set_caps(in, out); });
 }
 
 /// Metas pass through an in-place element as they are: what downstream understands, upstream may attach.
@@ -313,7 +286,7 @@ gboolean gst_csd_track_dec_filter_meta(GstBaseTransform *, GstQuery *, GType, co
 
 gboolean gst_csd_track_dec_sink_event(GstBaseTransform *trans, GstEvent *event) {
   auto *self = GST_CSD_TRACK_DEC(trans);
-  logged(self, [&] {
+  guard.logged(self, [&] {
     if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START) self->state->latency.expire();
     csd::heed_frames(self->state->queue, event, GST_BASE_TRANSFORM(self)->segment, live_settings(self).ts_offset);
   });
@@ -326,7 +299,7 @@ gboolean gst_csd_track_dec_query(GstBaseTransform *trans, GstPadDirection direct
   if (direction != GST_PAD_SRC || GST_QUERY_TYPE(query) != GST_QUERY_LATENCY)
     return GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->query(trans, direction, query);
   gboolean answered = FALSE;
-  logged(self, [&] {
+  guard.logged(self, [&] {
     bool news = false;
     const auto latency = self->state->latency.tell(GST_BASE_TRANSFORM_SINK_PAD(trans), text_pad(self).get(), news);
     if (latency) gst_query_set_latency(query, latency->live, latency->min, latency->max);
@@ -381,10 +354,10 @@ GstFlowReturn take_buffer(GstCsdTrackDec *self, GstBuffer *buffer) {
   } catch (const csd::LineError &error) {
     text.refused = text.warned_torn = true;  // one reason is enough
     state.queue.end();
-    throw csd::TrackSourceError(csd::TrackSourceError::Kind::content,
-                                "Line " + std::to_string(text.lines.count() + 1) +
-                                    " of what came to the pad text: " + error.what() +
-                                    ". Link what csdtrackenc has written; in a recording that is its text track.");
+    throw csd::Refusal(GST_STREAM_ERROR_DECODE,
+                       "Line " + std::to_string(text.lines.count() + 1) +
+                           " of what came to the pad text: " + error.what() +
+                           ". Link what csdtrackenc has written; in a recording that is its text track.");
   }
 }
 
@@ -392,7 +365,7 @@ GstFlowReturn gst_csd_track_dec_text_chain(GstPad *, GstObject *parent, GstBuffe
   auto *self = GST_CSD_TRACK_DEC(parent);
   const bool running = self->state->queue.running();
   GstFlowReturn flow = running ? GST_FLOW_ERROR : GST_FLOW_FLUSHING;
-  if (running) told(self, [&] { flow = take_buffer(self, buffer); });
+  if (running) guard.posted(self, [&] { flow = take_buffer(self, buffer); });
   gst_buffer_unref(buffer);
   return flow;
 }
@@ -402,7 +375,7 @@ GstFlowReturn gst_csd_track_dec_text_event(GstPad *, GstObject *parent, GstEvent
   auto *self = GST_CSD_TRACK_DEC(parent);
   const bool running = self->state->queue.running();
   if (running)
-    logged(self, [&] {
+    guard.logged(self, [&] {
       self->state->text.lines.heed(event, self->state->queue);
       if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START || GST_EVENT_TYPE(event) == GST_EVENT_EOS)
         text_begins_anew(self);
@@ -418,7 +391,7 @@ gboolean gst_csd_track_dec_text_query(GstPad *pad, GstObject *parent, GstQuery *
 }
 
 void set_text_linked(GstCsdTrackDec *self, bool linked) {
-  logged(self, [&] {
+  guard.logged(self, [&] {
     self->state->queue.set_linked(linked);
     self->state->latency.expire();
   });
@@ -454,17 +427,17 @@ GstPad *gst_csd_track_dec_request_new_pad(GstElement *element, GstPadTemplate *t
 
 void gst_csd_track_dec_release_pad(GstElement *element, GstPad *pad) {
   auto *self = GST_CSD_TRACK_DEC(element);
-  logged(self, [&] { self->state->queue.flush_lines(true); });
+  guard.logged(self, [&] { self->state->queue.flush_lines(true); });
   gst_pad_set_active(pad, FALSE);
   gst_element_remove_pad(element, pad);
-  logged(self, [&] { self->state->queue.flush_lines(false); });
+  guard.logged(self, [&] { self->state->queue.flush_lines(false); });
 }
 
 // ---- GstElement ----------------------------------------------------------------------------------------------------
 
 /// The file that location names; none if it names none.
 bool open_file(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> &file) {
-  return told(self, [&] {
+  return guard.posted(self, [&] {
     std::string location;
     {
       const csd::ObjectLock lock(self);
@@ -478,7 +451,7 @@ bool open_file(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> &file) {
 bool start(GstCsdTrackDec *self) {
   auto &state = *self->state;
   if (!open_file(self, state.file)) return false;
-  return told(self, [&] {
+  return guard.posted(self, [&] {
     state.video = {};
     state.text = {};
     state.latency.start();
@@ -505,7 +478,7 @@ void stop(GstCsdTrackDec *self) {
 /// While paused, the clock is no measure of how long a frame may wait.
 void set_playing(GstCsdTrackDec *self, bool playing) {
   self->state->playing = playing;
-  logged(self, [&] { self->state->queue.rethink(); });
+  guard.logged(self, [&] { self->state->queue.rethink(); });
 }
 
 GstStateChangeReturn gst_csd_track_dec_change_state(GstElement *element, GstStateChange transition) {
@@ -515,15 +488,15 @@ GstStateChangeReturn gst_csd_track_dec_change_state(GstElement *element, GstStat
     if (!open_file(self, unused)) return GST_STATE_CHANGE_FAILURE;
   }
   if (transition == GST_STATE_CHANGE_READY_TO_PAUSED && !start(self)) return GST_STATE_CHANGE_FAILURE;
-  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) logged(self, [&] { self->state->queue.stop(); });
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) guard.logged(self, [&] { self->state->queue.stop(); });
   if (transition == GST_STATE_CHANGE_PLAYING_TO_PAUSED) set_playing(self, false);
   const auto result = GST_ELEMENT_CLASS(gst_csd_track_dec_parent_class)->change_state(element, transition);
   if (transition == GST_STATE_CHANGE_PAUSED_TO_PLAYING && result != GST_STATE_CHANGE_FAILURE) set_playing(self, true);
   if (transition == GST_STATE_CHANGE_READY_TO_PAUSED && result == GST_STATE_CHANGE_FAILURE)
-    logged(self, [&] { self->state->queue.stop(); });
+    guard.logged(self, [&] { self->state->queue.stop(); });
   if (transition == GST_STATE_CHANGE_PAUSED_TO_READY ||
       (transition == GST_STATE_CHANGE_READY_TO_PAUSED && result == GST_STATE_CHANGE_FAILURE))
-    logged(self, [&] { stop(self); });
+    guard.logged(self, [&] { stop(self); });
   return result;
 }
 
@@ -533,7 +506,7 @@ void gst_csd_track_dec_set_property(GObject *object, guint id, const GValue *val
   auto *self = GST_CSD_TRACK_DEC(object);
   auto &state = *self->state;
   bool refused = false;
-  logged(self, [&] {
+  guard.logged(self, [&] {
     const csd::ObjectLock lock(self);
     switch (id) {
       case prop_location:
@@ -557,14 +530,15 @@ void gst_csd_track_dec_set_property(GObject *object, guint id, const GValue *val
     }
   });
   // Not under the object lock: the negotiation has its own. A controller sets it on every frame.
-  if (id == prop_overlay) logged(self, [&] { state.overlay.see_value(GST_BASE_TRANSFORM(self), state.live.overlay); });
+  if (id == prop_overlay)
+    guard.logged(self, [&] { state.overlay.see_value(GST_BASE_TRANSFORM(self), state.live.overlay); });
   if (refused) GST_WARNING_OBJECT(self, "%s can be set in NULL and READY only: it stays as it was", spec->name);
 }
 
 void gst_csd_track_dec_get_property(GObject *object, guint id, GValue *value, GParamSpec *spec) {
   auto *self = GST_CSD_TRACK_DEC(object);
   auto &state = *self->state;
-  logged(self, [&] {
+  guard.logged(self, [&] {
     const csd::ObjectLock lock(self);
     switch (id) {
       case prop_location:
@@ -616,6 +590,8 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
    *
    * A file of JSON lines (.jsonl) that csdtrackenc has written. It is read as the frames come, and follows seeks. What
    * is linked to the pad `text` is not read then.
+   *
+   * Since: 0.1
    */
   g_object_class_install_property(
       object_class, prop_location,
@@ -623,6 +599,14 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
           "location", "Location",
           "File of JSON lines that csdtrackenc has written (empty = lines come to the pad text)", "",
           static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_READY)));
+  /**
+   * GstCsdTrackDec:overlay:
+   *
+   * How tracks are shown: drawn into the pixels, or as a #GstVideoOverlayComposition beside them. Where downstream
+   * can't show the latter, one WARNING is posted and the pixels stay as they are.
+   *
+   * Since: 0.1
+   */
   g_object_class_install_property(object_class, prop_overlay, csd::Overlay::param_spec());
   /**
    * GstCsdTrackDec:max-wait:
@@ -630,6 +614,8 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
    * A frame waits until the pad `text` has brought its line, a later one, a GAP or EOS; after so long it goes on
    * without tracks, one WARNING is posted, and no frame waits until text comes in time again. Live, it waits no longer
    * than the latency that the answer to the LATENCY query tells of, and each frame does.
+   *
+   * Since: 0.1
    */
   g_object_class_install_property(
       object_class, prop_max_wait,
@@ -644,6 +630,8 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
    *
    * Added to the time of each line. Of a part of a recording that is played by itself, from 0, while its lines tell of
    * the time of the whole: minus the time at which it began.
+   *
+   * Since: 0.1
    */
   g_object_class_install_property(
       object_class, prop_ts_offset,
@@ -657,6 +645,8 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
    *
    * As GstAggregator's: live, the latency is no less than this, even where what is upstream of both pads tells of less.
    * For text that comes later than that, or a branch that will be linked when the pipeline plays.
+   *
+   * Since: 0.1
    */
   g_object_class_install_property(
       object_class, prop_min_upstream_latency,

@@ -60,7 +60,6 @@
 
 #include <gst/video/video.h>
 
-#include <exception>
 #include <iterator>
 #include <memory>
 #include <string>
@@ -68,6 +67,7 @@
 #include <vector>
 
 #include "enums.h"
+#include "guard.h"
 #include "klv.h"
 #include "meta.h"
 #include "text_pieces.h"
@@ -132,6 +132,13 @@ G_DEFINE_TYPE_WITH_CODE(GstCsdTrackEnc, gst_csd_track_enc, GST_TYPE_ELEMENT,
                         GST_DEBUG_CATEGORY_INIT(csd_track_enc_debug, "csdtrackenc", 0, "tracks as text"))
 GST_ELEMENT_REGISTER_DEFINE_WITH_CODE(csdtrackenc, "csdtrackenc", GST_RANK_NONE, GST_TYPE_CSD_TRACK_ENC,
                                       csd::register_track_metas())
+
+namespace {
+
+const csd::Guard guard(csd_track_enc_debug, "A frame's tracks could not be written: free some memory.",
+                       "A frame's tracks could not be written", "");
+
+}  // namespace
 
 // --- negotiation -----------------------------------------------------------------------------------------------------
 
@@ -302,18 +309,6 @@ static GstFlowReturn push_track(GstCsdTrackEnc *self, GstBuffer *frame, Stream &
   return flow;
 }
 
-/// Runs `body`; an exception becomes an error message, and `failed`.
-template <typename Result, typename Body>
-static Result guard(GstCsdTrackEnc *self, Result failed, Body body) {
-  try {
-    return body();
-  } catch (const std::exception &e) {
-    GST_ELEMENT_ERROR(self, RESOURCE, FAILED, ("A frame's tracks could not be written: free some memory."),
-                      ("%s", e.what()));
-    return failed;
-  }
-}
-
 /// The header of CSV, once, before the first frame, or at the end of a stream that had none.
 static GstFlowReturn push_due_header(GstCsdTrackEnc *self) {
   Stream &stream = *self->stream;
@@ -337,23 +332,27 @@ static void push_due_tags(GstCsdTrackEnc *self) {
   gst_pad_push_event(self->srcpad, gst_event_new_tag(tags));
 }
 
+static GstFlowReturn push_text(GstCsdTrackEnc *self, GstBuffer *frame) {
+  Stream &stream = *self->stream;
+  if (gst_pad_check_reconfigure(self->srcpad) && !negotiate(self)) {
+    gst_pad_mark_reconfigure(self->srcpad);
+    return GST_PAD_IS_FLUSHING(self->srcpad) ? GST_FLOW_FLUSHING : GST_FLOW_NOT_NEGOTIATED;
+  }
+  if (!stream.offer) return GST_FLOW_NOT_NEGOTIATED;
+  push_due_tags(self);
+  const GstFlowReturn flow = push_due_header(self);
+  if (flow != GST_FLOW_OK) return flow;
+  write_frame(self, frame, stream);
+  if (stream.offer->format >= Format::text) return push_track(self, frame, stream);
+  return gst_pad_push(self->srcpad, new_frame_text(frame, stream.line));
+}
+
 static GstFlowReturn gst_csd_track_enc_chain(GstPad *, GstObject *parent, GstBuffer *frame) {
   auto *self = GST_CSD_TRACK_ENC(parent);
-  const std::unique_ptr<GstBuffer, decltype(&gst_buffer_unref)> owned(frame, gst_buffer_unref);
-  return guard(self, GST_FLOW_ERROR, [&] {
-    Stream &stream = *self->stream;
-    if (gst_pad_check_reconfigure(self->srcpad) && !negotiate(self)) {
-      gst_pad_mark_reconfigure(self->srcpad);
-      return GST_PAD_IS_FLUSHING(self->srcpad) ? GST_FLOW_FLUSHING : GST_FLOW_NOT_NEGOTIATED;
-    }
-    if (!stream.offer) return GST_FLOW_NOT_NEGOTIATED;
-    push_due_tags(self);
-    const GstFlowReturn flow = push_due_header(self);
-    if (flow != GST_FLOW_OK) return flow;
-    write_frame(self, frame, stream);
-    if (stream.offer->format >= Format::text) return push_track(self, frame, stream);
-    return gst_pad_push(self->srcpad, new_frame_text(frame, stream.line));
-  });
+  GstFlowReturn flow = GST_FLOW_ERROR;
+  guard.posted(self, [&] { flow = push_text(self, frame); });
+  gst_buffer_unref(frame);
+  return flow;
 }
 
 // --- events and queries ----------------------------------------------------------------------------------------------
@@ -398,10 +397,12 @@ static gboolean gst_csd_track_enc_sink_event(GstPad *pad, GstObject *parent, Gst
   Stream &stream = *self->stream;
   switch (GST_EVENT_TYPE(event)) {
     case GST_EVENT_CAPS: {
-      const std::unique_ptr<GstEvent, decltype(&gst_event_unref)> owned(event, gst_event_unref);
       GstCaps *caps = nullptr;
       gst_event_parse_caps(event, &caps);
-      return guard(self, FALSE, [&]() -> gboolean { return set_caps(self, caps); });
+      bool agreed = false;
+      guard.posted(self, [&] { agreed = set_caps(self, caps); });
+      gst_event_unref(event);
+      return agreed;
     }
     case GST_EVENT_SEGMENT:
       gst_event_copy_segment(event, &stream.segment);
@@ -411,7 +412,7 @@ static gboolean gst_csd_track_enc_sink_event(GstPad *pad, GstObject *parent, Gst
       stream.header_due = stream.offer && stream.offer->format == Format::csv;
       break;
     case GST_EVENT_EOS:
-      guard(self, GST_FLOW_ERROR, [&] { return push_due_header(self); });
+      guard.posted(self, [&] { push_due_header(self); });
       break;
     case GST_EVENT_STREAM_START:
       event = text_stream_start(event);
@@ -505,12 +506,27 @@ static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
   object_class->finalize = gst_csd_track_enc_finalize;
   element_class->change_state = GST_DEBUG_FUNCPTR(gst_csd_track_enc_change_state);
 
+  /**
+   * GstCsdTrackEnc:role:
+   *
+   * Whether it writes what csdtrack found, or the ground truth that csdsimsrc attached.
+   *
+   * Since: 0.1
+   */
   g_object_class_install_property(
       object_class, PROP_ROLE,
       g_param_spec_enum(
           "role", "Role", "Whether what was tracked is written, or the ground truth that a simulator attached",
           GST_TYPE_CSD_TRACK_ENC_ROLE, GST_CSD_TRACK_ENC_ROLE_TRACK,
           static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
+  /**
+   * GstCsdTrackEnc:source:
+   *
+   * The name of the element whose tracks are written, where several have tracked the same frame. Empty: the one that
+   * tracked last.
+   *
+   * Since: 0.1
+   */
   g_object_class_install_property(
       object_class, PROP_SOURCE,
       g_param_spec_string(

@@ -13,6 +13,10 @@ Failure describe_current_exception() noexcept {
     try {
       // cppcheck-suppress rethrowNoCurrentException ; only called in a catch block, as guard.h says
       throw;
+    } catch (const Refusal &e) {
+      failure.reason = failure.detail = e.what();
+      failure.domain = e.domain;
+      failure.code = e.code;
     } catch (const cv::Exception &e) {
       failure.out_of_memory = e.code == cv::Error::StsNoMem;
       failure.reason = failure.out_of_memory ? no_memory : "OpenCV failed: " + e.err;
@@ -26,10 +30,35 @@ Failure describe_current_exception() noexcept {
       failure.reason = failure.detail = "an exception of unknown type";
     }
   } catch (...) {
+    failure.domain = 0;
     failure.out_of_memory = true;
     failure.reason = failure.detail = no_memory;
   }
   return failure;
+}
+
+Text Guard::text(const Failure &failure) const noexcept {
+  if (failure.domain != 0) return {g_strdup(failure.reason.c_str()), g_free};
+  if (failure.out_of_memory) return {g_strdup(memory_), g_free};
+  return {g_strdup_printf("%s: %s.%s%s", failed_, failure.reason.c_str(), *advice_ ? " " : "", advice_), g_free};
+}
+
+void Guard::post(gpointer element, const Failure &failure) const noexcept {
+  GQuark domain = failure.domain;
+  int code = failure.code;
+  if (domain == 0) {
+    // Of want of memory RESOURCE, but not NO_SPACE_LEFT, which is a full disk's.
+    domain = failure.out_of_memory ? GST_RESOURCE_ERROR : GST_LIBRARY_ERROR;
+    code = failure.out_of_memory ? static_cast<int>(GST_RESOURCE_ERROR_FAILED)
+                                 : static_cast<int>(GST_LIBRARY_ERROR_FAILED);
+  }
+  gst_element_message_full(GST_ELEMENT(element), GST_MESSAGE_ERROR, domain, code, text(failure).release(),
+                           failure.domain == 0 ? g_strdup(failure.detail.c_str()) : nullptr, __FILE__, GST_FUNCTION,
+                           __LINE__);
+}
+
+void Guard::log(gpointer element, const Failure &failure) const noexcept {
+  GST_CAT_ERROR_OBJECT(*category_, element, "%s", failure.detail.c_str());
 }
 
 }  // namespace csd

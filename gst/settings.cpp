@@ -5,16 +5,10 @@
 #include <thread>
 #include <type_traits>
 
-#include "overlay.h"
 #include "text/parse.h"
 
 namespace csd {
 namespace {
-
-constexpr auto common = static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS);
-constexpr auto structural = static_cast<GParamFlags>(common | GST_PARAM_MUTABLE_READY);
-constexpr auto live = static_cast<GParamFlags>(common | GST_PARAM_MUTABLE_PLAYING | GST_PARAM_CONTROLLABLE);
-constexpr auto longest = static_cast<GstClockTime>(G_MAXINT64);  // the core's times are signed
 
 AlgorithmKind algorithm_of(GstCsdTrackAlgorithm algorithm) {
   switch (algorithm) {
@@ -41,116 +35,6 @@ const char *or_empty(const gchar *text) {
 }
 
 }  // namespace
-
-void install_properties(GObjectClass *klass) {
-  const ElementSettings d;
-  const auto install = [klass](Property id, GParamSpec *spec) { g_object_class_install_property(klass, id, spec); };
-
-  install(prop_algorithm, g_param_spec_enum("algorithm", "Algorithm", "How features are followed",
-                                            GST_TYPE_CSD_TRACK_ALGORITHM, d.algorithm, structural));
-  install(prop_max_features,
-          g_param_spec_uint("max-features", "Maximum features",
-                            "How many features detection keeps; 0 = none, only points that are given. Points that are "
-                            "given don't count",
-                            0, static_cast<guint>(max_points), d.max_features, structural));
-  install(prop_points,
-          g_param_spec_string("points", "Points",
-                              "\"x,y;x,y;...\" in pixels of the picture, centres at integers, decimal point: track "
-                              "exactly these, with ids 0,1,2... in that order, without detection; at most 10000. "
-                              "\"truth\" = what csdsimsrc says is visible, under its ids. Empty = detect. Checked when "
-                              "the element goes to READY and PAUSED",
-                              d.points.c_str(), structural));
-  install(prop_replenish,
-          g_param_spec_boolean("replenish", "Replenish",
-                               "Detect new features, with new ids, as old ones end (only csd does, the others never)",
-                               d.replenish, structural));
-  install(prop_forget_after,
-          g_param_spec_uint64("forget-after", "Forget after",
-                              "A detected feature that is lost or out for this many nanoseconds ends: it is reported "
-                              "once as ended and leaves the list; 0 = never. Points that were given never end",
-                              0, longest, d.forget_after, structural));
-  install(prop_region, g_param_spec_string(
-                           "region", "Region",
-                           "\"x,y,w,h\" in whole pixels of the picture: where detection may look. Empty = everywhere. "
-                           "Checked when the element goes to READY and PAUSED",
-                           d.region.c_str(), structural));
-  install(prop_content_area, g_param_spec_enum("content-area", "Content area",
-                                               "What of the picture is tissue, where detection and learning may look",
-                                               GST_TYPE_CSD_TRACK_CONTENT_AREA, d.content_area, structural));
-  install(prop_patch_size, g_param_spec_uint("patch-size", "Patch size",
-                                             "Side of a feature's patch in pixels of the full picture; 0 = from the "
-                                             "picture's height (21 at 480 lines)",
-                                             0, 1024, d.patch_size, structural));
-  install(prop_search_radius,
-          g_param_spec_uint("search-radius", "Search radius",
-                            "How far a feature is looked for from where it was, in pixels of the full picture; 0 = "
-                            "from the picture's height (20 at 480 lines; only csd-2012 and csd-forest use it)",
-                            0, 2048, d.search_radius, structural));
-  install(prop_training_time,
-          g_param_spec_uint64(
-              "training-time", "Training time",
-              "How many nanoseconds a feature is in state learning. csd: while its anchor is gathered; "
-              "csd-2012, csd-forest: at least 8 frames, followed by Lucas-Kanade, before descriptors take over",
-              0, longest, d.training_time, structural));
-  install(prop_learning, g_param_spec_enum("learning", "Learning",
-                                           "Whether frames wait for the learning that they cause (of csd-2012 and "
-                                           "csd-forest: csd learns in the frame itself)",
-                                           GST_TYPE_CSD_TRACK_LEARNING, d.learning, structural));
-  install(prop_n_threads,
-          g_param_spec_uint(
-              "n-threads", "Threads",
-              "Threads of this element, below normal priority: csd follows points in them while they are "
-              "idle, csd-2012 and csd-forest learn in them; 0 = one fewer than the machine has processors, at least 1",
-              0, 256, d.n_threads, structural));
-  install(prop_frame_budget,
-          g_param_spec_uint64("frame-budget", "Frame budget",
-                              "Past so many nanoseconds of a frame the features that are least urgent wait for the "
-                              "next one (fresh=false); 0 = none waits (only csd does)",
-                              0, longest, d.frame_budget, structural));
-  install(prop_seed,
-          g_param_spec_uint64("seed", "Seed",
-                              "Of every random choice that learning makes (of csd-2012 and csd-forest: csd makes none)",
-                              0, G_MAXUINT64, d.seed, structural));
-
-  install(prop_overlay, Overlay::param_spec());
-  install(prop_attach_meta,
-          g_param_spec_boolean("attach-meta", "Attach meta", "Attach a GstCsdTrackMeta with all features to each frame",
-                               d.live.attach_meta, live));
-  install(prop_attach_roi,
-          g_param_spec_boolean("attach-roi", "Attach ROI",
-                               "Attach also one GstVideoRegionOfInterestMeta of type csdtrack for each feature that is "
-                               "seen, the size of its patch, for elements that know only that",
-                               d.live.attach_roi, live));
-#ifdef CSDTRACK_ANALYTICS
-  install(prop_attach_analytics,
-          g_param_spec_boolean("attach-analytics", "Attach analytics",
-                               "Attach also GstAnalytics metadata: a tracking for each feature, related to a detection "
-                               "of type csdtrack where it is seen (GStreamer 1.30: and to a key point)",
-                               d.live.attach_analytics, live));
-#endif
-  install(prop_post_messages, g_param_spec_enum("post-messages", "Post messages",
-                                                "When to post an element message csdtrack with all features",
-                                                GST_TYPE_CSD_TRACK_POST_MESSAGES, d.live.post_messages, live));
-  install(prop_message_interval,
-          g_param_spec_uint64("message-interval", "Message interval",
-                              "At least so many nanoseconds of running time between two messages; a change in between "
-                              "is posted when they have passed or the stream ends; 0 = no limit",
-                              0, longest, d.live.message_interval, live));
-  install(prop_on_error, g_param_spec_enum("on-error", "On error", "What to do when a frame can't be tracked",
-                                           GST_TYPE_CSD_TRACK_ON_ERROR, d.live.on_error, live));
-  install(prop_navigation,
-          g_param_spec_boolean("navigation", "Navigation",
-                               "In a video sink's window a click adds a point, a click with the third button removes "
-                               "the nearest feature, the key r resets",
-                               d.live.navigation, live));
-  install(prop_stats, g_param_spec_boxed(
-                          "stats", "Statistics",
-                          "Since READY: frames, failed-frames, features now by state, detected (features that ever "
-                          "began), time-p50, time-p95, time-max (ns per frame), learning-time (ns that learning jobs "
-                          "took, added up), learned, retrainings, false-correspondences, queue (learning jobs that "
-                          "wait), waited, simd",
-                          GST_TYPE_STRUCTURE, static_cast<GParamFlags>(G_PARAM_READABLE | G_PARAM_STATIC_STRINGS)));
-}
 
 bool set_property(ElementSettings &s, guint id, const GValue &value) {
   const auto as_enum = [&value](auto &target) {

@@ -13,12 +13,11 @@
 
 #include "file_name.h"
 #include "frame_time.h"
+#include "guard.h"
 
 namespace csd {
 
 namespace {
-
-using Kind = TrackSourceError::Kind;
 
 constexpr std::size_t chunk = 64 << 10;
 /// A frame that is so much later than the last is looked for by bisection: some 50 lines, read in 10 ms.
@@ -35,20 +34,6 @@ const TimedLine *nearest(const TimedLine *before, const TimedLine *after, std::i
   const bool second = after && after->time - time <= reach;
   if (first && second) return time - before->time <= after->time - time ? before : after;
   return first ? before : second ? after : nullptr;
-}
-
-void post_error(GstElement *element, const TrackSourceError &error) {
-  switch (error.kind) {
-    case TrackSourceError::Kind::not_found:
-      GST_ELEMENT_ERROR(element, RESOURCE, NOT_FOUND, ("%s", error.what()), (nullptr));
-      break;
-    case TrackSourceError::Kind::unreadable:
-      GST_ELEMENT_ERROR(element, RESOURCE, OPEN_READ, ("%s", error.what()), (nullptr));
-      break;
-    case TrackSourceError::Kind::content:
-      GST_ELEMENT_ERROR(element, STREAM, DECODE, ("%s", error.what()), (nullptr));
-      break;
-  }
 }
 
 TrackLine read_frame_line(JsonText &json, std::string_view text) {
@@ -111,15 +96,15 @@ TrackFile::TrackFile(const std::string &path) : path_(path) {
   fd_ = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   const int error = errno;  // GLib's functions set it, too
   if (fd_ < 0)
-    throw TrackSourceError(error == ENOENT ? Kind::not_found : Kind::unreadable,
-                           "The file of tracks " + quoted(path) + " can't be read: " + system_words(error) +
-                               ". Set location to a .jsonl file that csdtrackenc has written.");
+    throw Refusal(error == ENOENT ? GST_RESOURCE_ERROR_NOT_FOUND : GST_RESOURCE_ERROR_OPEN_READ,
+                  "The file of tracks " + quoted(path) + " can't be read: " + system_words(error) +
+                      ". Set location to a .jsonl file that csdtrackenc has written.");
   struct stat status = {};
   if (fstat(fd_, &status) == 0 && S_ISREG(status.st_mode)) return;
   close(fd_);
-  throw TrackSourceError(Kind::unreadable, quoted(path) +
-                                               " is no file. Set location to a .jsonl file that csdtrackenc has "
-                                               "written; link what comes by a pipe or a network to the pad text.");
+  throw Refusal(GST_RESOURCE_ERROR_OPEN_READ, quoted(path) +
+                                                  " is no file. Set location to a .jsonl file that csdtrackenc has "
+                                                  "written; link what comes by a pipe or a network to the pad text.");
 }
 
 TrackFile::~TrackFile() {
@@ -137,8 +122,8 @@ void TrackFile::refuse(std::int64_t offset, const std::string &what) const {
     number += std::count(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size), '\n');
     at += static_cast<std::int64_t>(size);
   }
-  throw TrackSourceError(Kind::content, "Line " + std::to_string(number) + " of " + quoted(path_) + ": " + what +
-                                            ". Set location to a .jsonl file that csdtrackenc has written.");
+  throw Refusal(GST_STREAM_ERROR_DECODE, "Line " + std::to_string(number) + " of " + quoted(path_) + ": " + what +
+                                             ". Set location to a .jsonl file that csdtrackenc has written.");
 }
 
 std::size_t TrackFile::read_at(std::int64_t offset, char *to, std::size_t size) const {
@@ -147,8 +132,8 @@ std::size_t TrackFile::read_at(std::int64_t offset, char *to, std::size_t size) 
   while (got < 0 && errno == EINTR);
   const int error = errno;
   if (got < 0)
-    throw TrackSourceError(Kind::unreadable, "The file of tracks " + quoted(path_) + " can't be read on: " +
-                                                 system_words(error) + ". Look at the disk that it is on.");
+    throw Refusal(GST_RESOURCE_ERROR_OPEN_READ, "The file of tracks " + quoted(path_) + " can't be read on: " +
+                                                    system_words(error) + ". Look at the disk that it is on.");
   return static_cast<std::size_t>(got);
 }
 

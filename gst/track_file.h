@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 
-#include <gst/gst.h>
-
 #include <cstdint>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
@@ -18,16 +15,6 @@ struct TimedLine {
   std::int64_t time = 0;
   TrackLine line;
 };
-
-/// What can't be read, in words for the person who runs the pipeline: what, where, and what to change.
-struct TrackSourceError : std::runtime_error {
-  enum class Kind { not_found, unreadable, content };
-  TrackSourceError(Kind what, const std::string &text) : std::runtime_error(text), kind(what) {}
-  Kind kind;
-};
-
-/// As an element's ERROR.
-void post_error(GstElement *element, const TrackSourceError &error);
 
 /// A line that can be put on a frame. Throws LineError.
 TrackLine read_frame_line(JsonText &json, std::string_view text);
@@ -43,14 +30,14 @@ const TimedLine *nearest(const TimedLine *before, const TimedLine *after, std::i
 /// is not read until its newline is there. A file that grows is read as far as it goes.
 class TrackFile {
  public:
-  /// Throws TrackSourceError if that is no file that can be read.
+  /// Throws Refusal if that is no file that can be read.
   explicit TrackFile(const std::string &path);
   ~TrackFile();
   TrackFile(const TrackFile &) = delete;
   TrackFile &operator=(const TrackFile &) = delete;
 
   /// The line of the frame at `time`, no further than `reach` ns away; each line is given once, unless time goes back.
-  /// Throws TrackSourceError, with the line's number, for the first line on the way that is none, or is earlier than
+  /// Throws Refusal, with the line's number, for the first line on the way that is none, or is earlier than
   /// the one before it.
   std::optional<TimedLine> at(std::int64_t time, std::int64_t reach);
 

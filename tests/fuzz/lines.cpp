@@ -4,6 +4,7 @@
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include "fuzz.h"
+#include "guard.h"
 #include "track_file.h"
 
 namespace {
@@ -39,7 +40,7 @@ void csd_fuzz::run(std::string_view bytes) {
   const MemoryFile file(parts[0]);
   try {
     seek_about(file.path(), numbers);
-  } catch (const csd::TrackSourceError &error) {
+  } catch (const csd::Refusal &error) {
     expect(is_utf8(error.what()));
   }
   try {

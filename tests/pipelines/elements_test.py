@@ -248,6 +248,22 @@ class SectionBlocks(harness.Case):
                 self.assertGreater(len(found["what"].split()), 10)
                 self.assertRegex(block, r"(?m)^Since: \d")
 
+    def test_each_property_and_signal_has_one(self):
+        """As GStreamer's hotdoc finds them, with the version that it came with."""
+        sources = "".join(path.read_text(encoding="utf-8") for path in (SOURCE / "gst").glob("*.cpp"))
+        blocks = re.findall(r"^ */\*\*\n +\* (GstCsd\w+::?[\w-]+):\n(.*?)\*/", sources, flags=re.DOTALL | re.MULTILINE)
+        there = [f"{kind.name}:{name}" for element in self.elements() for kind in [element.__gtype__] for name in own_properties(element)]
+        there += [f"{element.__gtype__.name}::{name}" for element in self.elements() for name in GObject.signal_list_names(element.__gtype__)]
+        self.assertEqual(sorted({name for name, _ in blocks} - {"GstCsdTrack:attach-analytics"}), sorted(set(there) - {"GstCsdTrack:attach-analytics"}))
+        self.assertEqual(len(blocks), len(dict(blocks)))
+        for name, text in blocks:
+            with self.subTest(name):
+                self.assertRegex(text, r"(?m)^ +\*\n +\* [A-Z]\w* ")
+                self.assertRegex(text, r"(?m)^ +\* Since: \d+\.\d+$")
+
+    def elements(self):
+        return [factory.create() for factory in Gst.Registry.get().get_feature_list_by_plugin("csdtrack")]
+
     def test_example_lines_parse(self):
         for name, block in self.blocks():
             with self.subTest(name):

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "overlay.h"
+#include "settings.h"
+
+namespace csd {
+namespace {
+
+constexpr auto common = static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS);
+constexpr auto structural = static_cast<GParamFlags>(common | GST_PARAM_MUTABLE_READY);
+constexpr auto live = static_cast<GParamFlags>(common | GST_PARAM_MUTABLE_PLAYING | GST_PARAM_CONTROLLABLE);
+constexpr auto longest = static_cast<GstClockTime>(G_MAXINT64);  // the core's times are signed
+
+}  // namespace
+
+void install_properties(GObjectClass *klass) {
+  const ElementSettings d;
+  const auto install = [klass](Property id, GParamSpec *spec) { g_object_class_install_property(klass, id, spec); };
+
+  /**
+   * GstCsdTrack:algorithm:
+   *
+   * How features are followed. `csd`, the project's own, is meant for use; the others are there to compare with.
+   *
+   * Since: 0.1
+   */
+  install(prop_algorithm, g_param_spec_enum("algorithm", "Algorithm", "How features are followed",
+                                            GST_TYPE_CSD_TRACK_ALGORITHM, d.algorithm, structural));
+  /**
+   * GstCsdTrack:max-features:
+   *
+   * How many features detection keeps. Points that are given don't count. 0: no detection.
+   *
+   * Since: 0.1
+   */
+  install(prop_max_features,
+          g_param_spec_uint("max-features", "Maximum features",
+                            "How many features detection keeps; 0 = none, only points that are given. Points that are "
+                            "given don't count",
+                            0, static_cast<guint>(max_points), d.max_features, structural));
+  /**
+   * GstCsdTrack:points:
+   *
+   * Points to track instead of what detection finds: `x,y;x,y;…` in pixels of the picture, centres at integers, with
+   * the ids 0, 1, 2… in that order; or `truth`, what csdsimsrc says is visible, under its ids. What can't be read is an
+   * error on the way to READY, or to PAUSED if it was set since.
+   *
+   * Since: 0.1
+   */
+  install(prop_points,
+          g_param_spec_string("points", "Points",
+                              "\"x,y;x,y;...\" in pixels of the picture, centres at integers, decimal point: track "
+                              "exactly these, with ids 0,1,2... in that order, without detection; at most 10000. "
+                              "\"truth\" = what csdsimsrc says is visible, under its ids. Empty = detect. Checked when "
+                              "the element goes to READY and PAUSED",
+                              d.points.c_str(), structural));
+  /**
+   * GstCsdTrack:replenish:
+   *
+   * Whether new features, with new ids, take the place of those that ended. Only `csd` does so.
+   *
+   * Since: 0.1
+   */
+  install(prop_replenish,
+          g_param_spec_boolean("replenish", "Replenish",
+                               "Detect new features, with new ids, as old ones end (only csd does, the others never)",
+                               d.replenish, structural));
+  /**
+   * GstCsdTrack:forget-after:
+   *
+   * A detected feature that has been lost or out for this long ends: it is reported once as ended and leaves the list.
+   * 0: never. Points that were given never end.
+   *
+   * Since: 0.1
+   */
+  install(prop_forget_after,
+          g_param_spec_uint64("forget-after", "Forget after",
+                              "A detected feature that is lost or out for this many nanoseconds ends: it is reported "
+                              "once as ended and leaves the list; 0 = never. Points that were given never end",
+                              0, longest, d.forget_after, structural));
+  /**
+   * GstCsdTrack:region:
+   *
+   * Where detection may look: `x,y,w,h` in whole pixels of the picture. Features may leave it later. Empty: everywhere.
+   *
+   * Since: 0.1
+   */
+  install(prop_region, g_param_spec_string(
+                           "region", "Region",
+                           "\"x,y,w,h\" in whole pixels of the picture: where detection may look. Empty = everywhere. "
+                           "Checked when the element goes to READY and PAUSED",
+                           d.region.c_str(), structural));
+  /**
+   * GstCsdTrack:content-area:
+   *
+   * Whether the dark border of a scope's picture and graphics that are burnt into it are found and left alone by
+   * detection and learning.
+   *
+   * Since: 0.1
+   */
+  install(prop_content_area, g_param_spec_enum("content-area", "Content area",
+                                               "What of the picture is tissue, where detection and learning may look",
+                                               GST_TYPE_CSD_TRACK_CONTENT_AREA, d.content_area, structural));
+  /**
+   * GstCsdTrack:patch-size:
+   *
+   * The side of the square that describes a feature, in pixels of the full picture. 0: from the picture's height.
+   *
+   * Since: 0.1
+   */
+  install(prop_patch_size, g_param_spec_uint("patch-size", "Patch size",
+                                             "Side of a feature's patch in pixels of the full picture; 0 = from the "
+                                             "picture's height (21 at 480 lines)",
+                                             0, 1024, d.patch_size, structural));
+  /**
+   * GstCsdTrack:search-radius:
+   *
+   * How far from where it was a feature is looked for, in pixels of the full picture. 0: from the picture's height.
+   * Only `csd-2012` and `csd-forest` use it.
+   *
+   * Since: 0.1
+   */
+  install(prop_search_radius,
+          g_param_spec_uint("search-radius", "Search radius",
+                            "How far a feature is looked for from where it was, in pixels of the full picture; 0 = "
+                            "from the picture's height (20 at 480 lines; only csd-2012 and csd-forest use it)",
+                            0, 2048, d.search_radius, structural));
+  /**
+   * GstCsdTrack:training-time:
+   *
+   * How long a feature is in state learning: `csd` gathers its anchor meanwhile, `csd-2012` and `csd-forest` follow it
+   * by Lucas-Kanade until their descriptor is there.
+   *
+   * Since: 0.1
+   */
+  install(prop_training_time,
+          g_param_spec_uint64(
+              "training-time", "Training time",
+              "How many nanoseconds a feature is in state learning. csd: while its anchor is gathered; "
+              "csd-2012, csd-forest: at least 8 frames, followed by Lucas-Kanade, before descriptors take over",
+              0, longest, d.training_time, structural));
+  /**
+   * GstCsdTrack:learning:
+   *
+   * Whether frames wait for the learning that they cause. With `sync` and without a frame-budget results are the same
+   * on every run and for every number of threads; live video needs `async`.
+   *
+   * Since: 0.1
+   */
+  install(prop_learning, g_param_spec_enum("learning", "Learning",
+                                           "Whether frames wait for the learning that they cause (of csd-2012 and "
+                                           "csd-forest: csd learns in the frame itself)",
+                                           GST_TYPE_CSD_TRACK_LEARNING, d.learning, structural));
+  /**
+   * GstCsdTrack:n-threads:
+   *
+   * Threads of this element alone, below normal priority. 0: one fewer than the machine has processors, at least 1.
+   *
+   * Since: 0.1
+   */
+  install(prop_n_threads,
+          g_param_spec_uint(
+              "n-threads", "Threads",
+              "Threads of this element, below normal priority: csd follows points in them while they are "
+              "idle, csd-2012 and csd-forest learn in them; 0 = one fewer than the machine has processors, at least 1",
+              0, 256, d.n_threads, structural));
+  /**
+   * GstCsdTrack:frame-budget:
+   *
+   * Past so many nanoseconds of a frame the least urgent features wait for the next one, and say so (`fresh`). The
+   * frame itself never waits. 0: no limit.
+   *
+   * Since: 0.1
+   */
+  install(prop_frame_budget,
+          g_param_spec_uint64("frame-budget", "Frame budget",
+                              "Past so many nanoseconds of a frame the features that are least urgent wait for the "
+                              "next one (fresh=false); 0 = none waits (only csd does)",
+                              0, longest, d.frame_budget, structural));
+  /**
+   * GstCsdTrack:seed:
+   *
+   * Of every random choice that learning makes.
+   *
+   * Since: 0.1
+   */
+  install(prop_seed,
+          g_param_spec_uint64("seed", "Seed",
+                              "Of every random choice that learning makes (of csd-2012 and csd-forest: csd makes none)",
+                              0, G_MAXUINT64, d.seed, structural));
+
+  /**
+   * GstCsdTrack:overlay:
+   *
+   * How features are shown: drawn into the pixels, or as a #GstVideoOverlayComposition beside them. Where downstream
+   * can't show the latter, one WARNING is posted and the pixels stay as they are.
+   *
+   * Since: 0.1
+   */
+  install(prop_overlay, Overlay::param_spec());
+  /**
+   * GstCsdTrack:attach-meta:
+   *
+   * Whether each frame gets a `GstCsdTrackMeta` with all features.
+   *
+   * Since: 0.1
+   */
+  install(prop_attach_meta,
+          g_param_spec_boolean("attach-meta", "Attach meta", "Attach a GstCsdTrackMeta with all features to each frame",
+                               d.live.attach_meta, live));
+  /**
+   * GstCsdTrack:attach-roi:
+   *
+   * Whether each frame also gets a #GstVideoRegionOfInterestMeta for each feature that claims a position, for elements
+   * that know only that.
+   *
+   * Since: 0.1
+   */
+  install(prop_attach_roi,
+          g_param_spec_boolean("attach-roi", "Attach ROI",
+                               "Attach also one GstVideoRegionOfInterestMeta of type csdtrack for each feature that is "
+                               "seen, the size of its patch, for elements that know only that",
+                               d.live.attach_roi, live));
+#ifdef CSDTRACK_ANALYTICS
+  /**
+   * GstCsdTrack:attach-analytics:
+   *
+   * Whether each frame also gets GstAnalytics metadata: a tracking for each feature, related to a detection where
+   * it is seen, and with GStreamer 1.30 to a key point. It is there where the plugin was built with
+   * gstreamer-analytics, 1.24 or later.
+   *
+   * Since: 0.1
+   */
+  install(prop_attach_analytics,
+          g_param_spec_boolean("attach-analytics", "Attach analytics",
+                               "Attach also GstAnalytics metadata: a tracking for each feature, related to a detection "
+                               "of type csdtrack where it is seen (GStreamer 1.30: and to a key point)",
+                               d.live.attach_analytics, live));
+#endif
+  /**
+   * GstCsdTrack:post-messages:
+   *
+   * When an element message `csdtrack` with all features is posted.
+   *
+   * Since: 0.1
+   */
+  install(prop_post_messages, g_param_spec_enum("post-messages", "Post messages",
+                                                "When to post an element message csdtrack with all features",
+                                                GST_TYPE_CSD_TRACK_POST_MESSAGES, d.live.post_messages, live));
+  /**
+   * GstCsdTrack:message-interval:
+   *
+   * At least so much running time is between two messages. A change in between is posted when it has passed, or the
+   * stream ends.
+   *
+   * Since: 0.1
+   */
+  install(prop_message_interval,
+          g_param_spec_uint64("message-interval", "Message interval",
+                              "At least so many nanoseconds of running time between two messages; a change in between "
+                              "is posted when they have passed or the stream ends; 0 = no limit",
+                              0, longest, d.live.message_interval, live));
+  /**
+   * GstCsdTrack:on-error:
+   *
+   * What becomes of a frame that can't be tracked: an error, or the frame as it came, with one WARNING from READY to
+   * READY.
+   *
+   * Since: 0.1
+   */
+  install(prop_on_error, g_param_spec_enum("on-error", "On error", "What to do when a frame can't be tracked",
+                                           GST_TYPE_CSD_TRACK_ON_ERROR, d.live.on_error, live));
+  /**
+   * GstCsdTrack:navigation:
+   *
+   * Whether what is done in a video sink's window adds and removes points: a click adds one, a click with the third
+   * button removes the nearest feature, the key r resets.
+   *
+   * Since: 0.1
+   */
+  install(prop_navigation,
+          g_param_spec_boolean("navigation", "Navigation",
+                               "In a video sink's window a click adds a point, a click with the third button removes "
+                               "the nearest feature, the key r resets",
+                               d.live.navigation, live));
+  /**
+   * GstCsdTrack:stats:
+   *
+   * What has been done since READY: counts of frames and features, times per frame, what learning took.
+   * docs/elements.md lists the fields.
+   *
+   * Since: 0.1
+   */
+  install(prop_stats, g_param_spec_boxed(
+                          "stats", "Statistics",
+                          "Since READY: frames, failed-frames, features now by state, detected (features that ever "
+                          "began), time-p50, time-p95, time-max (ns per frame), learning-time (ns that learning jobs "
+                          "took, added up), learned, retrainings, false-correspondences, queue (learning jobs that "
+                          "wait), waited, simd",
+                          GST_TYPE_STRUCTURE, static_cast<GParamFlags>(G_PARAM_READABLE | G_PARAM_STATIC_STRINGS)));
+}
+
+}  // namespace csd
