@@ -184,6 +184,8 @@ GST_END_TEST
 GST_START_TEST(what_is_torn_costs_its_line) {
   const std::string whole = packet(1);
   for (std::size_t left = 14; left < whole.size(); ++left) {
+    // Of the middle, away from where key, length and what follows meet, some places are enough.
+    if (left > 40 && left + 10 < whole.size() && left % 9 != 0) continue;
     for (const std::string &next : {std::string(), foreign, access_unit("")}) {
       Klv harness;
       harness.push_bytes(packet(0));
