@@ -1,0 +1,248 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""In a player: seeks, other rates, backwards, pauses, steps, key frames on demand. What a sink gets behind csdtrack and csdtrackdec, buffers
+and events, is what it gets behind identity."""
+
+import hashlib
+import threading
+
+import harness
+from harness import Gst
+from gi.repository import GstVideo
+
+FLUSH, ACCURATE, SEGMENT, KEY_UNIT = (getattr(Gst.SeekFlags, name) for name in ("FLUSH", "ACCURATE", "SEGMENT", "KEY_UNIT"))
+TRICKMODE, KEY_UNITS, NO_FLAGS = (getattr(Gst.SeekFlags, name) for name in ("TRICKMODE", "TRICKMODE_KEY_UNITS", "NONE"))
+BEFORE, AFTER = Gst.SeekFlags.SNAP_BEFORE, Gst.SeekFlags.SNAP_AFTER
+STOPS = Gst.MessageType.EOS | Gst.MessageType.SEGMENT_DONE
+SEGMENT_FIELDS = ("flags", "rate", "applied_rate", "format", "base", "offset", "start", "stop", "time", "position", "duration")
+# Of one element and the next, or when a clock or a queue has it so; nothing of them is the stream's.
+NOT_COMPARED = (Gst.EventType.QOS, Gst.EventType.LATENCY, Gst.EventType.RECONFIGURE)
+
+
+class Player:
+    """Plays a video through `element`: `got` is what comes to the sink, `asked` what comes back up from it."""
+
+    def __init__(self, video, element):
+        self.got, self.asked, self.numbers = [], [], {}
+        self.held_at, self.count = None, 0  # that buffer since the last flush waits for the next
+        self.held, self.flushed, self.ends = (threading.Semaphore(0) for _ in range(3))
+        self.run = harness.Run(f"filesrc location={video} ! qtdemux name=demuxer h264parse name=parser ! avdec_h264 name=first max-threads=1 "
+                               f"! {element} ! fakesink name=sink sync=false")
+        # Each time: what gst_parse_launch() links later it links once.
+        self.run.element("demuxer").connect("pad-added", lambda _, pad: pad.link(self.run.element("parser").get_static_pad("sink")))
+        kinds = Gst.PadProbeType
+        self.run.element("sink").get_static_pad("sink").add_probe(kinds.BUFFER | kinds.EVENT_DOWNSTREAM | kinds.EVENT_FLUSH, self.see, self.got)
+        self.run.element("first").get_static_pad("src").add_probe(kinds.EVENT_UPSTREAM, self.see, self.asked)
+
+    def see(self, _pad, info, kept):
+        if info.type & Gst.PadProbeType.BUFFER:
+            kept.append(self.told_of_buffer(info.get_buffer()))
+            self.count += 1
+            if self.count == self.held_at:
+                self.held.release()
+                self.flushed.acquire(timeout=harness.HANGS)
+        elif (event := info.get_event()).type not in NOT_COMPARED:
+            kept.append(self.told_of_event(event))
+            if event.type == Gst.EventType.FLUSH_START:
+                self.flushed.release()
+            elif event.type == Gst.EventType.FLUSH_STOP:
+                self.count = 0
+            elif event.type in (Gst.EventType.EOS, Gst.EventType.SEGMENT_DONE):
+                self.ends.release()
+        return Gst.PadProbeReturn.OK
+
+    def told_of_buffer(self, buffer):
+        with buffer.map(Gst.MapFlags.READ) as memory:
+            pixels = hashlib.sha256(memory.data).hexdigest()
+        return ("buffer", buffer.pts, buffer.dts, buffer.duration, buffer.offset, buffer.offset_end, int(buffer.get_flags()), pixels)
+
+    def told_of_event(self, event):
+        """Numbers are the process's: they are counted in the order in which they come."""
+        number = self.numbers.setdefault(event.get_seqnum(), len(self.numbers))
+        if event.type == Gst.EventType.SEGMENT:
+            segment = event.parse_segment()
+            said = tuple(getattr(segment, field) for field in SEGMENT_FIELDS)
+        elif event.type == Gst.EventType.STREAM_START:
+            said = event.parse_stream_start(), event.parse_stream_flags()
+        else:
+            said = event.get_structure() and event.get_structure().to_string()
+        return (event.type.value_nick, number, said)
+
+    # ---- What a scenario is made of ----
+
+    def to(self, state):
+        self.run.pipeline.set_state(state)
+        if state >= Gst.State.PAUSED:
+            self.run.until(Gst.MessageType.ASYNC_DONE)
+
+    def seek(self, rate, flags, start, stop=None):
+        ends = [-1 if at is None else int(at * Gst.SECOND) for at in (start, stop)]
+        event = Gst.Event.new_seek(rate, Gst.Format.TIME, flags, Gst.SeekType.SET, ends[0], Gst.SeekType.SET, ends[1])
+        assert self.run.pipeline.send_event(event)
+        if flags & FLUSH:
+            self.run.until(Gst.MessageType.ASYNC_DONE)
+
+    def play(self):
+        """To the end, of all or of the segment."""
+        self.run.pipeline.set_state(Gst.State.PLAYING)
+        self.end()
+
+    def end(self):
+        """A demuxer says that a segment is done before it sends the event."""
+        self.run.until(STOPS)
+        assert self.ends.acquire(timeout=harness.HANGS)
+
+    def step(self, frames):
+        assert self.run.pipeline.send_event(Gst.Event.new_step(Gst.Format.BUFFERS, frames, 1.0, True, False))
+        self.run.until(Gst.MessageType.STEP_DONE)
+
+    def pauses(self, times):
+        """Plays on for a while after each pause."""
+        for _ in range(times):
+            self.run.pipeline.set_state(Gst.State.PLAYING)
+            self.run.pipeline.get_state(Gst.CLOCK_TIME_NONE)
+            self.run.pipeline.set_state(Gst.State.PAUSED)
+            self.run.pipeline.get_state(Gst.CLOCK_TIME_NONE)
+        self.play()
+
+
+def seek_and_play(rate, flags, start, stop=None):
+    def scenario(player):
+        player.to(Gst.State.PAUSED)
+        player.seek(rate, flags | FLUSH, start, stop)
+        player.play()
+    return scenario
+
+
+def seeks_one_after_the_other(player):
+    player.to(Gst.State.PAUSED)
+    for start, stop in ((1.0, 1.5), (0.2, 0.4), (0, None), (1.9, None)):
+        player.seek(1, FLUSH | ACCURATE, start, stop)
+        player.play()
+    player.seek(-1, FLUSH | ACCURATE, 0, 1.0)
+    player.play()
+    player.seek(2, FLUSH | ACCURATE, 0.5, 1.0)
+    player.play()
+
+
+def seeks_while_it_plays(player):
+    """Each comes while a frame is on its way."""
+    player.held_at = 4
+    player.run.pipeline.set_state(Gst.State.PLAYING)
+    for rate, start, stop in ((1, 1.0, None), (2, 0.1, None), (-1, 0, 1.5), (0.5, 0.7, 1.9), (1, 0.4, None)):
+        assert player.held.acquire(timeout=harness.HANGS)
+        if start == 0.4:
+            player.held_at = None
+        player.seek(rate, FLUSH | ACCURATE, start, stop)
+    player.play()
+
+
+def a_key_frame_is_asked_for(player):
+    player.to(Gst.State.PAUSED)
+    for count in (1, 2):
+        player.run.pipeline.send_event(GstVideo.video_event_new_upstream_force_key_unit(Gst.SECOND, True, count))
+    player.play()
+
+
+def a_loop_of_segments(player):
+    player.to(Gst.State.PAUSED)
+    player.seek(1, FLUSH | ACCURATE | SEGMENT, 0.4, 0.9)
+    player.play()
+    for _ in range(2):
+        player.seek(1, ACCURATE | SEGMENT, 0.4, 0.9)
+        player.end()
+
+
+def steps(player):
+    player.to(Gst.State.PAUSED)
+    for frames in (1, 3, 10):
+        player.step(frames)
+    player.play()
+
+
+def another_life(state):
+    def scenario(player):
+        for _ in range(2):
+            player.to(Gst.State.PAUSED)
+            player.seek(1, FLUSH | ACCURATE, 0.5, 1.2)
+            player.play()
+            player.to(state)
+        player.to(Gst.State.PAUSED)
+        player.play()
+    return scenario
+
+
+SCENARIOS = {
+    "from begin to end": Player.play,
+    "pauses": lambda player: player.pauses(5),
+    "a seek": seek_and_play(1, ACCURATE, 0.73, 1.51),
+    "a seek to the key frame before": seek_and_play(1, KEY_UNIT | BEFORE, 1.1),
+    "a seek to the key frame after": seek_and_play(1, KEY_UNIT | AFTER, 1.1),
+    "half as fast": seek_and_play(0.5, ACCURATE, 0.3, 1.7),
+    "four times as fast": seek_and_play(4, ACCURATE, 0.3, 1.7),
+    "four times as fast, frames left out": seek_and_play(4, TRICKMODE, 0.3, 1.7),
+    "four times as fast, key frames only": seek_and_play(4, KEY_UNITS, 0),
+    "backwards": seek_and_play(-1, ACCURATE, 0.3, 1.7),
+    "backwards to the begin": seek_and_play(-1, NO_FLAGS, 0, None),
+    "backwards four times as fast, key frames only": seek_and_play(-4, KEY_UNITS, 0, 2),
+    "seeks one after the other": seeks_one_after_the_other,
+    "seeks while it plays": seeks_while_it_plays,
+    "a key frame is asked for": a_key_frame_is_asked_for,
+    "a loop of segments": a_loop_of_segments,
+    "steps": steps,
+    "READY and again": another_life(Gst.State.READY),
+    "NULL and again": another_life(Gst.State.NULL),
+}
+
+
+class InAPlayer(harness.Case):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.video = harness.scene_video(cls.tmp / "scene.mp4", 50, *harness.H264, "-g", "10", "-bf", "2", width=160, height=120)
+        cls.tracks = cls.tmp / "tracks.jsonl"
+        harness.play(f"filesrc location={cls.video} ! decodebin ! csdtrack max-features=8 ! csdtrackenc ! filesink location={cls.tracks}")
+        cls.elements = "csdtrack max-features=8", f"csdtrackdec location={cls.tracks}"
+
+    def played(self, element, scenario):
+        player = Player(self.video, element)
+        try:
+            scenario(player)
+        finally:
+            player.run.pipeline.set_state(Gst.State.NULL)
+        return player
+
+    def test_each_scenario(self):
+        for name, scenario in SCENARIOS.items():
+            plain = self.played("identity", scenario)
+            self.assertGreater(sum(kind == "buffer" for kind, *_ in plain.got), 2, name)
+            for element in self.elements:
+                with self.subTest(f"{name}: {element}"):
+                    player = self.played(element, scenario)
+                    self.assertEqual(player.got, plain.got)
+                    self.assertEqual(player.asked, plain.asked)
+                    self.assertEqual(player.run.warnings, [])
+
+    def test_a_key_frame_on_demand_before_an_encoder(self):
+        plain = self.encoded("identity")
+        flags = [told[-2] for told in plain if told[0] == "buffer"]
+        self.assertEqual([i for i, flag in enumerate(flags) if not flag & Gst.BufferFlags.DELTA_UNIT], [0, 20])
+        for element in self.elements:
+            with self.subTest(element):
+                self.assertEqual(self.encoded(element), plain)
+
+    def encoded(self, element):
+        player = Player(self.video, f"{element} ! avenc_mpeg4 gop-size=1000")
+
+        def demand(pad, info):
+            if info.get_buffer().pts == 20 * harness.FRAME:
+                pad.push_event(GstVideo.video_event_new_downstream_force_key_unit(*[20 * harness.FRAME] * 3, True, 1))
+            return Gst.PadProbeReturn.OK
+
+        player.run.element("first").get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER, demand)
+        player.run.to_end()
+        return player.got
+
+
+if __name__ == "__main__":
+    harness.main()
