@@ -2,8 +2,8 @@
 // Two libraries of a process may unwind C++ exceptions: libgcc_s, and libunwind, which GStreamer brings along and which
 // has functions of the same names. Python's `gi` makes it global: where a program imports cv2, then gi, libstdc++
 // throws by libgcc_s, and what is loaded later goes on by libunwind, at the first destructor on the way. The process
-// aborts or crashes (seen, Debian 12). So going on is left to the library that threw. Hidden: of the module that it is
-// linked into alone.
+// aborts or crashes (seen, Debian 12; Debian 13's GStreamer needs no libunwind). So going on is left to the library
+// that threw. Hidden: of the module that it is linked into alone.
 //
 // Which one throws is settled where libstdc++ is loaded, not where we are linked. What else was tried, in every order
 // of cv2, gi and a module of ours (tests/python/imports_test.py):
