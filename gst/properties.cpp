@@ -68,14 +68,14 @@ void install_properties(GObjectClass *klass) {
    * GstCsdTrack:forget-after:
    *
    * A detected feature that has been lost or out for this long ends: it is reported once as ended and leaves the list.
-   * 0: never. Points that were given never end.
+   * 0: never. Points that were given never end by this.
    *
    * Since: 0.1
    */
   install(prop_forget_after,
           g_param_spec_uint64("forget-after", "Forget after",
                               "A detected feature that is lost or out for this many nanoseconds ends: it is reported "
-                              "once as ended and leaves the list; 0 = never. Points that were given never end",
+                              "once as ended and leaves the list; 0 = never. Points that were given never end by this",
                               0, longest, d.forget_after, structural));
   /**
    * GstCsdTrack:region:

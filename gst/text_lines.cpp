@@ -152,7 +152,8 @@ void TextLines::begin_anew() {
 }
 
 void TextLines::lose_line(std::string why) {
-  dropped_ = {++count_, std::move(why)};
+  ++count_;
+  if (!dropped_) dropped_ = {count_, std::move(why)};
   begun_.clear();
 }
 

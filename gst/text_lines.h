@@ -32,7 +32,7 @@ class TextLines {
     std::uint64_t line;  ///< its number, from 1
     std::string why;
   };
-  /// The last line that was dropped, all or half of it, since this was asked before.
+  /// The first line that was dropped, all or half of it, since this was asked before.
   std::optional<Dropped> take_dropped() { return std::exchange(dropped_, std::nullopt); }
   /// Of lines that have come.
   std::uint64_t count() const { return count_; }
