@@ -7,8 +7,6 @@ results that they leave beside the tracks into the index (archive_index.py), and
 
 import argparse
 import contextlib
-import fcntl
-import glob
 import json
 import os
 import pathlib
@@ -19,6 +17,7 @@ import time
 import archive_index
 import archive_machines
 import command
+import lock
 
 VIDEOS = ".3gp .avi .flv .m2ts .m4v .mkv .mov .mp4 .mpeg .mpg .mts .mxf .ogv .ts .vob .webm .wmv".split()
 
@@ -320,23 +319,9 @@ def prepare(out, own):
     """Makes OUT's own folder, and returns a lock on it that lasts as long as this program or GNU parallel."""
     try:
         (own / "progress").mkdir(parents=True, exist_ok=True)
-        lock = os.open(own / "lock", os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as error:
         raise command.Failure(f"can't write into '{out}' ({error.strerror}): give another OUT") from error
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError as error:
-        told = os.read(lock, 1000).decode(errors="replace").split()
-        os.close(lock)
-        host, *processes = [os.uname().nodename, *holders(own / "lock")]
-        if not processes:  # of another machine, or another user
-            host, *processes = told or ["?", "?"]
-        processes = " ".join(processes)
-        raise command.Failure(f"another run works on '{out}': wait for it, or end it with 'kill {processes}' on {host}") from error
-    except OSError:
-        return lock  # a file system without locks
-    os.ftruncate(lock, os.pwrite(lock, f"{os.uname().nodename} {os.getpid()}\n".encode(), 0))
-    return lock
+    return lock.take(own / "lock", out)
 
 
 def remove(paths):
@@ -344,17 +329,6 @@ def remove(paths):
     for path in paths:
         with contextlib.suppress(OSError):
             path.rmdir() if path.is_dir() else path.unlink()
-
-
-def holders(path):
-    """The processes of this machine that have a file open, but not those that they started: the run, or what it left if it was killed."""
-    parents = {}
-    for link in glob.iglob("/proc/[0-9]*/fd/*"):
-        with contextlib.suppress(OSError):
-            process = link.split("/")[2]
-            if os.readlink(link) == os.path.realpath(path):
-                parents[process] = pathlib.Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[1]
-    return [process for process, parent in parents.items() if parent not in parents]
 
 
 def tidy(out):
@@ -366,7 +340,7 @@ def tidy(out):
                     os.unlink(os.path.join(folder, name))
 
 
-def run(options, own, lock, version, text, properties, begun):
+def run(options, own, locked, version, text, properties, begun):
     """Returns the rows of all videos of LIST. Calls begun() once it is clear that it can be done."""
     index = archive_index.Index(options.out)
     machines = None
@@ -384,7 +358,7 @@ def run(options, own, lock, version, text, properties, begun):
     index.forget(options.out, set(names))
     if jobs and not options.slurm:
         hosts = archive_machines.answering(options.hosts, options.out, version) if options.hosts else []
-        machines = archive_machines.Parallel(options.jobs, hosts, own / "log", lock)
+        machines = archive_machines.Parallel(options.jobs, hosts, own / "log", locked)
     begun()
     if jobs:
         progress = Progress(jobs, own / "progress")
@@ -461,9 +435,9 @@ def main():
             if not os.path.exists(path)]
     try:
         with contextlib.ExitStack() as undo:
-            lock = prepare(options.out, own)
+            locked = prepare(options.out, own)
             undo.callback(remove, made)  # not before it is ours: another run may have made it
-            rows = run(options, own, lock, version, text, properties, undo.pop_all)
+            rows = run(options, own, locked, version, text, properties, undo.pop_all)
     except OSError as error:
         raise archive_index.failure(error, options.out) from error
     with contextlib.suppress(KeyboardInterrupt):  # what is done is done, whoever reads it

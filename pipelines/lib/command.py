@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 
+import lock
 from failure import Failure, Full, Misuse, of_filesink  # noqa: F401
 
 
@@ -27,12 +28,19 @@ def setting(text):
     return name, value
 
 
-def check_unwritten(parser, path):
+def refuse_written(path):
     """A file of tracks is emptied when it is opened, before it is known whether a picture comes: an earlier run's must not be lost so."""
     if os.path.isdir(path):
-        parser.error(f"'{path}' is a folder: name a file for the tracks")
+        raise Misuse(f"'{path}' is a folder: name a file for the tracks")
     if os.path.isfile(path) and os.path.getsize(path):
-        parser.error(f"'{path}' is there already: name another file for the tracks, or remove it")
+        raise Misuse(f"'{path}' is there already: name another file for the tracks, or remove it")
+
+
+def check_unwritten(parser, path):
+    try:
+        refuse_written(path)
+    except Misuse as misuse:
+        parser.error(str(misuse))
 
 
 def add_common(parser):
@@ -53,7 +61,7 @@ def options(parse):
 
 @contextlib.contextmanager
 def folders(*wanted):
-    """Makes them. After a Failure those that were made and hold nothing are gone again."""
+    """Makes them, and no other run may work on them meanwhile. After a Failure those that were made and hold nothing are gone again."""
     # os.path: what can't be looked at isn't there, and making it says why. pathlib's raises.
     made = [path for folder in wanted for path in (folder, *folder.parents) if not os.path.exists(path)]
     try:
@@ -64,7 +72,11 @@ def folders(*wanted):
                 raise Failure(f"can't write into '{folder}' ({error.strerror}): give another folder") from error
             if not os.access(folder, os.W_OK):
                 raise Failure(f"can't write into '{folder}': give a folder where you may write")
-        yield
+        with contextlib.ExitStack() as locks:
+            found = {(state.st_dev, state.st_ino): folder for folder in reversed(wanted) for state in [os.stat(folder)]}
+            for folder in found.values():  # each once
+                locks.enter_context(lock.held(folder))
+            yield
     except Failure:
         for folder in made:
             with contextlib.suppress(OSError):  # not empty: an empty file may be another command's, just opened

@@ -12,6 +12,7 @@ The window is a pipeline of its own, for the same reason.
 
 import argparse
 import collections
+import contextlib
 import os
 import pathlib
 import queue
@@ -27,7 +28,7 @@ from caps import first_structure
 EPILOG = sources.LISTED + """
 OUT is a folder; it gets 00000.mkv, 00001.mkv, … and beside each its tracks: 00000.jsonl holds a line of JSON for each frame of 00000.mkv
 (docs/metadata.md). The files' times go on from one to the next, and a line's stream_time is its frame's. Numbers go on where OUT or DIR has
-some: nothing is overwritten.
+some: nothing is overwritten. Another recorder can't work in OUT or DIR at the same time: it is refused, and told whose they are.
 
 A file is recorded as fast as that goes, any other source as its pictures come.
 
@@ -64,6 +65,39 @@ def parse(arguments):
     if options.display and not re.fullmatch(r"[a-z0-9]+", options.display):
         parser.error(f"--display: '{options.display}' is no name of an element")
     return options
+
+
+class Files:
+    """The names of the recording's files. Each is made here, and never one that is there: where a file system knows no locks, another recorder
+    may be at work in the folder, and takes numbers meanwhile."""
+
+    def __init__(self, out, first):
+        self._out, self._next = out, first
+        self._names = {}  # by number of the fragment
+
+    def name(self, fragment):
+        if fragment not in self._names:
+            self._names[fragment] = self._make()
+        return self._names[fragment]
+
+    def end(self):
+        """Away with what nothing was recorded into."""
+        for name in self._names.values():
+            with contextlib.suppress(OSError):
+                if not os.path.getsize(name):
+                    os.unlink(name)
+
+    def _make(self):
+        while True:
+            name = self._out / f"{self._next:05}.mkv"
+            self._next += 1
+            try:
+                os.close(os.open(name, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+            except FileExistsError:
+                continue
+            except OSError:
+                pass  # the sink says why it can't write there
+            return str(name)
 
 
 class Sidecar:
@@ -163,7 +197,13 @@ class Sidecar:
         self._group = time
 
     def _open(self, name):
-        self._file = os.open(self._folder / name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
+        path = self._folder / name
+        try:
+            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+        except FileExistsError:
+            if path.is_file():  # another recorder's
+                raise
+            self._file = os.open(path, os.O_WRONLY)  # a pipe or a device
         self._size = 0
 
     def _put(self, time, text):
@@ -269,11 +309,10 @@ def record(options, begin, tracks):
     track, files = run.element("csdtrack"), run.element("files")
     runner.configure(track, options.preset, {"overlay": "draw" if options.display else "none"}, options.set)
     pace = Pace(runner, run.element("in").get_static_pad("sink"))
-    number = first_number(options.out, tracks)
-    sidecar = Sidecar(tracks, f"{number:05}.jsonl")
-
     window = Window(runner, options.display) if options.display else None
-    files.connect("format-location", lambda _, fragment: str(options.out / f"{number + fragment:05}.mkv"))
+    made = Files(options.out, first_number(options.out, tracks))
+    sidecar = Sidecar(tracks, pathlib.Path(made.name(0)).with_suffix(".jsonl").name)
+    files.connect("format-location", lambda _, fragment: made.name(fragment))
 
     def line(sink):
         sample = sink.emit("pull-sample")
@@ -319,6 +358,7 @@ def record(options, begin, tracks):
         for sink in playing:
             sink.set_state(Gst.State.NULL)
         sidecar.end()
+        made.end()
         if window:
             window.close()
     runner.say_cost(track, pace.frames)

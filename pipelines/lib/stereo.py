@@ -62,6 +62,8 @@ def main():
     begins = {side: sources.begin(getattr(options, side)) for side in SIDES}
     command.check_window(options.display, "--display")
     with command.folders(options.out):
+        for side in SIDES:
+            command.refuse_written(file(options, side))  # again: a run that ended just now may have written them
         stereo(options, begins)
 
 

@@ -290,7 +290,7 @@ class Archive(harness.Case):
         """While another run works on OUT: the command of the process that is said to be in the way."""
         done = run(*FEW, videos, self.out)
         self.assertEqual(done.returncode, 1)
-        self.assertRegex(done.stderr, f"^archive: another run works on '.*': wait for it, or end it with 'kill \\d+' on {re.escape(os.uname().nodename)}\n$")
+        self.assertRegex(done.stderr, f"^archive: another run works on '.*' since [-0-9]+ [:0-9]+: wait for it, or end it with 'kill \\d+' on {re.escape(os.uname().nodename)}\n$")
         self.kill = re.search("kill (\\d+)", done.stderr).group(1)
         return pathlib.Path(f"/proc/{self.kill}/cmdline").read_text()
 

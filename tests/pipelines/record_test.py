@@ -108,6 +108,85 @@ class Record(harness.Case):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(self.check_together(1), 60)
 
+    def start(self, *arguments):
+        recorder = subprocess.Popen([RECORD, "--no-install", *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                    stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
+        self.addCleanup(recorder.communicate)
+        self.addCleanup(recorder.kill)
+        return recorder
+
+    def until(self, what, recorder):
+        for _ in range(600):
+            if what() or recorder.poll() is not None:
+                break
+            time.sleep(0.1)
+        self.assertIsNone(recorder.poll(), recorder.poll() is None or recorder.communicate()[1])
+
+    def check_taken(self, stderr, folder, pid):
+        self.assertRegex(stderr, f"^record: another run works on '{folder}' since {time.strftime('%Y')}-\\d\\d-\\d\\d [:0-9]{{8}}: wait for it, or end it with "
+                                 f"'kill {pid}' on {re.escape(os.uname().nodename)}\n$")
+
+    def test_a_folder_that_another_recorder_is_at_work_in(self):
+        tracks = self.tmp / "taken-tracks"
+        first = self.start("--tracks", tracks, "simulate", self.out)
+        self.until((tracks / "00000.jsonl").exists, first)
+        names = {path: path.stat().st_ino for folder in (self.out, tracks) for path in folder.iterdir()}
+        for wanted, taken in (((self.out,), self.out), (("--tracks", tracks, self.out), tracks), (("--tracks", tracks, self.out / "other"), tracks)):
+            self.check_taken(self.refused("--seconds", 1, "simulate", *wanted), taken, first.pid)
+        self.assertEqual({path: path.stat().st_ino for folder in (self.out, tracks) for path in folder.iterdir()}, names)
+        first.terminate()
+        self.assertEqual(first.communicate(timeout=60)[1], "")
+        self.assertEqual(first.returncode, 0)
+        self.assertEqual([path.name for folder in (self.out, tracks) for path in folder.iterdir()], ["00000.mkv", "00000.jsonl"])
+        times = frame_times(self.out / "00000.mkv")
+        self.assertGreater(len(times), 5)
+        self.assertLessEqual({round(line["stream_time"] / 1e6) for line in harness.read_lines(tracks / "00000.jsonl")}, set(times))
+
+    def refused(self, *arguments):
+        done = run(*arguments)
+        self.check_refused(done, 1, "another run")
+        return done.stderr
+
+    def test_two_recorders_that_begin_at_once(self):
+        both = [self.start("--seconds", 3, "simulate", self.out) for _ in range(2)]
+        said = [recorder.communicate(timeout=60)[1] for recorder in both]
+        self.assertEqual(sorted(recorder.returncode for recorder in both), [0, 1], said)
+        first, second = both if both[0].returncode == 0 else both[::-1]
+        self.check_taken(said[both.index(second)], self.out, first.pid)
+        self.assertEqual(said[both.index(first)], "")
+        self.assertEqual(len(list(self.out.iterdir())), 2)
+        self.check_together(1, live=True)
+
+    def test_where_a_file_system_knows_no_locks_recorders_take_numbers_in_turn(self):
+        program = """
+import errno, fcntl
+def none(*_):
+    raise OSError(errno.ENOLCK, "no locks")
+fcntl.flock = none
+import record
+"""
+        def start():
+            recorder = subprocess.Popen([sys.executable, "-c", program, "--segment", "2", "simulate", self.out], cwd=RECORD.parent / "lib",
+                                        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
+            self.addCleanup(recorder.communicate)
+            self.addCleanup(recorder.kill)
+            return recorder
+
+        first = start()
+        self.until((self.out / "00000.jsonl").exists, first)
+        second = start()
+        self.until((self.out / "00004.jsonl").exists, second)
+        for recorder in (first, second):
+            recorder.terminate()
+            self.assertEqual((recorder.communicate(timeout=60)[1], recorder.returncode), ("", 0))
+        frames = []
+        for video in sorted(self.out.glob("*.mkv")):
+            lines = harness.read_lines(video.with_suffix(".jsonl"))
+            self.assertLessEqual({round(line["stream_time"] / 1e6) for line in lines}, set(frame_times(video)), video.name)
+            frames += [lines[0]["frame"]]
+        self.assertEqual(frames.count(0), 2)  # the begins of both
+        self.assertGreater(len(frames), 4)
+
     def test_review_says_what_is_wrong_with_the_tracks(self):
         self.assertEqual(run("--segment", 2, self.video, self.out).returncode, 0)
         video, tracks = self.out / "00001.mkv", self.out / "wrong.jsonl"

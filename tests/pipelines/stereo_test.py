@@ -68,6 +68,16 @@ class Stereo(harness.Case):
         self.assertLess(left[0]["running_time"], right[-1]["running_time"])
         self.assertLess(right[0]["running_time"], left[-1]["running_time"])
 
+    def test_two_that_begin_at_once(self):
+        both = [subprocess.Popen([*STEREO, "--seconds", "2", "simulate", "simulate:smoke", self.out], env=ENVIRONMENT, stdin=subprocess.DEVNULL,
+                                 stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) for _ in range(2)]
+        said = {process.communicate(timeout=60)[1]: process for process in both}
+        self.assertEqual(sorted(process.returncode for process in both), [0, 1], said)
+        self.assertEqual(said[""].returncode, 0)
+        self.assertRegex(max(said), f"^stereo: another run works on '{self.out}' since .*'kill {said[''].pid}' on .*\n$")
+        self.tracks()
+        self.assertEqual(len(list(self.out.iterdir())), 2)
+
     def test_what_is_wrong_is_one_line(self):
         file = self.tmp / "file"
         file.write_text("")
