@@ -204,26 +204,15 @@ def interrupted(*_):
     raise KeyboardInterrupt
 
 
-def told(text, file, end="\n"):
-    """Prints it, at once. Returns whether anybody can read it; if not (| head, a terminal that was closed), nothing more is said there."""
-    try:
-        print(text, file=file, end=end, flush=True)
-        return True
-    except OSError:
-        # What is not yet written would be tried once more at the end of the process, and its exit code be 120.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())
-        return False
-
-
 def tell(text, end="\n"):
     """Prints it. Where nobody can read it, that is being told to end."""
-    if not told(text, sys.stdout, end):
+    if not command.told(text, sys.stdout, end):
         interrupted()
 
 
 def say(text):
     """Prints it on stderr, to whoever is still there."""
-    told(f"archive: {text}", sys.stderr)
+    command.told(f"archive: {text}", sys.stderr)
 
 
 # ---- How far it is -------------------------------------------------------------------------------------------------

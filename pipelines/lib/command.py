@@ -105,11 +105,22 @@ def lines_file(path):
     return f"filesink location={quoted(str(path))} buffer-mode=unbuffered async=false"
 
 
+def told(text, file, end="\n"):
+    """Prints it, at once. Returns whether anybody can read it; if not (| head, a terminal that was closed), nothing more is said there."""
+    try:
+        print(text, file=file, end=end, flush=True)
+        return True
+    except OSError:
+        # What is not yet written would be tried once more at the end of the process, and its exit code be 120.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())
+        return False
+
+
 def run(name, main):
     try:
         main()
     except Failure as failure:
-        print(f"{name}: {failure}", file=sys.stderr)
+        told(f"{name}: {failure}", sys.stderr)
         sys.exit(failure.code)
     except KeyboardInterrupt:
         sys.exit(128 + signal.SIGINT)

@@ -20,6 +20,7 @@ import base64
 import pathlib
 import re
 import socket
+import sys
 import threading
 import time
 import urllib.parse
@@ -221,12 +222,12 @@ def main():
         receiver.build()
     run.play(options.url, options.seconds, harmless=("window was closed",))
     if run.over:
-        print("the sender's stream ended")
+        command.told("the sender's stream ended", sys.stdout)
     if receiver.track:
         runner.say_cost(receiver.track)
     else:
-        print(f"{run.frames} frames; {receiver.lines} lines of tracks came with them" +
-              (" (at the begin and the end one can come without the other)" if run.frames != receiver.lines else ""))
+        uneven = " (at the begin and the end one can come without the other)" if run.frames != receiver.lines else ""
+        command.told(f"{run.frames} frames; {receiver.lines} lines of tracks came with them{uneven}", sys.stdout)
 
 
 command.run("receive", main)

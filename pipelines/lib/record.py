@@ -156,7 +156,7 @@ class Sidecar:
         with self._lock:
             failed, self._failed = self._failed, True
         if not failed:
-            print(f"record: warning: the tracks end here, the recording goes on: {why}", file=sys.stderr, flush=True)
+            command.told(f"record: warning: the tracks end here, the recording goes on: {why}", sys.stderr)
 
     def _work(self):
         try:
@@ -232,7 +232,7 @@ class Window:
         if error := self._bus.pop_filtered(self._gst.MessageType.ERROR):
             self._gone = True
             self._run.pipeline.set_state(self._gst.State.NULL)
-            print(f"record: warning: the window is gone, the recording goes on: {error.parse_error()[0].message}", file=sys.stderr, flush=True)
+            command.told(f"record: warning: the window is gone, the recording goes on: {error.parse_error()[0].message}", sys.stderr)
         else:
             self._run.element("in").emit("push-sample", sample)
 
@@ -269,8 +269,8 @@ class Pace:
         seconds = (ending or self._end) - self._begin
         due = round(seconds * over / under) + 1 if over > 0 else 0
         if due - self.frames > max(2, 0.02 * due):  # times of arrival vary
-            print(f"the source gave {self.frames} frames in {seconds:.1f} s, {due} were due at its {over / under:g} a second: "
-                  "it is too slow, or this machine")
+            command.told(f"the source gave {self.frames} frames in {seconds:.1f} s, {due} were due at its {over / under:g} a second: "
+                         "it is too slow, or this machine", sys.stdout)
 
 
 def first_number(out, tracks):
@@ -366,7 +366,7 @@ def record(options, begin, tracks):
         pace.say_shortage(run.ending)
     torn = run.over and not run.live and breaks_off(options.source, pace.position, pace.duration)
     if torn:
-        print(f"record: {torn}", file=sys.stderr)
+        command.told(f"record: {torn}", sys.stderr)
 
 
 command.run("record", main)

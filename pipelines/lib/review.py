@@ -118,7 +118,7 @@ class Fit:
         if os.path.getsize(self._tracks) == 0:
             if not self._said:
                 self._said = True
-                print(f"review: warning: '{self._tracks}' is empty", file=sys.stderr, flush=True)
+                command.told(f"review: warning: '{self._tracks}' is empty", sys.stderr)
         elif not self._run.warnings:
             begin = "have no times" if self._time is None else f"begin at {self._time / 1e9:.2f} s"
             self._say(f"they {begin}, and none is of the first {min(len(self._shown), FEW)} frames, from {self._begin / 1e9:.2f} s on")
@@ -126,7 +126,7 @@ class Fit:
     def _say(self, why):
         if not self._said:
             self._said = True
-            print(f"review: warning: the tracks in '{self._tracks}' may be another video's: {why}", file=sys.stderr, flush=True)
+            command.told(f"review: warning: the tracks in '{self._tracks}' may be another video's: {why}", sys.stderr)
 
 
 def times_of(tracks):
@@ -161,7 +161,7 @@ def main():
     fit = Fit(runner, run, options.tracks)
     run.play(options.video, options.seconds, harmless=("window was closed",))
     fit.end()
-    print(f"{run.frames} frames")
+    command.told(f"{run.frames} frames", sys.stdout)
 
 
 command.run("review", main)

@@ -39,9 +39,9 @@ def say_cost(track, came=None):
     """`came`: how many frames there were, where not each was tracked."""
     stats = track.get_property("stats")
     frames = stats.get_value("frames")
-    print(f"{frames} frames" if came in (None, frames) else f"{frames} of {came} frames were tracked", end="")
-    print(f"; tracking cost {stats.get_value('time-p50') / 1e6:.1f} ms a frame (p50), "
-          f"{stats.get_value('time-p95') / 1e6:.1f} ms (p95)")
+    tracked = f"{frames} frames" if came in (None, frames) else f"{frames} of {came} frames were tracked"
+    command.told(f"{tracked}; tracking cost {stats.get_value('time-p50') / 1e6:.1f} ms a frame (p50), "
+                 f"{stats.get_value('time-p95') / 1e6:.1f} ms (p95)", sys.stdout)
 
 
 def says(text, parts):
@@ -98,6 +98,8 @@ class Run:
         bus.connect("message", lambda _, message: self._heed(message))
         for number in (signal.SIGINT, signal.SIGTERM):
             GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, self._tell)
+        if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # nohup
+            GLib.unix_signal_add(GLib.PRIORITY_HIGH, signal.SIGHUP, self._hang_up)
         # A live source has no picture before it plays: that is how it is told from a file.
         paused = self.pipeline.set_state(Gst.State.PAUSED)
         if paused == Gst.StateChangeReturn.NO_PREROLL:
@@ -130,6 +132,12 @@ class Run:
         self.told = True
         return self.end()
 
+    def _hang_up(self):
+        """The terminal is gone. A shell passes that on and the system says it again: a second time must not end at once."""
+        if not self.ending:
+            self._tell()
+        return GLib.SOURCE_CONTINUE
+
     def fail(self, text, sources_fault=True):
         self._failure = self._failure or (f"{self._source}: {text}" if self._source and sources_fault else text)
         self._loop.quit()
@@ -160,7 +168,7 @@ class Run:
             # Once: a window that is too slow says every second that it is.
             elif text not in self.warnings:
                 self.warnings.add(text)
-                print(f"{self._name}: warning: {text}", file=sys.stderr, flush=True)
+                command.told(f"{self._name}: warning: {text}", sys.stderr)
 
     def _error(self, element, error, debug):
         text = one_line(error.message)

@@ -12,6 +12,7 @@ One pipeline has one clock and one base time: the same running_time in both file
 import argparse
 import pathlib
 import re
+import sys
 
 import command
 import sources
@@ -93,7 +94,7 @@ def stereo(options, begins):
     leaky = [f"{side}-{queue}" for side in begins for queue in (["in", "show"] if options.display else ["in"])]
     run.play(f"{options.left}, {options.right}", options.seconds, harmless=("window was closed",), leaky=leaky)
     for side in begins:
-        print(f"{side}: ", end="")
+        command.told(f"{side}: ", sys.stdout, end="")
         runner.say_cost(run.element(side))
 
 

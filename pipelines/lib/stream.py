@@ -13,6 +13,7 @@ import argparse
 import os
 import pathlib
 import re
+import sys
 import threading
 
 import command
@@ -199,7 +200,7 @@ def main():
 
     for name in ("video", "tracks"):
         run.element(name).connect("new-sample", sample)
-    print(f"rtsp://{options.address}:{port}/{options.path}", flush=True)
+    command.told(f"rtsp://{options.address}:{port}/{options.path}", sys.stdout)
     try:
         run.play(options.source, options.seconds, leaky=("in",))
     finally:

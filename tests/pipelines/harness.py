@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """What the pipeline tests share: made-up videos with known motion, running a pipeline, reading tracks."""
 
+import fcntl
 import json
 import math
 import os
 import pathlib
+import pty
+import signal
 import subprocess
 import sys
 import tempfile
+import termios
+import time
 import unittest
 
 import cv2
@@ -222,6 +227,37 @@ def launch(*arguments, env=None, timeout=HANGS, **options):
     """gst-launch-1.0 with a pipeline as a user types it, in a process of its own."""
     return subprocess.run(["gst-launch-1.0", *" ".join(map(str, arguments)).split()], capture_output=True, text=True,
                           stdin=subprocess.DEVNULL, timeout=timeout, env=dict(os.environ, **(env or {})), **options)
+
+
+class Terminal:
+    """A command in a terminal of its own."""
+
+    def __init__(self, test, command, env):
+        self._end, there = pty.openpty()
+        self.process = subprocess.Popen(list(map(str, command)), stdin=there, stdout=there, stderr=there, env=env, start_new_session=True,
+                                        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))
+        os.close(there)
+        test.addCleanup(self.process.wait)
+        test.addCleanup(self.process.kill)
+
+    def read(self):
+        return os.read(self._end, 1000).decode()
+
+    def await_lines(self, path, count):
+        for _ in range(600):
+            if path.exists() and path.read_bytes().count(b"\n") >= count:
+                return
+            if self.process.poll() is not None:
+                break
+            time.sleep(0.1)
+        raise AssertionError(f"{count} lines did not come: {self.read()}")
+
+    def close(self):
+        """As a window is that is closed. What a shell does then, and the system again. Returns the exit code."""
+        os.close(self._end)
+        time.sleep(0.2)
+        self.process.send_signal(signal.SIGHUP)
+        return self.process.wait(60)
 
 
 # ---- Tracks --------------------------------------------------------------------------------------------------------

@@ -147,6 +147,27 @@ class Record(harness.Case):
         self.check_refused(done, 1, "another run")
         return done.stderr
 
+    def test_a_terminal_that_is_closed(self):
+        terminal = harness.Terminal(self, [RECORD, "--no-install", "simulate", self.out], ENVIRONMENT)
+        terminal.await_lines(self.out / "00000.jsonl", 20)
+        self.assertEqual(terminal.close(), 0)
+        self.assertGreaterEqual(self.check_together(1, live=True), 20)
+        done = subprocess.run(["ffprobe", "-v", "error", "-show_entries", "format=duration", "-of", "csv=p=0", self.out / "00000.mkv"],
+                              capture_output=True, text=True, check=True)
+        self.assertGreaterEqual(float(done.stdout), 0.8)  # N/A in a file that was not ended
+        self.assertEqual(len(list(self.out.iterdir())), 2)
+
+    def test_without_a_terminal_from_the_start(self):
+        """nohup: who hangs up is not heard."""
+        recorder = subprocess.Popen(["nohup", RECORD, "--no-install", "--seconds", "3", "simulate", self.out], env=ENVIRONMENT, stdin=subprocess.DEVNULL,
+                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.addCleanup(recorder.wait)
+        self.addCleanup(recorder.kill)
+        self.until((self.out / "00000.jsonl").exists, recorder)
+        recorder.send_signal(signal.SIGHUP)
+        self.assertEqual(recorder.wait(60), 0)
+        self.assertGreater(frame_times(self.out / "00000.mkv")[-1], 1500)
+
     def test_two_recorders_that_begin_at_once(self):
         both = [self.start("--seconds", 3, "simulate", self.out) for _ in range(2)]
         said = [recorder.communicate(timeout=60)[1] for recorder in both]

@@ -78,6 +78,14 @@ class Stereo(harness.Case):
         self.tracks()
         self.assertEqual(len(list(self.out.iterdir())), 2)
 
+    def test_a_terminal_that_is_closed(self):
+        terminal = harness.Terminal(self, [*STEREO, "simulate", "simulate:smoke", self.out], ENVIRONMENT)
+        for side in ("left", "right"):
+            terminal.await_lines(self.out / f"{side}.jsonl", 5)
+        self.assertEqual(terminal.close(), 0)
+        self.tracks()
+        self.assertEqual(len(list(self.out.iterdir())), 2)
+
     def test_what_is_wrong_is_one_line(self):
         file = self.tmp / "file"
         file.write_text("")

@@ -125,6 +125,19 @@ class Stream(harness.Case):
         self.assertEqual(process.wait(60), 0, said)
         return said
 
+    def test_terminals_that_are_closed(self):
+        self.sent.unlink(missing_ok=True)
+        stream = harness.Terminal(self, command("stream", "--port", 0, "--tracks", self.sent, "simulate"), ENVIRONMENT)
+        url = stream.read().strip()
+        receive = harness.Terminal(self, command("receive", url, self.got), ENVIRONMENT)
+        receive.await_lines(self.got, 5)
+        self.assertEqual(receive.close(), 0)
+        self.assertEqual(stream.close(), 0)
+        sent = harness.read_lines(self.sent)
+        harness.check_tracks(self, sent)
+        self.assertGreaterEqual(len(sent), 5)
+        self.assertGreaterEqual(len(harness.read_lines(self.got)), 5)
+
     def test_lines_come_byte_for_byte(self):
         self.check_lines()
 
