@@ -13,6 +13,7 @@ import threading
 import time
 import unittest
 
+import cv2
 import harness
 
 SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
@@ -107,6 +108,26 @@ class Record(harness.Case):
         done = run(harness.scene_video(self.tmp / "odd.mkv", 60, width=360, height=288), self.out)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(self.check_together(1), 60)
+
+    def test_sizes_that_are_not_even(self):
+        for kind, width, height, what in (("yuv420p", 161, 121, "column and row are"), ("yuv420p", 160, 121, "row is"), ("yuv422p", 161, 121, "column is"),
+                                          ("yuv420p10le", 161, 120, "column is"), ("yuv444p", 161, 121, None)):
+            with self.subTest(kind=kind, width=width, height=height):
+                video = harness.scene_video(self.tmp / f"{kind}-{width}x{height}.mkv", 30, "-c:v", "ffv1", "-pix_fmt", kind, width=width, height=height)
+                self.out = self.tmp / video.stem
+                done = run(video, self.out)
+                said = f"record: {video}: {width}×{height} is no even size, which H.264 wants: the last {what} left out\n" if what else ""
+                self.assertEqual((done.returncode, done.stderr), (0, said))
+                self.assertEqual(self.check_together(1), 30)
+                size = width - ("column" in (what or "")), height - ("row" in (what or ""))
+                shown = subprocess.run(["ffprobe", "-v", "error", "-select_streams", "v", "-show_entries", "stream=width,height", "-of", "csv=p=0",
+                                        self.out / "00000.mkv"], capture_output=True, text=True, check=True).stdout
+                self.assertEqual(tuple(map(int, shown.strip().split(","))), size)
+                self.assertEqual({(line["width"], line["height"]) for line in harness.read_lines(self.out / "00000.jsonl")}, {size})
+                self.assertEqual(review(self.out / "00000.mkv").stderr, "")
+                # It is the last ones that are missing: what is there is where it was.
+                came, recorded = (cv2.VideoCapture(str(path)).read()[1].astype(int) for path in (video, self.out / "00000.mkv"))
+                self.assertLess(abs(recorded - came[:size[1], :size[0]]).mean(), 8)
 
     def start(self, *arguments):
         recorder = subprocess.Popen([RECORD, "--no-install", *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
