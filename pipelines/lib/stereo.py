@@ -20,8 +20,8 @@ from caps import first_structure
 
 EPILOG = sources.LISTED + """
 LEFT and RIGHT are one SOURCE each: two cards, two cameras, two files. OUT is a folder; it gets left.jsonl and right.jsonl, a line of JSON
-for each frame of either (docs/metadata.md); one where either holds lines already is refused. Their running_time is by one clock: what was taken at the same time has the same, and two
-cameras that nothing keeps in step differ by less than a frame. So match lines by the nearest running_time. The ids of the two are unrelated.
+for each frame of either (docs/metadata.md); one where either holds lines already, or where another run is at work, is refused. Their
+running_time is by one clock: what was taken at the same time has the same, and two cameras that nothing keeps in step differ by less than a frame. So match lines by the nearest running_time. The ids of the two are unrelated.
 
 A live source that is too fast for the machine loses frames before they are tracked, each side by itself; files lose none.
 
