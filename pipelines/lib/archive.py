@@ -112,7 +112,7 @@ def walk(base, out):
                     paths.append(path)
     paths += filter(new, links)
     if again:
-        path, first = (archive_index.shown(archive_index.plain(path)) for path in again[0])
+        path, first = (archive_index.shown(command.plain(path)) for path in again[0])
         say(f"left out, for it is '{first}' again: '{path}'" + (f", and {len(again) - 1} more of the kind" if again[1:] else ""))
     return paths
 
@@ -135,7 +135,7 @@ def find(source, out):
         paths = [os.path.abspath(base / line) for line in text.split("\n") if line.strip() and not line.startswith("#")]
         if paths and not any(map(os.path.exists, paths)):
             raise command.Failure(f"'{source}' is no list of videos: nothing is there of what its lines name, such as "
-                                  f"'{archive_index.shown(archive_index.plain(paths[0]))}'")
+                                  f"'{archive_index.shown(command.plain(paths[0]))}'")
     if not paths:
         raise command.Failure(f"'{source}' names no video: see --help")
     return {os.path.relpath(path, base) if pathlib.Path(path).is_relative_to(base) else path.lstrip("/"): path for path in paths}
@@ -160,7 +160,7 @@ def compare(options, index, version, text):
     """Of LIST: the names of all, the jobs to do, and rows that the index lacks."""
     names, jobs, rows = [], [], []
     for name, path in find(options.videos, options.out).items():
-        found, plain, path_shown = archive_index.stamp(path), archive_index.plain(name), archive_index.plain(path)
+        found, plain, path_shown = archive_index.stamp(path), command.plain(name), command.plain(path)
         identity = {"version": version, "settings": text, "size": found and found[0], "mtime": found and found[1]}
         names.append(plain)
         known = index.rows.get(plain)
@@ -175,8 +175,8 @@ def compare(options, index, version, text):
         if known and options.redo not in ("all", known["status"]):
             continue
         why = None
-        if plain != name:
-            why = "its name is no UTF-8: rename it"
+        if path_shown != path:
+            why = f"'{path_shown}' is no UTF-8: rename it"
         elif not found:
             why = f"there is no file '{path}': correct the list, or bring it back"
         elif not found[0]:
@@ -374,7 +374,7 @@ def run(options, own, locked, version, text, properties, begun):
             gatherer.look()
         if not ended:
             why = dict.fromkeys(gatherer.open, f"its job ended without a result: see '{own / 'log'}'") | why
-        index.put(index.rows[archive_index.plain(jobs[number]["name"])] | {"error": why[number]} for number in gatherer.open & why.keys())
+        index.put(index.rows[command.plain(jobs[number]["name"])] | {"error": why[number]} for number in gatherer.open & why.keys())
         if ended and not gatherer.open:
             ended = None  # it came too late: the last line couldn't be read, say
         if isinstance(ended, KeyboardInterrupt) and left is None:
@@ -417,6 +417,7 @@ def main():
     if not os.path.exists(options.videos):
         raise command.Failure(f"there is no '{options.videos}': give a folder of videos, or a text file with their paths")
     options.out = pathlib.Path(os.path.abspath(options.out))
+    command.check_name(str(options.out))  # with the folder that it is in
     version, text, properties = settings(options.preset, options.set)
     heed(interrupted)
     own = options.out / ".archive"

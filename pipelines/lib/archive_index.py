@@ -69,11 +69,6 @@ def whole(path, text):
     os.replace(file.name, path)
 
 
-def plain(path):
-    """A path for text: what is no UTF-8 in it is written \\xNN."""
-    return path.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
-
-
 def read_result(out, name):
     """None if there is none that could be in the index."""
     try:

@@ -48,8 +48,21 @@ def add_common(parser):
     parser.add_argument("--no-install", action="store_true", help="install nothing; fail if something is missing")
 
 
+def plain(path):
+    """A path for text: what is no UTF-8 in it is written \\xNN."""
+    return path.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
+
+
+def check_name(text):
+    """Raises Misuse of a name that GStreamer can't be given from here: PyGObject takes no text but UTF-8."""
+    if plain(text) != text:
+        raise Misuse(f"'{plain(text)}' is no UTF-8, and from Python GStreamer takes no other names: rename it")
+
+
 def options(parse):
     """The arguments as `parse` reads them. With --check first, that is all: the program ends."""
+    for word in sys.argv[1:]:
+        check_name(word)
     # argparse would take the next word for its value, whatever that is.
     arguments = ["--display=autovideosink" if word == "--display" else word for word in sys.argv[1:]]
     checked = arguments[:1] == ["--check"]

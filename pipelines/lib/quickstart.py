@@ -11,6 +11,7 @@ import signal
 import sys
 import tempfile
 
+import command
 import report
 import tracking
 from failure import Failure
@@ -41,6 +42,8 @@ def main():
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # | head is no error
         report.properties(tracking.settable_properties())
         return
+    for word in sys.argv[1:]:
+        command.check_name(word)
     if sys.argv[1] == "--simulate":
         source, rest = tracking.Simulation(sys.argv[2:5]), sys.argv[5:]
     else:

@@ -14,9 +14,9 @@ import machines
 SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
 
 
-def run(*arguments, **environment):
+def run(*arguments, cwd=None, **environment):
     return subprocess.run([SOURCE / "pipelines" / "archive", "--no-install", "--set", "max-features=8", *map(str, arguments)], capture_output=True, text=True,
-                          stdin=subprocess.DEVNULL, timeout=300, env={**os.environ, "CSDTRACK_BUILD": str(BUILD), **environment})
+                          stdin=subprocess.DEVNULL, timeout=300, cwd=cwd, env={**os.environ, "CSDTRACK_BUILD": str(BUILD), **environment})
 
 
 class List(harness.Case):
@@ -69,6 +69,23 @@ class List(harness.Case):
         self.assertTrue((self.home / "of a list" / "videos" / "a.mkv.jsonl").exists())
         (self.videos / "d.mkv").symlink_to("nothing")
         self.assertRegex(run(self.videos, self.out).stderr, "2 more of the kind\narchive: 1 of 3 videos not done")
+
+    def test_of_names_that_are_no_utf_8_a_sentence_says_so(self):
+        self.put("videos/one.mkv")
+        bad = self.home / os.fsdecode(b"b\xe9d")
+        bad.mkdir()
+        self.put(bad / "two.mkv")
+        listed = self.home / "list"
+        listed.write_bytes(b"videos/one.mkv\nb\xe9d/two.mkv\n")
+        done = run(listed, self.out)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn(f"failed: b\\xe9d/two.mkv: '{self.home}/b\\xe9d/two.mkv' is no UTF-8: rename it\n", done.stdout)
+        self.assertEqual(self.tracked(), {"videos/one.mkv.jsonl"})
+        # The name is good, the folder that it is in is not.
+        done = run(".", self.home / "of a folder", cwd=bad)
+        self.assertIn(f"failed: two.mkv: '{self.home}/b\\xe9d/two.mkv' is no UTF-8: rename it\n", done.stdout)
+        self.check_refused(run(self.videos, "new", cwd=bad), 2, f"archive: '{self.home}/b\\xe9d/new' is no UTF-8, ")
+        self.assertEqual([path.name for path in bad.iterdir()], ["two.mkv"])
 
     def test_a_run_that_can_not_begin_leaves_nothing(self):
         out = self.home / "deep" / "out"

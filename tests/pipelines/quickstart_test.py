@@ -487,6 +487,8 @@ def test_odd_names(tmp):
     ffmpeg(*picture(seconds=1), "-c:v", "ffv1", tmp / "a.mkv")
     video = (tmp / "a.mkv").rename(tmp / "it's 100 %d: a \"video\" ! é.mkv")
     tracked(video, tmp / "50 %d: it's ! é", 25, "--algorithm", "lk")
+    bad = video.rename(tmp / os.fsdecode(b"b\xe9d.mkv"))
+    refused(tmp, bad, "b\\xe9d.mkv' is no UTF-8", options=("--algorithm", "lk"))
 
 
 def test_missing_empty_folder(tmp):
