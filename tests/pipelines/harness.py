@@ -234,8 +234,13 @@ class Terminal:
 
     def __init__(self, test, command, env):
         self._end, there = pty.openpty()
+
+        def begin():
+            fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+            signal.signal(signal.SIGHUP, signal.SIG_DFL)  # where nohup runs the tests it would not be heard
+
         self.process = subprocess.Popen(list(map(str, command)), stdin=there, stdout=there, stderr=there, env=env, start_new_session=True,
-                                        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))
+                                        preexec_fn=begin)
         os.close(there)
         test.addCleanup(self.process.wait)
         test.addCleanup(self.process.kill)
