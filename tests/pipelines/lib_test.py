@@ -65,20 +65,22 @@ class Lib(harness.Case):
 
     def test_a_name_that_is_no_utf_8_is_refused_in_a_sentence(self):
         """By every command, before it does anything: in a source, in a file or folder to write, in a property."""
-        video, bad = harness.scene_video(self.tmp / "video.mkv", 10), os.fsencode(self.tmp) + b"/b\xe9d"
+        tmp = self.tmp / "names"
+        tmp.mkdir()
+        video, bad = harness.scene_video(tmp / "video.mkv", 10), os.fsencode(tmp) + b"/b\xe9d"
         pipelines = pathlib.Path(__file__).resolve().parents[2] / "pipelines"
         shutil.copy(video, bad)
         new = bad + b".new"
-        for name, *arguments in (("record", bad, self.tmp / "out"), ("record", video, new), ("record", "--tracks", new, video, self.tmp / "out"), ("live", bad),
-                                 ("live", "--tracks", new, video), ("review", bad), ("review", video, bad), ("stereo", video, bad, self.tmp / "out"),
+        for name, *arguments in (("record", bad, tmp / "out"), ("record", video, new), ("record", "--tracks", new, video, tmp / "out"), ("live", bad),
+                                 ("live", "--tracks", new, video), ("review", bad), ("review", video, bad), ("stereo", video, bad, tmp / "out"),
                                  ("stereo", video, video, new), ("stream", bad), ("stream", "--tracks", new, video), ("receive", "srt://127.0.0.1:1", new),
-                                 ("latency", "--set", b"points=\xe9"), ("archive", bad, self.tmp / "out"), ("archive", self.tmp, new), ("archive", "--list", new)):
+                                 ("latency", "--set", b"points=\xe9"), ("archive", bad, tmp / "out"), ("archive", tmp, new), ("archive", "--list", new)):
             with self.subTest(name, arguments=arguments):
                 done = subprocess.run([pipelines / name, "--no-install", *arguments], capture_output=True, text=True, timeout=60,
                                       env={**os.environ, "CSDTRACK_BUILD": "/dev/null"})
                 self.check_refused(done, 2, "\\xe9")
                 self.assertRegex(done.stderr, f"^{name}: '.*' is no UTF-8, .*: rename it\n$")
-                self.assertEqual(set(os.listdir(os.fsencode(self.tmp))), {b"video.mkv", b"b\xe9d"})
+                self.assertEqual(set(os.listdir(os.fsencode(tmp))), {b"video.mkv", b"b\xe9d"})
 
     def test_a_file_that_is_made_whole_follows_no_link(self):
         path, other = self.tmp / "plan.json", self.tmp / "other"

@@ -207,9 +207,11 @@ def none(*_):
 fcntl.flock = none
 import record
 """
+        presets = {"GST_PRESET_PATH": str(RECORD.parents[1] / "gst" / "presets")}  # as pipelines/record sets it
+
         def start():
             recorder = subprocess.Popen([sys.executable, "-c", program, "--segment", "2", "simulate", self.out], cwd=RECORD.parent / "lib",
-                                        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
+                                        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env={**ENVIRONMENT, **presets})
             self.addCleanup(recorder.communicate)
             self.addCleanup(recorder.kill)
             return recorder
