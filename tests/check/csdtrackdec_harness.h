@@ -150,6 +150,34 @@ struct Harness {
 inline constexpr char ndjson[] = "application/x-ndjson", utf8[] = "text/x-raw,format=utf8",
                       markup[] = "text/x-raw,format=pango-markup";
 
+/// A buffer of csdtrackenc's.
+struct Encoded {
+  std::string text;
+  GstClockTime pts, duration;
+  bool discont;
+};
+
+/// What csdtrackenc makes of a frame at 80 ms, flagged DISCONT, with so many features.
+inline std::vector<Encoded> encoded(guint count, const std::string &source = "csdtrack0",
+                                    GstClockTime duration = frame_time, const char *out = utf8,
+                                    const char *in = gray_64) {
+  GstHarness *h = gst_harness_new("csdtrackenc");
+  gst_harness_set_sink_caps_str(h, out);
+  gst_harness_set_src_caps_str(h, in);
+  GstBuffer *frame = frame_at(2 * frame_time, duration);
+  attach_many(frame, 2, count, source);
+  GST_BUFFER_FLAG_SET(frame, GST_BUFFER_FLAG_DISCONT);
+  fail_unless_equals_int(gst_harness_push(h, frame), GST_FLOW_OK);
+  std::vector<Encoded> buffers;
+  while (GstBuffer *buffer = gst_harness_try_pull(h)) {
+    buffers.push_back({text_in(buffer), GST_BUFFER_PTS(buffer), GST_BUFFER_DURATION(buffer),
+                       GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_DISCONT) != 0});
+    gst_buffer_unref(buffer);
+  }
+  gst_harness_teardown(h);
+  return buffers;
+}
+
 inline GstBuffer *bytes(const std::string &text, GstClockTime pts = GST_CLOCK_TIME_NONE) {
   GstBuffer *buffer = gst_buffer_new_allocate(nullptr, text.size(), nullptr);
   gst_buffer_fill(buffer, 0, text.data(), text.size());

@@ -71,31 +71,6 @@ void fail_unless_numbers(const std::set<int> &got, std::set<int> expected) {
   fail_unless(got == expected, "%s", text.c_str());
 }
 
-struct Packet {
-  std::string bytes;
-  GstClockTime pts, duration;
-  bool discont;
-};
-
-/// What csdtrackenc makes of a frame at 80 ms with so many features.
-std::vector<Packet> encoded(guint count, const char *out) {
-  GstHarness *h = gst_harness_new("csdtrackenc");
-  gst_harness_set_sink_caps_str(h, out);
-  gst_harness_set_src_caps_str(h, gray_64);
-  GstBuffer *frame = frame_at(2 * frame_time);
-  attach_many(frame, 2, count);
-  GST_BUFFER_FLAG_SET(frame, GST_BUFFER_FLAG_DISCONT);
-  fail_unless_equals_int(gst_harness_push(h, frame), GST_FLOW_OK);
-  std::vector<Packet> packets;
-  while (GstBuffer *buffer = gst_harness_try_pull(h)) {
-    packets.push_back({text_in(buffer), GST_BUFFER_PTS(buffer), GST_BUFFER_DURATION(buffer),
-                       GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_DISCONT) != 0});
-    gst_buffer_unref(buffer);
-  }
-  gst_harness_teardown(h);
-  return packets;
-}
-
 /// The pieces of the line of frame `n`, which is two features long: `count` of them, each with one more.
 std::vector<std::string> pieces(guint64 n, unsigned number, unsigned count) {
   std::vector<std::string> packets;
@@ -127,11 +102,11 @@ GST_START_TEST(lengths_are_in_as_few_bytes_as_they_take) {
 GST_END_TEST
 
 GST_START_TEST(a_line_is_a_packet) {
-  const auto packets = encoded(2, klv), lines = encoded(2, ndjson);
+  const auto packets = encoded(2, "csdtrack0", frame_time, klv), lines = encoded(2, "csdtrack0", frame_time, ndjson);
   fail_unless_equals_int(packets.size(), 1);
-  std::string text = lines[0].bytes;
+  std::string text = lines[0].text;
   text.pop_back();
-  fail_unless(text.size() > 255 && packets[0].bytes == packet(key(), text, 2));
+  fail_unless(text.size() > 255 && packets[0].text == packet(key(), text, 2));
   fail_unless_equals_uint64(packets[0].pts, 2 * frame_time);
   fail_unless_equals_uint64(packets[0].duration, frame_time);
   fail_unless(packets[0].discont);
@@ -139,24 +114,24 @@ GST_START_TEST(a_line_is_a_packet) {
 GST_END_TEST
 
 GST_START_TEST(a_longer_line_is_several) {
-  const auto packets = encoded(2500, klv);
+  const auto packets = encoded(2500, "csdtrack0", frame_time, klv);
   fail_unless_equals_int(packets.size(), 3);
   std::string text;
   GstClockTime time = 2 * frame_time;
   for (std::size_t i = 0; i < packets.size(); ++i) {
-    const Packet &p = packets[i];
+    const Encoded &p = packets[i];
     // What mpegtsmux 1.22 can say the length of.
-    fail_unless(p.bytes.size() <= 65527 && (i == 2 || p.bytes.size() > 64000));
-    const auto number = static_cast<unsigned char>(p.bytes[14]);
+    fail_unless(p.text.size() <= 65527 && (i == 2 || p.text.size() > 64000));
+    const auto number = static_cast<unsigned char>(p.text[14]);
     fail_unless(number > 0 && number < 128);
-    const std::string value = p.bytes.substr(16 + 3);
-    fail_unless(p.bytes == packet(key(number, 2 - static_cast<unsigned>(i)), value, 2));
+    const std::string value = p.text.substr(16 + 3);
+    fail_unless(p.text == packet(key(number, 2 - static_cast<unsigned>(i)), value, 2));
     fail_unless_equals_uint64(p.pts, time);
     fail_unless_equals_int(p.discont, i == 0);
     text += value;
     time += p.duration;
   }
-  fail_unless(text + "\n" == encoded(2500, ndjson)[0].bytes);
+  fail_unless(text + "\n" == encoded(2500, "csdtrack0", frame_time, ndjson)[0].text);
   fail_unless_equals_uint64(time, 3 * frame_time);
 }
 GST_END_TEST

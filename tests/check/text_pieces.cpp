@@ -10,35 +10,9 @@ namespace {
 
 constexpr std::size_t most = 65535;  // bytes of a text in MP4: 16 bits say how many
 
-struct Piece {
+std::string joined(const std::vector<Encoded> &pieces) {
   std::string text;
-  GstClockTime pts, duration;
-  bool discont;
-};
-
-/// What csdtrackenc makes of a frame at 80 ms.
-std::vector<Piece> encoded(guint count, const std::string &source = "csdtrack0", GstClockTime duration = frame_time,
-                           const char *out = utf8, const char *in = gray_64) {
-  GstHarness *h = gst_harness_new("csdtrackenc");
-  gst_harness_set_sink_caps_str(h, out);
-  gst_harness_set_src_caps_str(h, in);
-  GstBuffer *frame = frame_at(2 * frame_time, duration);
-  attach_many(frame, 2, count, source);
-  GST_BUFFER_FLAG_SET(frame, GST_BUFFER_FLAG_DISCONT);
-  fail_unless_equals_int(gst_harness_push(h, frame), GST_FLOW_OK);
-  std::vector<Piece> pieces;
-  while (GstBuffer *buffer = gst_harness_try_pull(h)) {
-    pieces.push_back({text_in(buffer), GST_BUFFER_PTS(buffer), GST_BUFFER_DURATION(buffer),
-                      GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_DISCONT) != 0});
-    gst_buffer_unref(buffer);
-  }
-  gst_harness_teardown(h);
-  return pieces;
-}
-
-std::string joined(const std::vector<Piece> &pieces) {
-  std::string text;
-  for (const Piece &piece : pieces) text += piece.text;
+  for (const Encoded &piece : pieces) text += piece.text;
   return text;
 }
 
@@ -50,7 +24,7 @@ std::string escaped(const std::string &text) {
 
 /// The pieces of frame 2's line, of 1500 features, for csdtrackdec.
 struct Cut {
-  std::vector<Piece> pieces = encoded(1500);
+  std::vector<Encoded> pieces = encoded(1500);
   Cut() { fail_unless_equals_int(pieces.size(), 2); }
   GstFlowReturn push(TextHarness &harness, std::size_t i, bool discont = false, bool markup = false) {
     GstBuffer *buffer = bytes(markup ? escaped(pieces[i].text) : pieces[i].text, pieces[i].pts);
@@ -132,7 +106,7 @@ GST_START_TEST(a_longer_line_is_cut_between_features_and_divides_the_time) {
   fail_unless(joined(pieces) + "\n" == joined(encoded(5000, "csdtrack0", frame_time, ndjson)));
   GstClockTime time = 2 * frame_time;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
-    const Piece &piece = pieces[i];
+    const Encoded &piece = pieces[i];
     fail_unless(piece.text.size() <= most && (i == 5 || piece.text.size() > most - 100));
     fail_unless(piece.text.starts_with("{\"id\":") == (i > 0));
     fail_unless(piece.text.ends_with(",") == (i < 5));
@@ -152,7 +126,7 @@ GST_START_TEST(a_longer_line_of_a_frame_without_duration) {
   const auto unknown = encoded(1500, "csdtrack0", GST_CLOCK_TIME_NONE, utf8,
                                "video/x-raw,format=GRAY8,width=64,height=48,framerate=0/1");
   fail_unless_equals_int(unknown.size(), 2);
-  for (const Piece &piece : unknown) {
+  for (const Encoded &piece : unknown) {
     fail_unless_equals_uint64(piece.pts, 2 * frame_time);
     fail_unless(piece.duration == GST_CLOCK_TIME_NONE);
   }

@@ -210,6 +210,13 @@ def play(launch, feed=None, caps=None):
     return Run(launch, feed, caps).to_end()
 
 
+def tracked_video(folder):
+    """A video of two seconds, with a key frame every 10 and B-frames between, and the elements that let it pass as it is, to be compared with identity."""
+    video, tracks = scene_video(folder / "scene.mp4", 50, *H264, "-g", "10", "-bf", "2", width=160, height=120), folder / "tracks.jsonl"
+    play(f"filesrc location={video} ! decodebin ! csdtrack max-features=8 ! csdtrackenc ! filesink location={tracks}")
+    return video, ("csdtrack max-features=8", f"csdtrackdec location={tracks}")
+
+
 def buffers(pictures, stamped=True):
     """Gst buffers of arrays whose rows are as long as GStreamer wants them."""
     for i, picture in enumerate(pictures):

@@ -199,10 +199,7 @@ class InAPlayer(harness.Case):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.video = harness.scene_video(cls.tmp / "scene.mp4", 50, *harness.H264, "-g", "10", "-bf", "2", width=160, height=120)
-        cls.tracks = cls.tmp / "tracks.jsonl"
-        harness.play(f"filesrc location={cls.video} ! decodebin ! csdtrack max-features=8 ! csdtrackenc ! filesink location={cls.tracks}")
-        cls.elements = "csdtrack max-features=8", f"csdtrackdec location={cls.tracks}"
+        cls.video, cls.elements = harness.tracked_video(cls.tmp)
 
     def played(self, element, scenario):
         player = Player(self.video, element)

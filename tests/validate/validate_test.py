@@ -34,9 +34,7 @@ class Scenarios(harness.Case):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.video = harness.scene_video(cls.tmp / "scene.mp4", 50, *harness.H264, "-g", "10", "-bf", "2", width=160, height=120)
-        cls.tracks = cls.tmp / "tracks.jsonl"
-        harness.play(f"filesrc location={cls.video} ! decodebin ! csdtrack max-features=8 ! csdtrackenc ! filesink location={cls.tracks}")
+        cls.video, cls.elements = harness.tracked_video(cls.tmp)
 
     def validated(self, name, element):
         """The exit code, and what was found of the element and of the flow through it."""
@@ -56,7 +54,7 @@ class Scenarios(harness.Case):
             code, about, _ = self.validated(name, "identity")
             expected = "".join(path.read_text() for path in (self.tmp / name).rglob("*expected*"))
             self.assertGreater(expected.count("\nbuffer: "), 30, name)
-            for element in "csdtrack max-features=8", f"csdtrackdec location={self.tracks}":
+            for element in self.elements:
                 with self.subTest(f"{name}: {element}"):
                     there, found, output = self.validated(name, element)
                     self.assertEqual((there, found), (code, about), output[-3000:])
