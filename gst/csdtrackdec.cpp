@@ -79,7 +79,7 @@ struct Video {
 /// What only the streaming thread of the text knows, from READY to READY.
 struct Text {
   csd::TextLines lines;
-  bool flowing = false, refused = false, warned_unread = false, warned_torn = false;
+  bool flowing = false, refused = false, warned_unread = false, warned_torn = false, warned_others = false;
 };
 
 }  // namespace
@@ -323,10 +323,20 @@ void warn_torn_once(GstCsdTrackDec *self) {
                       ("%s", dropped->why.c_str()));
 }
 
+/// Once a stream. Of a transport stream's KLV one may take the camera's for the tracks.
+void warn_others_once(GstCsdTrackDec *self) {
+  Text &text = self->state->text;
+  if (!text.lines.only_others() || std::exchange(text.warned_others, true)) return;
+  GST_ELEMENT_WARNING(self, STREAM, WRONG_TYPE,
+                      ("Frames pass without tracks: KLV comes to the pad text, but none of it is csdtrackenc's. Link "
+                       "another data stream of the demuxer."),
+                      (nullptr));
+}
+
 void text_begins_anew(GstCsdTrackDec *self) {
   warn_torn_once(self);
   Text &text = self->state->text;
-  text.flowing = text.refused = text.warned_torn = false;
+  text.flowing = text.refused = text.warned_torn = text.warned_others = false;
 }
 
 GstFlowReturn take_buffer(GstCsdTrackDec *self, GstBuffer *buffer) {
@@ -350,6 +360,7 @@ GstFlowReturn take_buffer(GstCsdTrackDec *self, GstBuffer *buffer) {
   try {
     const bool flowing = text.lines.take(buffer, mapped.bytes(), state.queue);
     warn_torn_once(self);
+    warn_others_once(self);
     return flowing ? GST_FLOW_OK : GST_FLOW_FLUSHING;
   } catch (const csd::LineError &error) {
     text.refused = text.warned_torn = true;  // one reason is enough

@@ -44,6 +44,7 @@ bool TextLines::take_piece(std::string_view text, const Part &part, TrackQueue &
 }
 
 bool TextLines::take_packet(std::string_view text, bool follows, Part part, TrackQueue &queue) {
+  ours_ = true;
   part.discont = !follows;
   part.time = std::exchange(packet_time_, std::nullopt);
   // As ffmpeg -c copy leaves it (seen with 5.1). Its own time is not that of the transport stream, and a frame would
@@ -97,6 +98,7 @@ bool TextLines::take(GstBuffer *buffer, std::string_view text, TrackQueue &queue
           lose_line("a packet was torn");
           next();
         });
+    if (!ours_ && !packets_.unfinished() && part.text.size() >= klv_label.size()) ++others_;
     return flowing;
   }
   splitter_.add(part.text, [&](std::string_view line, bool whole) {
@@ -148,6 +150,8 @@ void TextLines::heed(GstEvent *event, TrackQueue &queue) {
 void TextLines::begin_anew() {
   last_.reset();
   shift_ = 0;
+  others_ = 0;
+  ours_ = false;
   drop_half();
 }
 

@@ -34,6 +34,8 @@ class TextLines {
   };
   /// The first line that was dropped, all or half of it, since this was asked before.
   std::optional<Dropped> take_dropped() { return std::exchange(dropped_, std::nullopt); }
+  /// Whether so many buffers of KLV have come without one packet of ours that none will be.
+  bool only_others() const { return others_ >= 50; }
   /// Of lines that have come.
   std::uint64_t count() const { return count_; }
 
@@ -70,6 +72,8 @@ class TextLines {
   KlvSplitter packets_;
   /// Of the buffer in which the next packet begins, if that is the first one there.
   std::optional<std::int64_t> packet_time_;
+  unsigned others_ = 0;                     ///< buffers of KLV that could hold one of our packets, but don't
+  bool ours_ = false;                       ///< a packet has come
   std::int64_t shift_ = 0;                  ///< from the times in KLV's lines to those of their buffers
   std::string begun_;                       ///< pieces of a line whose last one has yet to come
   std::optional<std::int64_t> begun_time_;  ///< of the first of them

@@ -323,6 +323,30 @@ GST_START_TEST(nothing_that_comes_is_an_error) {
 }
 GST_END_TEST
 
+GST_START_TEST(only_what_others_say_is_told_once) {
+  {
+    Klv harness;
+    for (int i = 0; i < 49; ++i) harness.push_bytes(foreign);
+    assert_silent(harness);
+    for (int i = 0; i < 60; ++i) harness.push_bytes(foreign);
+    assert_holds(harness.said(GST_MESSAGE_WARNING), "none of it is csdtrackenc's");
+    harness.push_bytes(packet(0));
+    harness.end();
+    fail_unless_numbers(harness.right(2), {0});
+    fail_unless(harness.said(GST_MESSAGE_WARNING).empty());
+  }
+  {  // A long line comes in many buffers, and others' packets among ours.
+    Klv harness;
+    const std::string one = packet(0);
+    for (std::size_t at = 0; at < one.size(); at += 2) harness.push_bytes(one.substr(at, 2));
+    for (int i = 0; i < 100; ++i) harness.push_bytes(foreign);
+    harness.end();
+    fail_unless_numbers(harness.right(2), {0});
+    assert_silent(harness);
+  }
+}
+GST_END_TEST
+
 GST_START_TEST(a_transport_stream_takes_what_is_longest) {
   if (!have("mpegtsmux") || !have("tsdemux")) return;
   const std::string file = temporary("long.ts");
@@ -357,6 +381,7 @@ static Suite *klv_suite() {
   TCase *tc = tcase_create("general");
   suite_add_tcase(s, tc);
   gst_object_unref(gst_plugin_load_by_name("csdtrack"));
+  tcase_add_test(tc, only_what_others_say_is_told_once);
   tcase_add_test(tc, lengths_are_in_as_few_bytes_as_they_take);
   tcase_add_test(tc, a_line_is_a_packet);
   tcase_add_test(tc, a_longer_line_is_several);
