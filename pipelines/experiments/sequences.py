@@ -12,7 +12,7 @@ FIRST_SEED = 101  # 1 to 20 are for development: constants may have been chosen 
 
 PAPER = ("csd-2012", "lk", "ms1", "ms2", "sift")  # csdtrack algorithm=..., what the paper compares
 PLUGIN = ("csd", "csd-forest", *PAPER)
-RIVALS = ("csd-2012-smoothed", "lk-fb", "lk-anchored", "still")  # csd-peers, as many features and frames as the others
+RIVALS = ("lk-fb", "lk-anchored", "still")  # csd-peers, as many features and frames as the others
 SLOW_RIVALS = ("csrt", "kcf", "medianflow")  # csd-peers, on some features and frames: csrt takes 12 ms for each
 CLIPS = pathlib.Path(os.environ.get("CSDTRACK_CLIPS", builds.ROOT.parent / "shared" / "clips"))
 PICTURES = builds.BUILD / "experiments" / "pictures"  # first frames of clips
@@ -212,7 +212,7 @@ BEYOND_KINDS = (
 )
 CHECKED = ("csd", "lk", "lk-fb", "lk-anchored", "still")
 # A tenth of a second a frame and more, or known from the paper's experiments to be far below.
-COSTLY = ("csd-2012", "csd-2012-smoothed", "sift", "ms1", "ms2")
+COSTLY = ("csd-2012", "sift", "ms1", "ms2")
 
 
 def first_frame(clip):

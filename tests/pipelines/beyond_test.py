@@ -20,7 +20,7 @@ import reach  # noqa: E402
 import sequences  # noqa: E402
 import truth  # noqa: E402
 
-RIVALS = {"lk", "ms1", "ms2", "lk-fb", "lk-anchored", "still", "csrt", "kcf", "medianflow", "csd-2012", "csd-2012-smoothed", "sift"}
+RIVALS = {"lk", "ms1", "ms2", "lk-fb", "lk-anchored", "still", "csrt", "kcf", "medianflow", "csd-2012", "sift"}
 TISSUE = "\nof tissue\n\n"
 KEPT = "\nof paper\n\n", f"\n{reach.CLIPS[0]}\nof the clips, measured before\n{reach.CLIPS[1]}\n\n"
 

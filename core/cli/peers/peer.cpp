@@ -26,15 +26,13 @@ std::unique_ptr<Peer> make_still() {
 }
 
 std::span<const PeerKind> peer_kinds() {
-  static constexpr std::array<PeerKind, 7> kinds{{
+  static constexpr std::array<PeerKind, 6> kinds{{
       {"csrt", "discriminative correlation filter with channel and spatial reliability, on a box", make_csrt},
       {"kcf", "kernelized correlation filter, on a box", make_kcf},
       {"medianflow", "median flow with forward-backward errors, on a box", make_median_flow},
       {"lk-fb", "pyramidal Lucas-Kanade; dropped for ever where forward and backward disagree", make_flow_checked},
       {"lk-anchored", "pyramidal Lucas-Kanade, aligned again with the first frame's patch in each frame",
        make_flow_anchored},
-      {"csd-2012-smoothed", "csd-2012, which compares single pixels, behind a Gaussian of sigma 1 pixel",
-       make_smoothed_csd2012},
       {"still", "never moves", make_still},
   }};
   return kinds;

@@ -52,8 +52,6 @@ std::unique_ptr<Peer> make_median_flow();
 // flow.cpp: pyramidal Lucas–Kanade, OpenCV's.
 std::unique_ptr<Peer> make_flow_checked();
 std::unique_ptr<Peer> make_flow_anchored();
-// smoothed.cpp: the paper's tracker on smoothed pictures.
-std::unique_ptr<Peer> make_smoothed_csd2012();
 // peer.cpp
 std::unique_ptr<Peer> make_still();
 

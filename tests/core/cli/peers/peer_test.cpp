@@ -122,29 +122,6 @@ double late_error(std::string_view name) {
   return error / n;
 }
 
-TEST(SmoothedCsd2012, HearsTheTime) {
-  // How many frames it learns from depends on how many there are in half a second.
-  const MovingScene scene;
-  const auto positions = [&](std::int64_t duration) {
-    const auto peer = made("csd-2012-smoothed");
-    cv::RNG rng(11);
-    std::vector<cv::Point2d> found;
-    for (int i = 0; i < 60; ++i) {
-      cv::Mat noise(240, 320, CV_16SC3), sum;
-      rng.fill(noise, cv::RNG::NORMAL, 0, 20);
-      cv::add(scene.render({std::sin(0.7 * i), 0}), noise, sum, cv::noArray(), CV_8U);
-      const cli::Picture picture{sum, i * duration, duration, i * duration, i * duration};
-      if (i == 0)
-        peer->start(picture, points);
-      else
-        for (const auto &r : peer->follow(picture)) found.push_back(r.position);
-    }
-    return found;
-  };
-  EXPECT_EQ(positions(40'000'000), positions(40'000'000));
-  EXPECT_NE(positions(40'000'000), positions(100'000'000));
-}
-
 TEST(AnchoredFlow, DoesNotDrift) {
   const double chained = late_error("lk-fb"), anchored = late_error("lk-anchored");
   EXPECT_LT(anchored, chained / 2) << chained;
