@@ -16,7 +16,7 @@ namespace csd::csd2012 {
 /// are of one type, so that experiments set any by its name; counts are whole numbers, and a switch is 0 or 1.
 struct Choices {
   // What the tests compare (§2.1.3, §2.2.1).
-  double colour = 0;            ///< 0: intensity; the space of Eq. 7 that Eq. 5 puts first by its pixels: 1, by their
+  double colour = 2;            ///< 0: intensity; the space of Eq. 7 that Eq. 5 puts first by its pixels: 1, by their
                                 ///< differences: 2
   double smoothing = 2;         ///< σ of a Gaussian before the pixels are compared; 0: none
   double exhaustive = 0;        ///< 1: all pairs are tried at a node (§2.2.1)
@@ -44,6 +44,11 @@ struct Choices {
   // The paper's future work (§5): several trees,
   double trees = 1;
   double sample_share = 0.5;  ///< of the training set, for each of several trees
+
+  // other appearance models, each with so many copies of a patch of the training set (learn/appearance.h),
+  double highlights = 0;
+  double blurs = 0;
+  double compressions = 0;
 
   // and co-training with the patch of the start, aligned.
   double co_training = 0;  ///< 1: where the patch fits, it corrects LK's place and the descriptor's

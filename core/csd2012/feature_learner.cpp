@@ -5,6 +5,7 @@
 
 #include "csd2012/search.h"
 #include "csd2012/smoothed.h"
+#include "learn/appearance.h"
 
 namespace csd {
 
@@ -85,27 +86,34 @@ ColourSpace FeatureLearner::choose_space(const Snapshot &snapshot, cv::Point pos
   return choose_colour_of_pairs(compared, random_);
 }
 
-/// S of one frame (§2.1.2.1) without the warps: what LK, chance and likeness label, each with smoke.
+/// S of one frame (§2.1.2.1) without the warps: what LK, chance and likeness label, each with smoke and the other
+/// appearance models.
 ColourPatches FeatureLearner::collect(const Snapshot &snapshot, cv::Point position) {
   const auto &c = options_.choices;
   ColourPatches lesson(grown());
-  cv::Mat patch, smoky;
-  const auto with_smoke = [&](cv::Point p, Label label) {
+  cv::Mat patch, changed;
+  const auto take = [&](cv::Point p, Label label) {
     sample_patch(snapshot.bgr, p, grown(), patch);
     lesson.add(patch, label);
-    for (const double density : smoke_densities) {
-      patch.copyTo(smoky);
-      smoke_->apply(smoky, density, random_);
-      lesson.add(smoky, label);
-    }
+    const auto add_copies = [&](double count, const auto &change) {
+      for (int i = 0; i < whole(count); ++i) {
+        patch.copyTo(changed);
+        change();
+        lesson.add(changed, label);
+      }
+    };
+    for (const double density : smoke_densities) add_copies(1, [&] { smoke_->apply(changed, density, random_); });
+    add_copies(c.highlights, [&] { add_highlight(changed, options_.pixel, random_); });
+    add_copies(c.blurs, [&] { blur_by_motion(changed, options_.pixel, random_); });
+    add_copies(c.compressions, [&] { compress(changed, random_); });
   };
-  with_smoke(position, Label::feature);
+  take(position, Label::feature);
   for (const auto &p : random_negatives(snapshot.bgr.size(), snapshot.forbidden, position, whole(c.random_per_lesson),
                                         rules(), random_))
-    with_smoke(p, Label::not_feature);
+    take(p, Label::not_feature);
   for (const auto &p : similar_negatives(snapshot.luma, snapshot.forbidden, position, whole(c.similar_per_lesson),
                                          c.least_similarity, scaled(c.similarity_radius, options_.pixel), rules()))
-    with_smoke(p, Label::not_feature);
+    take(p, Label::not_feature);
   return lesson;
 }
 

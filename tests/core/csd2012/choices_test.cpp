@@ -42,7 +42,7 @@ TEST(Choices, OfSmokeSearchAndColourMakeOtherDescriptors) {
   auto settings = few_features();
   settings.max_features = 6;
   std::vector<std::vector<Tracks>> found{run(settings, 2, 20)};
-  for (const auto *assignment : {"smoke_as_printed=1", "exhaustive=1", "colour=1", "colour=2"}) {
+  for (const auto *assignment : {"smoke_as_printed=1", "exhaustive=1", "colour=1", "colour=0"}) {
     Choices choices;
     set(choices, assignment);
     const auto tracks = run(settings, 2, 20, choices);
