@@ -59,6 +59,8 @@ static_assert(std::size(fields) * sizeof(double) == sizeof(Choices), "a field ha
 Choices forest_choices() {
   Choices c;
   c.trees = 5;
+  c.highlights = 1;
+  c.blurs = 1;
   c.co_training = 1;
   c.least_probability = 0.01;
   c.update_warps = 0;
