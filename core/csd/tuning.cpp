@@ -6,8 +6,7 @@
 namespace csd {
 namespace {
 
-#define FIELD(name) \
-  { #name, &Tuning::name }
+#define FIELD(name) named(#name, &Tuning::name)
 constexpr NamedNumber<Tuning> fields[] = {
     FIELD(shape_deviation),
     FIELD(shape_pull),

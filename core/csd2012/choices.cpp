@@ -6,8 +6,7 @@
 namespace csd::csd2012 {
 namespace {
 
-#define FIELD(name) \
-  { #name, &Choices::name }
+#define FIELD(name) named(#name, &Choices::name)
 constexpr NamedNumber<Choices> fields[] = {
     FIELD(colour),
     FIELD(smoothing),

@@ -35,7 +35,7 @@ struct Choices {
   double near_radius = 12;        ///< a third of the random negatives come from within
 
   // Growing the tree (§2.2.1).
-  double widest_test = 1;  ///< of the tests of entropy 0: 0: the first by rank, 1: the one with the largest Σ|P1 − P2|
+  double widest_test = 1;     ///< of tests of entropy 0: 0: the first by rank, 1: that of the largest Σ|P1 − P2|
   double top_pixels = 64;     ///< of the ranking, each with each
   double random_pairs = 512;  ///< and so many others
   double max_depth = 16;      ///< of a tree; samples may contradict each other

@@ -19,7 +19,7 @@ struct Component {
   std::uint8_t left = 0;               ///< of a word: left shift, before `shift`, that drops what lies above the sample
   bool big_endian = false;             ///< of a word
   std::uint16_t black = 0;             ///< with a `gain`: the word that becomes 0
-  std::uint16_t gain = 0;  ///< not 0: a word becomes (word − black)·gain / 2^16, 0…255; shifts say nothing
+  std::uint16_t gain = 0;              ///< not 0: a word becomes (word − black)·gain / 2^16; no shifts
 };
 
 enum class ColourModel : std::uint8_t { gray, yuv, rgb };

@@ -18,6 +18,11 @@ struct NamedNumber {
   double Numbers::*field;
 };
 
+template <class Numbers>
+constexpr NamedNumber<Numbers> named(std::string_view name, double Numbers::*field) {
+  return {name, field};
+}
+
 /// Sets the field that "name=value" names. Throws std::invalid_argument with a text that names what is wrong; `owner`:
 /// whose numbers they are.
 template <class Numbers>
