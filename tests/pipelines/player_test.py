@@ -65,7 +65,7 @@ class Player:
         elif event.type == Gst.EventType.STREAM_START:
             said = event.parse_stream_start(), event.parse_stream_flags()
         else:
-            said = event.get_structure() and event.get_structure().to_string()
+            said = harness.in_words(event.get_structure())
         return (event.type.value_nick, number, said)
 
     # ---- What a scenario is made of ----
