@@ -36,7 +36,7 @@
 #include "enums.h"
 #include "guard.h"
 #include "lock.h"
-#include "meta.h"
+#include "output/meta.h"
 #include "sim/simulator.h"
 #include "sim_texture.h"
 #include "text/parse.h"

@@ -80,14 +80,15 @@
 #include "guard.h"
 #include "latency.h"
 #include "lock.h"
-#include "message.h"
-#include "meta.h"
 #include "navigation.h"
-#include "overlay.h"
-#include "rois.h"
+#include "output/message.h"
+#include "output/meta.h"
+#include "output/rois.h"
+#include "overlay/overlay.h"
 #ifdef CSDTRACK_ANALYTICS
-#include "analytics.h"
+#include "output/analytics.h"
 #endif
+#include "algorithms/make_algorithm.h"
 #include "settings.h"
 #include "stats.h"
 #include "track/thread_pool.h"
@@ -106,7 +107,8 @@ guint gst_csd_track_signals[signal_count];
 
 /// A tracker and the threads it learns in, made at READY→PAUSED. Signals may hold on to it for the length of a call.
 struct Engine {
-  Engine(const csd::Settings &settings, unsigned threads) : pool(threads, learner_nice), tracker(settings, pool) {}
+  Engine(const csd::Settings &settings, unsigned threads)
+      : pool(threads, learner_nice), tracker(settings, csd::make_algorithm(settings, pool)) {}
 
   csd::ThreadPool pool;  // outlives the tracker
   csd::Tracker tracker;

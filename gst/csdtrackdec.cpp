@@ -46,11 +46,11 @@
 #include "frame_time.h"
 #include "guard.h"
 #include "lock.h"
-#include "meta.h"
-#include "overlay.h"
-#include "text_lines.h"
-#include "track_file.h"
-#include "track_queue.h"
+#include "output/meta.h"
+#include "overlay/overlay.h"
+#include "record/text_lines.h"
+#include "record/track_file.h"
+#include "record/track_queue.h"
 #include "upstream_latency.h"
 
 GST_DEBUG_CATEGORY_STATIC(gst_csd_track_dec_debug);

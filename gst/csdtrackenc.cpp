@@ -68,10 +68,10 @@
 
 #include "enums.h"
 #include "guard.h"
-#include "klv.h"
-#include "meta.h"
-#include "text_pieces.h"
-#include "track_format.h"
+#include "output/meta.h"
+#include "record/klv.h"
+#include "record/text_pieces.h"
+#include "record/track_format.h"
 
 GST_DEBUG_CATEGORY_STATIC(csd_track_enc_debug);
 #define GST_CAT_DEFAULT csd_track_enc_debug

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "track_queue.h"
+#include "record/track_queue.h"
 
 namespace csd {
 

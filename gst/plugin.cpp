@@ -4,7 +4,7 @@
 #include "csdtrackdec.h"
 #include "csdtrackenc.h"
 #include "enums.h"
-#include "meta.h"
+#include "output/meta.h"
 
 namespace {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "overlay.h"
+#include "overlay/overlay.h"
 #include "settings.h"
 
 namespace csd {

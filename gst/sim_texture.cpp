@@ -10,7 +10,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "file_name.h"
+#include "record/file_name.h"
 
 namespace csd {
 namespace {

@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdint>
 
-#include "learn/pixel_ranking.h"
+#include "csd2012/learn/pixel_ranking.h"
 
 namespace csd {
 

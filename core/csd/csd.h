@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "content/glare_weights.h"
 #include "csd/support_points.h"
 #include "csd/tracked_point.h"
-#include "image/glare_weights.h"
 #include "image/pyramid.h"
 #include "track/algorithm.h"
 

@@ -5,8 +5,8 @@
 
 #include <cstdint>
 
+#include "content/glare_weights.h"
 #include "csd/tuning.h"
-#include "image/glare_weights.h"
 #include "image/pyramid.h"
 #include "track/frame_budget.h"
 #include "track/side_by_side.h"

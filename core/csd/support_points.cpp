@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "image/tools.h"
+#include "content/tools.h"
 #include "track/types.h"
 
 namespace csd {

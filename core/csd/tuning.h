@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "image/glare_weights.h"
+#include "content/glare_weights.h"
 #include "patch/align.h"
 #include "track/named_number.h"
 #include "track/types.h"

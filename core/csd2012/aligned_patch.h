@@ -3,7 +3,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "image/glare_weights.h"
+#include "content/glare_weights.h"
 #include "image/pyramid.h"
 #include "patch/align.h"
 #include "patch/anchor.h"

@@ -45,7 +45,7 @@ struct Choices {
   double trees = 1;
   double sample_share = 0.5;  ///< of the training set, for each of several trees
 
-  // other appearance models, each with so many copies of a patch of the training set (learn/appearance.h),
+  // other appearance models, each with so many copies of a patch of the training set (csd2012/learn/appearance.h),
   double highlights = 0;
   double blurs = 0;
   double compressions = 0;

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include "csd2012/learn/negatives.h"
 #include "csd2012/search.h"
 #include "csd2012/smoothed.h"
-#include "learn/negatives.h"
 #include "track/patch_side.h"
 
 namespace csd {

@@ -3,9 +3,9 @@
 
 #include <cmath>
 
+#include "csd2012/learn/appearance.h"
 #include "csd2012/search.h"
 #include "csd2012/smoothed.h"
-#include "learn/appearance.h"
 
 namespace csd {
 

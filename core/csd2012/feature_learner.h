@@ -10,15 +10,15 @@
 #include <vector>
 
 #include "csd2012/choices.h"
+#include "csd2012/learn/colour_choice.h"
+#include "csd2012/learn/forest.h"
+#include "csd2012/learn/growing_tree.h"
+#include "csd2012/learn/negatives.h"
+#include "csd2012/learn/smoke.h"
+#include "csd2012/learn/tree.h"
 #include "csd2012/snapshot.h"
 #include "image/warps.h"
-#include "learn/colour_choice.h"
-#include "learn/forest.h"
-#include "learn/growing_tree.h"
-#include "learn/negatives.h"
-#include "learn/random.h"
-#include "learn/smoke.h"
-#include "learn/tree.h"
+#include "track/random.h"
 
 namespace csd {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "csd2012/choices.h"
-#include "learn/forest.h"
+#include "csd2012/learn/forest.h"
 
 namespace csd {
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <memory>
 
-#include "image/glare_weights.h"
+#include "content/glare_weights.h"
 #include "image/pyramid.h"
 #include "patch/affine_state.h"
 #include "patch/patch_plane.h"

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <initializer_list>
 
-#include "learn/random.h"
+#include "track/random.h"
 
 /// Elementary functions from +, −, ×, ÷ and square root alone, which IEEE 754 rounds exactly: the same bits on every
 /// machine, where libm's differ between versions and instruction sets. The room is compiled with -ffp-contract=off.

@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "content/specular.h"
 #include "detect/detect.h"
-#include "image/specular.h"
 #include "image/work_frame.h"
 #include "sim/clock.h"
 #include "sim/events.h"

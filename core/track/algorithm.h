@@ -69,8 +69,4 @@ class Algorithm {
   virtual void add_to(Stats &stats) const = 0;
 };
 
-/// Makes the algorithm that the settings name. `executor` must outlive it. Throws std::invalid_argument where there is
-/// none.
-std::unique_ptr<Algorithm> make_algorithm(const Settings &settings, Executor &executor);
-
 }  // namespace csd

@@ -6,12 +6,12 @@
 #include <mutex>
 #include <utility>
 
+#include "content/content_area.h"
+#include "content/specular.h"
+#include "content/tools.h"
 #include "detect/detect.h"
-#include "image/content_area.h"
 #include "image/gray_window.h"
 #include "image/pyramid.h"
-#include "image/specular.h"
-#include "image/tools.h"
 #include "image/work_frame.h"
 #include "track/algorithm.h"
 #include "track/life.h"
@@ -359,9 +359,6 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
   failed = false;
   return tracks;
 }
-
-Tracker::Tracker(const Settings &settings, Executor &executor)
-    : Tracker(settings, make_algorithm(limited(settings), executor)) {}
 
 Tracker::Tracker(const Settings &settings, std::unique_ptr<Algorithm> algorithm)
     : impl_(std::make_unique<Impl>(settings, std::move(algorithm))) {}

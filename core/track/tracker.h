@@ -4,7 +4,6 @@
 #include <memory>
 
 #include "image/frame_view.h"
-#include "track/executor.h"
 #include "track/types.h"
 
 namespace csd {
@@ -17,9 +16,7 @@ class Algorithm;
 /// from any thread and never wait for a frame. Trackers share nothing with each other.
 class Tracker {
  public:
-  /// `executor` must outlive the tracker.
-  Tracker(const Settings &settings, Executor &executor);
-  /// With an algorithm that was made before; `settings.algorithm` says nothing then.
+  /// `algorithm`: that of the settings, by make_algorithm(), or one that a test or an experiment has made.
   Tracker(const Settings &settings, std::unique_ptr<Algorithm> algorithm);
   ~Tracker();
 

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "image/specular.h"
+#include "content/specular.h"
 
 namespace csd {
 

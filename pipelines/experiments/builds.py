@@ -12,7 +12,7 @@ import subprocess
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(os.environ.get("CSDTRACK_BUILD", ROOT / "build")).resolve()
-TARGETS = {"csd-score": "core/cli/csd-score", "csd-peers": "core/cli/peers/csd-peers",
+TARGETS = {"csd-score": "core/programs/csd-score", "csd-peers": "core/programs/peers/csd-peers",
            "learning-cost": "tests/bench/learning-cost", "csd-accuracy": "tests/bench/csd-accuracy",
            "bench-clips": "tests/bench/bench-clips", "plugin": "gst/libgstcsdtrack.so"}
 

@@ -15,6 +15,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "algorithms/make_algorithm.h"
 #include "arguments.h"
 #include "image/simd.h"
 #include "pixels.h"
@@ -93,7 +94,7 @@ class PyTracker {
         bgr_(bgr),
         type_(row_type()),
         pool_(std::make_unique<ThreadPool>(threads, learner_nice)),
-        tracker_(std::make_unique<Tracker>(settings, *pool_)) {}
+        tracker_(std::make_unique<Tracker>(settings, make_algorithm(settings, *pool_))) {}
 
   /// A learner that is at work is waited for; other threads of Python go on meanwhile. In a process that was forked off
   /// there is none to wait for, and what is left of it is leaked.

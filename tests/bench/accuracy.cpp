@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "algorithms/make_algorithm.h"
 #include "bench/bound.h"
 #include "bench/i420.h"
 #include "bench/sequences.h"

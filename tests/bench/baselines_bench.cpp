@@ -2,6 +2,7 @@
 // What the baselines cost, per feature and frame, in a whole Tracker: 640 × 480, I420, `features` detected.
 #include <benchmark/benchmark.h>
 
+#include "algorithms/make_algorithm.h"
 #include "swing.h"
 #include "track/thread_pool.h"
 #include "track/tracker.h"
@@ -17,7 +18,7 @@ void frame(benchmark::State &state, AlgorithmKind algorithm) {
   settings.content_area = ContentArea::full;
   settings.forget_after = 0;
   ThreadPool pool;
-  Tracker tracker(settings, pool);
+  Tracker tracker(settings, make_algorithm(settings, pool));
   std::size_t i = 0;
   const auto next = [&] {
     const auto pts = static_cast<std::int64_t>(i) * second / 25;

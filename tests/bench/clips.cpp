@@ -25,6 +25,7 @@
 #include <string_view>
 #include <vector>
 
+#include "algorithms/make_algorithm.h"
 #include "bench/i420.h"
 #include "csd/csd.h"
 #include "score/sensitivity.h"

@@ -7,12 +7,12 @@
 #include <cmath>
 #include <vector>
 
-#include "core/image/noisy_texture.h"
+#include "content/content_area.h"
+#include "core/content/noisy_texture.h"
 #include "detect/detect.h"
 #include "detect/dog.h"
 #include "detect/merge.h"
 #include "detect/shi_tomasi.h"
-#include "image/content_area.h"
 
 namespace csd {
 namespace {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "content/glare_weights.h"
 #include "core/picture.h"
-#include "image/glare_weights.h"
 #include "image/pyramid.h"
 #include "image/simd.h"
 #include "image/work_frame.h"

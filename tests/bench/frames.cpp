@@ -15,6 +15,7 @@
 #include <thread>
 #include <vector>
 
+#include "algorithms/make_algorithm.h"
 #include "core/picture.h"
 #include "core/track/moving_scene.h"
 #include "track/thread_pool.h"
@@ -68,7 +69,7 @@ Percentiles time_tracker(const std::vector<csd::test::Packed> &frames, csd::Algo
   settings.algorithm = algorithm;
   settings.max_features = features;
   csd::ThreadPool pool(0, 10);
-  csd::Tracker tracker(settings, pool);
+  csd::Tracker tracker(settings, make_algorithm(settings, pool));
   int i = 0;
   const auto next = [&] {
     const auto pts = i * csd::second / 25;
@@ -141,7 +142,7 @@ Grown grow(const std::vector<csd::test::Packed> &frames, const Growth &what) {
   settings.frame_budget = what.budget;
   csd::ThreadPool pool(0, 10);
   const double before = heap();
-  csd::Tracker tracker(settings, pool);
+  csd::Tracker tracker(settings, make_algorithm(settings, pool));
   tracker.offer_start(grid(what.size, what.features));
   Grown out{};
   // Two seconds: all anchors are made in the first.

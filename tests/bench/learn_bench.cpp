@@ -4,10 +4,10 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "csd2012/learn/colour_choice.h"
+#include "csd2012/learn/growing_tree.h"
+#include "csd2012/learn/smoke.h"
 #include "image/simd.h"
-#include "learn/colour_choice.h"
-#include "learn/growing_tree.h"
-#include "learn/smoke.h"
 
 namespace {
 

@@ -3,8 +3,8 @@
 // What the tracks cost a frame once they are known: as a meta, as a message, as text.
 #include <benchmark/benchmark.h>
 
-#include "meta.h"
-#include "track_format.h"
+#include "output/meta.h"
+#include "record/track_format.h"
 
 namespace {
 

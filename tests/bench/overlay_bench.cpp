@@ -4,8 +4,8 @@
 
 #include <cstring>
 
-#include "overlay_composition.h"
-#include "overlay_painter.h"
+#include "overlay/overlay_composition.h"
+#include "overlay/overlay_painter.h"
 
 namespace {
 

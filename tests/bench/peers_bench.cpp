@@ -7,7 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "cli/peers/peer.h"
+#include "algorithms/make_algorithm.h"
+#include "programs/peers/peer.h"
 #include "swing.h"
 #include "track/thread_pool.h"
 #include "track/tracker.h"
@@ -36,7 +37,7 @@ void csd_frame(benchmark::State &state) {
   settings.algorithm = AlgorithmKind::csd;
   settings.points = grid(state.range(0));
   ThreadPool pool(1);
-  Tracker tracker(settings, pool);
+  Tracker tracker(settings, make_algorithm(settings, pool));
   std::size_t i = 0;
   const auto next = [&] {
     const auto pts = static_cast<std::int64_t>(i) * second / 25;
@@ -55,7 +56,7 @@ void peer_frame(benchmark::State &state, const char *name) {
   std::size_t i = 0;
   const auto picture = [&] {
     const auto pts = static_cast<std::int64_t>(i) * second / 25;
-    return cli::Picture{frames[i++ % frames.size()], pts};
+    return programs::Picture{frames[i++ % frames.size()], pts};
   };
   peer->start(picture(), grid(state.range(0)));
   for (auto _ : state) benchmark::DoNotOptimize(peer->follow(picture()).size());

@@ -9,7 +9,7 @@
 #include <opencv2/videoio.hpp>
 #include <stdexcept>
 
-#include "image/dark_border.h"
+#include "content/dark_border.h"
 
 namespace csd::bench {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // csdtrack attach-analytics=true: what GstAnalytics' own functions read of it. The element is linked in.
-#include "analytics.h"
+#include "output/analytics.h"
 
 #include <gst/analytics/analytics.h>
 #ifdef CSDTRACK_KEYPOINTS

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // What csdtrack does when something fails. The element is linked in, above an algorithm that fails on demand: it takes
-// the place of core/track/make_algorithm.cpp.
+// the place of core/algorithms/make_algorithm.cpp.
 #include <atomic>
 #include <cmath>
 #include <cstring>
@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "algorithms/make_algorithm.h"
 #include "csdtrack.h"
 #include "csdtrackmeta.h"
 #include "track/algorithm.h"

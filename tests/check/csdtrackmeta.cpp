@@ -5,7 +5,7 @@
 #include <gst/video/video.h>
 
 #include "attach.h"
-#include "meta.h"
+#include "output/meta.h"
 
 // Last, for it defines a macro `fail`.
 #include <gst/check/gstcheck.h>

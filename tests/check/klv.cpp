@@ -2,7 +2,7 @@
 //
 // Lines in packets of SMPTE 336: their bytes, and what csdtrackdec makes of packets that are cut, torn, lost, or
 // others'.
-#include "klv.h"
+#include "record/klv.h"
 
 #include <random>
 #include <set>

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "latency.h"
-#include "message.h"
+#include "output/message.h"
 
 namespace {
 

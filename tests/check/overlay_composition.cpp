@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "overlay_composition.h"
+#include "overlay/overlay_composition.h"
 
 #include <gst/base/gstbasetransform.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <string>
 
 #include "frame_mapping.h"
-#include "overlay_painter.h"
+#include "overlay/overlay_painter.h"
 #include "scene.h"
 
 namespace {

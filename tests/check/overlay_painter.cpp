@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "overlay_painter.h"
+#include "overlay/overlay_painter.h"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 #include <string>
 
 #include "frame_mapping.h"
-#include "markers.h"
+#include "overlay/markers.h"
+#include "overlay/sprite_cache.h"
 #include "scene.h"
-#include "sprite_cache.h"
 
 namespace {
 

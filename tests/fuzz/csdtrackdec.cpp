@@ -3,7 +3,7 @@
 // say what is done with them. All in one thread: a frame waits for its text no longer than a millisecond, and an
 // input's lines never fill the queue.
 #include "elements.h"
-#include "klv.h"
+#include "record/klv.h"
 
 namespace {
 

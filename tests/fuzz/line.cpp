@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // A line of .jsonl, as csdtrackdec gets one from a file or from a text track, and as the programs read it.
 #include "fuzz.h"
-#include "track_file.h"
+#include "record/track_file.h"
 
 namespace {
 

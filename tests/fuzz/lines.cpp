@@ -5,7 +5,7 @@
 
 #include "fuzz.h"
 #include "guard.h"
-#include "track_file.h"
+#include "record/track_file.h"
 
 namespace {
 

@@ -206,6 +206,7 @@ step_format() {
 step_rules() {
   check 'rule: at most 450 lines a file, 700 an element' rule_lines
   check 'rule: core/ knows no GStreamer and no GLib' rule_core
+  check 'rule: the rooms of core/ know what they may' rule_rooms
   check 'rule: every source names its licence' rule_spdx
   check 'rule: scripts parse' rule_scripts
   check 'rule: every core file has its test at the mirrored path' rule_mirrored
@@ -225,7 +226,26 @@ rule_lines() {
 
 rule_core() {
   ! grep -rnE '#include *[<"](gst|glib|gio|gobject|json-glib)[/.-]' "$root/core" --include='*.h' --include='*.cpp' \
-    --exclude-dir=cli --exclude-dir=text
+    --exclude-dir=programs --exclude-dir=text
+}
+
+# CONTRIBUTING.md has the same as a table, with what each room is for.
+rule_rooms() {
+  local bad=0 room other
+  local -A may=(
+    [image]='' [content]='image' [detect]='image' [patch]='image content' [track]='image content detect'
+    [csd]='image content detect patch track' [csd2012]='image content detect patch track' [baselines]='image track csd2012'
+    [algorithms]='track csd csd2012 baselines' [sim]='image content detect track' [score]='track' [motion]='score' [text]='track'
+    [programs]='image track score motion text')
+  for room in "$root"/core/*/; do
+    room=$(basename "$room")
+    [ "$room" != precompiled ] || continue
+    [ -n "${may[$room]+known}" ] || { echo "error: core/$room has no line in rule_rooms"; bad=1; continue; }
+    while read -r other; do
+      [[ " $room ${may[$room]} " == *" $other "* ]] || { echo "error: core/$room includes $other/, which it may not know"; bad=1; }
+    done < <(grep -rhoE '^ *# *include "[a-z0-9_]+/' "$root/core/$room" --include='*.h' --include='*.cpp' | sed 's/.*"//; s#/$##' | sort -u)
+  done
+  return $bad
 }
 
 rule_spdx() {
@@ -245,7 +265,7 @@ rule_mirrored() {
       # Nothing but types, constants and interfaces.
       image/frame_view | csd/frame | track/algorithm | track/executor | precompiled/*) continue ;;
       # A program's parts are tested through the program (csd_X_test.py), by themselves where that reaches more.
-      cli/*) continue ;;
+      programs/*) continue ;;
       # Parts of text/read_line, tested through it.
       text/json | text/json_node | text/feature_state) continue ;;
     esac

@@ -37,7 +37,7 @@ class Command(Made):
     def test_runs_as_installed(self):
         """From bin/, with csd-motion beside it and its parts in share/."""
         (self.tmp / "usr" / "bin").mkdir(parents=True)
-        for program in (PROGRAM, BUILD / "core" / "cli" / "csd-motion"):
+        for program in (PROGRAM, BUILD / "core" / "programs" / "csd-motion"):
             shutil.copy(program, self.tmp / "usr" / "bin")
         shutil.copytree(PROGRAM.parent / "report", self.tmp / "usr" / "share" / "csdtrack" / "report", ignore=shutil.ignore_patterns("__pycache__"))
         done = subprocess.run([self.tmp / "usr" / "bin" / "csd-report", self.video, self.tracks], capture_output=True, text=True, cwd=self.tmp,

@@ -171,7 +171,7 @@ class Page(Made):
 
     def assert_rhythms(self, number):
         """The panel's rhythms are csd-motion's: heart and breath, and these are the simulated ones."""
-        told = json.loads(subprocess.run([BUILD / "core" / "cli" / "csd-motion", "--json", self.tracks], capture_output=True, text=True,
+        told = json.loads(subprocess.run([BUILD / "core" / "programs" / "csd-motion", "--json", self.tracks], capture_output=True, text=True,
                                          check=True, stdin=subprocess.DEVNULL).stdout)
         expected = told["scene"]["rhythms"] if number is None else next(f for f in told["features"] if f["id"] == number)["rhythms"]
         rows = [[cell.text for cell in row.find_elements(By.TAG_NAME, "td")]

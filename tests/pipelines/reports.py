@@ -13,8 +13,8 @@ import numpy as np
 import harness
 
 REPOSITORY, BUILD = map(pathlib.Path, sys.argv[1:3])
-PROGRAM = REPOSITORY / "core" / "cli" / "csd-report"
-ENVIRONMENT = {**os.environ, "PATH": f"{BUILD / 'core' / 'cli'}:{os.environ['PATH']}"}
+PROGRAM = REPOSITORY / "core" / "programs" / "csd-report"
+ENVIRONMENT = {**os.environ, "PATH": f"{BUILD / 'core' / 'programs'}:{os.environ['PATH']}"}
 WIDTH, HEIGHT, FPS, FRAMES = 320, 240, 25, 750
 BITS, BAR = 10, 24  # the frame's number: bars of BAR columns in the upper 20 rows
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "algorithms/make_algorithm.h"
 #include "track/moving_scene.h"
 #include "track/tracker.h"
 
@@ -37,7 +38,7 @@ class Collins : public testing::TestWithParam<AlgorithmKind> {
     settings.algorithm = algorithm;
     settings.points = std::move(points);
     settings.content_area = ContentArea::full;
-    return {settings, none_};
+    return {settings, make_algorithm(settings, none_)};
   }
   Tracker tracker(std::vector<cv::Point2d> points) { return tracker(std::move(points), GetParam()); }
 

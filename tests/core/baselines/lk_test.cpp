@@ -8,6 +8,7 @@
 #include <functional>
 #include <opencv2/core.hpp>
 
+#include "algorithms/make_algorithm.h"
 #include "track/moving_scene.h"
 #include "track/tracker.h"
 
@@ -28,7 +29,7 @@ Settings lk(std::vector<cv::Point2d> points) {
 TEST(LucasKanade, FollowsToAFractionOfAPixel) {
   NoExecutor none;
   const MovingScene scene;
-  Tracker tracker(lk({{160, 120}, {90.5, 70.25}}), none);
+  Tracker tracker(lk({{160, 120}, {90.5, 70.25}}), make_algorithm(lk({{160, 120}, {90.5, 70.25}}), none));
   for (int i = 0; i <= 20; ++i) {
     const auto picture = scene.render({0.7 * i, -0.4 * i});
     const auto &tracks = tracker.process(MovingScene::view(picture), i * second / 25);
@@ -43,7 +44,7 @@ TEST(LucasKanade, FollowsToAFractionOfAPixel) {
 TEST(LucasKanade, OverTheEdgeIsOutAndStaysOut) {
   NoExecutor none;
   const MovingScene scene;
-  Tracker tracker(lk({{314, 120}}), none);
+  Tracker tracker(lk({{314, 120}}), make_algorithm(lk({{314, 120}}), none));
   FeatureState state{};
   for (int i = 0; i <= 20; ++i)
     state = tracker.process(MovingScene::view(scene.render({0.8 * i, 0})), i * second / 25).features.at(0).state;
@@ -56,7 +57,7 @@ TEST(LucasKanade, OverTheEdgeIsOutAndStaysOut) {
 TEST(LucasKanade, WhatIsLostIsLostForEver) {
   NoExecutor none;
   const MovingScene scene;
-  Tracker tracker(lk({{160, 120}}), none);
+  Tracker tracker(lk({{160, 120}}), make_algorithm(lk({{160, 120}}), none));
   const auto picture = scene.render({0, 0});
   const cv::Mat flat(240, 320, CV_8UC3, cv::Scalar(80, 80, 80));
   tracker.process(MovingScene::view(picture), 0);
@@ -77,7 +78,7 @@ std::vector<cv::Point2d> grid() {
 std::vector<double> errors_after(int frames, cv::Point2d truth, const std::function<cv::Mat(int)> &frame) {
   NoExecutor none;
   const auto points = grid();
-  Tracker tracker(lk(points), none);
+  Tracker tracker(lk(points), make_algorithm(lk(points), none));
   std::vector<double> errors;
   for (int i = 0; i <= frames; ++i) {
     const cv::Mat picture = frame(i);

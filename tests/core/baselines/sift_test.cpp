@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "algorithms/make_algorithm.h"
 #include "track/moving_scene.h"
 #include "track/tracker.h"
 
@@ -80,7 +81,7 @@ Tally tally(const Tracks &tracks, const std::vector<Feature> &first, Truth truth
 TEST(Sift, FindsARigidSceneAgainWithoutAPast) {
   NoExecutor none;
   const MovingScene scene;
-  Tracker tracker(sift(30), none);
+  Tracker tracker(sift(30), make_algorithm(sift(30), none));
   const auto first = tracker.process(MovingScene::view(scene.render({0, 0})), 0).features;
   ASSERT_EQ(first.size(), 30u);
   // 39 pixels at once: no overlap, no small displacement, nothing in between.
@@ -95,7 +96,7 @@ TEST(Sift, FindsATurnedSceneAgain) {
   NoExecutor none;
   const MovingScene scene;
   const Turned turned(50);
-  Tracker tracker(sift(30), none);
+  Tracker tracker(sift(30), make_algorithm(sift(30), none));
   const auto first = tracker.process(MovingScene::view(scene.render({0, 0})), 0).features;
   const auto picture = turned.render(scene);
   const auto t = tally(tracker.process(MovingScene::view(picture), second / 25), first,
@@ -107,7 +108,7 @@ TEST(Sift, FindsATurnedSceneAgain) {
 TEST(Sift, HidesWhatIsHiddenAndFindsItAgain) {
   NoExecutor none;
   const MovingScene scene;
-  Tracker tracker(sift(20), none);
+  Tracker tracker(sift(20), make_algorithm(sift(20), none));
   const auto picture = scene.render({0, 0});
   const cv::Mat flat(240, 320, CV_8UC3, cv::Scalar(80, 80, 80));
   const auto first = tracker.process(MovingScene::view(picture), 0).features;
@@ -129,7 +130,7 @@ TEST(Sift, RefusesWhatIsThereTwice) {
   cv::Mat twice;
   const auto half = scene.render({0, 0});
   cv::hconcat(half, half, twice);
-  Tracker tracker(sift(40), none);
+  Tracker tracker(sift(40), make_algorithm(sift(40), none));
   tracker.process(MovingScene::view(twice), 0);
   int claimed = 0, away_from_seam = 0;
   for (const auto &f : tracker.process(MovingScene::view(twice), second / 25).features) {
@@ -147,7 +148,7 @@ TEST(Sift, RefusesWhatIsThereTwice) {
 TEST(Sift, LosesWhatFades) {
   NoExecutor none;
   const MovingScene scene;
-  Tracker tracker(sift(30), none);
+  Tracker tracker(sift(30), make_algorithm(sift(30), none));
   const auto picture = scene.render({0, 0});
   tracker.process(MovingScene::view(picture), 0);
   const cv::Mat faded = picture * 0.04 + cv::Scalar(100, 100, 100);
@@ -160,7 +161,7 @@ TEST(Sift, WhatIsRemovedTakesNothingWithIt) {
   const MovingScene scene;
   auto settings = sift(30);
   settings.replenish = false;
-  Tracker tracker(settings, none);
+  Tracker tracker(settings, make_algorithm(settings, none));
   const auto picture = scene.render({0, 0});
   tracker.process(MovingScene::view(picture), 0);
   EXPECT_TRUE(tracker.remove_point(1));
@@ -182,7 +183,7 @@ TEST(Sift, APointWithoutKeypointIsNotFoundAgain) {
   NoExecutor none;
   auto settings = sift(0);
   settings.points = {{160, 120}};
-  Tracker tracker(settings, none);
+  Tracker tracker(settings, make_algorithm(settings, none));
   const cv::Mat flat(240, 320, CV_8UC3, cv::Scalar(80, 80, 80));
   EXPECT_EQ(tracker.process(MovingScene::view(flat), 0).features.at(0).state, FeatureState::tracked);
   EXPECT_EQ(tracker.process(MovingScene::view(flat), second / 25).features.at(0).state, FeatureState::occluded);
@@ -192,7 +193,7 @@ TEST(Sift, CanBeGivenTheSmallestPictures) {
   NoExecutor none;
   auto settings = sift(0);
   settings.points = {{8, 8}};
-  Tracker tracker(settings, none);
+  Tracker tracker(settings, make_algorithm(settings, none));
   const cv::Mat tiny(16, 16, CV_8UC3, cv::Scalar::all(90));  // without a keypoint
   tracker.process(MovingScene::view(tiny), 0);
   const auto &feature = tracker.process(MovingScene::view(tiny), second / 25).features.at(0);

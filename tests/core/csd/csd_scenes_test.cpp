@@ -6,6 +6,7 @@
 #include <ostream>
 #include <vector>
 
+#include "algorithms/make_algorithm.h"
 #include "sim/simulator.h"
 #include "track/moving_scene.h"
 #include "track/thread_pool.h"
@@ -42,7 +43,7 @@ TEST_P(CsdScenes, KeepsItsPoints) {
   Settings settings;
   settings.points_from_start = true;
   settings.content_area = ContentArea::full;
-  Tracker tracker(settings, pool);
+  Tracker tracker(settings, make_algorithm(settings, pool));
   std::vector<StartPoint> starts;
   for (const auto &point : simulator.truth(0, surface))
     if (point.visibility == sim::Visibility::visible) starts.push_back({point.id, {point.x, point.y}});

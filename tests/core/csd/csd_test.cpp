@@ -9,6 +9,7 @@
 #include <map>
 #include <opencv2/imgproc.hpp>
 
+#include "algorithms/make_algorithm.h"
 #include "track/moving_scene.h"
 #include "track/thread_pool.h"
 #include "track/tracker.h"
@@ -34,7 +35,7 @@ using Scene = std::function<cv::Mat(int)>;
 
 std::vector<Tracks> run(const Settings &settings, int frames, const Scene &scene, unsigned threads = 1) {
   ThreadPool pool(threads);
-  Tracker tracker(settings, pool);
+  Tracker tracker(settings, make_algorithm(settings, pool));
   std::vector<Tracks> all;
   for (int i = 0; i < frames; ++i) {
     const auto picture = scene(i);
@@ -187,7 +188,7 @@ TEST(Csd, TracksAlikeFrom15To100FramesASecond) {
   constexpr std::int64_t look = second / 5;
   for (const int rate : {15, 25, 100}) {
     ThreadPool pool(1);
-    Tracker tracker(at(some), pool);
+    Tracker tracker(at(some), make_algorithm(at(some), pool));
     const auto where = [](std::int64_t time) {
       const double t = static_cast<double>(time) / static_cast<double>(second);
       return cv::Point2d(9 * std::sin(4 * t), 6 * std::sin(2.5 * t));
@@ -211,7 +212,7 @@ TEST(Csd, TracksAlikeFrom15To100FramesASecond) {
 /// The view jumps after 30 frames: claims in that frame, which must be right.
 std::size_t claims_after_a_jump(bool discont, std::int64_t gap) {
   ThreadPool pool(1);
-  Tracker tracker(at(some), pool);
+  Tracker tracker(at(some), make_algorithm(at(some), pool));
   std::size_t claimed = 0;
   for (int i = 0; i <= 30; ++i) {
     const cv::Point2d jump = i < 30 ? cv::Point2d() : cv::Point2d(12, -12);
@@ -244,7 +245,7 @@ TEST(Csd, PastTheBudgetTheLeastUrgentWaitAndNoneForEver) {
   settings.clock = [&now] { return now += 1000; };  // a microsecond a point
   settings.frame_budget = 100 * 1000;
   ThreadPool pool(1);
-  Tracker tracker(settings, pool);
+  Tracker tracker(settings, make_algorithm(settings, pool));
   std::vector<int> waits(many.size());
   std::vector<double> seen_with(many.size(), 1);
   std::uint64_t waited = 0;
@@ -276,7 +277,7 @@ TEST(Csd, ABudgetThatIsSpentBeforeItBeginsLooksAtOneFeatureAFrame) {
   settings.frame_budget = 1;
   settings.training_time = 10 * second;  // with no time for it, none would be over
   ThreadPool pool(1);
-  Tracker tracker(settings, pool);
+  Tracker tracker(settings, make_algorithm(settings, pool));
   std::vector<int> looks(many.size());
   for (int i = 0; i <= 40; ++i) {
     const auto picture = swaying(i);
@@ -295,7 +296,7 @@ TEST(Csd, ReplenishesAndForgets) {
   Settings settings = at({});
   settings.max_features = 20;
   ThreadPool pool(1);
-  Tracker tracker(settings, pool);
+  Tracker tracker(settings, make_algorithm(settings, pool));
   for (int i = 0; i < 5; ++i) {
     const auto picture = swaying(i);
     tracker.process(MovingScene::view(picture), i * frame_time);

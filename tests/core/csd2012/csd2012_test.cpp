@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "csd2012/csd2012.h"
+#include "algorithms/make_algorithm.h"
 
 #include <gtest/gtest.h>
 
@@ -59,7 +60,7 @@ TEST(Csd2012, EightTrackersInOneProcessDoNotKnowOfEachOther) {
   std::vector<std::thread> streams;
   for (auto &tracks : all)
     streams.emplace_back([&] {
-      Tracker tracker(few_features(), pool);
+      Tracker tracker(few_features(), make_algorithm(few_features(), pool));
       for (int i = 0; i < 15; ++i) {
         const auto picture = scene.render(sway(i));
         tracks.push_back(tracker.process(MovingScene::view(picture), i * frame_time));
@@ -74,7 +75,7 @@ TEST(Csd2012, AHiddenFeatureIsSaidToBeHiddenAndIsFoundAgain) {
   settings.points = {{160, 120}};
   const MovingScene scene;
   ThreadPool pool(1);
-  Tracker tracker(settings, pool);
+  Tracker tracker(settings, make_algorithm(settings, pool));
   int hidden = 0;
   Feature last;
   for (int i = 0; i < 60; ++i) {
@@ -99,7 +100,7 @@ int found_after_a_jump(cv::Point2d jump, int hidden) {
   settings.points = {{110, 100}, {160, 120}, {200, 90}, {130, 150}};
   const MovingScene scene;
   ThreadPool pool(1);
-  Tracker tracker(settings, pool);
+  Tracker tracker(settings, make_algorithm(settings, pool));
   int found = 0;
   for (int i = 0; i <= 20 + hidden; ++i) {
     auto picture = scene.render(i < 20 + hidden ? cv::Point2d(0, 0) : jump);
@@ -130,7 +131,7 @@ TEST(Csd2012, SuccessesKeepAFeatureAgainstItsCopy) {
   settings.search_radius = 16;
   const MovingScene scene;
   ThreadPool pool(1);
-  Tracker tracker(settings, pool);
+  Tracker tracker(settings, make_algorithm(settings, pool));
   int tracked = 0;
   for (int i = 0; i < 90; ++i) {
     auto picture = scene.render({0, 0});
@@ -147,7 +148,7 @@ TEST(Csd2012, OverTheEdgeIsOut) {
   auto settings = few_features();
   for (int y = 40; y < 210; y += 16) settings.points.push_back({310, static_cast<double>(y)});
   ThreadPool pool(1);
-  Tracker tracker(settings, pool);
+  Tracker tracker(settings, make_algorithm(settings, pool));
   std::set<FeatureId> out;
   for (int i = 0; i < 60; ++i) {
     const auto picture = MovingScene().render({i < 20 ? 0.0 : std::min(i - 20, 38) * 1.0, 0});
@@ -178,7 +179,7 @@ TEST(Csd2012, LearnsFromFramesThatAreEvenlySpread) {
   settings.points = {{160, 120}};
   settings.training_time = 2 * second;
   const MovingScene scene;
-  Tracker tracker(settings, never);
+  Tracker tracker(settings, make_algorithm(settings, never));
   for (int i = 0; i < 20; ++i) tracker.process(MovingScene::view(scene.render(sway(i))), i * frame_time);
   EXPECT_EQ(tracker.stats().queue, 10u);
 }
@@ -189,7 +190,7 @@ TEST(Csd2012, TheDescriptorTakesOverWhereLkFails) {
   settings.points = {{160, 120}};
   const MovingScene scene;
   ThreadPool pool(1);
-  Tracker tracker(settings, pool);
+  Tracker tracker(settings, make_algorithm(settings, pool));
   for (int i = 0; i < 10; ++i) {
     auto picture = scene.render({0, 0});
     if (i == 4) picture.setTo(cv::Scalar(90, 90, 90));
@@ -254,7 +255,7 @@ TEST(Csd2012, TheStreamingThreadNeverWaitsForLearning) {
   auto settings = few_features();
   settings.learn_synchronously = false;
   const MovingScene scene;
-  Tracker tracker(settings, never);
+  Tracker tracker(settings, make_algorithm(settings, never));
   for (int i = 0; i < 60; ++i) {
     const auto picture = scene.render(sway(i));
     for (const auto &f : tracker.process(MovingScene::view(picture), i * frame_time).features)
@@ -268,7 +269,7 @@ TEST(Csd2012, LearnsBesideTheStream) {
   settings.learn_synchronously = false;
   const MovingScene scene;
   ThreadPool pool(2);
-  Tracker tracker(settings, pool);
+  Tracker tracker(settings, make_algorithm(settings, pool));
   std::atomic<bool> done = false;
   std::thread reader([&] {
     std::uint64_t learned = 0;
@@ -306,7 +307,7 @@ TEST(Csd2012, LearnsBesideTheStream) {
 TEST(Csd2012, StatsTellOfLearning) {
   const MovingScene scene;
   ThreadPool pool(1);
-  Tracker tracker(few_features(), pool);
+  Tracker tracker(few_features(), make_algorithm(few_features(), pool));
   for (int i = 0; i < 20; ++i) tracker.process(MovingScene::view(scene.render(sway(i))), i * frame_time);
   const auto stats = tracker.stats();
   EXPECT_EQ(stats.learned, 12u);
@@ -328,7 +329,7 @@ TEST(Csd2012, StatsCountADescriptorThatTakesOverFromLkThatFailed) {
     settings.points = {{300, 120}};
     settings.training_time = second;
     settings.learn_synchronously = learns;
-    Tracker tracker(settings, learns ? static_cast<Executor &>(pool) : never);
+    Tracker tracker(settings, make_algorithm(settings, learns ? static_cast<Executor &>(pool) : never));
     FeatureState state{};
     for (int i = 0; i < 12; ++i) {
       const auto picture = scene.render({3.0 * i, 0});
@@ -347,7 +348,7 @@ TEST(Csd2012, NoiseAndFlatPicturesGiveNothingThatIsNotANumber) {
   auto settings = few_features();
   settings.points = {{160, 120}, {2, 2}, {318, 238}, {400, -3}};
   ThreadPool pool(1);
-  Tracker tracker(settings, pool);
+  Tracker tracker(settings, make_algorithm(settings, pool));
   cv::RNG rng(9);
   for (int i = 0; i < 40; ++i) {
     cv::Mat picture(240, 320, CV_8UC3, cv::Scalar::all(i % 4 == 0 ? 0 : 255));

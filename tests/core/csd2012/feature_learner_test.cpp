@@ -9,12 +9,12 @@
 #include <set>
 #include <thread>
 
+#include "csd2012/learn/appearance.h"
 #include "csd2012/search.h"
 #include "csd2012/smoothed.h"
 #include "image/convert.h"
 #include "image/patch.h"
 #include "image/warps.h"
-#include "learn/appearance.h"
 #include "track/moving_scene.h"
 
 namespace csd {

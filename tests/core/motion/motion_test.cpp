@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "algorithms/make_algorithm.h"
 #include "signals.h"
 #include "sim/camera.h"
 #include "sim/simulator.h"
@@ -64,7 +65,7 @@ TEST(Motion, RatesOfSimulatedTissueByTheTrackerCsd) {
   tracking.max_features = 6;
   tracking.learn_synchronously = true;
   Immediately now;
-  Tracker tracker(tracking, now);
+  Tracker tracker(tracking, make_algorithm(tracking, now));
   score::Recording tracks;
   cv::Mat picture;
   for (std::uint64_t n = 0; n < 1000; ++n) {

@@ -111,7 +111,6 @@ class TrackerLife : public testing::Test {
   }
 
   Script script_;
-  NoExecutor executor_;
   cv::Mat texture_;
   std::int64_t pts_ = 0;
 };

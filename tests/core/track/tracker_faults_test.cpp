@@ -11,7 +11,7 @@ namespace {
 class TrackerFaults : public TrackerLife {};
 
 TEST_F(TrackerFaults, AfterAnExceptionTheTrackerGoesOnBlind) {
-  Tracker tracker(with_points({{10, 20}, {400, 20}}), executor_);
+  Tracker tracker(with_points({{10, 20}, {400, 20}}), std::make_unique<Scripted>());
   next(tracker);
   script_.throws = true;
   EXPECT_THROW(next(tracker), std::runtime_error);
@@ -24,7 +24,7 @@ TEST_F(TrackerFaults, AfterAnExceptionTheTrackerGoesOnBlind) {
 
 TEST_F(TrackerFaults, AFrameThatFailedAndIsToldBlindIsOneFrame) {
   for (const std::int64_t frame : {second / 25, no_time}) {  // with timestamps and without
-    Tracker tracker(with_points({{100, 100}}), executor_);
+    Tracker tracker(with_points({{100, 100}}), std::make_unique<Scripted>());
     const auto stamp = [frame](int i) { return frame == no_time ? no_time : i * frame; };
     const auto view = MovingScene::gray_view(texture_);
     tracker.process(view, stamp(0));
@@ -42,7 +42,7 @@ TEST_F(TrackerFaults, AFrameThatFailedAndIsToldBlindIsOneFrame) {
 }
 
 TEST_F(TrackerFaults, WhatIsAskedOfAFrameThatFailsIsAnsweredOnce) {
-  Tracker tracker(with_points({{10, 20}, {30, 40}}), executor_);
+  Tracker tracker(with_points({{10, 20}, {30, 40}}), std::make_unique<Scripted>());
   next(tracker);
   const auto kept = tracker.add_point(12, 13), gone = tracker.add_point(14, 15);
   EXPECT_TRUE(tracker.remove_point(1));
@@ -64,7 +64,7 @@ TEST_F(TrackerFaults, WhatIsAskedOfAFrameThatFailsIsAnsweredOnce) {
 
 // Memory may end between two points: those that have begun must not begin again, the others not be forgotten.
 TEST_F(TrackerFaults, PointsThatTheAlgorithmCannotBeginAreLostAndBeginLater) {
-  Tracker tracker(with_points({{10, 20}, {30, 40}, {50, 60}}), executor_);
+  Tracker tracker(with_points({{10, 20}, {30, 40}, {50, 60}}), std::make_unique<Scripted>());
   const auto asked = tracker.add_point(12, 13), last = tracker.add_point(14, 15);
   script_.cannot_begin = 1;
   EXPECT_THROW(next(tracker), std::runtime_error);
@@ -86,7 +86,7 @@ TEST_F(TrackerFaults, PointsThatTheAlgorithmCannotBeginAreLostAndBeginLater) {
 TEST_F(TrackerFaults, ClaimsAreByAscendingIdAfterAFault) {
   for (const bool told : {false, true}) {
     script_.begun.clear();
-    Tracker tracker(with_points({{10, 20}}), executor_);
+    Tracker tracker(with_points({{10, 20}}), std::make_unique<Scripted>());
     next(tracker);
     tracker.reset();
     tracker.add_point(12, 13);
@@ -104,7 +104,7 @@ TEST_F(TrackerFaults, ClaimsAreByAscendingIdAfterAFault) {
 TEST_F(TrackerFaults, WhatDetectionCannotBeginIsAsIfNotFound) {
   Settings settings;
   settings.max_features = 6;
-  Tracker tracker(settings, executor_);
+  Tracker tracker(settings, std::make_unique<Scripted>());
   script_.cannot_begin = 2;
   EXPECT_THROW(next(tracker), std::runtime_error);
   EXPECT_EQ(ids(tracker.process_blind(320, 240, pts_)), (std::vector<FeatureId>{0, 1}));
@@ -116,7 +116,7 @@ TEST_F(TrackerFaults, WhatDetectionCannotBeginIsAsIfNotFound) {
 
 // The positions are of the frame that was tracked: so must be what the algorithm keeps of its pixels.
 TEST_F(TrackerFaults, AFrameThatWasTrackedIsFinished) {
-  Tracker tracker(with_points({{10, 20}}), executor_);
+  Tracker tracker(with_points({{10, 20}}), std::make_unique<Scripted>());
   script_.cannot_begin = 0;
   EXPECT_THROW(next(tracker), std::runtime_error);
   EXPECT_EQ(script_.finished, 1);
@@ -126,7 +126,7 @@ TEST_F(TrackerFaults, AFrameThatWasTrackedIsFinished) {
 }
 
 TEST_F(TrackerFaults, ARemovalLastsUntilItIsDone) {
-  Tracker tracker(with_points({{10, 20}, {30, 40}}), executor_);
+  Tracker tracker(with_points({{10, 20}, {30, 40}}), std::make_unique<Scripted>());
   next(tracker);
   EXPECT_TRUE(tracker.remove_point(0));
   EXPECT_TRUE(tracker.remove_point(1));
@@ -138,7 +138,7 @@ TEST_F(TrackerFaults, ARemovalLastsUntilItIsDone) {
 }
 
 TEST_F(TrackerFaults, AResetLastsUntilItIsDone) {
-  Tracker tracker(with_points({{10, 20}}), executor_);
+  Tracker tracker(with_points({{10, 20}}), std::make_unique<Scripted>());
   next(tracker);
   tracker.reset();
   script_.cannot_forget = true;

@@ -17,7 +17,7 @@ namespace csd {
 namespace {
 
 TEST_F(TrackerLife, GivenPointsHaveIdsInTheirOrderAndAPointOutsideIsOut) {
-  Tracker tracker(with_points({{10, 20}, {400, 20}, {30.25, 40.5}}), executor_);
+  Tracker tracker(with_points({{10, 20}, {400, 20}, {30.25, 40.5}}), std::make_unique<Scripted>());
   const auto &tracks = next(tracker);
   ASSERT_EQ(tracks.features.size(), 3u);
   EXPECT_TRUE(tracks.changed);
@@ -35,7 +35,7 @@ TEST_F(TrackerLife, GivenPointsHaveIdsInTheirOrderAndAPointOutsideIsOut) {
 }
 
 TEST_F(TrackerLife, WhatWaitsIsNotFreshAndCounted) {
-  Tracker tracker(with_points({{10, 20}, {30, 40}, {50, 60}}), executor_);
+  Tracker tracker(with_points({{10, 20}, {30, 40}, {50, 60}}), std::make_unique<Scripted>());
   next(tracker);
   script_.waiting = {0, 2};
   for (const auto &f : next(tracker).features) EXPECT_EQ(f.fresh, f.id == 1);
@@ -48,7 +48,7 @@ TEST_F(TrackerLife, WhatWaitsIsNotFreshAndCounted) {
 }
 
 TEST_F(TrackerLife, AJumpIsToldOfUntilAFrameWasTracked) {
-  Tracker tracker(with_points({{10, 20}}), executor_);
+  Tracker tracker(with_points({{10, 20}}), std::make_unique<Scripted>());
   const auto view = MovingScene::gray_view(texture_);
   constexpr auto frame = second / 25;
   tracker.process(view, 0, frame, true);
@@ -81,7 +81,8 @@ TEST_F(TrackerLife, GrayOf16BitIsSeenThroughAWindowOfItsStream) {
     return script_.luma.clone();
   };
   const auto same = [](const cv::Mat &a, const cv::Mat &b) { return cv::norm(a, b, cv::NORM_INF) == 0; };
-  Tracker tracker(with_points({{10, 20}}), executor_), other(with_points({{10, 20}}), executor_);
+  Tracker tracker(with_points({{10, 20}}), std::make_unique<Scripted>()),
+      other(with_points({{10, 20}}), std::make_unique<Scripted>());
   const cv::Mat first = process(tracker, 1000), second = process(tracker, 1040), anew = process(other, 1040);
   cv::Scalar mean, is, should;
   cv::meanStdDev(first, mean, is);
@@ -97,7 +98,7 @@ TEST_F(TrackerLife, AGivenPointNeverEndsADetectedOneIsForgotten) {
   Settings settings;
   settings.max_features = 5;
   settings.forget_after = second;
-  Tracker tracker(settings, executor_);
+  Tracker tracker(settings, std::make_unique<Scripted>());
   const auto first = tracker.add_point(50, 60);
   const auto &tracks = next(tracker);
   ASSERT_EQ(tracks.features.size(), 6u);
@@ -120,7 +121,7 @@ TEST_F(TrackerLife, ReplenishingGivesNewIds) {
   Settings settings;
   settings.max_features = 5;
   settings.forget_after = second / 5;
-  Tracker tracker(settings, executor_);
+  Tracker tracker(settings, std::make_unique<Scripted>());
   const auto &tracks = next(tracker);
   ASSERT_EQ(tracks.features.size(), 5u);
   script_.kinds[2] = Claim::Kind::lost;
@@ -142,7 +143,7 @@ TEST_F(TrackerLife, ReplenishingGivesNewIds) {
 }
 
 TEST_F(TrackerLife, AChangeOfSizeEndsTheOldIdsAndBeginsThePointsUnderTheNext) {
-  Tracker tracker(with_points({{10, 20}, {100, 100}}), executor_);
+  Tracker tracker(with_points({{10, 20}, {100, 100}}), std::make_unique<Scripted>());
   next(tracker);
   cv::Mat larger;
   cv::resize(texture_, larger, {}, 2, 2);
@@ -160,7 +161,7 @@ TEST_F(TrackerLife, AChangeOfSizeEndsTheOldIdsAndBeginsThePointsUnderTheNext) {
 }
 
 TEST_F(TrackerLife, ResetDoesTheSame) {
-  Tracker tracker(with_points({{10, 20}}), executor_);
+  Tracker tracker(with_points({{10, 20}}), std::make_unique<Scripted>());
   next(tracker);
   tracker.add_point(30, 30);  // before the reset: of the stream that is forgotten
   tracker.reset();
@@ -178,7 +179,7 @@ TEST_F(TrackerLife, WhatFadesInIsDetectedTo) {
   Settings settings;
   settings.max_features = 20;
   const auto detected_with_all_of_it_from = [&](int frame) {
-    Tracker tracker(settings, executor_);
+    Tracker tracker(settings, std::make_unique<Scripted>());
     cv::Mat part(texture_.size(), CV_8UC1, cv::Scalar(0));
     texture_(cv::Rect(140, 100, 40, 40)).copyTo(part(cv::Rect(140, 100, 40, 40)));
     for (int i = 0; i < 80; ++i) next(tracker, i < frame ? part : texture_);
@@ -191,7 +192,7 @@ TEST_F(TrackerLife, WhatFadesInIsDetectedTo) {
 TEST_F(TrackerLife, PointsComeAndGoByRequest) {
   Settings settings;
   settings.max_features = 0;
-  Tracker tracker(settings, executor_);
+  Tracker tracker(settings, std::make_unique<Scripted>());
   EXPECT_TRUE(next(tracker).features.empty());
   const auto id = tracker.add_point(12.5, 13);
   EXPECT_EQ(id, 0u);
@@ -209,7 +210,7 @@ TEST_F(TrackerLife, PointsComeAndGoByRequest) {
 }
 
 TEST_F(TrackerLife, AnotherThreadMayAskWhileFramesGoThrough) {
-  Tracker tracker(with_points({{10, 20}}), executor_);
+  Tracker tracker(with_points({{10, 20}}), std::make_unique<Scripted>());
   std::atomic<bool> at_work = true;
   std::vector<FeatureId> kept = {0};
   std::thread other([&] {
@@ -228,7 +229,7 @@ TEST_F(TrackerLife, AnotherThreadMayAskWhileFramesGoThrough) {
 }
 
 TEST_F(TrackerLife, AnotherThreadMayResetAndRemoveTheNearest) {
-  Tracker tracker(with_points({{10, 20}, {30, 40}}), executor_);
+  Tracker tracker(with_points({{10, 20}, {30, 40}}), std::make_unique<Scripted>());
   std::atomic<bool> at_work = true;
   std::thread other([&] {
     for (int i = 0; i < 60; ++i) {
@@ -247,7 +248,7 @@ TEST_F(TrackerLife, AnotherThreadMayResetAndRemoveTheNearest) {
 TEST_F(TrackerLife, BlackFramesHaveNoFeaturesAndDetectionIsTriedAgain) {
   Settings settings;
   settings.max_features = 8;
-  Tracker tracker(settings, executor_);
+  Tracker tracker(settings, std::make_unique<Scripted>());
   const cv::Mat black(240, 320, CV_8UC1, cv::Scalar(0)), white(240, 320, CV_8UC1, cv::Scalar(255));
   EXPECT_TRUE(next(tracker, black).features.empty());
   EXPECT_TRUE(next(tracker, white).features.empty());
@@ -263,7 +264,7 @@ TEST_F(TrackerLife, DetectionStaysInItsRegion) {
   Settings settings;
   settings.max_features = 10;
   settings.region = {200, 100, 80, 90};
-  Tracker tracker(settings, executor_);
+  Tracker tracker(settings, std::make_unique<Scripted>());
   const auto &tracks = next(tracker);
   ASSERT_FALSE(tracks.features.empty());
   for (const auto &f : tracks.features) EXPECT_TRUE(settings.region.contains(cv::Point(cvRound(f.x), cvRound(f.y))));
@@ -272,15 +273,15 @@ TEST_F(TrackerLife, DetectionStaysInItsRegion) {
 TEST_F(TrackerLife, DetectionKeepsAwayFromHighlightsAsTheSettingsDefineThem) {
   Settings settings;
   settings.max_features = 10;
-  Tracker by_default(settings, executor_);
+  Tracker by_default(settings, std::make_unique<Scripted>());
   EXPECT_EQ(next(by_default).features.size(), 10u);
   settings.specular.value = 0.1;  // V of the darkest pixel is 40/255, and gray has no saturation
-  Tracker all_bright(settings, executor_);
+  Tracker all_bright(settings, std::make_unique<Scripted>());
   EXPECT_TRUE(next(all_bright).features.empty());
 }
 
 TEST_F(TrackerLife, APictureSmallerThanAPatchOrAPyramidHasNoFeatures) {
-  Tracker flat({}, executor_), tracker(with_points({{0, 0}}), executor_);
+  Tracker flat({}, std::make_unique<Scripted>()), tracker(with_points({{0, 0}}), std::make_unique<Scripted>());
   for (const int side : {15, 16}) EXPECT_EQ(next(flat, cv::Mat(side, 40, CV_8UC1, 9.)).too_small, side < 16);
   const auto &tracks = next(tracker, cv::Mat(1, 1, CV_8UC1, 9.));
   EXPECT_TRUE(tracks.too_small);
@@ -289,7 +290,7 @@ TEST_F(TrackerLife, APictureSmallerThanAPatchOrAPyramidHasNoFeatures) {
 }
 
 TEST_F(TrackerLife, APointThatComesWhileNothingCanBeSeenBeginsLater) {
-  Tracker tracker(with_points({{100, 100}}), executor_);
+  Tracker tracker(with_points({{100, 100}}), std::make_unique<Scripted>());
   tracker.process_blind(320, 240, 0);
   const auto second_point = tracker.add_point(50, 60);
   const auto &tracks = tracker.process_blind(320, 240, second / 25);
@@ -324,7 +325,7 @@ TEST_F(TrackerLife, WhatBeganOnBurntInGraphicsEndsAPointOfTheUserStays) {
   settings.forget_after = 0;
   for (const bool moves : {false, true}) {
     script_.motion = {moves ? 2.0 : 0.0, 0};  // away from the graphics, on to tissue
-    Tracker tracker(settings, executor_);
+    Tracker tracker(settings, std::make_unique<Scripted>());
     const auto mine = tracker.add_point(410, 248);
     std::size_t detected = 0, ended = 0;
     for (int i = 0; i < 100; ++i)
@@ -342,7 +343,7 @@ TEST_F(TrackerLife, WhatBeganOnBurntInGraphicsEndsAPointOfTheUserStays) {
 }
 
 TEST_F(TrackerLife, StatsCountFramesAndStates) {
-  Tracker tracker(with_points({{10, 20}, {400, 20}}), executor_);
+  Tracker tracker(with_points({{10, 20}, {400, 20}}), std::make_unique<Scripted>());
   next(tracker);
   next(tracker);
   const auto stats = tracker.stats();
@@ -355,7 +356,7 @@ TEST_F(TrackerLife, StatsCountFramesAndStates) {
 TEST_F(TrackerLife, PointsFromTheStartKeepTheirIds) {
   Settings settings;
   settings.points_from_start = true;
-  Tracker tracker(settings, executor_);
+  Tracker tracker(settings, std::make_unique<Scripted>());
   EXPECT_TRUE(next(tracker).features.empty());  // no detection
   const auto id = tracker.add_point(50, 60);
   EXPECT_EQ(id, max_points);
@@ -375,7 +376,7 @@ TEST_F(TrackerLife, PointsFromTheStartKeepTheirIds) {
 TEST_F(TrackerLife, PointsFromTheStartComeAgainUnderTheirIdsAfterAReset) {
   Settings settings;
   settings.points_from_start = true;
-  Tracker tracker(settings, executor_);
+  Tracker tracker(settings, std::make_unique<Scripted>());
   tracker.offer_start({{2, {10, 20}}, {5, {30, 40}}});
   next(tracker);
   next(tracker);

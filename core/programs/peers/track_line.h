@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <opencv2/core/types.hpp>
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "programs/peers/peer.h"
+#include "programs/peers/video_source.h"
+#include "track/types.h"
+
+namespace csd::peers {
+
+/// A line of JSON as csdtrackenc writes it (docs/metadata.md), with its newline. `ids` and `reports` go together. A
+/// point that is not seen is `lost`, or `out` where its position is outside the picture.
+std::string track_line(std::string_view algorithm, std::uint64_t frame, const Picture &picture,
+                       std::span<const FeatureId> ids, std::span<const Report> reports);
+
+}  // namespace csd::peers

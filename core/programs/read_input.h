@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <variant>
+
+#include "score/types.h"
+
+namespace csd::programs {
+
+using Input = std::variant<score::Truth, score::Recording>;
+
+/// Reads truth or tracks, told apart by what the file holds, not by its name. Adds to `notes` what is left out. Throws
+/// score::InputError.
+Input read_input(const std::string &path, std::vector<std::string> &notes);
+
+}  // namespace csd::programs

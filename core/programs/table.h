@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace csd::programs {
+
+struct Table {
+  std::string title;
+  std::vector<std::vector<std::string>> rows;  ///< the first is the header
+};
+
+/// For a terminal: columns aligned, the first at the left, the others at the right.
+std::string as_text(const Table &table);
+std::string as_markdown(const Table &table);
+
+}  // namespace csd::programs

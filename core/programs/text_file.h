@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace csd::programs {
+
+/// A file of lines, as a program that may be killed at any moment writes it.
+struct TextFile {
+  struct Line {
+    std::size_t number;     ///< from 1
+    std::string_view text;  ///< without LF or CR LF
+  };
+  std::string name;
+  std::string content;  ///< without a byte order mark
+  bool torn = false;    ///< the last line has no newline: it may be half a line
+
+  /// The lines that are whole and not empty.
+  std::vector<Line> lines() const;
+};
+
+/// Throws score::InputError if the file can't be read, is empty or has a line of more than most_line_bytes.
+TextFile read_text_file(const std::string &name);
+
+/// Adds the note that a torn last line is left out.
+void note_torn(const TextFile &file, std::vector<std::string> &notes);
+
+}  // namespace csd::programs

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "overlay/overlay.h"
+
+#include "frame_mapping.h"
+#include "guard.h"
+#include "lock.h"
+
+namespace csd {
+
+void Overlay::set_up(GstBaseTransform *element) {
+  gst_base_transform_set_in_place(element, TRUE);
+  gst_base_transform_set_gap_aware(element, TRUE);
+  // Else the base class tries the input's caps first, and never offers the feature that overlay=meta needs.
+  gst_base_transform_set_prefer_passthrough(element, FALSE);
+  // GstVideoFilter turns it on; then a late frame is dropped before it gets here, and a recording has a hole.
+  gst_base_transform_set_qos_enabled(element, FALSE);
+}
+
+GParamSpec *Overlay::param_spec() {
+  return g_param_spec_enum("overlay", "Overlay", "How features are shown in the picture", GST_TYPE_CSD_TRACK_OVERLAY,
+                           GST_CSD_TRACK_OVERLAY_NONE,
+                           static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS |
+                                                    GST_PARAM_MUTABLE_PLAYING | GST_PARAM_CONTROLLABLE));
+}
+
+void Overlay::see_value(GstBaseTransform *element, const GstCsdTrackOverlay &overlay) {
+  const std::lock_guard lock(values_);
+  GstCsdTrackOverlay value;
+  {
+    const ObjectLock object_lock(element);
+    value = overlay;
+  }
+  draws_ = value == GST_CSD_TRACK_OVERLAY_DRAW;
+  negotiation_.set_wanted(element, value == GST_CSD_TRACK_OVERLAY_META);
+}
+
+GstCaps *Overlay::transform_caps(GstBaseTransform *element, GstPadDirection direction, GstCaps *caps,
+                                 GstCaps *filter) const noexcept {
+  GstCaps *other = nullptr;
+  if (const auto failure = guarded([&] { other = negotiation_.transform_caps(direction, caps); })) {
+    GST_ERROR_OBJECT(element, "%s", failure->detail.c_str());
+    other = gst_caps_ref(caps);
+  }
+  const auto narrow = [&other](GstCaps *first, GstCaps *second) {
+    GstCaps *both = gst_caps_intersect_full(first, second, GST_CAPS_INTERSECT_FIRST);
+    gst_caps_unref(other);
+    other = both;
+  };
+  // Upstream is offered what can be drawn into. What comes all the same isn't refused here: can_show() says why.
+  if (draws_ && direction == GST_PAD_SRC) {
+    GstCaps *mappable = template_caps();
+    narrow(other, mappable);
+    gst_caps_unref(mappable);
+  }
+  if (filter) narrow(filter, other);
+  return other;
+}
+
+gboolean Overlay::accept_caps(GstBaseTransform *element, GstPadDirection direction, GstCaps *caps,
+                              decltype(GstBaseTransformClass::accept_caps) accept) {
+  GstCaps *complete = complete_caps(caps);
+  const gboolean accepted = accept(element, direction, complete);
+  gst_caps_unref(complete);
+  return accepted;
+}
+
+void Overlay::see_event(GstBaseTransform *element, GstEvent *event) {
+  if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE) negotiation_.restart(element);
+}
+
+void Overlay::set_caps(GstCaps *in, GstCaps *out) {
+  can_map_ = can_map(in);
+  negotiation_.set_caps(in, out);
+}
+
+bool Overlay::can_show(GstBaseTransform *element, GstCsdTrackOverlay overlay) const {
+  if (can_map_ || overlay != GST_CSD_TRACK_OVERLAY_DRAW) return true;
+  GstCaps *caps = gst_pad_get_current_caps(GST_BASE_TRANSFORM_SINK_PAD(element));
+  gchar *text = caps ? gst_caps_to_string(caps) : g_strdup("not known");
+  GST_ELEMENT_ERROR(element, STREAM, WRONG_TYPE,
+                    ("overlay=draw can't draw into these frames, for they are not in system memory, or not of a format "
+                     "that csdtrack takes. Use overlay=meta or none, or download and convert the frames before."),
+                    ("their caps are %s", text));
+  g_free(text);
+  gst_clear_caps(&caps);
+  return false;
+}
+
+void Overlay::settle(GstBaseTransform *element, GstCsdTrackOverlay overlay) {
+  if (overlay == GST_CSD_TRACK_OVERLAY_META) negotiation_.settle(element);
+}
+
+void Overlay::show(GstVideoFilter *element, GstBuffer *buffer, const Tracks &tracks, GstCsdTrackOverlay overlay) {
+  if (overlay == GST_CSD_TRACK_OVERLAY_NONE || is_empty_gap(buffer)) return;
+  const GstVideoCropMeta *crop = gst_buffer_get_video_crop_meta(buffer);
+  if (overlay == GST_CSD_TRACK_OVERLAY_DRAW) {
+    MappedFrame frame(element->in_info, buffer, GST_MAP_READWRITE);
+    painter_.draw(*frame, element->in_info, crop, tracks);
+  } else if (negotiation_.may_attach()) {
+    composition_.attach(buffer, tracks, crop ? static_cast<int>(crop->x) : 0, crop ? static_cast<int>(crop->y) : 0,
+                        tracks.height);
+  } else if (negotiation_.take_refusal()) {
+    GST_ELEMENT_WARNING(element, STREAM, FAILED,
+                        ("Nothing downstream can show an overlay that is not drawn. Use overlay=draw, or a sink that "
+                         "renders GstVideoOverlayComposition."),
+                        ("the pixels stay as they are"));
+  }
+}
+
+void sync_properties(GstBaseTransform *element, GstBuffer *buffer) {
+  if (element->segment.format != GST_FORMAT_TIME) return;
+  const GstClockTime time = gst_segment_to_stream_time(&element->segment, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer));
+  if (GST_CLOCK_TIME_IS_VALID(time)) gst_object_sync_values(GST_OBJECT(element), time);
+}
+
+}  // namespace csd

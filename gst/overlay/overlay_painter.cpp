@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "overlay/overlay_painter.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "frame_mapping.h"
+#include "overlay/markers.h"
+#include "overlay/sprite_cache.h"
+
+namespace csd {
+
+namespace {
+
+/// A sprite in the picture's own colour model: alpha, and per component 16 times the 8-bit code value times alpha/255,
+/// in one row after another. Of a premultiplied colour every linear map is premultiplied too.
+struct NativeSprite {
+  int width = 0, height = 0;
+  cv::Point origin;
+  std::vector<cv::Range> covered;
+  std::vector<std::uint8_t> alpha;
+  std::array<std::vector<std::uint16_t>, 4> value;
+
+  std::size_t bytes() const {
+    return alpha.size() * (1 + value.size() * sizeof(std::uint16_t)) + covered.size() * sizeof covered[0];
+  }
+};
+
+constexpr int fraction = 16;
+
+NativeSprite to_native(const Sprite &sprite, const FrameView &view) {
+  NativeSprite out;
+  out.width = sprite.rgba.cols;
+  out.height = sprite.rgba.rows;
+  out.origin = sprite.origin;
+  out.covered = sprite.covered;
+  const std::size_t pixels = sprite.rgba.total();
+  out.alpha.resize(pixels);
+  for (auto &value : out.value) value.resize(pixels);
+  const double y_gain = view.full_range ? 1 : 219.0 / 255, c_gain = view.full_range ? 1 : 224.0 / 255;
+  const double black = view.full_range ? 0 : 16;
+  std::size_t i = 0;
+  for (int row = 0; row < out.height; ++row)
+    for (int x = 0; x < out.width; ++x, ++i) {
+      const cv::Vec4b &p = sprite.rgba(row, x);
+      const double a = p[3] / 255.0;
+      out.alpha[i] = p[3];
+      std::array<double, 3> c{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+      if (view.model != ColourModel::rgb) {
+        const double luma = view.kr * c[0] + (1 - view.kr - view.kb) * c[1] + view.kb * c[2];
+        c = {black * a + y_gain * luma, 128 * a + c_gain * (c[2] - luma) / (2 * (1 - view.kb)),
+             128 * a + c_gain * (c[0] - luma) / (2 * (1 - view.kr))};
+      }
+      for (std::size_t k = 0; k < 3; ++k)
+        out.value[k][i] = static_cast<std::uint16_t>(std::lround(std::clamp(c[k], 0.0, 255.0) * fraction));
+      out.value[3][i] = static_cast<std::uint16_t>(p[3] * fraction);  // alpha of the picture: opaque
+    }
+  return out;
+}
+
+/// Samples of one row, in place. get() and set() are of the sample's own depth.
+struct ByteRow {
+  guint8 *line;
+  int pixel_stride, shift;
+  unsigned most;
+  unsigned get(int x) const { return line[x * pixel_stride]; }
+  void set(int x, unsigned v) const { line[x * pixel_stride] = static_cast<guint8>(v); }
+};
+
+/// Wherever it lies: GStreamer's GST_READ_UINT16_LE takes a pointer for an aligned one, and a GstVideoMeta may have odd
+/// strides.
+template <typename Word, bool big_endian = false>
+Word read_word(const guint8 *from) {
+  Word word = 0;
+  for (std::size_t i = 0; i < sizeof word; ++i)
+    word = static_cast<Word>(word | static_cast<Word>(from[i]) << (8 * (big_endian ? sizeof word - 1 - i : i)));
+  return word;
+}
+template <typename Word, bool big_endian = false>
+void write_word(guint8 *to, Word word) {
+  for (std::size_t i = 0; i < sizeof word; ++i)
+    to[i] = static_cast<guint8>(word >> (8 * (big_endian ? sizeof word - 1 - i : i)));
+}
+
+/// Writes `v` over the `most`+1 values from bit `shift` on, and nothing else.
+template <typename Word, bool big_endian = false>
+void write_bits(guint8 *at, int shift, unsigned most, unsigned v) {
+  const auto rest = static_cast<Word>(read_word<Word, big_endian>(at) & ~(static_cast<Word>(most) << shift));
+  write_word<Word, big_endian>(at, static_cast<Word>(rest | static_cast<Word>(v) << shift));
+}
+
+template <typename Word, bool big_endian>
+struct WordRow {
+  guint8 *line;
+  int pixel_stride, shift;
+  unsigned most;
+  unsigned get(int x) const { return read_word<Word, big_endian>(line + x * pixel_stride) >> shift & most; }
+  void set(int x, unsigned v) const {
+    guint8 *at = line + x * pixel_stride;
+    if constexpr (sizeof(Word) == 2)
+      write_word<Word, big_endian>(at, static_cast<Word>(v << shift));  // of one sample alone
+    else
+      write_bits<Word, big_endian>(at, shift, most, v);
+  }
+};
+
+/// Three samples of 10 bit to a little-endian word of 32, from its low bits up.
+struct Gray10Row {
+  guint8 *line;
+  int pixel_stride, shift;
+  unsigned most;
+  guint8 *word(int x) const { return line + x / 3 * 4; }
+  unsigned get(int x) const { return read_word<guint32>(word(x)) >> (10 * (x % 3)) & most; }
+  void set(int x, unsigned v) const { write_bits<guint32>(word(x), 10 * (x % 3), most, v); }
+};
+
+/// v210: six pixels are 12 such samples, U0 Y0 V0 Y1 U1 Y2 V1 Y3 U2 Y4 V2 Y5.
+template <int component>
+struct V210Row {
+  guint8 *line;
+  int pixel_stride, shift;
+  unsigned most;
+  static constexpr int per_group = component == 0 ? 6 : 3;
+  static int position(int x) {
+    const int in_group = x % per_group;
+    return x / per_group * 12 + (component == 0 ? 2 * in_group + 1 : 4 * in_group + (component == 1 ? 0 : 2));
+  }
+  Gray10Row all() const { return {line, pixel_stride, shift, most}; }
+  unsigned get(int x) const { return all().get(position(x)); }
+  void set(int x, unsigned v) const { all().set(position(x), v); }
+};
+
+/// A component of the whole frame, to be written.
+struct Target {
+  guint8 *data = nullptr;
+  const guint8 *end = nullptr;
+  std::ptrdiff_t stride = 0;
+  SamplePlace place;
+  int pixel_stride = 0, sub_x = 0, sub_y = 0;
+  int columns = 0;
+  unsigned most = 255;  ///< that a sample can be
+  unsigned one = 255;   ///< 255 of 8 bit in the sample's depth
+  bool fields = false;  ///< chroma lines alternate between the fields
+
+  /// The component's line that frame line `y` belongs to.
+  int line_of(int y) const {
+    if (sub_y == 0) return y;
+    return fields ? (y >> 2) * 2 + (y & 1) : y >> 1;
+  }
+  /// Frame line number `n` of those that component line `line` serves.
+  int frame_line(int line, int n) const {
+    if (sub_y == 0) return line;
+    return fields ? (line >> 1) * 4 + (line & 1) + 2 * n : 2 * line + n;
+  }
+};
+
+/// Where a sprite lies and what may be drawn of it, in pixels of the frame.
+struct Placement {
+  int x, y;
+  cv::Rect clip;
+};
+
+/// Blends component line `line`. Instantiated for each subsampling, so that divisions are by constants.
+template <int sub_x, int sub_y, class Row>
+void blend_line(const Row &row, const Target &target, const NativeSprite &sprite, std::size_t component, int line,
+                const Placement &at) {
+  constexpr int across = 1 << sub_x, down = 1 << sub_y;
+  constexpr unsigned whole = 255u * across * down;
+  int begin = at.clip.x + at.clip.width, end = at.clip.x;
+  std::array<const std::uint8_t *, down> alpha{};
+  std::array<const std::uint16_t *, down> value{};
+  for (int n = 0; n < down; ++n) {
+    const int y = target.frame_line(line, n);
+    if (y < at.clip.y || y >= at.clip.y + at.clip.height) continue;
+    const cv::Range covered = sprite.covered[static_cast<std::size_t>(y - at.y)];
+    if (covered.empty()) continue;
+    begin = std::min(begin, std::max(at.clip.x, at.x + covered.start));
+    end = std::max(end, std::min(at.clip.x + at.clip.width, at.x + covered.end));
+    alpha[static_cast<std::size_t>(n)] = sprite.alpha.data() + (y - at.y) * sprite.width;
+    value[static_cast<std::size_t>(n)] = sprite.value[component].data() + (y - at.y) * sprite.width;
+  }
+  if (begin >= end) return;
+  const unsigned most = target.most, one = target.one;  // bytes that are written might be the target's
+  for (int column = begin >> sub_x; column <= (end - 1) >> sub_x; ++column) {
+    unsigned a = 0, v = 0;
+    for (std::size_t n = 0; n < down; ++n) {
+      if (!alpha[n]) continue;
+      for (int i = 0; i < across; ++i) {
+        const int x = column * across + i;
+        if (x < begin || x >= end) continue;
+        a += alpha[n][x - at.x];
+        v += value[n][x - at.x];
+      }
+    }
+    if (a == 0) continue;
+    // old·(1 − a) + v, with v's 16ths and the pixels that share the sample divided out, rounded.
+    const unsigned old = row.get(column) * (whole - a) * fraction;
+    const unsigned sum = old + v * one;
+    row.set(column, std::min((sum + whole * fraction / 2) / (whole * fraction), most));
+  }
+}
+
+template <class Row>
+void blend(const Target &target, const NativeSprite &sprite, std::size_t component, const Placement &at) {
+  const int first = target.line_of(at.clip.y), last = target.line_of(at.clip.y + at.clip.height - 1);
+  // Fields: the last line but one may have its chroma below the last one's.
+  const int beyond = target.fields && target.sub_y ? 1 : 0;
+  for (int line = std::max(0, first - beyond); line <= last + beyond; ++line) {
+    const Row row{target.data + line * target.stride, target.pixel_stride, target.place.shift, target.most};
+    // A GstVideoMeta's plane may lack the last chroma line of an odd pair of fields.
+    if (row.line + std::ptrdiff_t{target.columns - 1} * target.pixel_stride + target.place.bytes > target.end) break;
+    if (target.sub_x == 0)
+      blend_line<0, 0>(row, target, sprite, component, line, at);
+    else if (target.sub_y == 0)
+      blend_line<1, 0>(row, target, sprite, component, line, at);
+    else
+      blend_line<1, 1>(row, target, sprite, component, line, at);
+  }
+}
+
+}  // namespace
+
+struct OverlayPainter::Impl {
+  std::optional<Markers> markers;
+  SpriteCache<NativeSprite> sprites;
+  FrameView colours;  ///< what the sprites are made for
+
+  const NativeSprite &sprite(const Feature &feature, int width) {
+    const bool left = markers->text_left(feature.id, feature.x, width);
+    return sprites.get(Markers::key(feature.state, feature.id, left),
+                       [&] { return to_native(markers->sprite(feature.state, feature.id, left), colours); });
+  }
+
+  void prepare(const FrameView &view) {
+    sprites.next_frame();
+    const bool same_look = markers && markers->lines() == view.height;
+    if (same_look && colours.model == view.model && colours.kr == view.kr && colours.kb == view.kb &&
+        colours.full_range == view.full_range)
+      return;
+    sprites.clear();
+    colours = view;
+    colours.component = {};
+    if (!same_look) markers.emplace(view.height);
+  }
+};
+
+OverlayPainter::OverlayPainter() : impl_(std::make_unique<Impl>()) {}
+OverlayPainter::~OverlayPainter() = default;
+
+void OverlayPainter::draw(GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop,
+                          const Tracks &tracks) {
+  const PictureArea area = picture_area(frame, caps, crop);
+  if (area.width == 0) return;
+  impl_->prepare(frame_view(frame, caps, crop));
+
+  const GstVideoFormatInfo &format = *frame.info.finfo;
+  const SampleGroups *groups = sample_groups(format);
+  const guint components = GST_VIDEO_FORMAT_INFO_N_COMPONENTS(&format);
+  std::array<Target, 4> targets;
+  for (guint c = 0; c < components; ++c) {
+    Target &t = targets[c];
+    const guint plane = format.plane[c], depth = format.depth[c];
+    if (!groups) t.place = sample_place(format, c);
+    t.data = static_cast<guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, plane)) + t.place.offset;
+    t.end = plane_end(frame, plane);
+    t.stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, plane);
+    t.pixel_stride = format.pixel_stride[c];
+    t.most = (1u << depth) - 1;
+    t.one = c == 3 || GST_VIDEO_FORMAT_INFO_IS_RGB(&format) ? t.most : 255u << (depth - 8);
+    t.sub_x = static_cast<int>(format.w_sub[c]);
+    t.sub_y = static_cast<int>(format.h_sub[c]);
+    t.columns = (area.x + area.width + (1 << t.sub_x) - 1) >> t.sub_x;
+    t.fields = frame_fields(frame) != Fields::progressive;
+  }
+
+  const cv::Rect picture(area.x, area.y, area.width, area.height);
+  for (const Feature &feature : tracks.features) {
+    // Far outside nothing shows, and the sums below must not overflow.
+    if (feature.state == FeatureState::ended || !(std::abs(feature.x) < 1e6) || !(std::abs(feature.y) < 1e6)) continue;
+    const NativeSprite &sprite = impl_->sprite(feature, area.width);
+    Placement at;
+    at.x = area.x + static_cast<int>(std::lround(feature.x)) - sprite.origin.x;
+    at.y = area.y + static_cast<int>(std::lround(feature.y)) - sprite.origin.y;
+    at.clip = cv::Rect(at.x, at.y, sprite.width, sprite.height) & picture;
+    if (at.clip.empty()) continue;
+    for (guint c = 0; c < components; ++c) {
+      const Target &t = targets[c];
+      if (groups && groups->packing == Packing::gray10)
+        blend<Gray10Row>(t, sprite, c, at);
+      else if (groups && c == 0)
+        blend<V210Row<0>>(t, sprite, c, at);
+      else if (groups && c == 1)
+        blend<V210Row<1>>(t, sprite, c, at);
+      else if (groups)
+        blend<V210Row<2>>(t, sprite, c, at);
+      else if (t.place.bytes == 4)
+        t.place.big_endian ? blend<WordRow<guint32, true>>(t, sprite, c, at)
+                           : blend<WordRow<guint32, false>>(t, sprite, c, at);
+      else if (t.place.bytes == 2)
+        t.place.big_endian ? blend<WordRow<guint16, true>>(t, sprite, c, at)
+                           : blend<WordRow<guint16, false>>(t, sprite, c, at);
+      else
+        blend<ByteRow>(t, sprite, c, at);
+    }
+  }
+}
+
+}  // namespace csd

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "record/track_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <system_error>
+#include <utility>
+
+#include "frame_time.h"
+#include "guard.h"
+#include "record/file_name.h"
+
+namespace csd {
+
+namespace {
+
+constexpr std::size_t chunk = 64 << 10;
+/// A frame that is so much later than the last is looked for by bisection: some 50 lines, read in 10 ms.
+constexpr std::int64_t jump = 2 * second;
+
+std::string system_words(int error) {
+  return std::generic_category().message(error);
+}
+
+}  // namespace
+
+const TimedLine *nearest(const TimedLine *before, const TimedLine *after, std::int64_t time, std::int64_t reach) {
+  const bool first = before && time - before->time <= reach;
+  const bool second = after && after->time - time <= reach;
+  if (first && second) return time - before->time <= after->time - time ? before : after;
+  return first ? before : second ? after : nullptr;
+}
+
+TrackLine read_frame_line(JsonText &json, std::string_view text) {
+  TrackLine line = read_track_line(json, text);
+  if (line.numbered && (line.tracks.width < 1 || line.tracks.height < 1))
+    throw LineError("has no `width` or no `height`");
+  if (line.stream_time > most_time) throw LineError("`stream_time` is more than 146 years");
+  return line;
+}
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view mark = "\xef\xbb\xbf";
+  if (text.substr(0, mark.size()) == mark) text.remove_prefix(mark.size());
+  while (!text.empty() && (text.back() == '\0' || text.back() == '\r' || text.back() == '\n' || text.back() == ' '))
+    text.remove_suffix(1);
+  return text;
+}
+
+bool LineSplitter::unfinished() const {
+  return !trimmed(rest_).empty();
+}
+
+std::string unescape_markup(std::string_view markup) {
+  constexpr std::pair<std::string_view, char> names[] = {
+      {"quot", '"'}, {"amp", '&'}, {"lt", '<'}, {"gt", '>'}, {"apos", '\''}};
+  std::string text;
+  text.reserve(markup.size());
+  while (!markup.empty()) {
+    const std::size_t end = markup[0] == '&' ? markup.substr(0, 12).find(';') : std::string_view::npos;
+    if (end == std::string_view::npos) {
+      text += markup[0];
+      markup.remove_prefix(1);
+      continue;
+    }
+    const std::string_view name = markup.substr(1, end - 1);
+    const auto *const known =
+        std::find_if(std::begin(names), std::end(names), [&](const auto &entity) { return entity.first == name; });
+    unsigned code = 0;
+    bool is_code = name.size() > 1 && name[0] == '#';
+    if (is_code) {
+      const bool hex = name[1] == 'x';
+      const char *const last = name.data() + name.size();
+      const auto read = std::from_chars(name.data() + (hex ? 2 : 1), last, code, hex ? 16 : 10);
+      // Only what GLib escapes so: characters that XML can't hold, one byte each.
+      is_code = read.ec == std::errc() && read.ptr == last && code > 0 && code < 0x80;
+    }
+    if (known != std::end(names))
+      text += known->second;
+    else if (is_code)
+      text += static_cast<char>(code);
+    else
+      text += markup.substr(0, end + 1);
+    markup.remove_prefix(end + 1);
+  }
+  return text;
+}
+
+TrackFile::TrackFile(const std::string &path) : path_(path) {
+  // Not blocking: opening a pipe would wait for who writes into it.
+  fd_ = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  const int error = errno;  // GLib's functions set it, too
+  if (fd_ < 0)
+    throw Refusal(error == ENOENT ? GST_RESOURCE_ERROR_NOT_FOUND : GST_RESOURCE_ERROR_OPEN_READ,
+                  "The file of tracks " + quoted(path) + " can't be read: " + system_words(error) +
+                      ". Set location to a .jsonl file that csdtrackenc has written.");
+  struct stat status = {};
+  if (fstat(fd_, &status) == 0 && S_ISREG(status.st_mode)) return;
+  close(fd_);
+  throw Refusal(GST_RESOURCE_ERROR_OPEN_READ, quoted(path) +
+                                                  " is no file. Set location to a .jsonl file that csdtrackenc has "
+                                                  "written; link what comes by a pipe or a network to the pad text.");
+}
+
+TrackFile::~TrackFile() {
+  close(fd_);
+}
+
+void TrackFile::refuse(std::int64_t offset, const std::string &what) const {
+  // Lines are counted only now: after a seek nobody knows the number of the line that is read.
+  std::int64_t number = 1;
+  std::string bytes(chunk, '\0');
+  for (std::int64_t at = 0; at < offset;) {
+    const std::size_t size =
+        read_at(at, bytes.data(), std::min<std::size_t>(chunk, static_cast<std::size_t>(offset - at)));
+    if (size == 0) break;
+    number += std::count(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size), '\n');
+    at += static_cast<std::int64_t>(size);
+  }
+  throw Refusal(GST_STREAM_ERROR_DECODE, "Line " + std::to_string(number) + " of " + quoted(path_) + ": " + what +
+                                             ". Set location to a .jsonl file that csdtrackenc has written.");
+}
+
+std::size_t TrackFile::read_at(std::int64_t offset, char *to, std::size_t size) const {
+  ssize_t got;
+  do got = pread(fd_, to, size, offset);
+  while (got < 0 && errno == EINTR);
+  const int error = errno;
+  if (got < 0)
+    throw Refusal(GST_RESOURCE_ERROR_OPEN_READ, "The file of tracks " + quoted(path_) + " can't be read on: " +
+                                                    system_words(error) + ". Look at the disk that it is on.");
+  return static_cast<std::size_t>(got);
+}
+
+std::int64_t TrackFile::size() const {
+  struct stat status = {};
+  return fstat(fd_, &status) == 0 ? status.st_size : 0;
+}
+
+void TrackFile::go_to(std::int64_t offset) {
+  bytes_.clear();
+  used_ = searched_ = 0;
+  offset_ = offset;
+}
+
+/// Appends what comes next in the file. False at its end.
+bool TrackFile::fill() {
+  bytes_.erase(0, used_);
+  offset_ += static_cast<std::int64_t>(used_);
+  searched_ -= used_;
+  used_ = 0;
+  const std::size_t before = bytes_.size();
+  bytes_.resize(before + chunk);
+  const std::size_t got = read_at(offset_ + static_cast<std::int64_t>(before), bytes_.data() + before, chunk);
+  bytes_.resize(before + got);
+  return got > 0;
+}
+
+/// The next line that has its newline. Valid until the next call.
+bool TrackFile::next_text(std::string_view &text) {
+  std::size_t end;
+  while ((end = bytes_.find('\n', searched_)) == std::string::npos) {
+    searched_ = bytes_.size();
+    if (bytes_.size() - used_ > most_line_bytes)
+      refuse(offset_ + static_cast<std::int64_t>(used_), "is longer than 8 MiB");
+    if (!fill()) return false;
+  }
+  text = std::string_view(bytes_).substr(used_, end - used_);
+  line_begin_ = offset_ + static_cast<std::int64_t>(used_);
+  used_ = searched_ = end + 1;
+  return true;
+}
+
+/// The next line that has a time. False at the end of the file, or after 4 MiB without one: a frame can't wait until
+/// gigabytes of them are read. The next call goes on behind them.
+bool TrackFile::next_line(TimedLine &line) {
+  constexpr std::int64_t most_untimed = 4 << 20;
+  const auto here = [this] { return offset_ + static_cast<std::int64_t>(used_); };
+  const std::int64_t last = here() + most_untimed;
+  for (std::string_view text; here() <= last && next_text(text);) {
+    text = trimmed(text);
+    if (text.empty()) continue;
+    try {
+      line.line = read_frame_line(json_, text);
+    } catch (const LineError &error) {
+      refuse(line_begin_, error.what());
+    }
+    line.time = line.line.stream_time;
+    if (line.time == no_time) continue;
+    if (last_time_ && line.time < *last_time_)
+      refuse(line_begin_, "`stream_time` " + std::to_string(line.time) + " after " + std::to_string(*last_time_) +
+                              ": lines must be sorted by it");
+    last_time_ = line.time;
+    return true;
+  }
+  return false;
+}
+
+/// To a line from which reading forward comes by all that is near `time`.
+void TrackFile::seek(std::int64_t time) {
+  std::int64_t early = 0, late = size();  // the line that begins after `early` is before `time`, or it is the first
+  TimedLine line;
+  std::string_view rest;
+  while (late - early > static_cast<std::int64_t>(chunk)) {
+    const std::int64_t middle = early + (late - early) / 2;
+    go_to(middle);
+    last_time_.reset();
+    if (next_text(rest) && next_line(line) && line.time < time)
+      early = middle;
+    else
+      late = middle;
+  }
+  go_to(early);
+  if (early > 0) next_text(rest);
+  last_time_.reset();
+  before_.reset();
+  after_.reset();
+}
+
+std::optional<TimedLine> TrackFile::at(std::int64_t time, std::int64_t reach) {
+  if (asked_ && (time < *asked_ || time > *asked_ + jump)) seek(time - reach);
+  asked_ = time;
+  while (!after_ || after_->time < time) {
+    if (after_) before_ = std::exchange(after_, std::nullopt);
+    if (!next_line(after_.emplace())) {
+      after_.reset();
+      break;
+    }
+  }
+  const TimedLine *const found = nearest(before_ ? &*before_ : nullptr, after_ ? &*after_ : nullptr, time, reach);
+  if (!found) return std::nullopt;
+  std::optional<TimedLine> &taken = before_ && found == &*before_ ? before_ : after_;
+  return std::exchange(taken, std::nullopt);
+}
+
+}  // namespace csd
