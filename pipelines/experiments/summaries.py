@@ -124,8 +124,7 @@ class Evaluation:
 
     def trackers_table(self):
         rivals, paper = self.rivals(), self.of_the_paper()
-        names = sorted({*rivals, *paper}, key=lambda name: (-mean(aj for _, aj in rivals[name]) if name in rivals else -mean(
-            float(first(ours)) for _, ours in paper[name]), name))
+        names = [*sorted(rivals, key=lambda name: -mean(aj for _, aj in rivals[name])), *(name for name in paper if name not in rivals)]
         rows = []
         for name in names:
             ours = " / ".join(f"{mean(values):.3f}" for values in zip(*rivals[name])) if name in rivals else "–"
