@@ -81,7 +81,7 @@ struct Choices {
   double waiting_lessons = 32;       ///< training frames of one feature that may wait
 };
 
-/// csd-forest's, found on seed 1 with three pictures of real tissue as texture. docs/evaluation.md has what most of
+/// csd-forest's, found on seed 1 with three pictures of real tissue as texture. docs/results/choices.md has what most of
 /// them are worth on others.
 Choices forest_choices();
 

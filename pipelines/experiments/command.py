@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What the commands that write docs/evaluation.md have in common: their options, the runs, what they say when something fails."""
+"""What the commands that write docs/results/ have in common: their options, the runs, what they say when something fails."""
 
 import argparse
 import os
@@ -37,7 +37,7 @@ def places(name, options):
     """What this run is called, the folder of its results, the page that it writes."""
     mode = f"{name}-quick" if options.quick else name
     out = (options.out or builds.BUILD / "experiments" / mode).resolve()
-    return mode, out, out / "evaluation.md" if options.quick else builds.ROOT / "docs" / "evaluation.md"
+    return mode, out, (out if options.quick else page.RESULTS) / f"{name}.md"
 
 
 def guarded(name, out, work):
@@ -56,14 +56,12 @@ def guarded(name, out, work):
     return 0
 
 
-def run(name, options, section, check, seeds):
-    """The runs, then the page. section(plan, out, page, command, jobs) gives the section's text and the folder of its figures.
-    check(page) raises builds.Failure of a page that it can't be written to."""
+def run(name, options, write, seeds):
+    """The runs, then write(plan, out, path, command, jobs) writes the page."""
     mode, out, path = places(name, options)
     seeds = options.seeds or (1 if options.quick else seeds)
 
     def work():
-        check(path)  # now, not after all runs
         builds.make(not options.no_install)
         out.mkdir(parents=True, exist_ok=True)
         plan = sequences.PLANS[mode](seeds)
@@ -72,11 +70,11 @@ def run(name, options, section, check, seeds):
         running.run_all(plan, mode, seeds, out, options.jobs)
         command = " ".join([f"pipelines/experiments/{name}", *filter(None, (
             "--quick" if options.quick else "", f"--seeds {options.seeds}" if options.seeds else ""))])
-        page.write(path, name, *section(plan, out, path, command, options.jobs))
+        write(plan, out, path, command, options.jobs)
         return path
     return guarded(name, out, work)
 
 
-def main(name, description, epilog, section, check=page.sections, seeds=3):
+def main(name, description, epilog, write, seeds=3):
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(130))
-    sys.exit(run(name, arguments(name, description, epilog, seeds), section, check, seeds))
+    sys.exit(run(name, arguments(name, description, epilog, seeds), write, seeds))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The paper's section of the page, with the tables and figures. Its words are here; its numbers come from the runs, the paper's from paper.json."""
+"""The page of the paper's experiments, with its tables and figures. Its words are here; its numbers come from the runs, the paper's from paper.json."""
 
 import json
 import pathlib
@@ -187,15 +187,9 @@ def tissue_in_words(plan):
             f"heart.png is one; the others are new to it.")
 
 
-def text(plan, found, command, pictures, versions, spent, clock):
+def text(plan, found, pictures, spent, clock):
     simulation = plan.sequence("simulation")
-    parts = [f"""## The paper's experiments again
-
-The experiments of Mountney & Yang (2012) on simulated motion, written by
-
-    {command}
-{"" if plan.published else QUICK}
-""", table(["", ""], versions.items()), f"""
+    parts = [f"""{"" if plan.published else QUICK}
 CSD is `csd-2012`, the paper's tracker; `csd-forest` is its future work, and `csd` the project's own ([method.md](method.md)); the others are in
 [baselines.md](baselines.md). p is of the difference from csd-2012. {tissue_in_words(plan)}
 
@@ -258,11 +252,12 @@ samples, and preparing the frame, which is done once for all features and so div
     return "".join(parts)
 
 
-def section(plan, out, path, command, _jobs):
-    """Scores all runs and draws the figures. Returns the section's text and the folder of the figures."""
+def write(plan, out, path, command, _jobs):
+    """Scores all runs, draws the figures, and writes the page."""
     running.learning_cost(plan, out)  # alone: it measures time
-    of_runs = [f(plan, out) for f in (running.versions, running.spent, running.by_the_clock)]
+    versions, *of_runs = [f(plan, out) for f in (running.versions, running.spent, running.by_the_clock)]
     found = Findings(plan, out)
-    drawn, pictures = page.folder_for_figures(path, "paper")
+    drawn, pictures = page.folder_for_figures(path)
     draw(plan, found, drawn)
-    return text(plan, found, command, pictures, *of_runs), drawn
+    page.write(path, "The paper's experiments again", "The experiments of Mountney & Yang (2012) on simulated motion.", command, versions,
+               text(plan, found, pictures, *of_runs), drawn)

@@ -28,8 +28,10 @@ def binned(curves, width=BIN):
 
 
 class Panel:
-    def __init__(self, title, xlabel, ylabel, settings="set yrange [0:1.03]"):
-        self.title, self.xlabel, self.ylabel, self.settings = title, xlabel, ylabel, settings
+    """drawn: gnuplot's lines or points. key: where its own is; without one it has the same curves as the first panel."""
+
+    def __init__(self, title, xlabel, ylabel, settings="set yrange [0:1.03]", drawn="lines", key=None):
+        self.title, self.xlabel, self.ylabel, self.settings, self.drawn, self.key = title, xlabel, ylabel, settings, drawn, key
         self.curves = []  # (name, style, [(x, y)])
 
     def add(self, name, style, points):
@@ -41,21 +43,22 @@ def quoted(text):
     return "'" + "".join(c if c.isprintable() else "?" for c in text).replace("'", "''") + "'"
 
 
-def draw(path, panels, columns):
-    """Panels row by row, one key for all."""
+def draw(path, panels, columns, height=230):
+    """Panels row by row, one key for all but those with their own."""
     rows = math.ceil(len(panels) / columns)
-    script = [f'set terminal svg size {420 * columns},{230 * rows + 40} font "sans,11" background "#ffffff" enhanced',
+    script = [f'set terminal svg size {420 * columns},{height * rows + 40} font "sans,11" background "#ffffff" enhanced',
               f"set output {quoted(path.name)}", "set encoding utf8", "set datafile missing '?'",
               "set grid lt 1 lc rgb '#dddddd'",
               f'set multiplot layout {rows},{columns} title " \\n "']  # the title's room is the key's
     for i, panel in enumerate(panels):
         script += [f"set title {quoted(panel.title)} noenhanced", f'set xlabel "{panel.xlabel}"', f'set ylabel "{panel.ylabel}"',
                    "set autoscale", "unset logscale", panel.settings,
+                   f"set key default {panel.key}" if panel.key else
                    "set key at screen 0.5, screen 1 center top horizontal samplen 2" if i == 0 else "unset key"]
         for j, (_, _, points) in enumerate(panel.curves):
             rows_of = "\n".join(f"{x:g} {'?' if y is None else format(y, '.4f')}" for x, y in points)
             script.append(f"$c{i}_{j} << EOD\n{rows_of}\nEOD")
-        script.append("plot " + ", ".join(f'$c{i}_{j} using 1:2 with lines {style} title {quoted(name)} noenhanced'
+        script.append("plot " + ", ".join(f'$c{i}_{j} using 1:2 with {panel.drawn} {style} title {quoted(name)} noenhanced'
                                           for j, (name, style, _) in enumerate(panel.curves)))
     script.append("unset multiplot")
     done = subprocess.run(["gnuplot"], input="\n".join(script) + "\n", capture_output=True, text=True, cwd=path.parent)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The section of the page on csd: what it reaches of beyond.json, and how it stands beside each rival. Its numbers come from the runs."""
+"""The pages on csd: what it reaches of beyond.json, and how it stands beside each rival. Their numbers come from the runs."""
 
 import concurrent.futures
 import dataclasses
@@ -19,7 +19,6 @@ from scores import Scores
 GOALS = json.loads((pathlib.Path(__file__).resolve().parent / "beyond.json").read_text())
 WITHIN, TOGETHER = 10, 0.2  # frames that a point has to come back; share of the points that something hides, to be a black, a cut, a wipe
 ONE = 0.9995  # what prints as 1.000
-CLIPS = "<!-- with the clips -->", "<!-- end of with the clips -->"
 QUICK = """
 **Too short to mean anything**: it shows that all runs.
 """
@@ -243,18 +242,11 @@ def palindromes_part(found):
     return table(["clip", "features", "frames", "claimed", "> 5 px apart", "to reach", ""], lines)
 
 
-def of_clips(section):
-    """What it says of the clips. Raises builds.Failure."""
-    return page.between(section, *CLIPS, "the section of pipelines/experiments/beyond")
-
-
-def clips_part(plan, rows, palindromes, found, out, version, previous):
-    """What needs the clips; without them what is there already."""
-    if not rows:
-        return (None if previous is None else of_clips(previous)) or "\nNot run: the clips were not there (`pipelines/experiments/beyond --help`).\n\n"
-    return f"""
-Measured with csdtrack {version}. First frames of real operations as the surface's texture, noise of σ 2, and the video compressed as
-recorders do (`{sequences.CODEC.split(" ! ")[0]}`). The aim of *rotation, smoke* is an older and lower one than in the section on many tissues:
+def clips_page(plan, rows, palindromes, found, out):
+    """What needs the clips."""
+    return f"""{"" if plan.published else QUICK}
+First frames of real operations as the surface's texture, noise of σ 2, and the video compressed as
+recorders do (`{sequences.CODEC.split(" ! ")[0]}`). The aim of *rotation, smoke* is an older and lower one than [on many tissues](results/tissue.md):
 
 {goals_table(rows, out)}
 {by_sequence(rows)}
@@ -262,7 +254,7 @@ recorders do (`{sequences.CODEC.split(" ! ")[0]}`). The aim of *rotation, smoke*
 The same real videos and two more without truth, played forward and then backward (`pipelines/experiments/palindrome`;
 [own-video.md](own-video.md#without-any-the-palindrome)): the share of features × frames in which csd claims a position, and, of two claims on the same image,
 the share that is farther apart than τ. All trackers begin at the same features here, edges and tools among them; where `csd` begins by itself, more is claimed and less
-is apart ([performance.md](performance.md), `clips`).
+is apart ([benchmarks.md](results/benchmarks.md), `clips`).
 
 {palindromes_part(palindromes)}
 Beside the rivals:
@@ -300,38 +292,11 @@ def shares_in_words(plan):
     return "\n".join(lines)
 
 
-def check(path):
-    """Raises builds.Failure of a page that the section can't be written to."""
-    previous = page.sections(path)["beyond"]
-    if previous is not None and not sequences.clips_there():
-        of_clips(previous)
-
-
-def section(plan, out, path, command, jobs):
-    """Scores all runs, and draws the figure. Returns the section's text and the folder of its figure."""
-    versions, spent = running.versions(plan, out), running.spent(plan, out)
-    previous = page.sections(path)["beyond"]
-    simulated, pictures = rows_of(plan)
-    palindromes = running.palindromes(plan, out) if pictures else None
-    print("scores", file=sys.stderr)
-    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:  # csd-score is a process; here they only wait for it
-        scored = list(pool.map(lambda row: score(plan, out, row[2]), simulated + pictures))
-        everything, of_pictures = (pool.submit(calibration, plan, out, [s for *_, kinds in of for s in kinds]) if of else None
-                                   for of in (simulated, pictures))
-    drawn, linked = page.folder_for_figures(path, "beyond")
-    rows = [Row(*of, scores) for of, scores in zip(simulated + pictures, scored)]
-    rows, real = rows[:len(simulated)], rows[len(simulated):]
+def simulated_page(plan, rows, found, out, drawn, linked):
+    """What needs no clips. found: csd's calibration over all rows."""
     mixed = rows[list(GOALS["rows"]).index("mixed")].csd["calibration"]
-    features = plan.sequences[0].features
-    text = f"""## csd: what it reaches
-
-`csd` ([method.md](method.md)), on {features} features of each scene, held to figures that were set before it was
-measured; written by
-
-    {command}
-{"" if plan.published else QUICK}
-{table(["", ""], versions.items())}
-{effort(plan, spent, running.by_the_clock(plan, out), "The intervals", plan.sequences)}
+    return f"""{"" if plan.published else QUICK}
+{effort(plan, running.spent(plan, out), running.by_the_clock(plan, out), "The intervals", plan.sequences)}
 
 {goals_table(rows, out)}
 *Reached* is by the figure itself, not by its interval. The paper's Table 3 is of zoom, rotation and smoke together; its figures are
@@ -345,9 +310,9 @@ of sensitivity reaches 0 at least, and that none of it is below −{GOALS["rows"
 By sequence:
 
 {by_sequence(rows)}
-{calibration_part(everything.result())}
-{diagram_part(everything.result(), mixed, drawn, linked)}
-### Beside the rivals
+{calibration_part(found)}
+{diagram_part(found, mixed, drawn, linked)}
+## Beside the rivals
 
 δavg, AJ and OA of each rival and of csd on the features and frames that this rival was run on; p of the paired difference; *above*: in each of the three with
 p < {GOALS["p"]:g}. [baselines.md](baselines.md) says how each is set. What costs much, or is far below by the paper's experiments, gets a part:
@@ -355,9 +320,24 @@ p < {GOALS["p"]:g}. [baselines.md](baselines.md) says how each is set. What cost
 {shares_in_words(plan)}
 
 {summary(rows, plan)}{"".join(comparison(row, plan) for row in rows)}
-### With clips of real tissue
-
-{CLIPS[0]}
-{clips_part(plan, real, palindromes, of_pictures.result() if of_pictures else None, out, versions["csdtrack"], previous)}{CLIPS[1]}
 """
-    return text, drawn
+
+
+def write(plan, out, path, command, jobs):
+    """Scores all runs, draws the figure, and writes the page; where the clips were there, theirs, too."""
+    versions = running.versions(plan, out)
+    simulated, pictures = rows_of(plan)
+    palindromes = running.palindromes(plan, out) if pictures else None
+    print("scores", file=sys.stderr)
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:  # csd-score is a process; here they only wait for it
+        scored = list(pool.map(lambda row: score(plan, out, row[2]), simulated + pictures))
+        everything, of_pictures = (pool.submit(calibration, plan, out, [s for *_, kinds in of for s in kinds]) if of else None
+                                   for of in (simulated, pictures))
+    rows = [Row(*of, scores) for of, scores in zip(simulated + pictures, scored)]
+    rows, real = rows[:len(simulated)], rows[len(simulated):]
+    drawn, linked = page.folder_for_figures(path)
+    about = f"`csd` ([method.md](method.md)), on {plan.sequences[0].features} features of each scene, held to figures that were set before it was measured."
+    page.write(path, "csd: what it reaches", about, command, versions, simulated_page(plan, rows, everything.result(), out, drawn, linked), drawn)
+    if real:
+        page.write(path.with_name("beyond-clips.md"), "csd: what it reaches with clips of real tissue", about, command, versions,
+                   clips_page(plan, real, palindromes, of_pictures.result(), out))

@@ -97,7 +97,13 @@ def mean(results, field):
     return sum(getattr(result, field) for result in results) / len(results)
 
 
-def section(results, command, frames):
+ABOUT = """Pictures of real tissue, which no number of `csd`'s was chosen on but those that [method.md](method.md) names, are the textures of
+simulated scenes, compressed as recorders do (H.264, crf 23): 640×480, {frames} frames, {features} features, seed {seed}. The folders are pictures and the first frames of clips of
+operations, which are not part of this repository: any folder of pictures or videos will do. *From the truth* is no tracker: the share of visible samples that a patch finds within 5 px when it is looked for from its
+true place, in its true shape (csd-accuracy --bound). What is below that is `csd`'s to find by patches alone; to find more, neighbours must know better."""
+
+
+def tables(results):
     by_kind = collections.defaultdict(list)
     for result in results:
         by_kind[result.kind].append(result)
@@ -112,20 +118,7 @@ def section(results, command, frames):
                      f"{mean(of_kind, 'sensitivity'):.4f} / {mean(of_kind, 'k'):.4f}", f"{mean(of_kind, 'within_2'):.4f}", f"{mean(of_kind, 'ece'):.4f}",
                      f"{worst.sensitivity:.4f} / {worst.k:.4f}, {worst.tissue}", f"{mean(of_kind, 'bound'):.4f}", "**reached**" if reached else "not reached"])
     worst = sorted(results, key=lambda result: result.sensitivity - result.k)[:12]
-    text = f"""
-## csd on real tissue as texture
-
-Pictures of real tissue, which no number of `csd`'s was chosen on but those that [method.md](method.md) names, are the textures of
-simulated scenes, compressed as recorders do (H.264, crf 23): 640×480, {frames} frames, {FEATURES} features, seed {SEED}. The folders are pictures and the first frames of clips of
-operations, which are not part of this repository: any folder of pictures or videos will do. Written by
-
-    {command}
-
-of csdtrack {builds.versions()['csdtrack']}. *From the truth* is no tracker: the share of visible samples that a patch finds within 5 px when it is looked for from its
-true place, in its true shape (csd-accuracy --bound). What is below that is `csd`'s to find by patches alone; to find more, neighbours must know better.
-
-"""
-    text += page.table(["scene", "tissues", "to reach: sensitivity / K", "sensitivity / K", "within 2 px", "ECE", "worst tissue", "from the truth", ""], rows)
+    text = page.table(["scene", "tissues", "to reach: sensitivity / K", "sensitivity / K", "within 2 px", "ECE", "worst tissue", "from the truth", ""], rows)
     text += "\nThe worst of all:\n\n" + page.table(["scene", "tissue", "sensitivity / K", "within 2 px", "from the truth"],
                                                    [[KINDS[r.kind]["title"], r.tissue, f"{r.sensitivity:.4f} / {r.k:.4f}", f"{r.within_2:.4f}", f"{r.bound:.4f}"] for r in worst])
     return text
@@ -138,11 +131,11 @@ def main(arguments):
 
     def work():
         check(options.tissue)
-        page.sections(path)
         builds.make(not options.no_install, ("csd-accuracy",), commands=("ffmpeg",))
         out.mkdir(parents=True, exist_ok=True)
         results = measure(options, out, frames)
         folders = " ".join(f"--tissue {folder.name}" for folder in options.tissue)
-        page.write(path, "tissue", section(results, f"pipelines/experiments/beyond {folders}{' --quick' if options.quick else ''}", frames), None)
+        page.write(path, "csd on real tissue as texture", ABOUT.format(frames=frames, features=FEATURES, seed=SEED),
+                   f"pipelines/experiments/beyond {folders}{' --quick' if options.quick else ''}", builds.versions(), tables(results))
         return path
     return guarded("beyond", out, work)

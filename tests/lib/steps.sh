@@ -211,6 +211,7 @@ step_rules() {
   check 'rule: scripts parse' rule_scripts
   check 'rule: every core file has its test at the mirrored path' rule_mirrored
   check 'rule: docs/method.md names what is there' "$root/tests/lib/method_names.py"
+  check 'rule: links of the documentation lead somewhere' "$root/tests/lib/links.py"
   check 'rule: tests/bench/ablation finds what it takes out' "$root/tests/bench/ablation" --check
 }
 

@@ -14,15 +14,12 @@ import unittest
 
 ROOT, BUILD = map(pathlib.Path, sys.argv[1:3])
 sys.path.insert(0, str(ROOT / "pipelines" / "experiments"))
-import builds  # noqa: E402
-import page  # noqa: E402
 import reach  # noqa: E402
 import sequences  # noqa: E402
 import truth  # noqa: E402
 
 RIVALS = {"lk", "ms1", "ms2", "lk-fb", "lk-anchored", "still", "csrt", "kcf", "medianflow", "csd-2012", "sift"}
-TISSUE = "\nof tissue\n\n"
-KEPT = "\nof paper\n\n", f"\n{reach.CLIPS[0]}\nof the clips, measured before\n{reach.CLIPS[1]}\n\n"
+KEPT = "of the clips, measured before\n"
 
 
 def beyond(*arguments, clips="/nowhere"):
@@ -31,17 +28,16 @@ def beyond(*arguments, clips="/nowhere"):
 
 
 class Quick(unittest.TestCase):
-    """On a page that has both sections, without the clips."""
+    """Without the clips, beside a page of theirs."""
 
     @classmethod
     def setUpClass(cls):
         cls.out = pathlib.Path(tempfile.mkdtemp(prefix="csdtrack-beyond-"))
         cls.addClassCleanup(shutil.rmtree, cls.out)
-        (cls.out / "evaluation.md").write_text("".join(
-            "{}\n{}{}\n".format(page.marks(c)[0], text, page.marks(c)[1]) for c, text in zip(("paper", "beyond", "tissue", "choices"), (*KEPT, TISSUE, "\n"))))
+        (cls.out / "beyond-clips.md").write_text(KEPT)
         done = beyond("--quick", "--out", cls.out)
         assert done.returncode == 0, done.stderr
-        cls.page = (cls.out / "evaluation.md").read_text()
+        cls.page = (cls.out / "beyond.md").read_text()
         # Where the test isn't told of clips, neither is the plan of this process.
         cls.runs = {f"{name}-101" for name, *_ in sequences.BEYOND_KINDS}
 
@@ -91,16 +87,14 @@ class Quick(unittest.TestCase):
         self.assertLess(rival, csd)
 
     def test_what_is_not_its_own_stays(self):
-        found = page.sections(self.out / "evaluation.md")
-        self.assertEqual(found["paper"], KEPT[0])
-        self.assertEqual(page.between(found["beyond"], *reach.CLIPS, "page"), "of the clips, measured before\n")
-        self.assertEqual({p.name for p in self.out.iterdir() if p.is_dir()}, self.runs | {"evaluation"})
+        self.assertEqual((self.out / "beyond-clips.md").read_text(), KEPT)
+        self.assertEqual({p.name for p in self.out.iterdir() if p.is_dir()}, self.runs | {"beyond"})
         self.assertEqual(list(self.out.rglob(".unfinished*")), [])
 
     def test_the_reliability_diagram_is_drawn(self):
-        self.assertEqual(self.page.count("![](evaluation/beyond/calibration.svg)"), 1)
-        self.assertEqual([path.name for path in (self.out / "evaluation").rglob("*.svg")], ["calibration.svg"])
-        drawn = (self.out / "evaluation" / "beyond" / "calibration.svg").read_text()
+        self.assertEqual(self.page.count("![](beyond/calibration.svg)"), 1)
+        self.assertEqual([path.name for path in self.out.rglob("*.svg")], ["calibration.svg"])
+        drawn = (self.out / "beyond" / "calibration.svg").read_text()
         for text in ("all sequences", "everything mixed", "perfect", "reliability"):
             self.assertIn(f">{text}<", drawn)
 
@@ -114,7 +108,7 @@ class Quick(unittest.TestCase):
         self.assertEqual({name for name in made if (self.out / name / "run.json").stat().st_mtime_ns != made[name]}, {"faint-101"})
         # But for what the runs took, and the state of the repository, in which somebody may work meanwhile.
         again, before = ([line for line in text.splitlines() if "of processor time" not in line and not line.startswith("| csdtrack |")]
-                         for text in ((self.out / "evaluation.md").read_text(), self.page))
+                         for text in ((self.out / "beyond.md").read_text(), self.page))
         self.assertEqual(again, before)
 
 
@@ -213,13 +207,6 @@ class Numbers(unittest.TestCase):
         self.assertEqual(verdicts, {"heart": "not reached: claimed", "abdomen": "**reached**", "beads": "**reached**",
                                     "cholecystectomy": "**reached**", "cutting": "**reached**", "smoke": "not reached: apart"})
 
-    def test_clips_that_are_not_there(self):
-        part = [None, [], None, None, None, "v1"]
-        self.assertIn("Not run", reach.clips_part(*part, None))
-        self.assertEqual(reach.clips_part(*part, "\n".join((reach.CLIPS[0], "measured", reach.CLIPS[1], ""))), "measured\n")
-        with self.assertRaises(builds.Failure):
-            reach.clips_part(*part, "a section without the marks\n")
-
     def test_plan(self):
         plan = sequences.beyond(3)
         self.assertEqual([s.frames for s in plan.of_table("mixed")], [4000])
@@ -241,20 +228,6 @@ class Errors(unittest.TestCase):
                 done = beyond(*arguments)
                 self.assertEqual(done.returncode, 2)
                 self.assertIn(arguments[-1], done.stderr)
-
-    def test_a_section_without_its_clips(self):
-        """Where there are no clips, so that they would be kept: it is said before anything is run, and the page stays."""
-        for text in ("measured, once\n", f"{reach.CLIPS[0]}\n", f"{reach.CLIPS[1]}\n{reach.CLIPS[0]}\n"):
-            with self.subTest(text), tempfile.TemporaryDirectory() as out:
-                written = pathlib.Path(out) / "evaluation.md"
-                written.write_text("".join("{}\n{}{}\n".format(page.marks(c)[0], t, page.marks(c)[1])
-                                           for c, t in (("beyond", text), ("tissue", TISSUE), ("choices", "\n"), ("paper", "\n"))))
-                before = written.read_text()
-                done = beyond("--quick", "--out", out)
-                self.assertEqual(done.returncode, 1, done.stderr)
-                self.assertIn(reach.CLIPS[0], done.stderr)
-                self.assertEqual([p.name for p in pathlib.Path(out).iterdir()], ["evaluation.md"])
-                self.assertEqual(written.read_text(), before)
 
     def test_help(self):
         done = beyond("--help")

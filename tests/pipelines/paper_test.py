@@ -21,7 +21,6 @@ sys.path.insert(0, str(ROOT / "pipelines" / "experiments"))
 import claims  # noqa: E402
 import evaluation  # noqa: E402
 import figures  # noqa: E402
-import page  # noqa: E402
 import running  # noqa: E402
 import scores  # noqa: E402
 import sequences  # noqa: E402
@@ -40,36 +39,32 @@ class Quick(unittest.TestCase):
     def setUpClass(cls):
         cls.out = pathlib.Path(tempfile.mkdtemp(prefix="csdtrack-paper-"))
         cls.addClassCleanup(shutil.rmtree, cls.out)
-        # What beyond has written stays.
-        (cls.out / "evaluation.md").write_text("old head\n" + "".join(
-            "\n{}\n{}{}\n".format(page.marks(c)[0], f"\nof {c}\n\n", page.marks(c)[1]) for c in page.COMMANDS))
         before = cls.published()
         done = paper("--quick", "--out", cls.out)
         assert done.returncode == 0, done.stderr
-        cls.page = (cls.out / "evaluation.md").read_text()
+        cls.page = (cls.out / "paper.md").read_text()
         assert cls.published() == before, "--quick leaves docs/ alone"
 
     @staticmethod
     def published():
-        return {path: path.stat().st_mtime_ns for path in (ROOT / "docs").rglob("evaluation*")}
+        return {path: path.stat().st_mtime_ns for path in (ROOT / "docs" / "results").rglob("*")}
 
     def rows(self, heading):
         """The tables' rows below a heading, as lists of cells."""
         part = self.page.split(f"\n## {heading}\n")[1].split("\n## ")[0]
         return [[cell.strip() for cell in line.strip("|").split("|")] for line in part.splitlines() if line.startswith("|")]
 
-    def test_the_other_section_stays(self):
-        begin, end = page.marks("beyond")
-        self.assertEqual(page.between(self.page, begin, end, "page"), "\nof beyond\n\n")
-        self.assertTrue(self.page.startswith(page.linked(page.HEAD, self.out)))
-        self.assertNotIn("of paper\n", self.page)
+    def test_it_says_what_it_is(self):
+        self.assertTrue(self.page.startswith("# The paper's experiments again\n"))
+        self.assertIn("\n    pipelines/experiments/paper --quick\n", self.page)
         self.assertEqual(sorted(p.name for p in self.out.iterdir() if p.name.startswith(".unfinished")), [])
 
     def test_every_tracker_has_its_row(self):
         for heading in ("The simulation (Fig. 7)", "Table 1: deformation", "Table 2: occlusion",
                         "Table 3: scale, rotation and smoke"):
-            measured = [row[0] for row in self.rows(heading) if len(row) == 12]  # not those by scene
-            self.assertEqual(set(measured[measured.index("tracker") + 2:]), set(TRACKERS), heading)
+            measured = [row[0] for row in self.rows(heading)]
+            tables = [measured[i + 2:i + 2 + len(TRACKERS)] for i, name in enumerate(measured) if name == "tracker"]
+            self.assertEqual([set(table) for table in tables], [set(TRACKERS)] * 2, heading)
 
     def test_every_scene_has_its_row(self):
         """And says what its tissue is."""
@@ -105,11 +100,11 @@ class Quick(unittest.TestCase):
             self.assertEqual(below[1].split(" (p")[0], of_layout[column], "two tables, one number")
 
     def test_figures(self):
-        named = set(re.findall(r"!\[\]\(evaluation/paper/(.*?)\)", self.page))
-        self.assertEqual(named, {path.name for path in (self.out / "evaluation" / "paper").iterdir()})
+        named = set(re.findall(r"!\[\]\(paper/(.*?)\)", self.page))
+        self.assertEqual(named, {path.name for path in (self.out / "paper").iterdir()})
         self.assertEqual({"fig7.svg", "fig7-start.svg", "fig8.svg", "fig9.svg", "fig10.svg", "fig11.svg", "threshold.svg"}, named)
         for name in named:
-            drawn = xml.etree.ElementTree.parse(self.out / "evaluation" / "paper" / name)
+            drawn = xml.etree.ElementTree.parse(self.out / "paper" / name)
             self.assertGreater(len(drawn.findall(".//{*}path")), 10, name)
 
     def test_links_lead_somewhere(self):
@@ -152,7 +147,7 @@ class Quick(unittest.TestCase):
         again = {path.name for path in self.out.glob("*-10?") if (path / "run.json").stat().st_mtime_ns != made[path.name]}
         self.assertEqual(again, {"liver-101", "zoom-101"})
         # But for what the runs took, and the state of the repository, in which somebody may work meanwhile.
-        written = (self.out / "evaluation.md").read_text()
+        written = (self.out / "paper.md").read_text()
         again, before = ([line for line in text.splitlines() if "of processor time" not in line and
                           not line.startswith(("| csdtrack |", "| OpenCV |"))] for text in (written, self.page))
         self.assertEqual(again, before)
@@ -178,21 +173,6 @@ class Errors(unittest.TestCase):
             self.assertEqual(done.returncode, 1)
             self.assertIn(file.name, done.stderr)
             self.assertNotIn("Traceback", done.stderr)
-
-    def test_a_page_without_marks(self):
-        """It is said before anything is run, and the page stays."""
-        begin, end = page.marks("paper")
-        other = "\n".join(page.marks("beyond"))
-        for text in ("# Evaluation\n", f"{other}\n{begin}\n", f"{other}\n{end}\n{begin}\n", f"{other}\n{begin}\n{end}\n{end}\n",
-                     f"{begin}\n{end}\n"):
-            with self.subTest(text), tempfile.TemporaryDirectory() as out:
-                written = pathlib.Path(out) / "evaluation.md"
-                written.write_text(text)
-                done = paper("--quick", "--out", out)
-                self.assertEqual(done.returncode, 1, done.stderr)
-                self.assertIn("once each, in this order", done.stderr)
-                self.assertEqual([p.name for p in pathlib.Path(out).iterdir()], ["evaluation.md"])
-                self.assertEqual(written.read_text(), text)
 
     def test_a_run_on_its_own(self):
         for arguments, code in ((["--help"], 0), ([], 2), (["paper-quick"], 2)):
