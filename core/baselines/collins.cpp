@@ -14,7 +14,7 @@ namespace csd {
 
 namespace {
 
-// docs/baselines.md says where each comes from (tracking.md 3.2).
+// docs/baselines.md says where each comes from.
 constexpr std::size_t kept_spaces = 5;
 constexpr double ring_of_side = 0.75;   // the background ring's width
 constexpr int frames_per_ranking = 10;  // in which the feature is seen

@@ -9,7 +9,7 @@
 namespace csd {
 
 /// The baseline LK (with template update) of §3: each feature is followed from frame to frame and, once lost, for ever
-/// lost (tracking.md 3.1).
+/// lost.
 class LucasKanade final : public Algorithm {
  public:
   explicit LucasKanade(const Settings &settings) : settings_(settings) {}

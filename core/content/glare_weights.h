@@ -15,7 +15,7 @@ class WorkFrame;
 /// How far a pixel can be believed, at the pyramid's resolutions: 255 is tissue, 0 is a highlight or its rim.
 ///
 /// A highlight is brighter than what surrounds it, in the least of B, G and R (so that pale tissue is none), by a share
-/// of the room that is left above the surroundings: an absolute threshold masks pale tissue (prototype.md I.2).
+/// of the room that is left above the surroundings: an absolute threshold masks pale tissue.
 /// m = min(B, G, R) smoothed by 1 2 1 in both directions; the surroundings: means of m (not smoothed) over cells of 16
 /// × 16 pixels at 480 working lines, the forbidden ones left out, median of 5 × 5 cells, bilinear in between; highlight
 /// where m − surroundings > `highlight`·(250 − surroundings); dilated by 2 pixels all round, at any height: what leaks

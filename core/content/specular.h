@@ -7,8 +7,8 @@ namespace csd {
 
 class WorkFrame;
 
-/// Specular highlights are bright and without colour (§2.1.1: "thresholding in HSV space"); the paper gives no numbers,
-/// these are tracking.md A6.
+/// Specular highlights are bright and without colour (§2.1.1: "thresholding in HSV space"); the paper gives no
+/// numbers.
 struct SpecularOptions {
   double value = 0.86;       ///< V at least this, 0…1
   double saturation = 0.25;  ///< S at most this, 0…1

@@ -24,7 +24,7 @@ struct Correspondence {
 struct NeighbourMap {
   cv::Matx22d linear = cv::Matx22d::eye();
   cv::Point2d shift;
-  double spread = 0;        ///< robust scale of the points' residuals, target pixels ("sg" in prototype.md)
+  double spread = 0;        ///< robust scale of the points' residuals, target pixels
   std::size_t support = 0;  ///< how many points it stands on; 0: there is no map
   /// Squared distance within which as many points will be in the next frame too, most likely.
   double nearby = std::numeric_limits<double>::infinity();
@@ -35,7 +35,7 @@ struct NeighbourMap {
   double scale() const;  ///< √det linear
 };
 
-/// Fits a map to `nearest`, which is by ascending distance of `from` from `at` (prototype.md I.2): weights fall off
+/// Fits a map to `nearest`, which is by ascending distance of `from` from `at`: weights fall off
 /// with the distance, four rounds of reweighting take outliers out; from six points on an affine map that leans on the
 /// similarity, a similarity below, none below three or where they lie on a point.
 /// @param unit length of a pixel of the 480-line picture in the coordinates of `from`; the spread's floor is half a

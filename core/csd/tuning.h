@@ -17,8 +17,8 @@ namespace csd {
 ///
 /// Units: "px" are pixels of a 480-line picture; "samples" those of a patch, 21 to a side; rates are those of a frame
 /// of 40 ms; times are in seconds. All fields are of one type, so that ablation, fit and experiments set any by its
-/// name; counts are whole numbers, and a switch is 0 or 1. Where no reason is given it is prototype.md I.2, the tight
-/// variant.
+/// name; counts are whole numbers, and a switch is 0 or 1. Where no reason is given, it comes from the study
+/// that preceded this code.
 struct Tuning {
   // Looking for a patch: look.cpp.
   double shape_deviation = 0.03;    ///< sd of each element of A₀⁻¹A − 1, in a frame

@@ -124,7 +124,7 @@ void Csd2012::track(const FrameContext &context, std::vector<Claim> &claims) {
       if (follower->in_sight) {
         claim.kind = Claim::Kind::tracked;
       } else {
-        // Nothing is labelled feature (A29): hidden, or gone over the edge if the last patch touched it.
+        // Nothing is labelled feature: hidden, or gone over the edge if the last patch touched it.
         const int half = patch_side(settings_, context.frame) / 2;
         const cv::Rect inner(half, half, context.frame.size().width - 2 * half, context.frame.size().height - 2 * half);
         claim.kind = inner.contains(rounded(follower->work)) ? Claim::Kind::hidden : Claim::Kind::out;
@@ -134,8 +134,7 @@ void Csd2012::track(const FrameContext &context, std::vector<Claim> &claims) {
   }
 }
 
-/// §2.1.1: LK moves the features that are being learnt, until training-time is over and their descriptor is there
-/// (A35).
+/// §2.1.1: LK moves the features that are being learnt, until training-time is over and their descriptor is there.
 void Csd2012::recurse(const FrameContext &context) {
   std::vector<Follower *> moving;
   std::vector<cv::Point2f> points;

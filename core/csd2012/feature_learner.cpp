@@ -189,7 +189,7 @@ int FeatureLearner::retrain(GrowingTree &tree, const std::vector<SampleId> &samp
 }
 
 /// §2.2.2: classify patches of the current frame, add those that are wrongly called the feature, retrain the leaves
-/// that did it, and those that call the feature something else; until there are none, or A34's rounds are over.
+/// that did it, and those that call the feature something else; until there are none, or its rounds are over.
 /// `picture`: smoothed, with a border of half a patch.
 void FeatureLearner::correct(Member &member, const cv::Mat &picture, const cv::Mat &forbidden, cv::Point position,
                              const std::vector<SampleId> &positives) {

@@ -14,8 +14,8 @@
 namespace csd {
 namespace {
 
-constexpr double most_specular = 0.05;  // of the patch (A6)
-constexpr double least_distance = 0.5;  // between features, of the patch's side (A5)
+constexpr double most_specular = 0.05;  // of the patch
+constexpr double least_distance = 0.5;  // between features, of the patch's side
 constexpr int windows_per_patch = 3;    // sides of Shi and Tomasi's window that make one of the patch
 constexpr double per_bucket = 2;        // features that a bucket has room for, when they lie evenly
 

@@ -17,7 +17,7 @@ struct DetectOptions {
 /// Finds features to track (§2.1.1): Difference of Gaussian and Shi–Tomasi, merged and spread over the picture.
 ///
 /// `luma` is CV_8UC1, the working image. `specular` and `forbidden` are CV_8UC1 of its size, or empty: a feature's
-/// patch has at most 5 % of its pixels where `specular` is not 0 (tracking.md A6), and its centre lies where
+/// patch has at most 5 % of its pixels where `specular` is not 0, and its centre lies where
 /// `forbidden` is 0. `taken` are features that exist: new ones keep half a patch away from them and go first where they
 /// are not. Every patch lies wholly inside the picture.
 ///

@@ -9,7 +9,7 @@
 namespace csd {
 
 /// Alternates two detectors' candidates by rank (first of `a`, first of `b`, second of `a`, …) and drops each that is
-/// nearer than `radius` working pixels to an earlier one or to one of `taken` (tracking.md A5). The order is kept.
+/// nearer than `radius` working pixels to an earlier one or to one of `taken`. The order is kept.
 std::vector<cv::Point2d> merge_by_rank(const Candidates &a, const Candidates &b, double radius,
                                        std::span<const cv::Point2d> taken = {});
 

@@ -10,7 +10,7 @@ namespace csd {
 
 /// The working image's luma, smoothed, at five resolutions: what `csd` aligns patches in.
 ///
-/// Level 0 is the luma after a Gaussian of σ = 1 px (single pixels are too noisy to compare: prototype.md II): the
+/// Level 0 is the luma after a Gaussian of σ = 1 px (single pixels are too noisy to compare): the
 /// binomial filter 1 4 6 4 1, whose variance is exactly 1, and whose sums are exact in 16 bit. Its taps .0625 .25 .375
 /// differ from the ideal .0540 .2420 .3989 (.0044 next) by at most .024, its transfer function by at most .051. Level
 /// l+1 is level l after the same filter, every second pixel, rounded to nearest: pixel (x, y) of level l lies at

@@ -11,10 +11,10 @@ namespace csd {
 
 /// −45, −43, … 45: 46 angles ("from −45° to 45° at 2° intervals"); 0, which would repeat the example, isn't among them.
 inline constexpr double rotation_limit = 45, rotation_step = 2;
-/// From 0.8 to 3, in 12 logarithmic steps (tracking.md A11).
+/// From 0.8 to 3, in 12 logarithmic steps.
 inline constexpr double smallest_scale = 0.8, largest_scale = 3;
 inline constexpr int scale_steps = 12;
-/// Tilts about the horizontal and the vertical axis (A12; the paper names no range).
+/// Tilts about the horizontal and the vertical axis (the paper names no range).
 inline constexpr double tilts[] = {-35, -25, 25, 35};
 /// How far the camera of the tilts is from the patch, in sides of the patch. Near enough that a tilt and its opposite
 /// differ: the near edge is then up to 1.3 times as long as the far one. The paper says nothing; this is our choice.

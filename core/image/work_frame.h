@@ -89,7 +89,7 @@ class WorkFrame {
 };
 
 /// Odd side, in working pixels, of the square patch for a working image of `lines`: 21 from 480 lines on, scaled below,
-/// at least 9 (tracking.md A1: one parameter for every resolution).
+/// at least 9 (one parameter for every resolution).
 int default_patch_size(int lines);
 
 }  // namespace csd

@@ -24,7 +24,7 @@ struct Alignment {
   AffineState state;
   bool usable = false;        ///< false: less than 30 % of the patch lies in the picture, or nothing to see in it
   double zncc = 0;            ///< weighted (not robustly) zero-mean normalised cross-correlation, −1…1
-  double inliers = 0;         ///< Σ robust weights / Σ weights, 0…1 ("f" in prototype.md)
+  double inliers = 0;         ///< Σ robust weights / Σ weights, 0…1
   double centre = 0;          ///< the same of the patch's very middle: centre_inliers(); inliers where that is unknown
   double unmasked = 0;        ///< share of the patch that has weight, 0…1
   double gain = 1, bias = 0;  ///< frame = gain·anchor + bias, grey levels
@@ -34,7 +34,7 @@ struct Alignment {
 };
 
 /// Aligns one anchor level with a frame: inverse compositional Gauss–Newton with gain and bias, robust weights, and a
-/// Gaussian prior on shape and position about `start` (prototype.md I.2).
+/// Gaussian prior on shape and position about `start`.
 Alignment align(const Pyramid &pyramid, const GlareWeights &weights, const AnchorLevel &anchor, int level,
                 const AffineState &start, const AlignPrior &prior, AlignModel model, double precision = fine_precision);
 

@@ -10,8 +10,7 @@ namespace csd {
 /// The recursive tracker of §2.1.1: pyramidal Lucas–Kanade from each frame to the next. The point found becomes the
 /// next frame's query, which is the "template update" of the paper.
 ///
-/// Window as large as the patch, at most 3 levels above the picture, 30 iterations or 0.01 px, minimal eigenvalue 1e-4
-/// (tracking.md 3.1).
+/// Window as large as the patch, at most 3 levels above the picture, 30 iterations or 0.01 px, minimal eigenvalue 1e-4.
 class RecursiveTracker {
  public:
   /// `window`: odd side of the window in working pixels.

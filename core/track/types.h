@@ -76,7 +76,7 @@ struct Settings {
 
   // For experiments and tests: no property sets these.
   std::function<std::int64_t()> clock;  ///< ns, what frame_budget is measured by; empty: the steady clock
-  SpecularOptions specular;             ///< near what detection puts no feature (A6)
+  SpecularOptions specular;             ///< near what detection puts no feature
 };
 
 struct Stats {

@@ -9,10 +9,10 @@ namespace csd {
 
 namespace {
 
-constexpr int near_every = 3;          // of the random negatives one in so many is near the feature (A10)
+constexpr int near_every = 3;          // of the random negatives one in so many is near the feature
 constexpr int tries = 20;              // for one position: a picture that is mostly forbidden has fewer negatives
 constexpr double least_deviation = 1;  // grey levels, of a patch worth correlating: less is sensor noise
-constexpr int peaks_per_patch = 4;     // a local maximum is the highest within a patch's side by this (A9)
+constexpr int peaks_per_patch = 4;     // a local maximum is the highest within a patch's side by this
 
 double distance(cv::Point a, cv::Point b) {
   return std::hypot(a.x - b.x, a.y - b.y);

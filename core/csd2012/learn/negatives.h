@@ -10,7 +10,7 @@
 namespace csd {
 
 /// Where negatives may be taken: the paper asks for "every position that is not the feature", and finds that patches
-/// "within a few pixels" look alike. Nothing is learnt from the ring in between (tracking.md A10).
+/// "within a few pixels" look alike. Nothing is learnt from the ring in between.
 struct NegativeRules {
   int patch;             ///< odd side, working pixels: the whole patch lies inside the picture
   double ignore_radius;  ///< nearer than this to the feature nothing is a negative

@@ -28,8 +28,8 @@ class LogTable {
   double floor_;
 };
 
-/// log2 of the number of a histogram's bins, and the fewest samples of a node that are so finely divided (tracking.md
-/// A20): 32 bins from 256 samples on, 16 from 64 on, else 8.
+/// log2 of the number of a histogram's bins, and the fewest samples of a node that are so finely divided: 32 bins from
+/// 256 samples on, 16 from 64 on, else 8.
 struct HistogramSize {
   int bits;
   std::size_t least_samples;

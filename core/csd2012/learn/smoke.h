@@ -17,7 +17,7 @@ inline constexpr double smoke_density_deviation = 0.05;
 inline constexpr double smoke_colour_mean = 0.6;
 inline constexpr double smoke_colour_deviation = 0.1;
 
-/// σ of the field's Gaussian, as a share of the patch ("smooth spatial distribution"; tracking.md A14).
+/// σ of the field's Gaussian, as a share of the patch ("smooth spatial distribution").
 inline constexpr double smoke_smoothness = 0.25;
 /// Side of the field, in patches: so large that two cuts are hardly ever the same.
 inline constexpr int smoke_field_patches = 6;

@@ -98,7 +98,7 @@ TEST_F(LearningAFeature, AfterALessonTheFeatureIsRecognisedAndItsSurroundingsAre
   for (const auto &p : grid.matches) EXPECT_LE(std::hypot(p.x - at_.x, p.y - at_.y), 4) << p;
 }
 
-// LK may take a feature up to the last pixel; past the border the picture goes on with it (A37).
+// LK may take a feature up to the last pixel; past the border the picture goes on with it.
 TEST_F(LearningAFeature, InTheCornerItIsRecognisedWithTheBorderReplicated) {
   const cv::Point corner(319, 239);
   learner_.learn(snapshot_, corner);
