@@ -312,11 +312,11 @@ GstCaps *gst_csd_track_transform_caps(GstBaseTransform *trans, GstPadDirection d
 
 /// What the user does in the window of a sink that shows this picture.
 void navigate(GstCsdTrack *self, GstEvent *event) {
-  const auto wish = csd::read_wish(event);
+  const auto command = csd::read_command(event);
   const auto engine = engine_of(self);
-  if (!wish || !engine || !live_settings(self).navigation) return;
-  GST_DEBUG_OBJECT(self, "%s %f,%f", csd::wish_name(wish->what), wish->x, wish->y);
-  csd::grant(*wish, engine->tracker);
+  if (!command || !engine || !live_settings(self).navigation) return;
+  GST_DEBUG_OBJECT(self, "%s %f,%f", csd::command_name(command->kind), command->x, command->y);
+  csd::apply(*command, engine->tracker);
 }
 
 gboolean gst_csd_track_src_event(GstBaseTransform *trans, GstEvent *event) {
@@ -355,7 +355,7 @@ gboolean gst_csd_track_set_info(GstVideoFilter *filter, GstCaps *in, GstVideoInf
 
 /// At the begin of a new stream everything that was known of the old one is forgotten; at the end of one nothing is
 /// held back.
-void heed(GstCsdTrack *self, GstEvent *event) {
+void handle(GstCsdTrack *self, GstEvent *event) {
   auto &state = *self->state;
   switch (GST_EVENT_TYPE(event)) {
     case GST_EVENT_FLUSH_STOP:
@@ -383,8 +383,8 @@ void heed(GstCsdTrack *self, GstEvent *event) {
 
 gboolean gst_csd_track_sink_event(GstBaseTransform *trans, GstEvent *event) {
   auto *self = GST_CSD_TRACK(trans);
-  // What is heeded is serialized: the streaming thread's, or nothing streams.
-  if (self->state->engine) guard.logged(self, [&] { heed(self, event); });
+  // These events are serialized: the streaming thread's, or nothing streams.
+  if (self->state->engine) guard.logged(self, [&] { handle(self, event); });
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->sink_event(trans, event);
 }
 

@@ -60,7 +60,7 @@ namespace {
 
 constexpr GstClockTime default_max_wait = 5 * GST_SECOND;
 
-constexpr gint64 most_offset = 1000000000 * gint64{GST_SECOND};  // 31 years: sums don't overflow
+constexpr gint64 max_offset = 1000000000 * gint64{GST_SECOND};  // 31 years: sums don't overflow
 
 enum Property : guint { prop_0, prop_location, prop_overlay, prop_max_wait, prop_ts_offset, prop_min_upstream_latency };
 
@@ -288,7 +288,8 @@ gboolean gst_csd_track_dec_sink_event(GstBaseTransform *trans, GstEvent *event) 
   auto *self = GST_CSD_TRACK_DEC(trans);
   guard.logged(self, [&] {
     if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START) self->state->latency.expire();
-    csd::heed_frames(self->state->queue, event, GST_BASE_TRANSFORM(self)->segment, live_settings(self).ts_offset);
+    csd::handle_frame_event(self->state->queue, event, GST_BASE_TRANSFORM(self)->segment,
+                            live_settings(self).ts_offset);
   });
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->sink_event(trans, event);
 }
@@ -387,7 +388,7 @@ GstFlowReturn gst_csd_track_dec_text_event(GstPad *, GstObject *parent, GstEvent
   const bool running = self->state->queue.running();
   if (running)
     guard.logged(self, [&] {
-      self->state->text.lines.heed(event, self->state->queue);
+      self->state->text.lines.handle(event, self->state->queue);
       if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START || GST_EVENT_TYPE(event) == GST_EVENT_EOS)
         text_begins_anew(self);
     });
@@ -647,8 +648,8 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
   g_object_class_install_property(
       object_class, prop_ts_offset,
       g_param_spec_int64(
-          "ts-offset", "Timestamp offset", "Nanoseconds that are added to the time of each line", -most_offset,
-          most_offset, 0,
+          "ts-offset", "Timestamp offset", "Nanoseconds that are added to the time of each line", -max_offset,
+          max_offset, 0,
           static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
 
   /**

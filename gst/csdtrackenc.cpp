@@ -292,7 +292,7 @@ static GstFlowReturn push_track(GstCsdTrackEnc *self, GstBuffer *frame, Stream &
   const GstClockTime duration =
       GST_BUFFER_DURATION_IS_VALID(frame) ? GST_BUFFER_DURATION(frame) : stream.frame_duration;
   const std::vector<std::string_view> pieces =
-      csd::text_pieces(stream.line, klv ? csd::most_klv_text : csd::most_piece_bytes);
+      csd::text_pieces(stream.line, klv ? csd::max_klv_text : csd::max_piece_bytes);
   ++stream.count;
   GstFlowReturn flow = GST_FLOW_OK;
   for (std::size_t i = 0; i < pieces.size() && flow == GST_FLOW_OK; ++i) {

@@ -11,7 +11,7 @@ guint group_of(GstEvent *event) {
   return group;
 }
 
-void heed_frames(TrackQueue &queue, GstEvent *event, const GstSegment &segment, std::int64_t offset) {
+void handle_frame_event(TrackQueue &queue, GstEvent *event, const GstSegment &segment, std::int64_t offset) {
   switch (GST_EVENT_TYPE(event)) {
     case GST_EVENT_STREAM_START:
       queue.frames_begin(group_of(event));

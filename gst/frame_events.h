@@ -13,6 +13,6 @@ namespace csd {
 guint group_of(GstEvent *event);
 
 /// Tells `queue` what an event of the frames, in `segment`, means for it. `offset`: the lines' of their time.
-void heed_frames(TrackQueue &queue, GstEvent *event, const GstSegment &segment, std::int64_t offset);
+void handle_frame_event(TrackQueue &queue, GstEvent *event, const GstSegment &segment, std::int64_t offset);
 
 }  // namespace csd

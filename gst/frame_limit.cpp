@@ -9,12 +9,12 @@ namespace csd {
 
 namespace {
 
-/// When the clock of `element` shows the running time of `time`; nothing where that is not known or over most_time.
+/// When the clock of `element` shows the running time of `time`; nothing where that is not known or over max_time.
 std::optional<GstClockTime> clock_time(GstElement *element, const GstSegment &segment, GstClockTime time) {
   if (segment.format != GST_FORMAT_TIME || !GST_CLOCK_TIME_IS_VALID(time)) return std::nullopt;
   const GstClockTime running = gst_segment_to_running_time(&segment, GST_FORMAT_TIME, time);
   const GstClockTime base = gst_element_get_base_time(element);
-  constexpr auto most = static_cast<GstClockTime>(most_time);
+  constexpr auto most = static_cast<GstClockTime>(max_time);
   if (running > most || base > most - running) return std::nullopt;  // GST_CLOCK_TIME_NONE is more, too
   return base + running;
 }
@@ -30,7 +30,7 @@ FrameLimit frame_limit(GstElement *element, const GstSegment &segment, GstClockT
   if (!limit.clock) return limit;
   const GstClockTime now = gst_clock_get_time(limit.clock.get());
   const auto due = clock_time(element, segment, pts);
-  const GstClockTime last = due ? *due + std::min<GstClockTime>(latency->min, most_time) : now;
+  const GstClockTime last = due ? *due + std::min<GstClockTime>(latency->min, max_time) : now;
   limit.by_latency = last < now + max_wait;
   limit.time = std::min(last, now + max_wait);
   return limit;

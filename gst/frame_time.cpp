@@ -7,7 +7,7 @@ std::optional<std::int64_t> stream_time(const GstSegment &segment, GstClockTime 
   if (segment.format != GST_FORMAT_TIME || !GST_CLOCK_TIME_IS_VALID(time)) return std::nullopt;
   guint64 at = 0;
   if (gst_segment_to_stream_time_full(&segment, GST_FORMAT_TIME, time, &at) <= 0) return std::nullopt;
-  if (at > static_cast<guint64>(most_time)) return std::nullopt;
+  if (at > static_cast<guint64>(max_time)) return std::nullopt;
   return static_cast<std::int64_t>(at);
 }
 
@@ -16,10 +16,10 @@ std::optional<std::int64_t> gap_end(const GstSegment &segment, GstEvent *gap) {
   gst_event_parse_gap(gap, &begin, &duration);
   const auto from = stream_time(segment, begin);
   if (segment.format != GST_FORMAT_TIME || !GST_CLOCK_TIME_IS_VALID(duration)) return from;
-  constexpr auto most = static_cast<GstClockTime>(most_time);
-  if (begin > most || duration > most - begin) return most_time;
+  constexpr auto most = static_cast<GstClockTime>(max_time);
+  if (begin > most || duration > most - begin) return max_time;
   const auto to = stream_time(segment, begin + duration);
-  return to || !from ? to : most_time;
+  return to || !from ? to : max_time;
 }
 
 FrameTime frame_time(const GstSegment &segment, const GstVideoInfo &info, GstBuffer *buffer) {

@@ -10,12 +10,12 @@
 namespace csd {
 
 /// ns: what is added to times, or taken from them, can't overflow.
-inline constexpr std::int64_t most_time = std::numeric_limits<std::int64_t>::max() / 2;
+inline constexpr std::int64_t max_time = std::numeric_limits<std::int64_t>::max() / 2;
 
-/// The stream time of `time`, which may lie before `segment`, in ns; nothing where it is not known or over most_time.
+/// The stream time of `time`, which may lie before `segment`, in ns; nothing where it is not known or over max_time.
 std::optional<std::int64_t> stream_time(const GstSegment &segment, GstClockTime time);
 
-/// Until which stream time, at most most_time, a GAP event says that nothing comes: its end, or its begin where it
+/// Until which stream time, at most max_time, a GAP event says that nothing comes: its end, or its begin where it
 /// doesn't say how long it is. Nothing where that is not known.
 std::optional<std::int64_t> gap_end(const GstSegment &segment, GstEvent *gap);
 

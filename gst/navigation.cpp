@@ -8,47 +8,47 @@
 
 namespace csd {
 
-const char *wish_name(Wish::What what) {
-  switch (what) {
-    case Wish::What::add:
+const char *command_name(NavigationCommand::Kind kind) {
+  switch (kind) {
+    case NavigationCommand::Kind::add:
       return "add";
-    case Wish::What::remove:
+    case NavigationCommand::Kind::remove:
       return "remove";
-    case Wish::What::reset:
+    case NavigationCommand::Kind::reset:
       break;
   }
   return "reset";
 }
 
-std::optional<Wish> read_wish(GstEvent *event) {
+std::optional<NavigationCommand> read_command(GstEvent *event) {
   switch (gst_navigation_event_get_type(event)) {
     case GST_NAVIGATION_EVENT_MOUSE_BUTTON_PRESS: {
       gint button = 0;
-      Wish wish{Wish::What::add};
-      if (!gst_navigation_event_parse_mouse_button_event(event, &button, &wish.x, &wish.y)) return {};
-      if ((button != 1 && button != 3) || !std::isfinite(wish.x) || !std::isfinite(wish.y)) return {};
-      if (button == 3) wish.what = Wish::What::remove;
-      return wish;
+      NavigationCommand command{NavigationCommand::Kind::add};
+      if (!gst_navigation_event_parse_mouse_button_event(event, &button, &command.x, &command.y)) return {};
+      if ((button != 1 && button != 3) || !std::isfinite(command.x) || !std::isfinite(command.y)) return {};
+      if (button == 3) command.kind = NavigationCommand::Kind::remove;
+      return command;
     }
     case GST_NAVIGATION_EVENT_KEY_PRESS: {
       const gchar *key = nullptr;
       if (!gst_navigation_event_parse_key_event(event, &key) || !key || std::strcmp(key, "r") != 0) return {};
-      return Wish{Wish::What::reset};
+      return NavigationCommand{NavigationCommand::Kind::reset};
     }
     default:
       return {};
   }
 }
 
-void grant(const Wish &wish, Tracker &tracker) {
-  switch (wish.what) {
-    case Wish::What::add:
-      tracker.add_point(wish.x, wish.y);
+void apply(const NavigationCommand &command, Tracker &tracker) {
+  switch (command.kind) {
+    case NavigationCommand::Kind::add:
+      tracker.add_point(command.x, command.y);
       break;
-    case Wish::What::remove:
-      tracker.remove_nearest(wish.x, wish.y);
+    case NavigationCommand::Kind::remove:
+      tracker.remove_nearest(command.x, command.y);
       break;
-    case Wish::What::reset:
+    case NavigationCommand::Kind::reset:
       tracker.reset();
       break;
   }

@@ -11,17 +11,17 @@
 namespace csd {
 
 /// What a user wants who clicks into a video sink's window, or presses a key there.
-struct Wish {
-  enum class What : std::uint8_t { add, remove, reset } what;
+struct NavigationCommand {
+  enum class Kind : std::uint8_t { add, remove, reset } kind;
   double x = 0, y = 0;  ///< pixels of the picture that the event is about; none for reset
 };
 
-const char *wish_name(Wish::What what);
+const char *command_name(NavigationCommand::Kind kind);
 
 /// A press of the first button adds a point, of the third removes the nearest; the key `r` resets. All else is none.
-std::optional<Wish> read_wish(GstEvent *event);
+std::optional<NavigationCommand> read_command(GstEvent *event);
 
 /// From the next frame on.
-void grant(const Wish &wish, Tracker &tracker);
+void apply(const NavigationCommand &command, Tracker &tracker);
 
 }  // namespace csd

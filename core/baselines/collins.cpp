@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kept_spaces = 5;
 constexpr double ring_of_side = 0.75;   // the background ring's width
 constexpr int frames_per_ranking = 10;  // in which the feature is seen
-constexpr double least_mass = 0.1;      // of that in the first frame: less, and the object is not there
+constexpr double min_mass = 0.1;        // of that in the first frame: less, and the object is not there
 constexpr double reach_of_side = 2;     // how far a mean shift may go in a frame
 constexpr double edge_of_side = 0.25;   // nearer to the picture's edge than this, and it has gone over it
 
@@ -96,7 +96,7 @@ std::optional<cv::Point2d> CollinsMeanShift::look(const WorkFrame &frame, Target
   std::uint64_t mass = 0;
   for (std::size_t i = 0; i < kept_spaces; ++i)
     mass += window_mass(values[i], target.kept[i].weights, fused, side_).mass;
-  if (mass == 0 || static_cast<double>(mass) < least_mass * static_cast<double>(target.first_mass)) return std::nullopt;
+  if (mass == 0 || static_cast<double>(mass) < min_mass * static_cast<double>(target.first_mass)) return std::nullopt;
   return fused + cv::Point2d(planes.area.tl());
 }
 

@@ -4,8 +4,8 @@
 namespace csd {
 
 namespace {
-constexpr int most_steps = 20;
-constexpr double least_step = 0.5;  // pixels
+constexpr int max_steps = 20;
+constexpr double min_step = 0.5;  // pixels
 }  // namespace
 
 WindowMass window_mass(const cv::Mat &values, const ColourWeights &weights, cv::Point2d centre, int side) {
@@ -32,12 +32,12 @@ WindowMass window_mass(const cv::Mat &values, const ColourWeights &weights, cv::
 std::optional<cv::Point2d> mean_shift(const cv::Mat &values, const ColourWeights &weights, cv::Point2d start,
                                       int side) {
   auto centre = start;
-  for (int i = 0; i < most_steps; ++i) {
+  for (int i = 0; i < max_steps; ++i) {
     const auto window = window_mass(values, weights, centre, side);
     if (window.mass == 0) return std::nullopt;
     const double step = cv::norm(window.centroid - centre);
     centre = window.centroid;
-    if (step < least_step) break;
+    if (step < min_step) break;
   }
   return centre;
 }

@@ -13,13 +13,13 @@
 namespace csd {
 namespace {
 
-constexpr int most_lines = 288;        // of the copy
-constexpr int block_rows = 32;         // blocks over the picture's height
-constexpr double memory = 1.0;         // s, of mean and deviation
-constexpr double warm_up = 0.5;        // s before the first conclusion
-constexpr float sure_after = 1.8F;     // s of evidence: with 0.8, tools and tissue that pause are marked
-constexpr float most_evidence = 3.0F;  // s
-constexpr float doubt_rate = 0.5F;     // neighbours that stand still take evidence away so much slower
+constexpr int max_lines = 288;        // of the copy
+constexpr int block_rows = 32;        // blocks over the picture's height
+constexpr double memory = 1.0;        // s, of mean and deviation
+constexpr double warm_up = 0.5;       // s before the first conclusion
+constexpr float sure_after = 1.8F;    // s of evidence: with 0.8, tools and tissue that pause are marked
+constexpr float max_evidence = 3.0F;  // s
+constexpr float doubt_rate = 0.5F;    // neighbours that stand still take evidence away so much slower
 
 // Chosen by looking at clips, not measured as distributions: medians over a picture were about 0.25 px on slowly
 // moving tissue and 0.08 px on still tissue, noise taken off.
@@ -38,7 +38,7 @@ constexpr struct {
   float moving_share;
 } reaches[] = {{4, 0.5F}, {8, 0.7F}, {12, 0.75F}};
 constexpr float lit_share = 0.5F;  // of a side: else the picture's edge or the dark border is there
-constexpr int least_sides = 2;     // a corner of the picture has two
+constexpr int min_sides = 2;       // a corner of the picture has two
 
 }  // namespace
 
@@ -58,7 +58,7 @@ bool BurntIn::update(const cv::Mat &luma, double dt) {
   if (luma.size() != luma_size_) {
     reset();
     luma_size_ = luma.size();
-    const int shrink = std::max(1, (luma.rows + most_lines - 1) / most_lines);
+    const int shrink = std::max(1, (luma.rows + max_lines - 1) / max_lines);
     const cv::Size size(std::max(1, luma.cols / shrink), std::max(1, luma.rows / shrink));
     block_ = std::max(4, (size.height + block_rows / 2) / block_rows);
     const cv::Size blocks((size.width + block_ - 1) / block_, (size.height + block_ - 1) / block_);
@@ -204,7 +204,7 @@ class BurntIn::Surroundings {
         if (moving == 0 || static_cast<float>(moving) < reach.moving_share * static_cast<float>(moving + resting))
           return false;
       }
-      return asked >= least_sides;
+      return asked >= min_sides;
     });
   }
 
@@ -232,7 +232,7 @@ void BurntIn::weigh(const Blocks &blocks, double dt) {
       } else {
         evidence -= doubt_rate * step;
       }
-      evidence = std::clamp(evidence, 0.0F, most_evidence);
+      evidence = std::clamp(evidence, 0.0F, max_evidence);
       std::uint8_t &marked = marked_.at<std::uint8_t>(row, column);
       if (evidence >= sure_after) marked = 255;
       if (evidence <= 0) marked = 0;

@@ -9,7 +9,7 @@
 namespace csd {
 namespace {
 
-constexpr int most_lines = 144;  // of the small picture
+constexpr int max_lines = 144;  // of the small picture
 
 // Video black is 16 and coding noise takes it to about 25. Chosen by eye: what stays darker than this has no texture.
 constexpr std::uint8_t dark_below = 28;
@@ -45,7 +45,7 @@ bool DarkBorder::update(const cv::Mat &luma, double dt) {
   if (luma.size() != luma_size_) {
     reset();
     luma_size_ = luma.size();
-    const int shrink = std::max(1, (luma.rows + most_lines - 1) / most_lines);
+    const int shrink = std::max(1, (luma.rows + max_lines - 1) / max_lines);
     mask_.create(std::max(1, luma.rows / shrink), std::max(1, luma.cols / shrink), CV_8UC1);
     mask_.setTo(0);
   }

@@ -14,9 +14,9 @@ namespace {
 
 // Chosen by looking at six clips: tools .05 to .14, the palest tissue (gallbladder, peritoneum) .18 to .25; through
 // smoke tools .11 to .15, and half of the picture below .23.
-constexpr int most_saturation = 36;  // of 255
-constexpr int part_of_median = 60;   // %
-constexpr int least_light = 32;
+constexpr int max_saturation = 36;  // of 255
+constexpr int part_of_median = 60;  // %
+constexpr int min_light = 32;
 constexpr int small_lines = 120;  // of the copy that is looked at
 
 }  // namespace
@@ -35,7 +35,7 @@ void find_tools(const WorkFrame &frame, cv::Mat &mask) {
     for (int x = 0; x < small.cols; ++x) {
       const auto &p = small.at<cv::Vec3b>(y, x);
       const int high = std::max({p[0], p[1], p[2]}), low = std::min({p[0], p[1], p[2]});
-      if (high < least_light) continue;
+      if (high < min_light) continue;
       saturation(y, x) = static_cast<std::uint8_t>(255 * (high - low) / high);
       ++histogram[saturation(y, x)];
       ++lit;
@@ -43,7 +43,7 @@ void find_tools(const WorkFrame &frame, cv::Mat &mask) {
   int median = 0;
   for (int below = histogram[0]; 2 * below < lit; below += histogram[static_cast<std::size_t>(median)]) ++median;
 
-  const int limit = std::min(most_saturation, part_of_median * median / 100);
+  const int limit = std::min(max_saturation, part_of_median * median / 100);
   cv::Mat grey = saturation < limit;
   cv::dilate(grey, grey, cv::getStructuringElement(cv::MORPH_RECT, {7, 7}));
   cv::resize(grey, mask, frame.size(), 0, 0, cv::INTER_NEAREST);

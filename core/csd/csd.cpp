@@ -45,7 +45,7 @@ void Csd::track(const FrameContext &context, std::vector<Claim> &claims) {
   steps_ = last_time_ == no_time
                ? 1
                : std::clamp(static_cast<double>(context.time - last_time_) / static_cast<double>(step), 0.01,
-                            tuning_.most_steps);
+                            tuning_.max_steps);
   last_time_ = context.time;
 
   const auto frame = load(context);
@@ -83,7 +83,7 @@ void Csd::follow_queries(const CsdFrame &frame) {
 void Csd::report(const Query &query, const CsdFrame &frame, const WorkFrame &work, Claim &claim) const {
   const auto &point = query.point;
   claim.position = work.to_picture(point.state().position);
-  const bool clear = support_.surroundings().blur < tuning_.most_blur;
+  const bool clear = support_.surroundings().blur < tuning_.max_blur;
   claim.confidence = clear ? point.confidence() : 0;
   claim.fresh = query.turn != Followed::Turn::waits;
   claim.surrounded = clear && point.map();

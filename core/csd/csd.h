@@ -23,7 +23,7 @@ class Csd final : public Algorithm {
 
   bool replenishes() const override { return true; }
   bool avoids_tools() const override { return true; }
-  double most_alike() const override { return tuning_.most_alike; }
+  double max_likeness() const override { return tuning_.max_likeness; }
   void track(const FrameContext &context, std::vector<Claim> &claims) override;
   Claim::Kind begin(FeatureId id, cv::Point2d position, const FrameContext &context) override;
   void end(FeatureId id) override;

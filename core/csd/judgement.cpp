@@ -45,7 +45,7 @@ Judgement judge(const CsdFrame &frame, const Look &look, const Memory &memory, c
   const double gate = tuning.gate_floor + tuning.gate_deviations * expected.deviation +
                       tuning.gate_spreads * expected.map.spread / scale;
   const auto distortion = expected.state.shape.inv() * fine.state.shape - cv::Matx22d::eye();
-  out.agrees = out.distance <= gate && cv::norm(distortion) <= tuning.most_distortion;
+  out.agrees = out.distance <= gate && cv::norm(distortion) <= tuning.max_distortion;
   out.own_motion = !out.agrees && told_apart(frame, look, memory, expected);
   out.agrees = out.agrees || out.own_motion;
   out.sure = out.sure && out.agrees;
@@ -55,7 +55,7 @@ Judgement judge(const CsdFrame &frame, const Look &look, const Memory &memory, c
 cv::Point2d fuse(const CsdFrame &frame, const Look &look, const Expectation &expected) {
   const auto &tuning = frame.tuning;
   const auto off = look.fine.state.position - expected.state.position;
-  const double sd = (tuning.least_own_motion + tuning.own_motion_of_deviation * expected.deviation) *
+  const double sd = (tuning.min_own_motion + tuning.own_motion_of_deviation * expected.deviation) *
                         expected.map.scale() * frame.unit +
                     tuning.own_motion_of_spread * expected.map.spread;
   const auto patch = position_covariance(look.fine.information).inv();
@@ -70,7 +70,7 @@ std::optional<Evidence> evidence_for(const CsdFrame &frame, const Look &look, co
   const auto &fine = look.fine;
   const bool apart = told_apart(frame, look, memory, expected);
   const bool possible = fine.usable && judgement.agrees && (expected || around.alone || apart) &&
-                        fine.unmasked >= frame.tuning.least_unmasked && frame.shows(fine.state.position);
+                        fine.unmasked >= frame.tuning.min_unmasked && frame.shows(fine.state.position);
   if (!possible) return {};
   Evidence e;
   e.zncc_fine = fine.zncc;

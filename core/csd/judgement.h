@@ -16,7 +16,7 @@ struct Expectation {
   double deviation = 0;  ///< NeighbourOffset::deviation()
 
   explicit operator bool() const { return static_cast<bool>(map); }
-  bool overrules(const Tuning &tuning) const { return map.support >= count(tuning.least_judges); }
+  bool overrules(const Tuning &tuning) const { return map.support >= count(tuning.min_judges); }
 };
 
 /// Whom to believe: what was seen, or the neighbours.

@@ -89,7 +89,7 @@ void Memory::refine(const CsdFrame &frame, const AffineState &state, double scal
 int Memory::finest_level(double zoom, const Tuning &tuning) const {
   const auto share = [this](int level) { return unmasked_[slot(level - Anchor::finest)]; };
   int best = anchor_.fine_level(zoom);
-  for (int level = best; level <= Anchor::coarsest && share(best) < tuning.least_anchor; ++level)
+  for (int level = best; level <= Anchor::coarsest && share(best) < tuning.min_anchor; ++level)
     if (anchor_.has(level) && share(level) > share(best)) best = level;
   return best;
 }

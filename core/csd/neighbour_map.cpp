@@ -8,8 +8,8 @@
 namespace csd {
 namespace {
 
-constexpr int rounds = 5;                                  // of reweighting
-constexpr std::size_t least_points = 3, least_affine = 6;  // that a similarity, an affine map can stand on
+constexpr int rounds = 5;                              // of reweighting
+constexpr std::size_t min_points = 3, min_affine = 6;  // that a similarity, an affine map can stand on
 
 double square(double x) {
   return x * x;
@@ -83,24 +83,24 @@ double NeighbourMap::scale() const {
 NeighbourMap fit_neighbours(std::span<const Correspondence> nearest, cv::Point2d at, double unit,
                             const Tuning &tuning) {
   NeighbourMap map;
-  if (nearest.size() < least_points) return map;
+  if (nearest.size() < min_points) return map;
   std::array<double, NeighbourField::most> near{}, weights{};
   const auto n = std::min(nearest.size(), near.size());
   const auto points = nearest.first(n);
   const double fifth = std::sqrt(squared(points[std::min<std::size_t>(n - 1, 4)].from - at));
-  const double reach = std::max(tuning.least_reach * unit, tuning.reach_per_fifth * fifth);
+  const double reach = std::max(tuning.min_reach * unit, tuning.reach_per_fifth * fifth);
   for (std::size_t i = 0; i < n; ++i)
     weights[i] = near[i] = std::exp(-squared(points[i].from - at) / (2 * reach * reach)) + tuning.floor_weight;
 
   std::array<double, NeighbourField::most> residual{}, ordered{};
   for (int round = 0; round <= rounds; ++round) {
-    if (!fit(points, weights.data(), n >= least_affine, tuning.ridge * unit * unit, map)) return map;
+    if (!fit(points, weights.data(), n >= min_affine, tuning.ridge * unit * unit, map)) return map;
     if (round == rounds) break;
     for (std::size_t i = 0; i < n; ++i) residual[i] = squared(map(points[i].from) - points[i].to);
     std::copy_n(residual.begin(), n, ordered.begin());
     const auto middle = ordered.begin() + static_cast<std::ptrdiff_t>(n / 2);
     std::nth_element(ordered.begin(), middle, ordered.begin() + static_cast<std::ptrdiff_t>(n));
-    map.spread = std::max(tuning.least_spread * unit, tuning.spread_per_median * std::sqrt(*middle));
+    map.spread = std::max(tuning.min_spread * unit, tuning.spread_per_median * std::sqrt(*middle));
     const double scale = 1 / square(tuning.outlier * map.spread);
     double change = 0;
     for (std::size_t i = 0; i < n; ++i) {
@@ -110,7 +110,7 @@ NeighbourMap fit_neighbours(std::span<const Correspondence> nearest, cv::Point2d
     }
     if (change < tuning.settled) break;
   }
-  if (map.spread <= tuning.most_spread * unit) map.support = n;
+  if (map.spread <= tuning.max_spread * unit) map.support = n;
   return map;
 }
 
@@ -193,7 +193,7 @@ cv::Matx22d position_covariance(const cv::Matx22d &information) {
 }
 
 double NeighbourOffset::deviation(const Tuning &tuning) const {
-  return std::clamp(std::sqrt(variance_), tuning.least_deviation, tuning.most_deviation);
+  return std::clamp(std::sqrt(variance_), tuning.min_deviation, tuning.max_deviation);
 }
 
 AffineState NeighbourOffset::predict(const NeighbourMap &map, cv::Point2d reference) const {
@@ -216,8 +216,8 @@ void NeighbourOffset::update(const NeighbourMap &map, cv::Point2d reference, con
   covariance_ += rate * (back * position_covariance(information) * back.t() - covariance_);
   const double prior = square(tuning.usual_offset * unit);
   offset_ = (covariance_ + prior * cv::Matx22d::eye()).inv() * mean_ * prior;
-  if (const double size = std::sqrt(squared(offset_)); size > tuning.most_offset * unit)
-    offset_ *= tuning.most_offset * unit / size;
+  if (const double size = std::sqrt(squared(offset_)); size > tuning.max_offset * unit)
+    offset_ *= tuning.max_offset * unit / size;
   shape_ += rate * (back * seen.shape - shape_);
   ++frames_;
 }

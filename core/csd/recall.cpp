@@ -59,15 +59,13 @@ double Similarity::scale() const {
 }
 
 std::optional<Similarity> agree_on_similarity(const std::vector<Correspondence> &matches, double tolerance,
-                                              std::size_t least, double most_zoom) {
+                                              std::size_t least, double max_zoom) {
   const double limit = tolerance * tolerance;
   const auto agreeing = [&](const Similarity &s) {
     return static_cast<std::size_t>(std::count_if(
         matches.begin(), matches.end(), [&](const Correspondence &m) { return squared(s(m.from) - m.to) <= limit; }));
   };
-  const auto plausible = [most_zoom](const Similarity &s) {
-    return s.scale() <= most_zoom && s.scale() >= 1 / most_zoom;
-  };
+  const auto plausible = [max_zoom](const Similarity &s) { return s.scale() <= max_zoom && s.scale() >= 1 / max_zoom; };
   Similarity best;
   std::size_t most = 0;
   const auto n = std::min(matches.size(), hypotheses);
@@ -94,7 +92,7 @@ void Recall::remember(const CsdFrame &frame, const NeighbourField &field, int ch
   if (n == 0) return;
   if (scenes_.empty() || scenes_.back().chart < chart) {
     // The eldest is where the operation began; the last ones are where it was just now.
-    if (scenes_.size() >= count(frame.tuning.most_scenes)) scenes_.erase(scenes_.begin() + 1);
+    if (scenes_.size() >= count(frame.tuning.max_scenes)) scenes_.erase(scenes_.begin() + 1);
     scenes_.push_back({});
     scenes_.back().chart = chart;
   }
@@ -115,10 +113,10 @@ void Recall::remember(const CsdFrame &frame, const NeighbourField &field, int ch
 
 void Recall::describe(const cv::Mat &level, const cv::Mat &mask, const Tuning &tuning,
                       std::vector<cv::KeyPoint> &keypoints, cv::Mat &descriptors) {
-  if (!sift_) sift_ = cv::SIFT::create(static_cast<int>(tuning.most_keypoints), 3, tuning.keypoint_contrast);
+  if (!sift_) sift_ = cv::SIFT::create(static_cast<int>(tuning.max_keypoints), 3, tuning.keypoint_contrast);
   cv::Mat picture;
   // What comes out of the dark is dim at first.
-  const double gain = tuning.stretched / std::max(contrast(level), tuning.least_contrast) / 256;
+  const double gain = tuning.stretched / std::max(contrast(level), tuning.min_contrast) / 256;
   level.convertTo(picture, CV_8U, gain, 128 - gain * cv::mean(level)[0]);
   sift_->detectAndCompute(picture, mask, keypoints, descriptors);
 }
@@ -128,7 +126,7 @@ bool Recall::knows(int chart) const {
 }
 
 bool blank(const CsdFrame &frame) {
-  return contrast(frame.pyramid.level(Pyramid::levels - 1)) < frame.tuning.least_contrast;
+  return contrast(frame.pyramid.level(Pyramid::levels - 1)) < frame.tuning.min_contrast;
 }
 
 bool Recall::seen(const Scene &scene, const Present &present) {
@@ -194,8 +192,8 @@ int Recall::find(const CsdFrame &frame, const NeighbourField &field, double shar
     for (const auto &m : nearest)
       matches.push_back({scene.keypoints[static_cast<std::size_t>(m[0].queryIdx)].pt,
                          keypoints[static_cast<std::size_t>(m[0].trainIdx)].pt});
-    const auto motion = agree_on_similarity(matches, tuning.match_tolerance * frame.unit, count(tuning.least_matches),
-                                            tuning.most_zoom);
+    const auto motion =
+        agree_on_similarity(matches, tuning.match_tolerance * frame.unit, count(tuning.min_matches), tuning.max_zoom);
     if (!motion) continue;
     found = scene.field;
     found.move([&](cv::Point2d p) { return 2 * (*motion)(p / 2); });

@@ -21,9 +21,9 @@ struct Similarity {
 
 /// The similarity that most of the correspondences agree with to `tolerance` (in units of `to`), by trying all pairs of
 /// the first 60, then by least squares over those that agree, three rounds. Nothing if fewer than `least` agree, or
-/// where it zooms more than `most_zoom`-fold either way.
+/// where it zooms more than `max_zoom`-fold either way.
 std::optional<Similarity> agree_on_similarity(const std::vector<Correspondence> &matches, double tolerance,
-                                              std::size_t least, double most_zoom);
+                                              std::size_t least, double max_zoom);
 
 /// Black, or a covered lens: nothing to look for.
 bool blank(const CsdFrame &frame);

@@ -19,7 +19,7 @@ void order(const CsdFrame &frame, std::vector<Followed *> &points) {
     return u != v ? u > v : place(a) < place(b);
   });
   // Those that maps may stand on come first, however many new or hidden ones there are.
-  const auto most = static_cast<std::ptrdiff_t>(frame.tuning.least_at_visible);
+  const auto most = static_cast<std::ptrdiff_t>(frame.tuning.min_at_visible);
   auto first = points.begin();
   for (auto p = first; p != points.end() && first - points.begin() < most; ++p)
     if ((*p)->established && (*p)->point.visible()) std::rotate(first++, p, p + 1);

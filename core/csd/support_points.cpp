@@ -16,7 +16,7 @@ namespace {
 class Cells {
  public:
   Cells(const CsdFrame &frame)
-      : side_(std::max(frame.tuning.cell_side * frame.unit, std::sqrt(frame.size.area() / frame.tuning.most_cells))),
+      : side_(std::max(frame.tuning.cell_side * frame.unit, std::sqrt(frame.size.area() / frame.tuning.max_cells))),
         columns_(std::max(1, static_cast<int>(std::lround(frame.size.width / side_)))),
         rows_(std::max(1, static_cast<int>(std::lround(frame.size.height / side_)))),
         size_(frame.size),
@@ -75,7 +75,7 @@ void SupportPoints::gather(const CsdFrame &frame) {
   for (const auto &support : points_)
     if (support.established && support.point.sure())
       field_.add(support.id, support.point.chart(), {support.point.own_reference(), support.point.seen_at()});
-  field_.drop_small_charts(count(frame.tuning.least_agreeing));
+  field_.drop_small_charts(count(frame.tuning.min_agreeing));
 }
 
 /// What all points together say of the frame: smoke and a new exposure change them all.
@@ -100,7 +100,7 @@ void SupportPoints::sum_up(const CsdFrame &frame) {
     if (s.established && (s.point.chart() == chart_ || s.point.map()) &&
         (!s.point.map() || frame.shows(s.point.expected_at())))
       ++expected;
-  surroundings_.alone = expected < count(frame.tuning.least_agreeing);
+  surroundings_.alone = expected < count(frame.tuning.min_agreeing);
 }
 
 /// A chart that nothing is seen of: where the whole picture says that its points are, do they agree?
@@ -138,7 +138,7 @@ void SupportPoints::follow(const CsdFrame &frame) {
   ++frames_;
   search_every_ = std::max<std::size_t>(1, count(tuning.search_every));
   csd::follow(frame, turns_, *this,
-              {tuning.first_looks, tuning.query_share, count(tuning.least_looks), count(tuning.more_looks)});
+              {tuning.first_looks, tuning.query_share, count(tuning.min_looks), count(tuning.more_looks)});
   recall_.remember(frame, field_, chart_);
   age(frame);
 }
@@ -148,7 +148,7 @@ void SupportPoints::met(const CsdFrame &frame) {
       std::count_if(points_.begin(), points_.end(), [](const Support &s) { return s.turn == Followed::Turn::waits; });
   share_ = 1 - static_cast<double>(late) / static_cast<double>(std::max<std::size_t>(points_.size(), 1));
   due_ = recall_.due(frame, field_, share_);
-  searching_ = due_ || field_.size() < count(frame.tuning.least_looks);
+  searching_ = due_ || field_.size() < count(frame.tuning.min_looks);
 }
 
 void SupportPoints::looked(const CsdFrame &frame) {
@@ -184,13 +184,13 @@ void SupportPoints::drop(const CsdFrame &frame) {
   });
   // What a zoom out has crowded together: the eldest know the tissue best.
   Cells cells(frame);
-  const auto most_outside = count(tuning.most_points);
+  const auto max_outside = count(tuning.max_points);
   std::size_t outside = 0;
   for (const auto &s : points_) outside += !frame.shows(s.point.state().position);
   std::erase_if(points_, [&](const Support &s) {
     const auto position = s.point.state().position;
-    if (!frame.shows(position)) return outside > most_outside && outside-- > most_outside;
-    return s.point.visible() && ++cells.count(position) > count(tuning.most_in_cell);
+    if (!frame.shows(position)) return outside > max_outside && outside-- > max_outside;
+    return s.point.visible() && ++cells.count(position) > count(tuning.max_in_cell);
   });
 }
 
@@ -214,7 +214,7 @@ void SupportPoints::begin(const CsdFrame &frame) {
   cv::cornerMinEigenVal(level_, corners_, static_cast<int>(tuning.corner_window));
   double best = 0;
   cv::minMaxLoc(corners_, nullptr, &best);
-  const float least = static_cast<float>(std::max(tuning.least_eigenvalue, tuning.quality * best));
+  const float least = static_cast<float>(std::max(tuning.min_eigenvalue, tuning.quality * best));
   const auto &weights = frame.weights.level(1);
   if (frame.colour && tuning.avoid_tools != 0) {
     find_tools(*frame.colour, tools_);
@@ -224,7 +224,7 @@ void SupportPoints::begin(const CsdFrame &frame) {
   const int margin = static_cast<int>(std::lround(tuning.edge * frame.unit / 2));
   const cv::Rect inner(margin, margin, half.cols - 2 * margin, half.rows - 2 * margin);
   // What sways across the border of two cells leaves one of them empty for a while: no gap that wants a point.
-  const double apart = (founding ? tuning.least_distance : tuning.gap) * frame.unit;
+  const double apart = (founding ? tuning.min_distance : tuning.gap) * frame.unit;
   const auto begun = points_.size();
   if (founding && begun == 0) chart_ = -1;
   for (int y = 0; y < cells.rows(); ++y)

@@ -34,17 +34,17 @@ struct Tuning {
       csd::support_precision;  ///< of a supporting point: one of many in a map, whose spread is .5 px at least
   double coarse_precision = csd::coarse_precision;  ///< of a coarser level: the finer one goes on from there
   double inner_reach = 5;     ///< samples, radius of the inner disc: where a tool or its shadow has come near
-  double least_anchor = 0.4;  ///< unmasked share of the level that is aligned last
+  double min_anchor = 0.4;    ///< unmasked share of the level that is aligned last
   double calm_miss = 1.5;     ///< px that the finest level finds its way over by itself
   double faded = -0.3;        ///< change of ln gain from which the coarser level is asked too: blur()
   double blurred_zncc = 0.5;  ///< below, what is seen is something else, not the same blurred
 
   // What is seen well: judgement.cpp.
-  double sure_zncc = 0.6;       ///< of what maps may stand on
-  double sure_inliers = 0.5;    ///< the same
-  double sure_unmasked = 0.3;   ///< the same
-  double alone_zncc = 0.8;      ///< to be found again without neighbours
-  double least_unmasked = 0.1;  ///< of what is reported at all
+  double sure_zncc = 0.6;      ///< of what maps may stand on
+  double sure_inliers = 0.5;   ///< the same
+  double sure_unmasked = 0.3;  ///< the same
+  double alone_zncc = 0.8;     ///< to be found again without neighbours
+  double min_unmasked = 0.1;   ///< of what is reported at all
 
   // Told apart: what has no look-alike where the neighbours point needs not their word.
   double apart_zncc = 0.8;          ///< of both levels
@@ -59,15 +59,15 @@ struct Tuning {
   double likeness_weight = 40;      ///< pixels: of what is mostly masked nothing is known
   /// Of what detection begins: LookAlikes. Points on an edge slide along it: on cholecystectomy.mp4 12 % of the claims
   /// that a palindrome compares were apart, with this 3 %; on smoke.mp4 80 % of the samples are claimed, not 72 %.
-  double most_alike = 0.9;
+  double max_likeness = 0.9;
 
   // The neighbours' veto, and their pull: judgement.cpp.
-  double least_judges = 5;        ///< neighbours that may overrule a point
-  double gate_floor = 1;          ///< px of disagreement that are always allowed,
-  double gate_deviations = 2;     ///< so much for each px of the offset's own sd,
-  double gate_spreads = 1;        ///< and for each px of the map's spread
-  double most_distortion = 0.3;   ///< of the shape, against the neighbours'
-  double least_own_motion = 0.2;  ///< px, sd of a point beside its neighbours from one frame to another: as much,
+  double min_judges = 5;        ///< neighbours that may overrule a point
+  double gate_floor = 1;        ///< px of disagreement that are always allowed,
+  double gate_deviations = 2;   ///< so much for each px of the offset's own sd,
+  double gate_spreads = 1;      ///< and for each px of the map's spread
+  double max_distortion = 0.3;  ///< of the shape, against the neighbours'
+  double min_own_motion = 0.2;  ///< px, sd of a point beside its neighbours from one frame to another: as much,
   double own_motion_of_deviation = 0.3;  ///< so much of its usual deviation,
   double own_motion_of_spread = 0.2;     ///< and so much of the neighbours' disagreement
   /// sd of where the neighbours put a point, of the sum of its and their deviations. With all of it faint patches slid
@@ -87,58 +87,58 @@ struct Tuning {
   double rest_spread = 1;      ///< px: and its neighbours agree, half of a map's points are as good as all of them
 
   // The neighbours' map: neighbour_map.cpp.
-  double least_reach = 45;         ///< px, sd of the weights by distance,
+  double min_reach = 45;           ///< px, sd of the weights by distance,
   double reach_per_fifth = 0.7;    ///< or so much of the distance of the fifth nearest
   double floor_weight = 0.01;      ///< of the farthest, lest a map stand on one point
   double ridge = 60;               ///< px², towards the similarity
-  double least_spread = 0.5;       ///< px: what points' own places are worth
+  double min_spread = 0.5;         ///< px: what points' own places are worth
   double spread_per_median = 1.5;  ///< spread, of the residuals' median
-  double most_spread = 8;          ///< px: points that don't agree on anything make no map
+  double max_spread = 8;           ///< px: points that don't agree on anything make no map
   double outlier = 2.5;            ///< spreads at which a point counts a quarter
   double settled = 0.005;          ///< change of a weight, of at most 1: the next round would change nothing
   double nearby_margin = 1.3;      ///< of a squared distance: some points will not be sure in the next frame
   // A point's offset from it.
-  double slowest = 0.02;         ///< of what a frame adds to the running means
-  double least_deviation = 0.3;  ///< px, of the offset
-  double most_deviation = 2;     ///< px
-  double usual_offset = 1;       ///< px, sd of what tissue has beside its neighbours' motion
-  double most_offset = 6;        ///< px
+  double slowest = 0.02;       ///< of what a frame adds to the running means
+  double min_deviation = 0.3;  ///< px, of the offset
+  double max_deviation = 2;    ///< px
+  double usual_offset = 1;     ///< px, sd of what tissue has beside its neighbours' motion
+  double max_offset = 6;       ///< px
 
   // Supporting points: support_points.cpp.
-  double cell_side = 32;           ///< px: 20 × 15 cells at 640 × 480, one point in each
-  double most_cells = 1200;        ///< of a picture that is very wide or very high
-  double most_in_cell = 2;         ///< when a zoom out has crowded them
-  double most_points = 1200;       ///< out of the picture
-  double least_distance = 14.4;    ///< px, of a new point from the others
-  double gap = 30;                 ///< px, the same when others have been there for a while
-  double edge = 8;                 ///< px, of a new point from the picture's edge
-  double quality = 0.003;          ///< of the picture's best corner
-  double least_eigenvalue = 0.05;  ///< a mean slope of .1 grey levels a pixel; less is noise
-  double corner_window = 7;        ///< pixels of level 1
-  double clear_weight = 230;       ///< of 255: no highlight near
-  double avoid_tools = 1;          ///< 1: none begins on what colour says is a tool
-  double least_agreeing = 5;       ///< points that make a motion believed after none was known
-  double replenish_every = 0.5;    ///< s
-  double new_chart_after = 1;      ///< s without any point: the scene is another
-  double trial = 0.5;              ///< s: a new point's, before its neighbours believe it: it may lie on a tool
-  double trial_deviation = 1.5;    ///< px, of its offset, at most
-  double young_lost_for = 0.5;     ///< s, until one on trial is dropped
-  double lost_for = 10;            ///< s, until another is
+  double cell_side = 32;         ///< px: 20 × 15 cells at 640 × 480, one point in each
+  double max_cells = 1200;       ///< of a picture that is very wide or very high
+  double max_in_cell = 2;        ///< when a zoom out has crowded them
+  double max_points = 1200;      ///< out of the picture
+  double min_distance = 14.4;    ///< px, of a new point from the others
+  double gap = 30;               ///< px, the same when others have been there for a while
+  double edge = 8;               ///< px, of a new point from the picture's edge
+  double quality = 0.003;        ///< of the picture's best corner
+  double min_eigenvalue = 0.05;  ///< a mean slope of .1 grey levels a pixel; less is noise
+  double corner_window = 7;      ///< pixels of level 1
+  double clear_weight = 230;     ///< of 255: no highlight near
+  double avoid_tools = 1;        ///< 1: none begins on what colour says is a tool
+  double min_agreeing = 5;       ///< points that make a motion believed after none was known
+  double replenish_every = 0.5;  ///< s
+  double new_chart_after = 1;    ///< s without any point: the scene is another
+  double trial = 0.5;            ///< s: a new point's, before its neighbours believe it: it may lie on a tool
+  double trial_deviation = 1.5;  ///< px, of its offset, at most
+  double young_lost_for = 0.5;   ///< s, until one on trial is dropped
+  double lost_for = 10;          ///< s, until another is
   /// Frames, for what is hidden while enough others are seen. With 2 the six real clips take a sixth less time, and
   /// .003 less is claimed and .002 less apart; with 4 a fifth, and .008.
   double search_every = 2;
 
   // The frame budget: steps.cpp, csd.cpp.
-  double least_looks = 24;       ///< at supporting points, whatever the budget
-  double least_at_visible = 18;  ///< of them at such as were visible; the others find again what comes back
-  double more_looks = 96;        ///< where fewer than a map stands on are seen, lest the scene seem to be gone
-  double support_share = 0.5;    ///< of the budget, from its begin, for supporting points
-  double query_share = 0.85;     ///< until users' points have been looked at; the rest is for anchors
-  double first_looks = 0.6;      ///< of a part: first looks
-  double most_steps = 10;        ///< frames: after a longer gap nothing is known ahead
+  double min_looks = 24;       ///< at supporting points, whatever the budget
+  double min_at_visible = 18;  ///< of them at such as were visible; the others find again what comes back
+  double more_looks = 96;      ///< where fewer than a map stands on are seen, lest the scene seem to be gone
+  double support_share = 0.5;  ///< of the budget, from its begin, for supporting points
+  double query_share = 0.85;   ///< until users' points have been looked at; the rest is for anchors
+  double first_looks = 0.6;    ///< of a part: first looks
+  double max_steps = 10;       ///< frames: after a longer gap nothing is known ahead
 
   // Finding a scene again: recall.cpp.
-  double most_scenes = 4;           ///< that are kept
+  double max_scenes = 4;            ///< that are kept
   double usual_share = 0.7;         ///< of the usual points and contrast, from which a frame is kept
   double scene_rate = 0.02;         ///< of that running mean
   double try_every = 0.12;          ///< s
@@ -146,15 +146,15 @@ struct Tuning {
   double tries_while_gone = 0.01;   ///< the next try comes after this share of the time since it was seen
   double settles = 10;              ///< s: what is seen then is another scene for good, and is left alone
   double handful = 0.1;             ///< of the points of a scene: that few may be chance likenesses
-  double least_contrast = 3;        ///< grey levels, sd of the coarsest level: black and a covered lens have less
+  double min_contrast = 3;          ///< grey levels, sd of the coarsest level: black and a covered lens have less
   double recalled_spread = 8;       ///< px, of what a similarity of the whole picture puts somewhere
-  double most_keypoints = 500;      ///< of half the picture
+  double max_keypoints = 500;       ///< of half the picture
   double stretched = 40;            ///< grey levels, sd of the picture that keypoints are looked for in
   double keypoint_contrast = 0.01;  ///< at Lowe's threshold tissue has few keypoints
   double match_ratio = 0.8;         ///< Lowe's
-  double least_matches = 8;         ///< that agree on a similarity
+  double min_matches = 8;           ///< that agree on a similarity
   double match_tolerance = 6;       ///< px of half the picture: a heart moves as far
-  double most_zoom = 4;             ///< nobody zooms as far in a cut
+  double max_zoom = 4;              ///< nobody zooms as far in a cut
 
   // Whom to believe: visibility.cpp. The weights are fitted by tests/bench/fit to real tissue: docs/method.md,
   // "Evidence".
@@ -171,13 +171,13 @@ struct Tuning {
   double weigh_unknown = -1.73;
   double weigh_contrast = -0.42;
   double weigh_disagreement = -1.39;
-  double dim_from = 0.7;         ///< loss of ln contrast that light and distance bring
-  double noisy = 8;              ///< grey levels: more noise says no more
-  double other_light = 64;       ///< grey levels: more of a change says no more
-  double least_likeness = 0.5;   ///< less says no more
-  double most_disagreement = 6;  ///< more says no more
-  double probability = 1;        ///< 1: the regression; 0: what is sure is believed
-  double most_blur = 0.15;       ///< ln of contrast, of which a lens is too wet: patches fit, and all is hidden
+  double dim_from = 0.7;        ///< loss of ln contrast that light and distance bring
+  double noisy = 8;             ///< grey levels: more noise says no more
+  double other_light = 64;      ///< grey levels: more of a change says no more
+  double min_likeness = 0.5;    ///< less says no more
+  double max_disagreement = 6;  ///< more says no more
+  double probability = 1;       ///< 1: the regression; 0: what is sure is believed
+  double max_blur = 0.15;       ///< ln of contrast, of which a lens is too wet: patches fit, and all is hidden
   double highlight =
       GlareWeights::usual_highlight;  ///< of the room above its surroundings that makes a highlight; 2: none
   double claim_all = 0;               ///< 1: claims every point in every frame: a bound for the ablation, no tracker

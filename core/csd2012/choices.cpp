@@ -12,11 +12,11 @@ constexpr NamedNumber<Choices> fields[] = {
     FIELD(smoothing),
     FIELD(exhaustive),
     FIELD(smoke_as_printed),
-    FIELD(most_lessons),
-    FIELD(least_training_frames),
+    FIELD(max_lessons),
+    FIELD(min_training_frames),
     FIELD(random_per_lesson),
     FIELD(similar_per_lesson),
-    FIELD(least_similarity),
+    FIELD(min_similarity),
     FIELD(similarity_radius),
     FIELD(ignore_radius),
     FIELD(near_radius),
@@ -41,7 +41,7 @@ constexpr NamedNumber<Choices> fields[] = {
     FIELD(widening),
     FIELD(widest_search),
     FIELD(cluster_radius),
-    FIELD(least_probability),
+    FIELD(min_probability),
     FIELD(random_updates),
     FIELD(false_updates),
     FIELD(update_warps),
@@ -61,7 +61,7 @@ Choices forest_choices() {
   c.highlights = 1;
   c.blurs = 1;
   c.co_training = 1;
-  c.least_probability = 0.01;
+  c.min_probability = 0.01;
   c.update_warps = 0;
   return c;
 }

@@ -23,13 +23,13 @@ struct Choices {
   double smoke_as_printed = 0;  ///< 1: Eq. 1 with d and 1 − d as printed: more density is less smoke
 
   // The recursive start (§2.1).
-  double most_lessons = 32;          ///< of a long training-time, evenly spread: the training set stays bounded
-  double least_training_frames = 8;  ///< at low frame rates half a second holds too few
+  double max_lessons = 32;         ///< of a long training-time, evenly spread: the training set stays bounded
+  double min_training_frames = 8;  ///< at low frame rates half a second holds too few
 
   // The training set of one frame (§2.1.2.1).
   double random_per_lesson = 40;
   double similar_per_lesson = 20;
-  double least_similarity = 0.5;  ///< of the normalised cross correlation
+  double min_similarity = 0.5;    ///< of the normalised cross correlation
   double similarity_radius = 40;  ///< 101 pixels with the patch
   double ignore_radius = 4;       ///< nothing nearer to the feature is a negative
   double near_radius = 12;        ///< a third of the random negatives come from within
@@ -68,8 +68,7 @@ struct Choices {
   /// Half the side of the square whose patches are taken together: the place is the middle of the best such cluster. 0:
   /// the patch with the largest weighted probability, of equal ones the nearest to the last place.
   double cluster_radius = 2;
-  double least_probability =
-      0.05;  ///< weighted P(N) of the best patch, or their sum in the best cluster: less is hidden
+  double min_probability = 0.05;  ///< weighted P(N) of the best patch, or their sum in the best cluster: less is hidden
 
   // The adaptive update (§2.1.5).
   double random_updates = 10;        ///< random negatives of a frame
@@ -81,8 +80,8 @@ struct Choices {
   double waiting_lessons = 32;       ///< training frames of one feature that may wait
 };
 
-/// csd-forest's, found on seed 1 with three pictures of real tissue as texture. docs/results/choices.md has what most of
-/// them are worth on others.
+/// csd-forest's, found on seed 1 with three pictures of real tissue as texture. docs/results/choices.md has what most
+/// of them are worth on others.
 Choices forest_choices();
 
 std::span<const NamedNumber<Choices>> choice_fields();

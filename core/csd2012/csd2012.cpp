@@ -162,9 +162,9 @@ void Csd2012::recurse(const FrameContext &context) {
       follower.work = seen.state.position;
     }
     const bool training =
-        context.time - follower.begun < settings_.training_time || follower.lessons < choices_.least_training_frames;
+        context.time - follower.begun < settings_.training_time || follower.lessons < choices_.min_training_frames;
     if (training) {
-      const auto apart = settings_.training_time / static_cast<std::int64_t>(choices_.most_lessons);
+      const auto apart = settings_.training_time / static_cast<std::int64_t>(choices_.max_lessons);
       follower.learn = context.time - follower.last_lesson >= apart &&
                        static_cast<double>(follower.lane.waiting()) < choices_.waiting_lessons;
     } else if (follower.lane.waiting() == 0 && follower.learner->published()) {
@@ -219,7 +219,7 @@ void Csd2012::look(const FrameContext &context, Follower &follower) {
   gathered_ = {centres.x - grown, centres.y - grown, centres.width + 2 * grown, centres.height + 2 * grown};
   frame.gather(gathered_, descriptor->space(), raw_);
   csd2012::smooth(raw_, choices_.smoothing * pixel, channel_);
-  const Best wanted{static_cast<int>(std::lround(choices_.cluster_radius * pixel)), choices_.least_probability};
+  const Best wanted{static_cast<int>(std::lround(choices_.cluster_radius * pixel)), choices_.min_probability};
   auto result =
       search(*descriptor, channel_, centres.tl() - cv::Point(half, half), {centres, 1}, {follower.work, sigma}, wanted);
   if (follower.aligned) confirm(context, follower, result);

@@ -112,7 +112,7 @@ ColourPatches FeatureLearner::collect(const Snapshot &snapshot, cv::Point positi
                                         rules(), random_))
     take(p, Label::not_feature);
   for (const auto &p : similar_negatives(snapshot.luma, snapshot.forbidden, position, whole(c.similar_per_lesson),
-                                         c.least_similarity, scaled(c.similarity_radius, options_.pixel), rules()))
+                                         c.min_similarity, scaled(c.similarity_radius, options_.pixel), rules()))
     take(p, Label::not_feature);
   return lesson;
 }

@@ -88,7 +88,7 @@ SearchResult search(const Forest &descriptor, const cv::Mat &channel, cv::Point 
     take_best_cluster(probability, area, weight, std::max(1, wanted.cluster_radius / area.step), result);
   else
     take_best_patch(probability, area, weight, result);
-  if (result.weighted < wanted.least_probability) result.best.reset();
+  if (result.weighted < wanted.min_probability) result.best.reset();
   return result;
 }
 

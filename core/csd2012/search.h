@@ -23,8 +23,8 @@ struct SearchResult {
 /// What is taken for the feature. Patches that lie together may be taken together, for "image patches around the true
 /// location may be visually similar" (§2.1.4).
 struct Best {
-  int cluster_radius = 0;        ///< half of a cluster's side; 0: each patch is for itself
-  double least_probability = 0;  ///< weighted: with less, the feature is hidden
+  int cluster_radius = 0;      ///< half of a cluster's side; 0: each patch is for itself
+  double min_probability = 0;  ///< weighted: with less, the feature is hidden
 };
 
 /// Where to look: each `step`-th position of each `step`-th line of `centres` (working pixels).

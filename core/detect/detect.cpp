@@ -14,10 +14,10 @@
 namespace csd {
 namespace {
 
-constexpr double most_specular = 0.05;  // of the patch
-constexpr double least_distance = 0.5;  // between features, of the patch's side
-constexpr int windows_per_patch = 3;    // sides of Shi and Tomasi's window that make one of the patch
-constexpr double per_bucket = 2;        // features that a bucket has room for, when they lie evenly
+constexpr double max_specular = 0.05;  // of the patch
+constexpr double min_distance = 0.5;   // between features, of the patch's side
+constexpr int windows_per_patch = 3;   // sides of Shi and Tomasi's window that make one of the patch
+constexpr double per_bucket = 2;       // features that a bucket has room for, when they lie evenly
 
 /// Side of the buckets: so many that `wanted` features fill each with per_bucket, on the part that is allowed.
 double bucket_side(const cv::Mat &allowed, const DetectOptions &options) {
@@ -37,7 +37,7 @@ cv::Mat allowed_centres(cv::Size size, const cv::Mat &specular, const cv::Mat &f
     CV_Assert(specular.type() == CV_8UC1 && specular.size() == size);
     cv::Mat share;
     cv::boxFilter(specular != 0, share, CV_32F, {2 * radius + 1, 2 * radius + 1}, {-1, -1}, true, cv::BORDER_REPLICATE);
-    allowed.setTo(0, share > most_specular * 255);
+    allowed.setTo(0, share > max_specular * 255);
   }
   if (!forbidden.empty()) {
     CV_Assert(forbidden.type() == CV_8UC1 && forbidden.size() == size);
@@ -53,13 +53,13 @@ std::vector<cv::Point2d> detect(const cv::Mat &luma, const cv::Mat &specular, co
   const cv::Mat allowed = allowed_centres(luma.size(), specular, forbidden, options.patch);
   if (cv::countNonZero(allowed) == 0) return {};
 
-  const double radius = least_distance * options.patch;
+  const double radius = min_distance * options.patch;
   const int window = std::max(3, options.patch / windows_per_patch | 1);
   std::vector<cv::Point2d> ranked =
       merge_by_rank(find_dog(luma, allowed), find_shi_tomasi(luma, allowed, window, radius), radius, taken);
-  if (options.most_alike < 1) {
+  if (options.max_likeness < 1) {
     const LookAlikes alike(luma, options.patch);
-    std::erase_if(ranked, [&](cv::Point2d p) { return alike.best(p) > options.most_alike; });
+    std::erase_if(ranked, [&](cv::Point2d p) { return alike.best(p) > options.max_likeness; });
   }
   return spread(ranked, luma.size(), bucket_side(allowed, options), options.wanted, taken);
 }

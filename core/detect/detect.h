@@ -11,7 +11,7 @@ namespace csd {
 struct DetectOptions {
   int patch = 21;           ///< odd side of the patch, working pixels
   std::size_t wanted = 50;  ///< at most so many features
-  double most_alike = 1;    ///< LookAlikes::best() of a feature, at most
+  double max_likeness = 1;  ///< LookAlikes::best() of a feature, at most
 };
 
 /// Finds features to track (§2.1.1): Difference of Gaussian and Shi–Tomasi, merged and spread over the picture.

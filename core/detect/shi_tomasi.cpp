@@ -15,7 +15,7 @@ constexpr int sobel_size = 3;
 
 // The eigenvalue is the mean square slope along the weaker direction. A slope of one grey level a pixel is what coding
 // leaves in a black picture.
-constexpr float least_eigenvalue = 1.0F / (255 * 255);
+constexpr float min_eigenvalue = 1.0F / (255 * 255);
 
 constexpr int noise_rows = 2, noise_columns = 4;  // the noise is measured at each such pixel: that is enough
 
@@ -57,7 +57,7 @@ Candidates find_shi_tomasi(const cv::Mat &luma, const cv::Mat &allowed, int wind
   std::vector<cv::Point2f> corners;
   std::vector<float> eigenvalues;
   cv::goodFeaturesToTrack(luma, corners, 0, quality_level, distance, allowed, eigenvalues, window, sobel_size);
-  const double least = std::max<double>(least_eigenvalue, noise_eigenvalue(noise_deviation(luma, allowed), window));
+  const double least = std::max<double>(min_eigenvalue, noise_eigenvalue(noise_deviation(luma, allowed), window));
   Candidates found;
   found.reserve(corners.size());
   for (std::size_t i = 0; i < corners.size(); ++i) {

@@ -11,7 +11,7 @@
 namespace csd {
 namespace {
 
-constexpr int most_samples = 16384;  // the 0.5 % at an end are 80 of them: they vary by a tenth of a noise's sigma
+constexpr int max_samples = 16384;   // the 0.5 % at an end are 80 of them: they vary by a tenth of a noise's sigma
 constexpr int beyond = 200;          // one of so many pixels is darker than the range, and one brighter
 constexpr double margin = 1.0 / 12;  // of the range, on either side: more than `out_of_place`
 constexpr double out_of_place = 1.0 / 16, in_place = 1.0 / 64;  // of the window
@@ -42,7 +42,7 @@ GrayWindow::Seen GrayWindow::measure(const FrameView &view) {
   const Component &c = view.component[0];
   int every = 1;
   const auto samples = [&](int n) { return (n + every - 1) / every; };
-  while (std::int64_t{samples(view.width)} * samples(view.rows) > most_samples) ++every;
+  while (std::int64_t{samples(view.width)} * samples(view.rows) > max_samples) ++every;
   unsigned all = 256;
   int count = 0;
   for (int y = std::min(every, view.rows) / 2; y < view.rows; y += every)

@@ -15,8 +15,8 @@ constexpr double own_share = 0.2;                  // of its frequency, to both 
 constexpr double near_share = 0.3;                 // and what is found so near is its modulation, no other rhythm
 constexpr double own_width = 2;                    // and at least so many 1/window: Hann's peak
 constexpr double group_quantile = 0.75;
-constexpr std::size_t most_peaks = 8;
-constexpr double least_at_once = 0.1;    // of the greatest peak, or it is looked at later, when that has been taken out
+constexpr std::size_t max_peaks = 8;
+constexpr double min_at_once = 0.1;      // of the greatest peak, or it is looked at later, when that has been taken out
 constexpr double share_in_a_step = 0.1;  // of its rate, that a rhythm changes from one window to the next
 constexpr double clear = 0.01;           // false-alarm probability of a rate in one window
 constexpr double worth_a_look = 300;     // times what is reported: false alarms, before the other peaks are taken out
@@ -132,10 +132,10 @@ double PeakSearch::sidelobes() const {
 }
 
 void PeakSearch::propose(const std::vector<double> &mean) {
-  const double at_once = std::max(least_at_once, sidelobes());
+  const double at_once = std::max(min_at_once, sidelobes());
   double greatest = 0;
   for (const std::size_t at : candidates(mean)) {
-    if (peaks_.size() + rejected_.size() >= most_peaks) return;
+    if (peaks_.size() + rejected_.size() >= max_peaks) return;
     if (mean[at] < at_once * greatest || taken(grid_.frequency(static_cast<double>(at)))) continue;
     const Background background = background_at(mean, grid_.first, at, own(at), correlated, dof_);
     if (!(motion::false_alarm(mean[at], background, dof_,

@@ -65,15 +65,15 @@ struct Sums {
 };
 
 Sums sums_of(const Samples &samples, const std::vector<std::vector<Eigen::Index>> &kinds, const Grid &grid) {
-  constexpr Eigen::Index most_moments = 2048;  // at a time: bounds the waves' table, which a cache then may hold
+  constexpr Eigen::Index max_moments = 2048;  // at a time: bounds the waves' table, which a cache then may hold
   const std::size_t last = 2 * (grid.first + grid.count - 1);
   const auto searched = static_cast<Eigen::Index>(2 * grid.count);
   Sums sums;
   sums.x.setZero(samples.x.cols(), searched);
   sums.y.setZero(samples.x.cols(), searched);
   sums.weights.setZero(static_cast<Eigen::Index>(kinds.size()), static_cast<Eigen::Index>(2 * (last + 1)));
-  for (Eigen::Index begin = 0; begin < samples.times.size(); begin += most_moments) {
-    const Eigen::Index count = std::min(most_moments, samples.times.size() - begin);
+  for (Eigen::Index begin = 0; begin < samples.times.size(); begin += max_moments) {
+    const Eigen::Index count = std::min(max_moments, samples.times.size() - begin);
     const Eigen::MatrixXf table = waves(samples.times.segment(begin, count), grid.step, last);
     const auto here = table.middleCols(static_cast<Eigen::Index>(2 * grid.first), searched);
     const auto w = samples.weights.middleRows(begin, count).array();

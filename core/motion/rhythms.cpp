@@ -12,12 +12,12 @@
 namespace csd::motion {
 namespace {
 
-constexpr double least_periods = 2.5;     // in a window, of the slowest rhythm
-constexpr double most_of_rate = 0.4;      // of the frame rate, the fastest rhythm
-constexpr double least_coverage = 0.5;    // of a window, by weight, or a feature isn't looked at in it
-constexpr int least_moments = 24;         // and so many frames
-constexpr double least_explained = 1e-4;  // of the variance: a hundredth of the amplitude
-constexpr unsigned most_multiple = 4;
+constexpr double min_periods = 2.5;     // in a window, of the slowest rhythm
+constexpr double max_of_rate = 0.4;     // of the frame rate, the fastest rhythm
+constexpr double min_coverage = 0.5;    // of a window, by weight, or a feature isn't looked at in it
+constexpr int min_moments = 24;         // and so many frames
+constexpr double min_explained = 1e-4;  // of the variance: a hundredth of the amplitude
+constexpr unsigned max_multiple = 4;
 constexpr double rate_tolerance = 0.02;  // of a multiple; at least half of 1/window
 constexpr double still = 1e-4;           // px: rounding
 
@@ -36,7 +36,7 @@ std::vector<Window> windows_of(const Series &series, double length) {
     const double from = begin + (steps > 0 ? (whole - length) * i / steps : 0);
     const auto first = std::lower_bound(series.times.begin(), series.times.end(), from),
                last = std::upper_bound(first, series.times.end(), from + length);
-    if (last - first >= least_moments)
+    if (last - first >= min_moments)
       windows.push_back({static_cast<std::size_t>(first - series.times.begin()),
                          static_cast<std::size_t>(last - series.times.begin()), from + length / 2, length});
     // However long nothing was recorded, there are no more windows than frames.
@@ -49,8 +49,8 @@ std::vector<Window> windows_of(const Series &series, double length) {
 Grid grid_of(const Series &series, double window, const SearchOptions &options) {
   Grid grid;
   grid.step = 1 / (oversampling * window);
-  const double lowest = std::max(options.lowest, least_periods / window),
-               highest = std::min(options.highest, most_of_rate / series.interval);
+  const double lowest = std::max(options.lowest, min_periods / window),
+               highest = std::min(options.highest, max_of_rate / series.interval);
   grid.first = static_cast<std::size_t>(std::ceil(lowest / grid.step - 1e-9));
   const auto last = static_cast<std::size_t>(std::floor(highest / grid.step + 1e-9));
   grid.count = last >= grid.first + 2 ? last - grid.first + 1 : 0;
@@ -63,7 +63,7 @@ std::vector<Rhythm> with_harmonics(std::vector<Rhythm> all, double window) {
   std::sort(all.begin(), all.end(), [](const Rhythm &a, const Rhythm &b) { return a.frequency < b.frequency; });
   for (std::size_t i = 0; i < all.size(); ++i) {
     double before = 2 * all[i].amplitude;
-    for (unsigned multiple = 1; multiple <= most_multiple; ++multiple) {
+    for (unsigned multiple = 1; multiple <= max_multiple; ++multiple) {
       // Several peaks of one multiple: what the path through the windows missed.
       const auto begin = all.begin() + static_cast<std::ptrdiff_t>(i) + 1;
       const auto belongs = std::stable_partition(begin, all.end(), [&](const Rhythm &a) {
@@ -137,7 +137,7 @@ Rhythms result_of(const Group &group, const std::vector<Window> &windows) {
     rhythm.frequency = peak.frequency;
     rhythm.false_alarm = peak.false_alarm;
     measure(group, p, rhythm);
-    if (rhythm.explained < least_explained) continue;
+    if (rhythm.explained < min_explained) continue;
     for (std::size_t w = 0; w < peak.by_window.size(); ++w)
       if (peak.stands_out[w]) rhythm.rates.push_back({windows[group.first + w].middle, peak.by_window[w]});
     all.push_back(std::move(rhythm));
@@ -275,7 +275,7 @@ class Search {
     double sum = 0;
     for (std::size_t i = first; i < last; ++i) sum += weights[static_cast<Eigen::Index>(path.frames[i] - window.begin)];
     const double coverage = std::min(1.0, sum * series_.interval / (window.length / 2));  // the taper's mean is ½
-    if (last - first < std::size_t{least_moments} || coverage < least_coverage) return std::nullopt;
+    if (last - first < std::size_t{min_moments} || coverage < min_coverage) return std::nullopt;
     return 1 - coverage;
   }
 

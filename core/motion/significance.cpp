@@ -10,7 +10,7 @@
 namespace csd::motion {
 namespace {
 
-constexpr double least_lengths = 10;  ///< correlation lengths, to each side
+constexpr double min_lengths = 10;  ///< correlation lengths, to each side
 constexpr double median_efficiency =
     0.4;  // of the median's variance, by the mean's: 0.48 of an exponential; to be safe
 
@@ -23,11 +23,11 @@ double median_of_chi2(double dof) {
 /// The continued fraction of the incomplete beta function (DLMF 8.17.22), by Lentz's method. For x < (a+1)/(a+b+2).
 double beta_fraction(double x, double a, double b) {
   constexpr double tiny = 1e-300;
-  constexpr int most_terms = 10000;
+  constexpr int max_terms = 10000;
   double c = 1, d = 1 - (a + b) * x / (a + 1);
   d = 1 / (std::abs(d) < tiny ? tiny : d);
   double value = d;
-  for (int m = 1; m < most_terms; ++m) {
+  for (int m = 1; m < max_terms; ++m) {
     for (const double term : {m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m)),
                               -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1))}) {
       d = 1 + term * d;
@@ -57,7 +57,7 @@ double incomplete_beta(double x, double a, double b) {
 Background background_at(std::span<const double> spectrum, std::size_t first, std::size_t at, std::size_t own,
                          double correlated, double dof) {
   const auto here = static_cast<double>(first + at);
-  const auto reach = static_cast<std::size_t>(std::max(0.5 * here, least_lengths * correlated));
+  const auto reach = static_cast<std::size_t>(std::max(0.5 * here, min_lengths * correlated));
   const std::size_t begin = at > reach ? at - reach : 0, end = std::min(spectrum.size(), at + reach + 1);
   std::vector<double> plain, red;
   for (std::size_t i = begin; i < end; ++i) {

@@ -14,12 +14,12 @@ namespace csd {
 
 namespace {
 
-constexpr int most_iterations = 8;
+constexpr int max_iterations = 8;
 constexpr double longest_step = 3;    // samples
 constexpr double largest_shear = .3;  // of one step
-constexpr double least_inside = .3;
-constexpr int least_counted = PatchPlane::pixels / 10;
-constexpr double least_variance = .01;  // grey levels²; below, there is nothing to see
+constexpr double min_inside = .3;
+constexpr int min_counted = PatchPlane::pixels / 10;
+constexpr double min_variance = .01;  // grey levels²; below, there is nothing to see
 
 /// A symmetric system whose unknowns are eliminated in order, the two of the position last.
 struct System {
@@ -188,12 +188,12 @@ Alignment align_with(const Pyramid &pyramid, const GlareWeights &weights, const 
       for (std::size_t i = 0; i < PatchPlane::size; ++i) weight.data[i] *= anchor.weight.data[i];
     Twin::fit(anchor, value, *m, robust, fit);
     out.unmasked = fit.weight / PatchPlane::pixels;
-    if (inside < least_inside || fit.counted < least_counted) return out;
+    if (inside < min_inside || fit.counted < min_counted) return out;
     const Step step = solve(fit, state, start, level, prior, model, out.information);
     apply(step, level, state);
     ++out.iterations;
     if (!sane(state)) return out;
-    if (remaining(step.size(), previous) < precision || out.iterations == most_iterations) break;
+    if (remaining(step.size(), previous) < precision || out.iterations == max_iterations) break;
     previous = step.size();
   }
   // Of the last residuals, which the last step made a little smaller: sampling once more would tell nothing new.
@@ -201,7 +201,7 @@ Alignment align_with(const Pyramid &pyramid, const GlareWeights &weights, const 
   out.gain = fit.gain, out.bias = fit.bias, out.noise = fit.noise;
   out.inliers = fit.inliers / fit.weight;
   out.centre = centre_inliers(anchor, value, *m, fit.gain, fit.bias, prior.noise / fit.gain).value_or(out.inliers);
-  if (moments.anchor_variance < least_variance || moments.frame_variance < least_variance) return out;
+  if (moments.anchor_variance < min_variance || moments.frame_variance < min_variance) return out;
   out.zncc = moments.covariance / std::sqrt(moments.frame_variance * moments.anchor_variance);
   out.state = state;
   out.usable = true;

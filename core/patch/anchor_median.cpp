@@ -18,10 +18,10 @@
 namespace csd {
 namespace {
 
-constexpr int most_rounds = 10;
+constexpr int max_rounds = 10;
 constexpr double close_enough = .01;  // grey levels, of what a round changes
-constexpr double least_gain = .1, most_gain = 10;
-constexpr double least_spread = .1;  // grey levels; less tells nothing of a gain
+constexpr double min_gain = .1, max_gain = 10;
+constexpr double min_spread = .1;  // grey levels; less tells nothing of a gain
 
 /// value ≈ gain·first + bias, grey levels.
 struct Brightness {
@@ -34,13 +34,13 @@ Brightness regress(double s1, double sF, double sFF, double sV, double sVV) {
   Brightness b;
   const double spread = s1 * sVV - sV * sV, spread_of_first = s1 * sFF - sF * sF;
   if (spread_of_first > 1e-3 * s1 * s1)
-    b.gain = std::clamp(std::sqrt(std::max(spread, 0.) / spread_of_first), least_gain, most_gain);
+    b.gain = std::clamp(std::sqrt(std::max(spread, 0.) / spread_of_first), min_gain, max_gain);
   b.bias = (sV - b.gain * sF) / s1;
   return b;
 }
 
 double first_gain(double spread, double spread_of_first) {
-  return spread_of_first > least_spread ? std::clamp(spread / spread_of_first, least_gain, most_gain) : 1;
+  return spread_of_first > min_spread ? std::clamp(spread / spread_of_first, min_gain, max_gain) : 1;
 }
 
 double scale_of(double median_residual) {
@@ -145,7 +145,7 @@ void BringTo(const CompactPatch &first, CompactPatch &patch) {
           minus_first = hn::Set(d, static_cast<float>(-first_middle));
   alignas(64) float v[kQuantised], f[kQuantised], r[kQuantised];
   Brightness b{first_gain(spread, first_spread), 0};
-  for (int round = 0; round < most_rounds; ++round) {
+  for (int round = 0; round < max_rounds; ++round) {
     const V inverse = hn::Set(d, static_cast<float>(1 / b.gain)), bias = hn::Set(d, static_cast<float>(b.bias));
     V total = zero;
     for (std::size_t i = 0; i < kQuantised; i += lanes) {
@@ -304,7 +304,7 @@ Brightness compare(const std::vector<double> &value, const std::vector<double> &
   const auto [first_middle, spread_of_first] = middle_and_spread(first);
   Brightness b{first_gain(spread, spread_of_first), 0};
   b.bias = middle - b.gain * first_middle;
-  for (int round = 0; round < most_rounds; ++round) {
+  for (int round = 0; round < max_rounds; ++round) {
     const auto residual = [&](std::size_t i) { return (value[i] - b.bias) / b.gain - first[i]; };
     for (std::size_t i = 0; i < n; ++i) size[i] = std::abs(residual(i));
     const double c = scale_of(median(size));

@@ -8,14 +8,14 @@ namespace {
 
 constexpr int reach = 3;
 constexpr int samples = (2 * reach + 1) * (2 * reach + 1);
-constexpr float least_known = 0.3F;  // of the anchor's weights there
-constexpr double least_noise = 2, outlier = 3;
+constexpr float min_known = 0.3F;  // of the anchor's weights there
+constexpr double min_noise = 2, outlier = 3;
 
 }  // namespace
 
 std::optional<double> centre_inliers(const AnchorLevel &anchor, const PatchPlane &value, const PatchPlane &weight,
                                      double gain, double bias, double noise) {
-  const double c = 1 / (outlier * std::max(noise, least_noise));
+  const double c = 1 / (outlier * std::max(noise, min_noise));
   const auto scale = static_cast<float>(c / gain), shift = static_cast<float>(c * bias / gain);
   const auto unit = static_cast<float>(c);
   float known = 0, fits = 0;
@@ -25,7 +25,7 @@ std::optional<double> centre_inliers(const AnchorLevel &anchor, const PatchPlane
       known += anchor.weight.at(u, v);
       fits += weight.at(u, v) / ((1 + q * q) * (1 + q * q));
     }
-  if (known < least_known * samples) return {};
+  if (known < min_known * samples) return {};
   return fits / known;
 }
 

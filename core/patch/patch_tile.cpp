@@ -123,7 +123,7 @@ HWY_EXPORT(SampleTile);
 
 namespace {
 
-constexpr int most_rows = PatchTile::side + 1;  // that a tile is made of
+constexpr int max_rows = PatchTile::side + 1;  // that a tile is made of
 
 /// Pixels from (left, top) on, n in each of `height` rows of PatchTile::side, with the border repeated.
 template <class T>
@@ -183,7 +183,7 @@ bool prepare_tile(const cv::Mat &level, const cv::Mat &weights, const PatchMap &
   const auto pair_rows = HWY_DYNAMIC_DISPATCH(PairRows);
   const auto n = static_cast<std::size_t>((tile.width + 15) / 16 * 16);
   const int rows = tile.height + 1;
-  alignas(64) std::uint16_t buffer[most_rows * PatchTile::side];
+  alignas(64) std::uint16_t buffer[max_rows * PatchTile::side];
   if (left >= 0 && top >= 0 && left + static_cast<int>(n) <= level.cols && top + rows <= level.rows) {
     pair_rows(level.ptr<std::uint16_t>(top) + left, level.step1(), n, tile.height, tile.pixels);
   } else {

@@ -15,7 +15,7 @@ namespace {
 
 using score::InputError;
 
-constexpr std::size_t most_label_values = 1 << 21;  // of a file: 20 points in 30000 frames; 400 MB to json-glib
+constexpr std::size_t max_label_values = 1 << 21;  // of a file: 20 points in 30000 frames; 400 MB to json-glib
 
 const char *role_of(bool truth) {
   return truth ? "truth" : "track";
@@ -56,7 +56,7 @@ bool is_jsonl(const TextFile &file) {
   const std::string_view content = file.content;
   if (content.starts_with("{\"schema\"")) return true;  // also where the rest of the line is damaged
   JsonText json;
-  JsonNode *const root = json.parse(content.substr(0, content.find('\n')), most_line_values);
+  JsonNode *const root = json.parse(content.substr(0, content.find('\n')), max_line_values);
   return is_object(root) && json_object_has_member(json_node_get_object(root), "features");
 }
 
@@ -91,7 +91,7 @@ std::variant<score::Truth, score::Recording> read_jsonl(const TextFile &file, st
 
 score::Truth read_labels(const TextFile &file) {
   JsonText json;
-  JsonNode *const root = json.parse(file.content, most_label_values);
+  JsonNode *const root = json.parse(file.content, max_label_values);
   if (!root) throw InputError(file.name, 0, json.error());
   if (!is_object(root)) throw InputError(file.name, 0, "is no JSON object");
   JsonObject *const object = json_node_get_object(root);

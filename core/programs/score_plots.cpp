@@ -19,7 +19,7 @@ namespace csd::programs {
 namespace {
 
 /// More points than this in a line are drawn as means of neighbours.
-constexpr std::size_t most_points = 200;
+constexpr std::size_t max_points = 200;
 
 /// A string of gnuplot's: '' is a quotation mark. It ends with the line, and the next line is a command: names must be
 /// printable().
@@ -71,7 +71,7 @@ std::size_t frames_a_point(const ScoreReport &report) {
   std::set<std::uint64_t> frames;
   for (const auto &clip : report.clips)
     for (const score::Moment &moment : clip.moments) frames.insert(moment.frame);
-  return std::max<std::size_t>(1, (frames.size() + most_points - 1) / most_points);
+  return std::max<std::size_t>(1, (frames.size() + max_points - 1) / max_points);
 }
 
 /// The mean over clips of a score of a frame, against the frame's number.

@@ -38,8 +38,8 @@ std::string content_of(const std::string &name) {
     content.append(chunk.data(), size);
     for (;;) {
       const std::size_t end = content.find('\n', std::max(begin, content.size() - size));
-      if (std::min(end, content.size()) - begin > most_line_bytes)
-        throw score::InputError(name, number, "is longer than " + std::to_string(most_line_bytes >> 20) + " MiB");
+      if (std::min(end, content.size()) - begin > max_line_bytes)
+        throw score::InputError(name, number, "is longer than " + std::to_string(max_line_bytes >> 20) + " MiB");
       if (end == std::string::npos) break;
       begin = end + 1;
       ++number;

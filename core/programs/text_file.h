@@ -21,7 +21,7 @@ struct TextFile {
   std::vector<Line> lines() const;
 };
 
-/// Throws score::InputError if the file can't be read, is empty or has a line of more than most_line_bytes.
+/// Throws score::InputError if the file can't be read, is empty or has a line of more than max_line_bytes.
 TextFile read_text_file(const std::string &name);
 
 /// Adds the note that a torn last line is left out.

@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint64_t stream_sway = 100, stream_jerk = 110, stream_black = 120;
 constexpr double base_tilt = 0.035;                            // turns: tissue is rarely seen straight from above
 constexpr double farthest_hollow = 0.7, nearest_hollow = 1.6;  // zoom; walls that end would be seen beyond
-constexpr double least_descent = 0.15;
+constexpr double min_descent = 0.15;
 
 /// A curve through (phase, value) points, level at each of them; `phase` in 0…1.
 template <std::size_t N>
@@ -122,7 +122,7 @@ Camera camera_at(double time, const Effects &effects, std::uint64_t seed, cv::Si
 
 cv::Point2d Camera::to_plane(cv::Point2d pixel) const {
   const cv::Vec3d ray = forward + right * ((pixel.x - principal.x) / focal) + down * ((pixel.y - principal.y) / focal);
-  const double s = centre[2] / std::max(-ray[2], least_descent);
+  const double s = centre[2] / std::max(-ray[2], min_descent);
   return {centre[0] + s * ray[0], centre[1] + s * ray[1]};
 }
 

@@ -15,11 +15,11 @@ constexpr std::uint64_t stream_sheets = 210, stream_opening = 215;
 
 // Sliding. Units, and seconds; all at strength 1.
 constexpr double slides = 30, slide_period = 3.1, covers = 18, cover_period = 4.7;
-constexpr double least_over = 22;  // more than the edge's waves are deep: nothing gapes
+constexpr double min_overlap = 22;  // more than the edge's waves are deep: nothing gapes
 constexpr double thickness = 9, curl = 14;
 
 // The cut.
-constexpr double half_length = 120, opening = 23, most_open = 68, falloff = 80;  // opening < falloff: nothing folds
+constexpr double half_length = 120, opening = 23, max_open = 68, falloff = 80;  // opening < falloff: nothing folds
 constexpr double opens_at = 0.8, opens_for = 2.2, lip_height = 6;
 
 /// No edge of tissue is straight.
@@ -43,7 +43,7 @@ Sheets::Sheets(const Effects &effects, std::uint64_t seed) : slide_(effects[Effe
   const auto random = [&](std::int64_t i) { return 2 * hashed(seed, stream_sheets, i) - 1; };
   edge_ = {50 * random(0), 35 * random(1)};
   edge_along_ = direction((random(2) < 0 ? 0.08 : 0.42) + 0.03 * random(3));
-  gape_ = std::min(opening * effects[Effect::tear], most_open);
+  gape_ = std::min(opening * effects[Effect::tear], max_open);
   cut_ = {45 * random(4), 30 * random(5)};
   cut_along_ = direction(0.5 * random(6));
 }
@@ -71,7 +71,7 @@ Sheets::Moment Sheets::at(double time) const {
     const double begun = smoothstep(time / 0.8);
     m.has_upper = true;
     m.along = slides * slide_ * begun * sin_turns(time / slide_period);
-    m.over = least_over + covers * slide_ * (1 - begun * sin_turns(time / cover_period));
+    m.over = min_overlap + covers * slide_ * (1 - begun * sin_turns(time / cover_period));
     const cv::Point2d by = m.along * edge_along_ - m.over * beside_of(edge_along_);
     m.slid = {by.x, by.y, 0};
   }
@@ -123,7 +123,7 @@ double Sheets::shade(const Moment &moment, const Place &place, int sheet) const 
 
 double Sheets::reach() const {
   double most = 0;
-  if (slide_ > 0) most += slides * slide_ + least_over + 2 * covers * slide_;
+  if (slide_ > 0) most += slides * slide_ + min_overlap + 2 * covers * slide_;
   return most + 1.12 * gape_;
 }
 

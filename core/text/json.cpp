@@ -7,8 +7,8 @@
 namespace csd {
 namespace {
 
-constexpr int most_depth = 16;           // csdtrackenc's lines have 3
-constexpr std::size_t most_digits = 19;  // of 64 bits
+constexpr int max_depth = 16;           // csdtrackenc's lines have 3
+constexpr std::size_t max_digits = 19;  // of 64 bits
 
 bool is_blank(char c) {
   return c == ' ' || c == '\t' || c == '\r' || c == '\n';
@@ -20,7 +20,7 @@ bool is_digit(char c) {
 /// Goes once through a text, and knows no more of it than where its strings and numbers are.
 class Guard {
  public:
-  Guard(std::string_view text, std::size_t most_values) : text_(text), most_values_(most_values) {}
+  Guard(std::string_view text, std::size_t max_values) : text_(text), max_values_(max_values) {}
 
   /// What is wrong with the text; "" if json-glib may read it.
   std::string problem() {
@@ -55,7 +55,7 @@ class Guard {
     if (text_[at_] == '-') ++at_;
     const std::size_t begin = at_;
     while (at_ < text_.size() && is_digit(text_[at_])) ++at_;
-    if (at_ - begin > most_digits) return refuse("a number has more than 19 digits");
+    if (at_ - begin > max_digits) return refuse("a number has more than 19 digits");
     if (at_ - begin > 1 && text_[begin] == '0') return refuse("a number begins with 0");
     const std::size_t end = at_;
     // The rest is json-glib's to judge.
@@ -74,11 +74,11 @@ class Guard {
       return refuse(printable ? std::string("unexpected character '") + c + "'" : "an unexpected character");
     }
     // Members of an object, elements of an array: one more than it has commas.
-    if ((c == ',' || c == '{' || c == '[') && ++values_ > most_values_)
-      problem_ = "holds more than " + std::to_string(most_values_) + " values";
+    if ((c == ',' || c == '{' || c == '[') && ++values_ > max_values_)
+      problem_ = "holds more than " + std::to_string(max_values_) + " values";
     if (c == '{' || c == '[') {
       begun_ = true;
-      if (++depth_ > most_depth) refuse("brackets are nested more than 16 deep");
+      if (++depth_ > max_depth) refuse("brackets are nested more than 16 deep");
     } else if (c == '}' || c == ']') {
       --depth_;
     }
@@ -86,7 +86,7 @@ class Guard {
   }
 
   const std::string_view text_;
-  const std::size_t most_values_;
+  const std::size_t max_values_;
   std::string problem_;
   std::size_t at_ = 0, values_ = 0;
   int depth_ = 0;
@@ -95,8 +95,8 @@ class Guard {
 
 }  // namespace
 
-JsonNode *JsonText::parse(std::string_view text, std::size_t most_values) {
-  error_ = Guard(text, most_values).problem();
+JsonNode *JsonText::parse(std::string_view text, std::size_t max_values) {
+  error_ = Guard(text, max_values).problem();
   if (!error_.empty()) return nullptr;
   GError *error = nullptr;
   if (json_parser_load_from_data(parser_.get(), text.data(), static_cast<gssize>(text.size()), &error))

@@ -25,9 +25,9 @@ class JsonText {
   /// then.
   JsonText() : parser_(json_parser_new()) {}
 
-  /// Gives the root; null if the text is no JSON, or has more members and elements than `most_values` (json-glib takes
+  /// Gives the root; null if the text is no JSON, or has more members and elements than `max_values` (json-glib takes
   /// 200 bytes for one): error() says why.
-  JsonNode *parse(std::string_view text, std::size_t most_values);
+  JsonNode *parse(std::string_view text, std::size_t max_values);
   /// "is no JSON: …", to follow the name of what was parsed.
   const std::string &error() const { return error_; }
 

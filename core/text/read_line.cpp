@@ -10,7 +10,7 @@
 namespace csd {
 namespace {
 
-constexpr std::size_t most_name = 1000;  // bytes of a name
+constexpr std::size_t max_name = 1000;  // bytes of a name
 
 /// An object, for what it says and what is wrong with that.
 class Members {
@@ -34,8 +34,8 @@ class Members {
   }
   double position(const char *name) const {
     const double value = number(name);
-    if (!(std::abs(value) <= most_pixels))
-      throw LineError(std::string("`") + name + "` is beyond " + std::to_string(most_pixels) + " pixels");
+    if (!(std::abs(value) <= max_pixels))
+      throw LineError(std::string("`") + name + "` is beyond " + std::to_string(max_pixels) + " pixels");
     return value;
   }
   std::string_view word(const char *name) const {
@@ -43,7 +43,7 @@ class Members {
     if (is_null(value)) return {};
     if (!is_value(value, G_TYPE_STRING)) throw LineError(std::string("`") + name + "` is no string");
     const std::string_view word = json_node_get_string(value);
-    if (word.size() > most_name) throw LineError(std::string("`") + name + "` is longer than 1000 bytes");
+    if (word.size() > max_name) throw LineError(std::string("`") + name + "` is longer than 1000 bytes");
     // Half a surrogate pair (\ud800), which json-glib may let through. Metas and messages are UTF-8.
     if (!g_utf8_validate(word.data(), static_cast<gssize>(word.size()), nullptr))
       throw LineError(std::string("`") + name + "` holds half a character");
@@ -105,8 +105,8 @@ std::string printable(std::string_view text) {
 }
 
 TrackLine read_track_line(JsonText &json, std::string_view text) {
-  if (text.size() > most_line_bytes) throw LineError("is longer than 8 MiB");
-  JsonNode *const root = json.parse(text, most_line_values);
+  if (text.size() > max_line_bytes) throw LineError("is longer than 8 MiB");
+  JsonNode *const root = json.parse(text, max_line_values);
   if (!root) throw LineError(json.error());
   if (!is_object(root)) throw LineError("is no JSON object");
   const Members members(json_node_get_object(root));
@@ -117,8 +117,8 @@ TrackLine read_track_line(JsonText &json, std::string_view text) {
   line.truth = is_truth(members.word("role"));
   line.source = members.word("source");
   line.algorithm = members.word("algorithm");
-  line.tracks.width = static_cast<int>(members.whole("width", most_pixels).value_or(0));
-  line.tracks.height = static_cast<int>(members.whole("height", most_pixels).value_or(0));
+  line.tracks.width = static_cast<int>(members.whole("width", max_pixels).value_or(0));
+  line.tracks.height = static_cast<int>(members.whole("height", max_pixels).value_or(0));
   const auto frame = members.whole("frame");
   line.numbered = frame.has_value();
   line.tracks.frame = static_cast<std::uint64_t>(frame.value_or(0));
@@ -127,7 +127,7 @@ TrackLine read_track_line(JsonText &json, std::string_view text) {
   line.stream_time = members.whole("stream_time").value_or(no_time);
   JsonArray *const array = members.array("features");
   const guint count = json_array_get_length(array);
-  if (count > most_line_features) throw LineError("has more than " + std::to_string(most_line_features) + " features");
+  if (count > max_line_features) throw LineError("has more than " + std::to_string(max_line_features) + " features");
   std::vector<Feature> &features = line.tracks.features;
   features.reserve(count);
   for (guint i = 0; i < count; ++i) {

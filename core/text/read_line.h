@@ -13,10 +13,10 @@ namespace csd {
 
 /// What one line may hold: more than csdtrack writes (10000 points and as many features, each of which may end in the
 /// frame in which another begins), less than would harm who reads it.
-inline constexpr std::size_t most_line_bytes = 8 << 20;
-inline constexpr std::size_t most_line_features = 1 << 16;
-inline constexpr std::size_t most_line_values = 1 << 19;  ///< of that many features with 7 members each
-inline constexpr int most_pixels = 1 << 20;               ///< of a picture's side; |x| and |y| are no larger either
+inline constexpr std::size_t max_line_bytes = 8 << 20;
+inline constexpr std::size_t max_line_features = 1 << 16;
+inline constexpr std::size_t max_line_values = 1 << 19;  ///< of that many features with 7 members each
+inline constexpr int max_pixels = 1 << 20;               ///< of a picture's side; |x| and |y| are no larger either
 
 /// Text as it may be shown: control characters (C0, DEL, C1 in UTF-8), which a terminal or gnuplot would obey, become
 /// '?'.
@@ -38,7 +38,7 @@ struct TrackLine {
   Tracks tracks;  ///< width and height are 0 where the line doesn't say
 };
 
-/// Reads a line (without its newline) of at most most_line_bytes. Fields that aren't known are skipped. Throws
+/// Reads a line (without its newline) of at most max_line_bytes. Fields that aren't known are skipped. Throws
 /// LineError for all that is no such line, however it was made: `json` is spared what would overflow its stack or fill
 /// the memory, and what it would read as another number than is written.
 TrackLine read_track_line(JsonText &json, std::string_view text);

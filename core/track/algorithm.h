@@ -53,7 +53,7 @@ class Algorithm {
   /// Does detection leave alone what colour says is a tool? (The paper's doesn't.)
   virtual bool avoids_tools() const { return false; }
   /// Detection leaves alone what looks more than this like the tissue around it: LookAlikes::best(). 1: nothing.
-  virtual double most_alike() const { return 1; }
+  virtual double max_likeness() const { return 1; }
 
   /// Fills in the claims of the features that have begun; `claims` is by ascending id.
   virtual void track(const FrameContext &context, std::vector<Claim> &claims) = 0;

@@ -8,7 +8,7 @@ namespace csd {
 namespace {
 
 constexpr std::int64_t occluded_for = second;  // DESIGN: hidden for longer is lost
-constexpr double most_hidden = 0.499;          // confidence of what is not claimed; stays below .5 in three decimals
+constexpr double max_hidden = 0.499;           // confidence of what is not claimed; stays below .5 in three decimals
 
 }  // namespace
 
@@ -49,7 +49,7 @@ void Life::apply(const Claim &claim, std::int64_t time) {
                                                                                             : FeatureState::lost;
       // An algorithm that has no probabilities says 1, of what it claims alone.
       if (feature.state == FeatureState::occluded && claim.confidence < 0.5)
-        feature.confidence = std::min(claim.confidence, most_hidden);
+        feature.confidence = std::min(claim.confidence, max_hidden);
       break;
   }
   const auto gone = [](FeatureState s) { return s == FeatureState::lost || s == FeatureState::out; };

@@ -25,7 +25,7 @@ void StreamClock::advance(std::int64_t pts, std::int64_t duration, bool discont)
   if (any_) {
     const std::int64_t ahead = difference(pts, last_pts_);
     time_ = std::min(time_ + std::min(stamped && pts > last_pts_ ? ahead : step, latest), latest);
-    const bool jumps = stamped && (ahead > step + least_jump || ahead < step - least_jump);
+    const bool jumps = stamped && (ahead > step + min_jump || ahead < step - min_jump);
     const bool some_left_out = stamped && !jumps && ahead > step + step / 2;
     jumped_ |= jumps || (discont && !some_left_out);
   }

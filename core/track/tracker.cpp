@@ -29,7 +29,7 @@ constexpr std::int64_t replenish_every = second / 2;  // detection costs as much
 
 constexpr std::int64_t shun_for = 5 * second;  // where a feature began falsely none begins
 
-constexpr double least_contrast = 1;  // grey levels, of a picture worth looking for features in
+constexpr double min_contrast = 1;  // grey levels, of a picture worth looking for features in
 
 struct FalseStart {
   cv::Point2d position;
@@ -214,7 +214,7 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
   DetectOptions options;
   options.patch = patch_side(settings, context.frame);
   options.wanted = static_cast<std::size_t>(wanted);
-  options.most_alike = algorithm->most_alike();
+  options.max_likeness = algorithm->max_likeness();
   std::vector<cv::Point2d> taken;
   for (const auto &life : lives)
     if (life.feature.state != FeatureState::ended)
@@ -224,7 +224,7 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
   // Nothing stands out of the noise: the detectors need 40 ms to find that out, and would on each frame.
   cv::Scalar mean, deviation;
   cv::meanStdDev(luma, mean, deviation, forbidden == 0);
-  if (deviation[0] < least_contrast) return;
+  if (deviation[0] < min_contrast) return;
 
   cv::Mat specular, tools;
   if (algorithm->avoids_tools()) {

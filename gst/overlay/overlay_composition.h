@@ -44,7 +44,7 @@ class OverlayComposition {
 /// is set under the lock that settle() looks at it with, and the base class clears it before it asks transform_caps().
 class OverlayNegotiation {
  public:
-  /// If that is another wish than before, the caps are negotiated anew.
+  /// If that differs from before, the caps are negotiated anew.
   void set_wanted(GstBaseTransform *element, bool wanted);
   /// What the other pad may have. Downstream of plain caps: with the feature first, then plain; upstream of caps with
   /// the feature: either; the feature is never taken away from caps that have it. Other features, the memory's, stay.

@@ -17,16 +17,16 @@ namespace csd {
 template <class T>
 class SpriteCache {
  public:
-  static constexpr std::size_t most_bytes = 32 << 20;
+  static constexpr std::size_t max_bytes = 32 << 20;
 
-  static constexpr std::uint64_t least_frames = 60;  ///< that do not show a sprite, until it is dropped
+  static constexpr std::uint64_t min_frames = 60;  ///< that do not show a sprite, until it is dropped
 
   /// To be called before the first sprite of each frame.
   void next_frame() {
     if (std::exchange(full_, false))
       drop_unseen_for(1);
-    else if (frame_ % least_frames == 0)
-      drop_unseen_for(least_frames);
+    else if (frame_ % min_frames == 0)
+      drop_unseen_for(min_frames);
     ++frame_;
   }
 
@@ -38,7 +38,7 @@ class SpriteCache {
       return found->second.sprite;
     }
     homeless_ = make();
-    if (bytes_ + homeless_.bytes() > most_bytes) {
+    if (bytes_ + homeless_.bytes() > max_bytes) {
       full_ = true;
       return homeless_;
     }

@@ -27,7 +27,7 @@ Head head(std::string_view packet) {
   if (packet.size() < key_bytes + 1 + more) return {};
   std::uint64_t length = 0;
   for (std::size_t i = 0; i < more; ++i) length = length << 8 | byte(key_bytes + 1 + i);
-  return {key_bytes + 1 + more, static_cast<std::size_t>(length), length <= most_line_bytes};
+  return {key_bytes + 1 + more, static_cast<std::size_t>(length), length <= max_line_bytes};
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ inline constexpr std::string_view klv_label{
 /// What a packet holds of a line at most. A PES packet of MPEG-TS says its length in 16 bits. Seen with mpegtsmux 1.22:
 /// a KLV packet of more than 65527 bytes has none, and comes out only when the next one begins; one of more than 65532
 /// is dropped.
-inline constexpr std::size_t most_klv_text = 65000;
+inline constexpr std::size_t max_klv_text = 65000;
 
 /// The packet of the piece `number` (from 0) of the `count` pieces of a line. `line` tells neighbouring lines apart.
 std::string klv_packet(std::string_view piece, std::uint64_t line, std::size_t number, std::size_t count);

@@ -34,7 +34,7 @@ bool TextLines::take_piece(std::string_view text, const Part &part, TrackQueue &
     return true;
   }
   if (!rest) begun_time_ = part.time;
-  if (begun_.size() + text.size() > most_line_bytes) throw LineError("is longer than 8 MiB");
+  if (begun_.size() + text.size() > max_line_bytes) throw LineError("is longer than 8 MiB");
   begun_ += text;
   if (goes_on(text)) return true;
   const std::string line = std::exchange(begun_, {});
@@ -108,7 +108,7 @@ bool TextLines::take(GstBuffer *buffer, std::string_view text, TrackQueue &queue
   return flowing;
 }
 
-void TextLines::heed(GstEvent *event, TrackQueue &queue) {
+void TextLines::handle(GstEvent *event, TrackQueue &queue) {
   switch (GST_EVENT_TYPE(event)) {
     case GST_EVENT_STREAM_START:
       begin_anew();

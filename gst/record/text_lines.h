@@ -23,7 +23,7 @@ class TextLines {
   /// `text`: the buffer's. False: the queue takes nothing now. Throws LineError for what is no line, or is earlier
   /// than the one before it; in KLV, which comes over networks, such a line is dropped.
   bool take(GstBuffer *buffer, std::string_view text, TrackQueue &queue);
-  void heed(GstEvent *event, TrackQueue &queue);
+  void handle(GstEvent *event, TrackQueue &queue);
   /// What comes next begins with a new line, of any time. Half a line that waits for its rest is dropped.
   void begin_anew();
   /// Whether it comes backwards.

@@ -14,7 +14,7 @@ namespace csd {
 /// line. Nothing is added by which to know them: a line is cut behind commas between features, so that a piece that is
 /// not its line's last one ends in a comma, which no line does, and one that is not the first begins as a feature does,
 /// and no line.
-inline constexpr std::size_t most_piece_bytes = 65535;
+inline constexpr std::size_t max_piece_bytes = 65535;
 
 /// Whether `text` is a piece of a line, but not the first.
 inline bool is_rest_of_line(std::string_view text) {
@@ -28,6 +28,6 @@ inline bool goes_on(std::string_view text) {
 
 /// A line of append_json() in as few pieces as may be, of `most` bytes at most, but where a single feature, or what
 /// stands before the features, is longer. They point into the line.
-std::vector<std::string_view> text_pieces(std::string_view line, std::size_t most = most_piece_bytes);
+std::vector<std::string_view> text_pieces(std::string_view line, std::size_t most = max_piece_bytes);
 
 }  // namespace csd

@@ -40,7 +40,7 @@ TrackLine read_frame_line(JsonText &json, std::string_view text) {
   TrackLine line = read_track_line(json, text);
   if (line.numbered && (line.tracks.width < 1 || line.tracks.height < 1))
     throw LineError("has no `width` or no `height`");
-  if (line.stream_time > most_time) throw LineError("`stream_time` is more than 146 years");
+  if (line.stream_time > max_time) throw LineError("`stream_time` is more than 146 years");
   return line;
 }
 
@@ -166,7 +166,7 @@ bool TrackFile::next_text(std::string_view &text) {
   std::size_t end;
   while ((end = bytes_.find('\n', searched_)) == std::string::npos) {
     searched_ = bytes_.size();
-    if (bytes_.size() - used_ > most_line_bytes)
+    if (bytes_.size() - used_ > max_line_bytes)
       refuse(offset_ + static_cast<std::int64_t>(used_), "is longer than 8 MiB");
     if (!fill()) return false;
   }
@@ -179,9 +179,9 @@ bool TrackFile::next_text(std::string_view &text) {
 /// The next line that has a time. False at the end of the file, or after 4 MiB without one: a frame can't wait until
 /// gigabytes of them are read. The next call goes on behind them.
 bool TrackFile::next_line(TimedLine &line) {
-  constexpr std::int64_t most_untimed = 4 << 20;
+  constexpr std::int64_t max_untimed = 4 << 20;
   const auto here = [this] { return offset_ + static_cast<std::int64_t>(used_); };
-  const std::int64_t last = here() + most_untimed;
+  const std::int64_t last = here() + max_untimed;
   for (std::string_view text; here() <= last && next_text(text);) {
     text = trimmed(text);
     if (text.empty()) continue;

@@ -86,7 +86,7 @@ class LineSplitter {
 
  private:
   void append(std::string_view text) {
-    if (rest_.size() + text.size() > most_line_bytes) throw LineError("is longer than 8 MiB");
+    if (rest_.size() + text.size() > max_line_bytes) throw LineError("is longer than 8 MiB");
     rest_.append(text);
   }
   std::string rest_;

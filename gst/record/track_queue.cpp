@@ -19,7 +19,7 @@ void TrackQueue::pop() {
 
 bool TrackQueue::full(const TimedLine &line) const {
   return !entries_.empty() &&
-         (entries_.size() >= most_lines || features_ + line.line.tracks.features.size() > most_features);
+         (entries_.size() >= max_lines || features_ + line.line.tracks.features.size() > max_features);
 }
 
 bool TrackQueue::push(TimedLine line) {

@@ -21,8 +21,8 @@ namespace csd {
 /// All functions may be called in any thread.
 class TrackQueue {
  public:
-  static constexpr std::size_t most_lines = 256;         ///< 10 s at 25 frames a second
-  static constexpr std::size_t most_features = 1 << 18;  ///< of all lines together; one line may have more
+  static constexpr std::size_t max_lines = 256;         ///< 10 s at 25 frames a second
+  static constexpr std::size_t max_features = 1 << 18;  ///< of all lines together; one line may have more
 
   enum class Outcome {
     known,    ///< the frame's line, or that there is none, is known

@@ -151,7 +151,7 @@ GST_START_TEST(another_latency_is_posted) {
   gst_harness_push_event(harness.text, gst_event_new_stream_start("another"));
   gst_harness_set_src_caps_str(harness.text, utf8);
   fail_unless(shown(2));
-  // Until the pipeline has heeded it, the old one is what sinks reckon with.
+  // Until the pipeline has handled it, the old one is what sinks reckon with.
   harness.assert_held_until(3 * frame_time, 3 * frame_time + 100 * ms);
   latency_of(harness.element);
   fail_unless(!shown(4));

@@ -213,8 +213,8 @@ struct Megabyte {
 };
 
 TEST(SpriteCache, HoldsSoManyBytesAndTheLastFramesSprites) {
-  constexpr std::uint64_t room = csd::SpriteCache<Megabyte>::most_bytes >> 20;
-  constexpr std::uint64_t least = csd::SpriteCache<Megabyte>::least_frames;
+  constexpr std::uint64_t room = csd::SpriteCache<Megabyte>::max_bytes >> 20;
+  constexpr std::uint64_t least = csd::SpriteCache<Megabyte>::min_frames;
   const auto token = std::make_shared<int>();
   csd::SpriteCache<Megabyte> cache;
   const auto made_for = [&](std::uint64_t first, std::uint64_t count) {

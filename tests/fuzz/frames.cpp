@@ -8,7 +8,7 @@
 namespace csd_fuzz {
 namespace {
 
-constexpr gsize most_bytes = 64 << 10;
+constexpr gsize max_bytes = 64 << 10;
 
 /// Of exactly these bytes: a read beyond them is seen. The allocator's own memory is aligned, and longer.
 GstMemory *memory(const std::vector<guint8> &bytes, gsize from, gsize size, bool read_only) {
@@ -44,7 +44,7 @@ void add_video_meta(Numbers &from, GstBuffer *buffer, const GstVideoInfo &info) 
     const unsigned plane = choose(from, GST_VIDEO_MAX_PLANES - 1);
     switch (choose(from, 5)) {
       case 0:
-        meta->offset[plane] = from.ConsumeIntegralInRange<gsize>(0, most_bytes);
+        meta->offset[plane] = from.ConsumeIntegralInRange<gsize>(0, max_bytes);
         break;
       case 1:
         meta->stride[plane] = from.ConsumeIntegralInRange<gint>(-4096, 65535);
@@ -66,10 +66,10 @@ void add_video_meta(Numbers &from, GstBuffer *buffer, const GstVideoInfo &info) 
 }
 
 GstBuffer *new_frame(Numbers &from, const GstVideoInfo &info, unsigned index, bool wild) {
-  gsize size = std::min(info.size, most_bytes);
+  gsize size = std::min(info.size, max_bytes);
   const bool odd_size = wild && one_in(from, 4), split = wild && one_in(from, 4), read_only = wild && one_in(from, 4);
-  if (odd_size) size = one_in(from, 3) ? from.ConsumeIntegralInRange<gsize>(0, most_bytes) : size - choose(from, 200);
-  if (size > most_bytes) size = 0;
+  if (odd_size) size = one_in(from, 3) ? from.ConsumeIntegralInRange<gsize>(0, max_bytes) : size - choose(from, 200);
+  if (size > max_bytes) size = 0;
   const auto bytes = pixels(size, static_cast<gsize>(std::max(info.stride[0], 1)), index);
   GstBuffer *buffer = gst_buffer_new();
   const gsize first = split ? from.ConsumeIntegralInRange<gsize>(0, size) : size;

@@ -8,7 +8,7 @@ namespace {
 void read(csd::JsonText &json, std::string_view text) {
   try {
     const csd::TrackLine line = csd::read_frame_line(json, csd::trimmed(text));
-    csd_fuzz::expect(line.tracks.features.size() <= csd::most_line_features);
+    csd_fuzz::expect(line.tracks.features.size() <= csd::max_line_features);
     csd_fuzz::expect(csd_fuzz::is_utf8(line.source) && csd_fuzz::is_utf8(line.algorithm));
   } catch (const csd::LineError &error) {
     csd_fuzz::expect(csd_fuzz::is_utf8(error.what()));

@@ -70,7 +70,7 @@ int GrowingTree::retrain(std::span<const SampleId> samples) {
       refused.push_back(at);
   }
   retrainings_ += static_cast<std::uint64_t>(replaced);
-  if (nodes_.size() > std::max(options_.most_nodes, 4 * set_.slots())) {
+  if (nodes_.size() > std::max(options_.max_nodes, 4 * set_.slots())) {
     auto anew = *this;  // this one stays whole where memory is short
     anew.build();
     *this = std::move(anew);

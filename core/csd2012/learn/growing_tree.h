@@ -26,9 +26,9 @@ struct StopRules {
 struct GrowthOptions {
   PairSearchOptions search;
   StopRules stop;
-  std::size_t most_nodes = 1 << 14;  ///< with more, and more than four a sample, retrain() learns the whole tree anew
-  std::uint64_t seed = 1;            ///< of the random pairs
-  std::uint64_t stream = 0;          ///< the same, e.g. the feature's id
+  std::size_t max_nodes = 1 << 14;  ///< with more, and more than four a sample, retrain() learns the whole tree anew
+  std::uint64_t seed = 1;           ///< of the random pairs
+  std::uint64_t stream = 0;         ///< the same, e.g. the feature's id
 };
 
 /// A context specific descriptor while it learns (§2.2): the training set S, the ID3 tree on it, and in each leaf the

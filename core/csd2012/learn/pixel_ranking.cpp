@@ -41,7 +41,7 @@ LogTable::LogTable(std::size_t max_count) : log_(max_count + 1), floor_(std::log
 
 int histogram_bits(std::size_t n) {
   return std::find_if(histogram_sizes.begin(), histogram_sizes.end(),
-                      [n](const HistogramSize &size) { return n >= size.least_samples; })
+                      [n](const HistogramSize &size) { return n >= size.min_samples; })
       ->bits;
 }
 

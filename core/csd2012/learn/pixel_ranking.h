@@ -32,7 +32,7 @@ class LogTable {
 /// 256 samples on, 16 from 64 on, else 8.
 struct HistogramSize {
   int bits;
-  std::size_t least_samples;
+  std::size_t min_samples;
 };
 inline constexpr std::array<HistogramSize, 3> histogram_sizes{{{5, 256}, {4, 64}, {3, 0}}};
 /// The bits for a node of n samples.

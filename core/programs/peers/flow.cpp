@@ -11,8 +11,8 @@ namespace {
 
 constexpr double window_side = 21;
 constexpr int levels = 3;
-constexpr double furthest_return = 1;     // pixels, forward and backward
-constexpr double least_similarity = 0.8;  // ZNCC with the first frame's patch
+constexpr double furthest_return = 1;   // pixels, forward and backward
+constexpr double min_similarity = 0.8;  // ZNCC with the first frame's patch
 
 using Pyramid = std::vector<cv::Mat>;
 using Points = std::vector<cv::Point2f>;
@@ -114,7 +114,7 @@ class AnchoredFlow final : public Peer {
     std::vector<Report> reports;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       const bool seen = aligned[i] && inside(found[i], bgr.size()) &&
-                        similarity(patches_[i], patch(gray, found[i])) >= least_similarity;
+                        similarity(patches_[i], patch(gray, found[i])) >= min_similarity;
       points_[i] = seen ? found[i] : guess[i];
       reports.push_back({points_[i], seen});
     }

@@ -16,7 +16,7 @@ namespace csd::peers {
 
 namespace {
 
-constexpr int most_pixels_a_side = 32768;
+constexpr int max_pixels_a_side = 32768;
 constexpr std::size_t longest_line = 4096;
 
 std::runtime_error bad(const std::string &text) {
@@ -56,7 +56,7 @@ class Y4m final : public VideoSource {
       at = end + 1;
     }
     if (width_ == 0 || height_ == 0) throw bad("no width (W) or height (H) in the header");
-    if (width_ > most_pixels_a_side || height_ > most_pixels_a_side) throw bad("the picture is too large");
+    if (width_ > max_pixels_a_side || height_ > max_pixels_a_side) throw bad("the picture is too large");
     const bool sd = height_ <= 576;
     yuv_ = YuvCoefficients::make(sd ? 0.299 : 0.2126, sd ? 0.114 : 0.0722, full_range_);
     chroma_width_ = gray_ ? 0 : (width_ + (1 << sub_x_) - 1) >> sub_x_;

@@ -124,7 +124,7 @@ cv::Mat reference_mask(const cv::Mat1d &excess, double margin) {
   return mask;
 }
 
-cv::Mat least_of(const WorkFrame &frame) {
+cv::Mat darkest(const WorkFrame &frame) {
   cv::Mat bgr, planes[3];
   frame.gather_bgr({{0, 0}, frame.size()}, bgr);
   cv::split(bgr, planes);
@@ -144,7 +144,7 @@ TEST(GlareWeights, AsDefined) {
       GlareWeights weights;
       weights.build(frame, {});
       const cv::Mat masked = weights.level(0) == 0;
-      const cv::Mat1d above = excess(least_of(frame));
+      const cv::Mat1d above = excess(darkest(frame));
       EXPECT_EQ(cv::countNonZero(masked) + cv::countNonZero(weights.level(0) == 255), size.area());
       EXPECT_EQ(cv::countNonZero(masked & ~reference_mask(above, -.02)), 0);
       EXPECT_EQ(cv::countNonZero(~masked & reference_mask(above, .02)), 0);
@@ -167,7 +167,7 @@ TEST(GlareWeights, OfALargeClipWithinAPixel) {
       frame.load(packed.view);
       GlareWeights weights;
       weights.build(frame, {});
-      const cv::Mat masked = weights.level(0) == 0, expected = reference_mask(excess(least_of(frame)), 0);
+      const cv::Mat masked = weights.level(0) == 0, expected = reference_mask(excess(darkest(frame)), 0);
       cv::Mat wide_masked, wide_expected;
       cv::dilate(masked, wide_masked, {});
       cv::dilate(expected, wide_expected, {});

@@ -20,7 +20,7 @@ struct Case {
   sim::Scenario scenario;
   const char *effects;
   sim::Style style;
-  double least_found, most_wrong;  ///< share of the visible samples that are claimed and right; of the claims, wrong
+  double min_found, max_wrong;  ///< share of the visible samples that are claimed and right; of the claims, wrong
 };
 
 std::ostream &operator<<(std::ostream &out, const Case &c) {
@@ -70,8 +70,8 @@ TEST_P(CsdScenes, KeepsItsPoints) {
   const double share = static_cast<double>(found) / static_cast<double>(visible);
   const double off = static_cast<double>(wrong) / static_cast<double>(claims);
   std::printf("%s: %.4f found, %.4f wrong\n", wanted.name, share, off);
-  EXPECT_GE(share, wanted.least_found);
-  EXPECT_LE(off, wanted.most_wrong);
+  EXPECT_GE(share, wanted.min_found);
+  EXPECT_LE(off, wanted.max_wrong);
 }
 
 using S = sim::Scenario;

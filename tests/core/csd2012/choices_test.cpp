@@ -103,7 +103,7 @@ TEST(Choices, OfTheForestThePatchGoesOnAloneWhereTheTreesFindNothing) {
   auto settings = few_features();
   settings.max_features = 4;
   auto choices = forest_choices();
-  choices.least_probability = 1e3;
+  choices.min_probability = 1e3;
   const auto all = run(settings, 2, 30, choices);
   ASSERT_EQ(all.back().features.size(), 4u);
   for (const auto &f : all.back().features) EXPECT_EQ(f.state, FeatureState::tracked) << f.id;
@@ -121,7 +121,7 @@ TEST(Choices, WithMoreThanAnyProbabilityNothingIsClaimedOnceTheDescriptorHasTake
   auto settings = few_features();
   settings.max_features = 3;
   Choices choices;
-  choices.least_probability = 1e3;
+  choices.min_probability = 1e3;
   const auto all = run(settings, 2, 30, choices);
   ASSERT_EQ(all.back().features.size(), 3u);
   EXPECT_TRUE(std::none_of(all.back().features.begin(), all.back().features.end(),

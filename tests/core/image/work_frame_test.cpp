@@ -100,7 +100,7 @@ TEST(WorkFrame, GatherIsGatherBgrInAColourSpace) {
   }
 }
 
-cv::Mat least_of_gather_bgr(const WorkFrame &frame) {
+cv::Mat darkest_of_gather_bgr(const WorkFrame &frame) {
   cv::Mat bgr, planes[3];
   frame.gather_bgr({{0, 0}, frame.size()}, bgr);
   cv::split(bgr, planes);
@@ -117,7 +117,7 @@ TEST(WorkFrame, LeastIsTheLeastOfGatherBgr) {
       frame.load(packed.view);
       cv::Mat least;
       frame.gather_least(least);
-      EXPECT_EQ(largest_difference(least, least_of_gather_bgr(frame)), 0);
+      EXPECT_EQ(largest_difference(least, darkest_of_gather_bgr(frame)), 0);
     }
   }
 }
@@ -141,7 +141,7 @@ TEST(WorkFrame, LeastOfALargerPicture) {
     cv::Mat least;
     frame.gather_least(least);
     cv::Mat difference;
-    cv::absdiff(least, least_of_gather_bgr(frame), difference);
+    cv::absdiff(least, darkest_of_gather_bgr(frame), difference);
     EXPECT_LE(cv::norm(difference.colRange(0, 34), cv::NORM_INF), 2);
     EXPECT_LE(cv::norm(difference.colRange(39, 74), cv::NORM_INF), 2);
   }

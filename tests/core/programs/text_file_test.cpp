@@ -39,7 +39,7 @@ TEST(TextFile, AWholeFileHasNoNote) {
 
 TEST(TextFile, RefusesALineThatIsTooLongBeforeItFillsTheMemory) {
   const TestFolder folder;
-  const std::string longest(most_line_bytes, 'x');
+  const std::string longest(max_line_bytes, 'x');
   EXPECT_EQ(read_text_file(folder.write("longest", longest + "\n" + longest)).lines().size(), 1u);
   try {
     read_text_file(folder.write("longer", "one\n" + longest + "xy\n"));

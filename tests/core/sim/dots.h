@@ -38,8 +38,9 @@ struct Dots {
 
   /// The centroid of the dot nearest to `near` in the green channel, in a disc of `radius` pixels that moves along with
   /// it. Nothing where the disc leaves the picture, holds no dot, or lies on uneven ground (a fold's edge):
-  /// more than `most_uneven` grey levels beside a plane, in the mean.
-  static std::optional<cv::Point2d> find(const cv::Mat &bgr, cv::Point2d near, double radius, double most_uneven = 1) {
+  /// more than `max_unevenness` grey levels beside a plane, in the mean.
+  static std::optional<cv::Point2d> find(const cv::Mat &bgr, cv::Point2d near, double radius,
+                                         double max_unevenness = 1) {
     cv::Point2d at = near;
     for (int i = 0; i < 20; ++i) {
       const int x0 = static_cast<int>(std::floor(at.x - radius)), x1 = static_cast<int>(std::ceil(at.x + radius));
@@ -69,7 +70,7 @@ struct Dots {
         uneven += std::abs(value(x, y) - ground[0] - ground[1] * dx - ground[2] * dy);
         rim += 1;
       });
-      if (uneven > most_uneven * rim) return {};
+      if (uneven > max_unevenness * rim) return {};
       double sum = 0, sx = 0, sy = 0;
       each([&](int x, int y, double dx, double dy, double) {
         const double w = 1 - value(x, y) / std::max(ground[0] + ground[1] * dx + ground[2] * dy, 1.0);

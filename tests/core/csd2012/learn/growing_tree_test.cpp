@@ -128,9 +128,9 @@ TEST(GrowingTree, KeepsToTheDepth) {
 
 TEST(GrowingTree, HasNoMoreNodesThanItsSamplesWantHoweverLongItLearns) {
   constexpr std::size_t samples = 60;
-  const auto most_of = [](std::size_t most_nodes) {
+  const auto largest_tree = [](std::size_t max_nodes) {
     GrowthOptions options;
-    options.most_nodes = most_nodes;
+    options.max_nodes = max_nodes;
     GrowingTree growing(side, {1, 1, 1}, options);
     Random random(4);
     for (std::size_t i = 0; i < samples; ++i)
@@ -146,8 +146,8 @@ TEST(GrowingTree, HasNoMoreNodesThanItsSamplesWantHoweverLongItLearns) {
     expect_counts_agree(growing);
     return most;
   };
-  EXPECT_LE(most_of(0), 4 * samples);
-  EXPECT_GT(most_of(1 << 14), 5 * samples) << "else the test says nothing";
+  EXPECT_LE(largest_tree(0), 4 * samples);
+  EXPECT_GT(largest_tree(1 << 14), 5 * samples) << "else the test says nothing";
 }
 
 TEST(GrowingTree, RetrainsOnlyTheLeafThatErred) {
