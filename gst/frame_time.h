@@ -4,13 +4,11 @@
 #include <gst/video/video.h>
 
 #include <cstdint>
-#include <limits>
 #include <optional>
 
-namespace csd {
+#include "text/read_line.h"
 
-/// ns: what is added to times, or taken from them, can't overflow.
-inline constexpr std::int64_t max_time = std::numeric_limits<std::int64_t>::max() / 2;
+namespace csd {
 
 /// The stream time of `time`, which may lie before `segment`, in ns; nothing where it is not known or over max_time.
 std::optional<std::int64_t> stream_time(const GstSegment &segment, GstClockTime time);

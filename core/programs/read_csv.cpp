@@ -30,10 +30,7 @@ std::vector<std::string_view> split(std::string_view row) {
 }
 
 std::vector<std::string_view> header(const TextFile &file) {
-  const std::string_view content = file.content;
-  std::string_view first = content.substr(0, content.find('\n'));
-  if (first.ends_with('\r')) first.remove_suffix(1);
-  return split(first);
+  return split(file.first().text);
 }
 
 bool has_column(const TextFile &file, std::string_view name) {
@@ -49,7 +46,8 @@ class Table {
   /// The column of a name. Throws if there is none.
   std::size_t column(std::string_view name) const {
     const auto found = std::find(columns_.begin(), columns_.end(), name);
-    if (found == columns_.end()) throw InputError(file_.name, 1, "has no column '" + std::string(name) + "'");
+    if (found == columns_.end())
+      throw InputError(file_.name, file_.first().number, "has no column '" + std::string(name) + "'");
     return static_cast<std::size_t>(found - columns_.begin());
   }
   std::optional<std::size_t> optional_column(std::string_view name) const {

@@ -53,10 +53,10 @@ void add_tracks(score::Recording &tracks, TrackLine &&line, std::size_t number) 
 }  // namespace
 
 bool is_jsonl(const TextFile &file) {
-  const std::string_view content = file.content;
-  if (content.starts_with("{\"schema\"")) return true;  // also where the rest of the line is damaged
+  const std::string_view first = file.first().text;
+  if (first.starts_with("{\"schema\"")) return true;  // also where the rest of the line is damaged
   JsonText json;
-  JsonNode *const root = json.parse(content.substr(0, content.find('\n')), max_line_values);
+  JsonNode *const root = json.parse(first, max_line_values);
   return is_object(root) && json_object_has_member(json_node_get_object(root), "features");
 }
 
@@ -66,7 +66,9 @@ std::variant<score::Truth, score::Recording> read_jsonl(const TextFile &file, st
   TruthTable truth(file.name);
   score::Recording tracks;
   tracks.file = file.name;
-  for (const TextFile::Line &text : file.lines()) {
+  const std::vector<TextFile::Line> lines = file.lines();
+  if (lines.empty()) throw InputError(file.name, 0, "has no whole line");
+  for (const TextFile::Line &text : lines) {
     TrackLine line;
     try {
       line = read_track_line(json, text.text);

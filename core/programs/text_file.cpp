@@ -11,17 +11,32 @@
 
 namespace csd::programs {
 
+namespace {
+
+/// Takes the next line off `rest`, with its newline if it has one.
+std::string_view next_line(std::string_view &rest) {
+  const std::string_view line = rest.substr(0, rest.find('\n') == rest.npos ? rest.npos : rest.find('\n') + 1);
+  rest.remove_prefix(line.size());
+  return line;
+}
+
+}  // namespace
+
 std::vector<TextFile::Line> TextFile::lines() const {
   std::vector<Line> lines;
   std::string_view rest = content;
-  for (std::size_t number = 1;; ++number) {
-    const std::size_t end = rest.find('\n');
-    if (end == std::string_view::npos) return lines;
-    std::string_view text = rest.substr(0, end);
-    if (text.ends_with('\r')) text.remove_suffix(1);
-    if (!text.empty()) lines.push_back({number, text});
-    rest.remove_prefix(end + 1);
+  for (std::size_t number = 1; !rest.empty(); ++number) {
+    const std::string_view line = next_line(rest), text = line_text(line);
+    if (line.ends_with('\n') && !text.empty()) lines.push_back({number, text});
   }
+  return lines;
+}
+
+TextFile::Line TextFile::first() const {
+  std::string_view rest = content;
+  for (std::size_t number = 1; !rest.empty(); ++number)
+    if (const std::string_view text = line_text(next_line(rest)); !text.empty()) return {number, text};
+  return {1, {}};
 }
 
 namespace {
@@ -54,8 +69,8 @@ std::string content_of(const std::string &name) {
 
 TextFile read_text_file(const std::string &name) {
   TextFile file{name, content_of(name), false};
-  if (file.content.starts_with("\xef\xbb\xbf")) file.content.erase(0, 3);
-  if (file.content.find_first_not_of(" \t\r\n") == std::string::npos) throw score::InputError(name, 0, "is empty");
+  if (file.content.starts_with("\xef\xbb\xbf")) file.content.erase(0, 3);  // labels.json is no lines
+  if (file.content.find_first_not_of(line_blanks) == std::string::npos) throw score::InputError(name, 0, "is empty");
   file.torn = !file.content.ends_with('\n');
   return file;
 }

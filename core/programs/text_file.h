@@ -10,15 +10,17 @@ namespace csd::programs {
 /// A file of lines, as a program that may be killed at any moment writes it.
 struct TextFile {
   struct Line {
-    std::size_t number;     ///< from 1
-    std::string_view text;  ///< without LF or CR LF
+    std::size_t number;  ///< from 1
+    std::string_view text;
   };
   std::string name;
   std::string content;  ///< without a byte order mark
   bool torn = false;    ///< the last line has no newline: it may be half a line
 
-  /// The lines that are whole and not empty.
+  /// The lines that are whole and not empty, each as line_text() leaves it.
   std::vector<Line> lines() const;
+  /// The first that is not empty, be it whole or not.
+  Line first() const;
 };
 
 /// Throws score::InputError if the file can't be read, is empty or has a line of more than max_line_bytes.

@@ -93,6 +93,12 @@ bool is_truth(std::string_view role) {
 
 }  // namespace
 
+std::string_view line_text(std::string_view bytes) {
+  constexpr std::string_view mark = "\xef\xbb\xbf";
+  if (bytes.starts_with(mark)) bytes.remove_prefix(mark.size());
+  return bytes.substr(0, bytes.find_last_not_of(line_blanks) + 1);
+}
+
 std::string printable(std::string_view text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -121,10 +127,13 @@ TrackLine read_track_line(JsonText &json, std::string_view text) {
   line.tracks.height = static_cast<int>(members.whole("height", max_pixels).value_or(0));
   const auto frame = members.whole("frame");
   line.numbered = frame.has_value();
+  if (line.numbered && (line.tracks.width < 1 || line.tracks.height < 1))
+    throw LineError("has no `width` or no `height`");
   line.tracks.frame = static_cast<std::uint64_t>(frame.value_or(0));
   line.pts = members.whole("pts").value_or(no_time);
   line.duration = members.whole("duration").value_or(no_time);
   line.stream_time = members.whole("stream_time").value_or(no_time);
+  if (line.stream_time > max_time) throw LineError("`stream_time` is more than 146 years");
   JsonArray *const array = members.array("features");
   const guint count = json_array_get_length(array);
   if (count > max_line_features) throw LineError("has more than " + std::to_string(max_line_features) + " features");

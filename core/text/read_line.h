@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -17,6 +18,15 @@ inline constexpr std::size_t max_line_bytes = 8 << 20;
 inline constexpr std::size_t max_line_features = 1 << 16;
 inline constexpr std::size_t max_line_values = 1 << 19;  ///< of that many features with 7 members each
 inline constexpr int max_pixels = 1 << 20;               ///< of a picture's side; |x| and |y| are no larger either
+/// ns: what is added to stream times, or taken from them, can't overflow.
+inline constexpr std::int64_t max_time = std::numeric_limits<std::int64_t>::max() / 2;
+
+/// What a line may end with, or be made of where it is none: blanks, and zeros, which subtitles end with, and which a
+/// file system leaves where the power failed.
+inline constexpr std::string_view line_blanks{" \t\r\n\0", 5};
+
+/// A line without them, and without a byte order mark. Empty: there is no line, whoever reads it.
+std::string_view line_text(std::string_view bytes);
 
 /// Text as it may be shown: control characters (C0, DEL, C1 in UTF-8), which a terminal or gnuplot would obey, become
 /// '?'.
@@ -35,10 +45,10 @@ struct TrackLine {
   bool numbered = false;  ///< has a `frame`: some element has tracked this frame
   /// Nanoseconds; no_time where the line says null or nothing.
   std::int64_t pts = no_time, duration = no_time, stream_time = no_time;
-  Tracks tracks;  ///< width and height are 0 where the line doesn't say
+  Tracks tracks;  ///< width and height may be 0 where it is not numbered
 };
 
-/// Reads a line (without its newline) of at most max_line_bytes. Fields that aren't known are skipped. Throws
+/// Reads a line, as line_text() leaves it, of at most max_line_bytes. Fields that aren't known are skipped. Throws
 /// LineError for all that is no such line, however it was made: `json` is spared what would overflow its stack or fill
 /// the memory, and what it would read as another number than is written.
 TrackLine read_track_line(JsonText &json, std::string_view text);

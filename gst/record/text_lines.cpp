@@ -9,9 +9,9 @@ namespace csd {
 
 /// `time`: of the buffer that is this line or begins it, where that has one.
 bool TextLines::take_line(std::string_view text, std::optional<std::int64_t> time, TrackQueue &queue) {
-  text = trimmed(text);
+  text = line_text(text);
   if (text.empty()) return true;
-  TimedLine timed{0, read_frame_line(json_, text)};
+  TimedLine timed{0, read_track_line(json_, text)};
   const std::int64_t own = timed.line.stream_time;
   if (form_ == Form::klv && time && own != no_time) shift_ = *time - own;
   timed.time = time ? *time : own == no_time ? no_time : own + shift_;
@@ -24,7 +24,7 @@ bool TextLines::take_line(std::string_view text, std::optional<std::int64_t> tim
 }
 
 bool TextLines::take_piece(std::string_view text, const Part &part, TrackQueue &queue) {
-  text = trimmed(text);
+  text = line_text(text);
   if (text.empty()) return true;
   const bool rest = is_rest_of_line(text);
   if (!rest || part.discont) drop_pieces();

@@ -36,24 +36,8 @@ const TimedLine *nearest(const TimedLine *before, const TimedLine *after, std::i
   return first ? before : second ? after : nullptr;
 }
 
-TrackLine read_frame_line(JsonText &json, std::string_view text) {
-  TrackLine line = read_track_line(json, text);
-  if (line.numbered && (line.tracks.width < 1 || line.tracks.height < 1))
-    throw LineError("has no `width` or no `height`");
-  if (line.stream_time > max_time) throw LineError("`stream_time` is more than 146 years");
-  return line;
-}
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view mark = "\xef\xbb\xbf";
-  if (text.substr(0, mark.size()) == mark) text.remove_prefix(mark.size());
-  while (!text.empty() && (text.back() == '\0' || text.back() == '\r' || text.back() == '\n' || text.back() == ' '))
-    text.remove_suffix(1);
-  return text;
-}
-
 bool LineSplitter::unfinished() const {
-  return !trimmed(rest_).empty();
+  return !line_text(rest_).empty();
 }
 
 std::string unescape_markup(std::string_view markup) {
@@ -163,13 +147,16 @@ bool TrackFile::fill() {
 
 /// The next line that has its newline. Valid until the next call.
 bool TrackFile::next_text(std::string_view &text) {
+  const auto check = [this](std::size_t size) {
+    if (size > max_line_bytes) refuse(offset_ + static_cast<std::int64_t>(used_), "is longer than 8 MiB");
+  };
   std::size_t end;
   while ((end = bytes_.find('\n', searched_)) == std::string::npos) {
     searched_ = bytes_.size();
-    if (bytes_.size() - used_ > max_line_bytes)
-      refuse(offset_ + static_cast<std::int64_t>(used_), "is longer than 8 MiB");
+    check(bytes_.size() - used_);
     if (!fill()) return false;
   }
+  check(end - used_);
   text = std::string_view(bytes_).substr(used_, end - used_);
   line_begin_ = offset_ + static_cast<std::int64_t>(used_);
   used_ = searched_ = end + 1;
@@ -183,10 +170,10 @@ bool TrackFile::next_line(TimedLine &line) {
   const auto here = [this] { return offset_ + static_cast<std::int64_t>(used_); };
   const std::int64_t last = here() + max_untimed;
   for (std::string_view text; here() <= last && next_text(text);) {
-    text = trimmed(text);
+    text = line_text(text);
     if (text.empty()) continue;
     try {
-      line.line = read_frame_line(json_, text);
+      line.line = read_track_line(json_, text);
     } catch (const LineError &error) {
       refuse(line_begin_, error.what());
     }

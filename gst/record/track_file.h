@@ -16,9 +16,6 @@ struct TimedLine {
   TrackLine line;
 };
 
-/// A line that can be put on a frame. Throws LineError.
-TrackLine read_frame_line(JsonText &json, std::string_view text);
-
 /// Of `before` (the last line before a frame) and `after` (the first that is not), which may be null, the one that is
 /// the frame's: the nearer one, and no further than `reach` ns away. The earlier one if both are as near.
 const TimedLine *nearest(const TimedLine *before, const TimedLine *after, std::int64_t time, std::int64_t reach);
@@ -94,8 +91,5 @@ class LineSplitter {
 
 /// Undoes the escaping of Pango markup: &quot; &amp; &lt; &gt; &apos; and numbers, &#39; &#x27;. Anything else stays.
 std::string unescape_markup(std::string_view markup);
-
-/// Without the zeros and blanks that a subtitle or a line may end with, and without a byte order mark.
-std::string_view trimmed(std::string_view text);
 
 }  // namespace csd

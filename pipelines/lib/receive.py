@@ -123,6 +123,14 @@ def await_sender(url):
             raise command.Failure(f"{address[0]}:{address[1]} can't be reached ({error.strerror or error})") from error
 
 
+def holds_lines(told):
+    """Whether a stream's caps, as rtpgstpay tells them (base64), are those of lines. They are the server's words, and may be anything."""
+    try:
+        return base64.b64decode(told or "").startswith(b"application/x-ndjson")
+    except ValueError:
+        return False
+
+
 class Receiver:
     """Builds what comes behind the source once it is known what the source brings."""
 
@@ -140,8 +148,7 @@ class Receiver:
         kind = {"video": "picture"}.get(what.get_string("media"))
         if self._options.klv:
             kind = "lines" if what.get_string("encoding-name") == "SMPTE336M" else kind
-        # The caps are told as rtpgstpay writes them, base64.
-        elif what.get_string("encoding-name") == "X-GST" and base64.b64decode(what.get_string("caps") or "").startswith(b"application/x-ndjson"):
+        elif what.get_string("encoding-name") == "X-GST" and holds_lines(what.get_string("caps")):
             kind = "lines"
         return kind is not None and self._streams.setdefault(kind, number) == number
 

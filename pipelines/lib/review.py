@@ -7,7 +7,6 @@
 import argparse
 import array
 import bisect
-import json
 import os
 import pathlib
 import re
@@ -129,24 +128,29 @@ class Fit:
             command.told(f"review: warning: the tracks in '{self._tracks}' may be another video's: {why}", sys.stderr)
 
 
+def texts_of(tracks):
+    """Its lines; one that is longer than any may be comes in pieces."""
+    with open(tracks, "rb") as file:
+        yield from iter(lambda: file.readline(LONGEST), b"")
+
+
+def time_in(text, name):
+    found = re.search(rb'"%s":\s*(\d{1,19})\b' % name, text)
+    return int(found[1]) if found and int(found[1]) < 1 << 63 else None
+
+
 def times_of(tracks):
     """The stream times of its lines. All have been read by csdtrackdec, or will be: what is none is left out."""
-    with open(tracks, "rb") as file:
-        for line in file:
-            found = re.search(rb'"stream_time":(\d+)', line)
-            if found:
-                yield int(found[1])
+    return filter(lambda time: time is not None, (time_in(text, b"stream_time") for text in texts_of(tracks)))
 
 
 def begin_of(tracks):
     """Stream time and PTS of the first line, None for what is no time. What is wrong with it csdtrackdec says."""
     try:
-        with open(tracks, "rb") as file:
-            line = json.loads(file.readline(LONGEST))
-        times = line.get("stream_time"), line.get("pts")
-    except (OSError, ValueError, AttributeError, RecursionError):
+        first = next(filter(lambda text: text.strip(b" \t\r\n\0"), texts_of(tracks)), b"")
+    except OSError:
         return None, None
-    return tuple(time if type(time) is int and 0 <= time < 1 << 63 else None for time in times)
+    return time_in(first, b"stream_time"), time_in(first, b"pts")
 
 
 def main():

@@ -7,7 +7,7 @@ namespace {
 
 void read(csd::JsonText &json, std::string_view text) {
   try {
-    const csd::TrackLine line = csd::read_frame_line(json, csd::trimmed(text));
+    const csd::TrackLine line = csd::read_track_line(json, csd::line_text(text));
     csd_fuzz::expect(line.tracks.features.size() <= csd::max_line_features);
     csd_fuzz::expect(csd_fuzz::is_utf8(line.source) && csd_fuzz::is_utf8(line.algorithm));
   } catch (const csd::LineError &error) {

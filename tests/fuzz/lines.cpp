@@ -28,7 +28,7 @@ void in_pieces(std::string_view bytes, FuzzedDataProvider &numbers) {
   while (!bytes.empty()) {
     const auto piece = bytes.substr(0, numbers.ConsumeIntegralInRange<std::size_t>(1, 4096));
     bytes.remove_prefix(piece.size());
-    splitter.add(piece, [&](std::string_view line, bool) { csd::read_frame_line(json, csd::trimmed(line)); });
+    splitter.add(piece, [&](std::string_view line, bool) { csd::read_track_line(json, csd::line_text(line)); });
   }
 }
 

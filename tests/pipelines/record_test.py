@@ -242,6 +242,9 @@ import record
                 tracks.write_text(f"{wrong}\n{rest}")
                 self.check_refused(review(video, tracks), 1, f'Line 1 of "{tracks}": ')
                 self.assertIn(words, review(video, tracks).stderr)
+        tracks.write_text(f"\n\0\n{first}\n{rest}")  # blank lines are none, and the next says when it begins
+        said = review(video, tracks)
+        self.assertEqual((said.returncode, said.stderr), (0, ""))
         tracks.write_text("time,pts\n")
         self.check_refused(review(video, tracks), 1, f'review: Line 1 of "{tracks}": is no JSON: ')
         self.assertRegex(review(video, tracks).stderr, ": give a .jsonl file that csdtrackenc wrote\n$")

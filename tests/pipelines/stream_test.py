@@ -90,6 +90,32 @@ class Relay:
         self._client.shutdown(socket.SHUT_RDWR)
 
 
+class Describing:
+    """A server of RTSP that describes its session so, and lets nobody have it."""
+
+    def __init__(self, test, session):
+        self._session = session
+        self._server = socket.create_server(("127.0.0.1", 0))
+        self.url = f"rtsp://127.0.0.1:{self._server.getsockname()[1]}/x"
+        test.addCleanup(self._server.close)
+        threading.Thread(target=self._serve, daemon=True).start()
+
+    def _serve(self):
+        with contextlib.suppress(OSError):  # the end of the test
+            while True:
+                threading.Thread(target=self._answer, args=(self._server.accept()[0],), daemon=True).start()
+
+    def _answer(self, client):
+        with client, client.makefile("rwb") as wire, contextlib.suppress(OSError):
+            while method := wire.readline().split(b" ")[0]:
+                headers = dict(line.strip().split(b": ", 1) for line in iter(wire.readline, b"\r\n"))
+                known = {b"OPTIONS": b"Public: DESCRIBE, SETUP, PLAY, TEARDOWN\r\n\r\n",
+                         b"DESCRIBE": b"Content-Type: application/sdp\r\nContent-Length: %d\r\n\r\n%b" % (len(self._session), self._session)}
+                status = b"200 OK" if method in known else b"404 Not Found"
+                wire.write(b"RTSP/1.0 %b\r\nCSeq: %b\r\n%b" % (status, headers[b"CSeq"], known.get(method, b"\r\n")))
+                wire.flush()
+
+
 class Stream(harness.Case):
     def setUp(self):
         self.sent, self.got = self.tmp / "sent.jsonl", self.tmp / "got.jsonl"
@@ -332,6 +358,14 @@ import stream
             self.assertTrue(b"".join(lines) in sent(), f"{file}: of {len(lines)} lines some were not sent, or not in this order")
         frames = [{line["frame"] for line in harness.read_lines(file, torn=True)} for file in (first, self.got)]
         self.assertTrue(frames[1] - {max(frames[1])} <= frames[0], frames)
+
+    def test_a_server_may_tell_any_caps(self):
+        """They are read in a callback of rtspsrc's, which nothing may leave."""
+        for caps in b"YQ", b"\xc3\xa4":
+            with self.subTest(caps):
+                server = Describing(self, b"v=0\r\no=- 1 1 IN IP4 127.0.0.1\r\ns=x\r\nt=0 0\r\nm=application 0 RTP/AVP 97\r\nc=IN IP4 127.0.0.1\r\n"
+                                    b"a=rtpmap:97 X-GST/90000\r\na=fmtp:97 caps=" + caps + b"\r\na=control:1\r\n")
+                self.check_refused(run("receive", server.url, self.got), 1, "receive: ")
 
     def test_what_is_wrong_is_one_line(self):
         taken = socket.create_server(("127.0.0.1", 0))

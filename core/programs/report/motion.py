@@ -6,14 +6,17 @@ import json
 import math
 import os
 import pathlib
+import re
 import shutil
 import subprocess
+import tempfile
 
 import script
-from failure import Failure
+from failure import Failure, Progress
 
 BYTES = 1 << 19  # a chunk of displacements at least, before base64, unless it is the last
 UNKNOWN = -32768
+REMEDY = "give what csdtrackenc wrote as .jsonl"
 
 
 def program():
@@ -41,29 +44,52 @@ def displacement(path):
 
 
 class Motion:
-    """head: csd-motion's JSON without `series`; chunk_of: feature: number of the chunk with its displacement."""
+    """head: csd-motion's JSON without `series`; chunk_of: feature: number of the chunk with its displacement.
 
-    def __init__(self, tracks_path, folder, page_time, progress):
-        """page_time(s of csd-motion) → s on the page, or None. progress(features done). Raises Failure."""
+    To be entered: then the file has been read and found good. It is csd-motion that judges it, as it does for csd-score and csdtrackdec.
+    """
+
+    def __init__(self, tracks_path, folder, wanted):
+        """`wanted`: tell progress."""
         self.chunk_of = {}
+        self._tracks, self._wanted = tracks_path, wanted
         self._folder, self._members, self._bytes, self._count = folder, [], 0, 0
-        with open(folder / "csd-motion.log", "w+") as log:
-            run = subprocess.Popen([program(), "--json", "--series", str(tracks_path)], stdin=subprocess.DEVNULL,
-                                   stdout=subprocess.PIPE, stderr=log, text=True)
-            try:
-                with run:
-                    head = self._head(run.stdout)
-                    if head:
-                        self._series(run.stdout, page_time, progress)
-            except BaseException:
-                run.kill()
-                raise
-        log = folder / "csd-motion.log"
-        told = log.read_text(errors="replace").splitlines()
-        log.unlink()
-        if run.returncode:
-            raise Failure(told[-1].removeprefix("csd-motion: ") if told else "csd-motion failed")
-        self.head = head
+
+    def __enter__(self):
+        """Raises Failure."""
+        self._log = tempfile.TemporaryFile("w+", errors="replace")  # elsewhere: the disk of the page may be full
+        self._run = subprocess.Popen([program(), "--json", "--series", str(self._tracks)], stdin=subprocess.DEVNULL,
+                                     stdout=subprocess.PIPE, stderr=self._log, text=True)
+        try:
+            with Progress("looking for rhythms (csd-motion)", self._wanted) as progress:
+                progress.show(0)
+                self.head = self._head(self._run.stdout)
+            if self.head is None:
+                self._ended()
+                raise Failure("csd-motion says nothing")
+        except BaseException:
+            self.__exit__(BaseException)
+            raise
+        return self
+
+    def __exit__(self, kind, *_):
+        if kind:
+            self._run.kill()
+        self._run.stdout.close()
+        self._run.wait()
+        self._log.close()
+
+    def _ended(self):
+        if self._run.wait() == 0:
+            return
+        self._log.seek(0)
+        said = (self._log.read().splitlines() or ["csd-motion failed"])[-1].removeprefix("csd-motion: ")
+        raise Failure(f"{said}: {REMEDY}" if re.match(r":\d+: ", said.removeprefix(str(self._tracks))) else said)
+
+    def series(self, page_time, progress):
+        """Leaves the displacements. page_time(s of csd-motion) → s on the page, or None. progress(features done). Raises Failure."""
+        self._series(self._run.stdout, page_time, progress)
+        self._ended()
 
     def _head(self, lines):
         """Up to `series`, which is the last member; its first line, the scene's, is left for _series."""

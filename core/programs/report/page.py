@@ -110,6 +110,11 @@ def umask():
 def fill(folder, parts, source, tracks_path, title, wanted):
     data = folder / "data"
     data.mkdir()
+    with motion.Motion(tracks_path, data, wanted) as moved:
+        return fill_by(moved, folder, data, parts, source, tracks_path, title, wanted)
+
+
+def fill_by(moved, folder, data, parts, source, tracks_path, title, wanted):
     with Progress("reading the tracks", wanted) as progress:
         tracks = track_file.Tracks(tracks_path, data, source.seconds, progress.show)
     aspect, stored = tracks.width / tracks.height, source.width / source.height
@@ -143,10 +148,8 @@ def fill(folder, parts, source, tracks_path, title, wanted):
         return float("nan") if index is None else tracks.times[index] - origin
 
     claimed = sum(any(f.counts[:track_file.CLAIMS]) for f in tracks.features.values())
-    if not claimed:
-        raise Failure(f"'{tracks_path}' claims no position of any feature: there is nothing to show")
-    with Progress("looking for rhythms (csd-motion), writing displacements", wanted) as progress:
-        moved = motion.Motion(tracks_path, data, page_time, lambda done: progress.show(done / claimed))
+    with Progress("writing displacements", wanted) as progress:
+        moved.series(page_time, lambda done: progress.show(done / max(claimed, 1)))
     told = {f["id"]: f for f in moved.head["features"]}
     turned = source.turn % 180 != 0
     picture = (tracks.height, tracks.width) if turned else (tracks.width, tracks.height)

@@ -30,6 +30,15 @@ TEST(TextFile, WholeLinesWithTheirNumbers) {
   EXPECT_THAT(notes, ElementsAre(HasSubstr("f:4: the last line has no newline")));
 }
 
+TEST(TextFile, TheFirstLineIsTheFirstThatIsNotEmpty) {
+  const TestFolder folder;
+  const TextFile blank = read_text_file(folder.write("f", std::string("\r\n\0\0\n \none\ntwo\n", 15)));
+  EXPECT_EQ(blank.first().number, 4u);
+  EXPECT_EQ(blank.first().text, "one");
+  EXPECT_EQ(blank.lines().size(), 2u);
+  EXPECT_EQ(read_text_file(folder.write("torn", "one")).first().text, "one");
+}
+
 TEST(TextFile, AWholeFileHasNoNote) {
   const TestFolder folder;
   std::vector<std::string> notes;

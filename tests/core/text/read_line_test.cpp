@@ -87,6 +87,12 @@ TEST(ReadLine, EachDefectIsNamed) {
   EXPECT_EQ(with("4294967294", "0"), "feature 0 after feature 0");
   EXPECT_EQ(with("false", "0"), "`fresh` is neither true nor false");
   EXPECT_EQ(with("520000000", "-520000000"), "`stream_time` is no whole number from 0");
+  EXPECT_EQ(with("520000000", "4611686018427387903"), "none");
+  EXPECT_EQ(with("520000000", "4611686018427387904"), "`stream_time` is more than 146 years");
+  for (const char *from : {"\"width\":640,", "\"height\":480,"})
+    EXPECT_EQ(with(from, ""), "has no `width` or no `height`");
+  EXPECT_EQ(with("640", "0"), "has no `width` or no `height`");
+  EXPECT_EQ(with("\"height\":480", "\"height\":null"), "has no `width` or no `height`");
   EXPECT_EQ(with("640", "1048577"), "`width` is no whole number from 0 to 1048576");
   EXPECT_EQ(with("größe", std::string(1001, 'x')), "`source` is longer than 1000 bytes");
   EXPECT_EQ(with("\"track\"", "\"truth\""), "a truth's states are tracked, occluded and out, not lost");
@@ -111,7 +117,7 @@ TEST(ReadLine, EachDefectIsNamed) {
 TEST(ReadLine, WhatIsNoJsonIsRefused) {
   EXPECT_EQ(with("12,", "99999999999999999999,"), "is no JSON: a number has more than 19 digits");
   EXPECT_EQ(with("-1,", "-99999999999999999999,"), "is no JSON: a number has more than 19 digits");
-  EXPECT_EQ(with("520000000", "9223372036854775807"), "none");
+  EXPECT_EQ(with("480000000", "9223372036854775807"), "none");
   EXPECT_EQ(with("520000000", "9223372036854775808"), "is no JSON: a whole number of more than 64 bits");
   EXPECT_EQ(with("520000000", "-9223372036854775809"), "is no JSON: a whole number of more than 64 bits");
   EXPECT_EQ(with("520000000", "-9223372036854775808"), "`stream_time` is no whole number from 0");
@@ -137,7 +143,7 @@ TEST(ReadLine, WhatIsNoJsonIsRefused) {
 }
 
 TEST(ReadLine, WhatFillsTheMemoryIsRefused) {
-  std::string many = R"({"schema":1,"role":"track","frame":0,"features":[)";
+  std::string many = R"({"schema":1,"role":"track","frame":0,"width":640,"height":480,"features":[)";
   for (int i = 0; i < 65537; ++i) {
     if (i > 0) many += ',';
     many += R"({"id":)";
@@ -151,6 +157,17 @@ TEST(ReadLine, WhatFillsTheMemoryIsRefused) {
   for (int i = 0; i < 600000; ++i) list += ",0";
   EXPECT_EQ(error_of(list + "]}"), "holds more than 524288 values");
   EXPECT_EQ(error_of(std::string(line) + std::string(8 << 20, ' ')), "is longer than 8 MiB");
+}
+
+TEST(LineText, IsWithoutWhatIsNoText) {
+  EXPECT_EQ(line_text("{ }"), "{ }");
+  EXPECT_EQ(line_text("\xef\xbb\xbf{}\r\n"), "{}");
+  EXPECT_EQ(line_text(" {} \t\r\n"), " {}");
+  EXPECT_EQ(line_text({"{}\0\0\n", 5}), "{}");
+  EXPECT_EQ(line_text({"\0{}\0", 4}), (std::string_view{"\0{}", 3})) << "it is no JSON";
+  EXPECT_EQ(line_text({" \t\r\n\0", 5}), "");
+  EXPECT_EQ(line_text("\xef\xbb\xbf"), "");
+  EXPECT_EQ(line_text(""), "");
 }
 
 TEST(Printable, ControlCharactersAreNotObeyed) {
