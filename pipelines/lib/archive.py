@@ -179,6 +179,8 @@ def compare(options, index, version, text):
             why = f"'{path_shown}' is no UTF-8: rename it"
         elif not found:
             why = f"there is no file '{path}': correct the list, or bring it back"
+        elif not os.path.isfile(path) and not os.path.isdir(path):
+            why = f"'{path}' {command.PIPE}"
         elif not found[0]:
             why = f"'{path}' is empty: copy it again, or remove it"
         else:

@@ -424,6 +424,43 @@ import record
         self.check_refused(done, 1, "record: breaks: the source broke off (Failed after iterations as requested.)\n")
         self.assertEqual(self.check_together(1), 60)
 
+    def test_a_source_that_does_not_heed_its_end(self):
+        """As avdemux_gif: the file is whole all the same."""
+        gif = harness.encode(self.tmp / "endless.gif", (harness.Scene().picture(t) for t in range(20)), "-loop", 0)
+        done = run("--seconds", 1, gif, self.out)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertTrue(frame_times(self.out / "00000.mkv"))
+
+    def test_told_to_end_a_slow_encoder_loses_nothing(self):
+        """It needs longer than the source has to end, and than a pipeline may stand still."""
+        program = """
+import sys, sources
+sources.begin = lambda _: "videotestsrc pattern=black ! video/x-raw,width=160,height=120,framerate=25/1 ! identity name=given ! queue max-size-buffers=40"
+import runner
+make = runner.Gst.parse_launch
+count = 0
+
+def given(*_):
+    global count
+    count += 1
+    return runner.Gst.PadProbeReturn.OK
+
+def slow(text):
+    made = make(text.replace("! x264enc", "! identity sleep-time=80000 ! x264enc"))
+    made.get_by_name("given").get_static_pad("src").add_probe(runner.Gst.PadProbeType.BUFFER, given)
+    return made
+
+runner.Gst.parse_launch = slow
+import record
+print(f"given: {count}")
+"""
+        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--set", "max-features=5", "--seconds", "2", "slow", self.out],
+                              cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=180)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        frames = self.check_together(1)
+        self.assertIn(f"given: {frames}\n", done.stdout)
+        self.assertGreater(frames, 140)  # 11 s of work
+
     def test_a_live_source_that_is_slower_than_it_says(self):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             probe.bind(("127.0.0.1", 0))
