@@ -382,7 +382,7 @@ class Archive(harness.Case):
                                '"$1" --no-install --list "$0"; exit $code', self.out, ARCHIVE, videos],
                               capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300, env=ENVIRONMENT)
         why = f"can't write into '{self.out}' (the disk is full): make room or give another place"
-        self.assertEqual((done.returncode, done.stderr), (1, f"archive: {why}\n"))
+        self.assertEqual((done.returncode, done.stderr), (1, f"archive: ended: 0 of 3 videos are done, the same command does the rest\narchive: {why}\n"))
         self.assertEqual(re.findall(r"^unfinished +1  (.*)$", done.stdout, re.M), [f"a.mkv: {why}", "b.mkv: not yet tracked", "c.mkv: not yet tracked"])
 
     def test_a_video_that_is_gone(self):
