@@ -28,7 +28,8 @@ from caps import first_structure
 EPILOG = sources.LISTED + """
 OUT is a folder; it gets 00000.mkv, 00001.mkv, … and beside each its tracks: 00000.jsonl holds a line of JSON for each frame of 00000.mkv
 (docs/metadata.md). The files' times go on from one to the next, and a line's stream_time is its frame's. Numbers go on where OUT or DIR has
-some: nothing is overwritten. Another recorder can't work in OUT or DIR at the same time: it is refused, and told whose they are.
+some: nothing is overwritten. A picture that changes its size begins a new file. Another recorder can't work in OUT or DIR at the same time: it is
+refused, and told whose they are.
 
 A file is recorded as fast as that goes, any other source as its pictures come.
 
@@ -305,6 +306,25 @@ def crop_to_even(runner, run, source):
     before.get_static_pad("sink").add_probe(Gst.PadProbeType.EVENT_DOWNSTREAM, look)
 
 
+def say_changes(runner, pad, source):
+    """Of the encoded picture's caps: a Matroska file holds one size and one form only."""
+    before = None
+
+    def look(_pad, info):
+        nonlocal before
+        if info.get_event().type == runner.Gst.EventType.CAPS:
+            caps = info.get_event().parse_caps().copy()
+            what = first_structure(caps)
+            size = what.get_int("width")[1], what.get_int("height")[1]
+            if before and not before[0].is_equal(caps):
+                form = f"size is {size[0]}×{size[1]} now" if size != before[1] else "form changes"
+                command.told(f"record: {source}: the picture's {form}: a new file begins", sys.stderr)
+            before = caps, size
+        return runner.Gst.PadProbeReturn.OK
+
+    pad.add_probe(runner.Gst.PadProbeType.EVENT_DOWNSTREAM, look)
+
+
 def first_number(out, tracks):
     files = [*out.glob("*.mkv"), *tracks.glob("*.jsonl")]
     numbers = [int(path.stem) for path in files if path.stem.isdecimal() and path.is_file()]
@@ -370,14 +390,18 @@ def record(options, begin, tracks):
         return Gst.PadProbeReturn.OK
 
     files.get_static_pad("video").add_probe(Gst.PadProbeType.BUFFER, group)
+    say_changes(runner, files.get_static_pad("video"), options.source)
 
-    def opened(_, message):
-        what = message.get_structure()
-        if message.type == Gst.MessageType.ELEMENT and what.get_name() == "splitmuxsink-fragment-opened":
+    def heard(_, message):
+        if message.type == Gst.MessageType.ELEMENT and message.get_structure().get_name() == "splitmuxsink-fragment-opened":
+            what = message.get_structure()
             sidecar.opened(what.get_value("running-time"), what.get_value("location"))
+        # Said by matroskamux. splitmuxsink begins a new file then, but the message is out.
+        elif message.type == Gst.MessageType.ERROR and "Caps changes are not supported" in (message.parse_error()[1] or ""):
+            return Gst.BusSyncReply.DROP
         return Gst.BusSyncReply.PASS
 
-    run.pipeline.get_bus().set_sync_handler(opened)
+    run.pipeline.get_bus().set_sync_handler(heard)
 
     # These play from the start: in preroll they would keep the queues before them full, and the decoder waiting for ever, whose ALLOCATION
     # query waits for the queues to be empty. avdec_h264 asks after some frames where the width is no multiple of 16.

@@ -129,6 +129,29 @@ class Record(harness.Case):
                 came, recorded = (cv2.VideoCapture(str(path)).read()[1].astype(int) for path in (video, self.out / "00000.mkv"))
                 self.assertLess(abs(recorded - came[:size[1], :size[0]]).mean(), 8)
 
+    def test_a_picture_that_changes_its_size(self):
+        """Also in the middle of a segment, to an odd size, and for a frame only. Of another form it wants a file of its own, too."""
+        parts = ((60, "I420", 320, 240), (7, "I420", 161, 121), (1, "I420", 320, 240), (30, "I420", 160, 120), (20, "Y444", 160, 120))
+        program = f"""
+import sys, sources
+sources.begin = lambda _: " ".join("videotestsrc num-buffers={{}} ! video/x-raw,format={{}},width={{}},height={{}},framerate=25/1 ! parts.".format(*part)
+                                   for part in {parts}) + " concat name=parts"
+import record
+"""
+        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--set", "max-features=5", "--segment", "2", "changes", self.out],
+                              cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=180)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([line.removeprefix("record: changes: ") for line in done.stderr.splitlines() if "odd" not in line and "even" not in line],
+                         [f"the picture's {what}: a new file begins" for what in ("size is 160×120 now", "size is 320×240 now", "size is 160×120 now",
+                                                                                  "form changes")])
+        self.assertEqual(self.check_together(6), 118)
+        videos = sorted(self.out.glob("*.mkv"))
+        self.assertEqual([len(frame_times(video)) for video in videos], [50, 10, 7, 1, 30, 20])
+        self.assertEqual([{(line["width"], line["height"]) for line in harness.read_lines(video.with_suffix(".jsonl"))} for video in videos],
+                         [{size} for size in ((320, 240), (320, 240), (160, 120), (320, 240), (160, 120), (160, 120))])
+        self.assertEqual([harness.decoded_frames(video) for video in videos], [50, 10, 7, 1, 30, 20])
+        self.assertEqual(review(videos[2]).stderr, "")
+
     def start(self, *arguments):
         recorder = subprocess.Popen([RECORD, "--no-install", *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                     stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
