@@ -22,6 +22,7 @@ import threading
 import time
 
 import command
+import even
 import sources
 from caps import first_structure
 
@@ -46,8 +47,6 @@ Exit code: 0 if all was recorded, 1 if not, or if the source broke off (one line
 LATENCY = 5  # seconds of raw video that may wait for the encoder's look-ahead (2 s) and a busy disk
 WAITING = 3000  # lines that may wait for a busy disk: two minutes of a camera, some 10 MB
 PATIENCE = 10  # seconds with such a disk, when all else is written
-# Of what x264enc takes: columns and rows that share a colour.
-HALVED = {"I420": (2, 2), "YV12": (2, 2), "NV12": (2, 2), "I420_10LE": (2, 2), "Y42B": (2, 1), "I422_10LE": (2, 1)}
 
 
 def parse(arguments):
@@ -276,36 +275,6 @@ class Pace:
                          "it is too slow, or this machine", sys.stdout)
 
 
-def crop_to_even(runner, run, source):
-    """x264enc takes 4:2:0 and 4:2:2 as they are, but of even sizes only. So the last column or row is left out before the picture is recorded and
-    tracked: csdtrackdec wants lines of the picture that it shows. All else videoconvert makes 4:4:4, of which any size will do."""
-    Gst, before, after, crop = runner.Gst, run.element("single"), run.element("in"), run.element("crop")
-
-    def look(pad, info):
-        event = info.get_event()
-        if event.type != Gst.EventType.CAPS:
-            return Gst.PadProbeReturn.OK
-        caps = first_structure(event.parse_caps())
-        width, height = caps.get_int("width")[1], caps.get_int("height")[1]
-        across, down = HALVED.get(caps.get_string("format"), (1, 1))
-        right, bottom = width % across, height % down
-        # Not in between from the start: videocrop 1.22 refuses P010 and others, even if it has nothing to do.
-        if (right or bottom) and crop.get_static_pad("sink").get_peer() is None:
-            before.unlink(after)
-            before.link(crop)
-            crop.link(after)
-        if (right, bottom) == (crop.get_property("right"), crop.get_property("bottom")):
-            return Gst.PadProbeReturn.OK
-        crop.set_property("right", right)
-        crop.set_property("bottom", bottom)
-        if right or bottom:
-            gone = "column and row are" if right and bottom else "column is" if right else "row is"
-            command.told(f"record: {source}: {width}×{height} is no even size, which H.264 wants: the last {gone} left out", sys.stderr)
-        return Gst.PadProbeReturn.OK
-
-    before.get_static_pad("sink").add_probe(Gst.PadProbeType.EVENT_DOWNSTREAM, look)
-
-
 def say_changes(runner, pad, source):
     """Of the encoded picture's caps: a Matroska file holds one size and one form only."""
     before = None
@@ -350,7 +319,7 @@ def record(options, begin, tracks):
     # A file needs no buffer model, and with one x264's threads make the bits depend on how busy the machine is.
     encoder = f"x264enc speed-preset=veryfast bitrate={options.bitrate} vbv-buf-capacity=0 key-int-max=50"
     # single-segment: frames and lines have the times of the files, which count from the start of the recording. Those of RTSP begin elsewhere.
-    text = f"{begin} ! identity name=single single-segment=true ! tee name=in videocrop name=crop " \
+    text = f"{begin} ! identity name=single single-segment=true ! tee name=in {even.CROP} " \
            f"in. ! {bounded} name=raw ! videoconvert ! {encoder} ! h264parse ! " \
            f"splitmuxsink name=files muxer=matroskamux max-size-time={round(options.segment * 1e9)} " \
            f"in. ! {command.FRAMES} name=look ! csdtrack name=csdtrack ! tee name=t " \
@@ -360,7 +329,7 @@ def record(options, begin, tracks):
     run = runner.Run("record", text)
     track, files = run.element("csdtrack"), run.element("files")
     runner.configure(track, options.preset, {"overlay": "draw" if options.display else "none"}, options.set)
-    crop_to_even(runner, run, options.source)
+    even.crop(Gst, run, "record", options.source, "single", "in")
     pace = Pace(runner, run.element("in").get_static_pad("sink"))
     window = Window(runner, options.display) if options.display else None
     made = Files(options.out, first_number(options.out, tracks))

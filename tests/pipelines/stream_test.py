@@ -197,6 +197,22 @@ import stream
         self.assertEqual(len(seen["plain"]), 50)
         self.assertEqual(seen["tracked"], seen["plain"])
 
+    def test_sizes_that_are_not_even(self):
+        """Served is 4:2:0, of whatever comes."""
+        program = """
+import sys, sources
+sources.begin = lambda kind: f"videotestsrc num-buffers=10 ! video/x-raw,format={kind},width=161,height=121"
+import stream
+"""
+        for kind in "I420", "Y444", "P010_10LE":  # the last is none that videocrop takes
+            with self.subTest(kind):
+                self.sent.unlink(missing_ok=True)
+                done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--port", "0", "--tracks", self.sent, kind], cwd=SOURCE / "pipelines" / "lib",
+                                      capture_output=True, text=True, timeout=120, env=ENVIRONMENT)
+                self.assertEqual((done.returncode, done.stderr),
+                                 (0, f"stream: {kind}: 161×121 is no even size, which H.264 wants: the last column and row are left out\n"))
+                self.assertEqual([(line["width"], line["height"]) for line in harness.read_lines(self.sent)], [(160, 120)] * 10)
+
     def test_who_receives_may_be_there_first(self):
         port = free_port()
         receiver = self.start(*command("receive", "--seconds", 1, f"rtsp://127.0.0.1:{port}/csdtrack", self.got))
