@@ -370,6 +370,25 @@ class Archive(harness.Case):
         self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
         self.assertEqual(list(self.out.glob(".*.unfinished")), [])
 
+    def test_a_job_that_was_left_alone_is_named(self):
+        videos = self.copy()
+        shutil.copy(self.long, videos)
+        process = start(*FEW, videos, self.out)
+        job = machines.job_at_work(self.out, "long.mkv")
+        self.hold(job)
+        process.kill()
+        process.communicate()
+        self.refused(videos)
+        os.kill(job, signal.SIGCONT)  # one that stands still is told to hang up when the leader of its session is gone
+        os.kill(int(self.kill), signal.SIGKILL)
+        machines.wait(lambda: not pathlib.Path(f"/proc/{self.kill}").exists())
+        os.kill(job, signal.SIGSTOP)
+        self.assertIn("/archive_job.py\0", self.refused(videos))
+        self.assertEqual(int(self.kill), job)
+        os.kill(job, signal.SIGKILL)
+        machines.wait(lambda: not pathlib.Path(f"/proc/{job}").exists())
+        self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
+
     def test_a_full_disk_ends_it(self):
         videos = self.copy()
         for name in ("a.mkv", "b.mkv", "c.mkv"):

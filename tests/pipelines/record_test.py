@@ -372,14 +372,17 @@ import record
 
     @unittest.skipUnless(os.geteuid() == 0, "mounting wants root")
     def test_a_full_disk_is_named(self):
+        """Be it full of what was recorded, or of files."""
         disk = self.tmp / "disk"
         disk.mkdir()
-        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", disk], capture_output=True).returncode:
-            raise unittest.SkipTest("mounting is not allowed here")
-        try:
-            self.check_refused(run("--tracks", self.out, self.video, disk / "x"), 1, f"record: can't write into '{disk}/x/00000.mkv' (the disk is full)")
-        finally:
-            subprocess.run(["umount", disk], check=True)
+        for size, name in (("64k", "00000"), ("8m,nr_inodes=3", "00001")):  # with the lock a third
+            if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", disk], capture_output=True).returncode:
+                raise unittest.SkipTest("mounting is not allowed here")
+            try:
+                done = run("--segment", 2, "--tracks", self.out / name, self.video, disk)
+                self.check_refused(done, 1, f"record: can't write into '{disk}/{name}.mkv' (the disk is full): make room or give another place\n")
+            finally:
+                subprocess.run(["umount", disk], check=True)
 
     SHORTAGE = re.compile(r"^the source gave (\d+) frames in ([\d.]+) s, (\d+) were due at its 25 a second: .*$", re.M)
 
