@@ -179,6 +179,8 @@ def compare(options, index, version, text):
             why = f"'{path_shown}' is no UTF-8: rename it"
         elif not found:
             why = f"there is no file '{path}': correct the list, or bring it back"
+        elif not os.path.isfile(path) and not os.path.isdir(path):
+            why = f"'{path}' {command.PIPE}"
         elif not found[0]:
             why = f"'{path}' is empty: copy it again, or remove it"
         else:
@@ -377,7 +379,7 @@ def run(options, own, locked, version, text, properties, begun):
         index.put(index.rows[command.plain(jobs[number]["name"])] | {"error": why[number]} for number in gatherer.open & why.keys())
         if ended and not gatherer.open:
             ended = None  # it came too late: the last line couldn't be read, say
-        if isinstance(ended, KeyboardInterrupt) and left is None:
+        if ended and not left:
             done = sum(index.rows[name]["status"] == "done" for name in names)
             say(f"ended: {done} of {len(names)} videos are done, the same command does the rest")
         if ended:

@@ -59,6 +59,9 @@ def check_name(text):
         raise Misuse(f"'{plain(text)}' is no UTF-8, and from Python GStreamer takes no other names: rename it")
 
 
+PIPE = "is no file but a pipe or a device: save it as a file first"  # after what was to be read, more than once or out of order
+
+
 def options(parse):
     """The arguments as `parse` reads them. With --check first, that is all: the program ends."""
     for word in sys.argv[1:]:

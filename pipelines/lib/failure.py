@@ -40,6 +40,8 @@ NO_VIDEO = "isn't a video that GStreamer knows: give a video file"  # after what
 def of_filesink(place, error, debug):
     """What to raise over a filesink's error; `place`: what the user calls where it writes."""
     from gi.repository import Gst
-    if error.matches(Gst.ResourceError.quark(), Gst.ResourceError.NO_SPACE_LEFT) or os.strerror(errno.EDQUOT) in (debug or ""):
+    # NO_SPACE_LEFT is what it says while it writes. Of a file that it can't even make, and of a quota, the system's words tell.
+    said = (os.strerror(errno.ENOSPC), os.strerror(errno.EDQUOT))
+    if error.matches(Gst.ResourceError.quark(), Gst.ResourceError.NO_SPACE_LEFT) or any(text in (debug or "") for text in said):
         return Full(place)
     return Failure(f"can't write into '{place}' ({' '.join(error.message.split()).rstrip('.')}): give another place")

@@ -4,6 +4,7 @@
 VIDEO may be --simulate and three PROPERTY=VALUE of csdsimsrc; or quickstart.py --properties"""
 
 import contextlib
+import io
 import os
 import pathlib
 import shutil
@@ -37,6 +38,10 @@ def unfinished(out):
                 path.rmdir()
 
 
+def interrupted(*_):
+    raise KeyboardInterrupt
+
+
 def main():
     if sys.argv[1:] == ["--properties"]:
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # | head is no error
@@ -49,6 +54,9 @@ def main():
     else:
         source, rest = pathlib.Path(sys.argv[1]), sys.argv[2:]
     out = pathlib.Path(rest[0])
+    for number in (signal.SIGTERM, signal.SIGHUP):  # until the job runs, which ends in its own way
+        if signal.getsignal(number) != signal.SIG_IGN:  # nohup
+            signal.signal(number, interrupted)
     with unfinished(out) as folder:
         job = tracking.Job(source, out, folder, rest[1:])
         with report.Progress(source.name) as progress:
@@ -61,15 +69,17 @@ def main():
             else:  # no preview: that of another run must not seem to belong to this one
                 (out / name).unlink(missing_ok=True)
     for text in filter(None, (*job.warnings, job.cut_short)):
-        print(f"quickstart: {text}", file=sys.stderr)
+        command.told(f"quickstart: {text}", sys.stderr)
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
-    report.table(job, out)
+    with contextlib.redirect_stdout(io.StringIO()) as table:
+        report.table(job, out)
+    command.told(table.getvalue(), sys.stdout, end="")
 
 
 try:
     main()
 except Failure as failure:
-    print(f"quickstart: {failure}", file=sys.stderr)
+    command.told(f"quickstart: {failure}", sys.stderr)
     sys.exit(failure.code)
 except KeyboardInterrupt:  # before there was anything to end properly
     sys.exit(130)

@@ -22,13 +22,15 @@ import threading
 import time
 
 import command
+import even
 import sources
 from caps import first_structure
 
 EPILOG = sources.LISTED + """
 OUT is a folder; it gets 00000.mkv, 00001.mkv, … and beside each its tracks: 00000.jsonl holds a line of JSON for each frame of 00000.mkv
 (docs/metadata.md). The files' times go on from one to the next, and a line's stream_time is its frame's. Numbers go on where OUT or DIR has
-some: nothing is overwritten. Another recorder can't work in OUT or DIR at the same time: it is refused, and told whose they are.
+some: nothing is overwritten. A picture that changes its size begins a new file. Another recorder can't work in OUT or DIR at the same time: it is
+refused, and told whose they are.
 
 A file is recorded as fast as that goes, any other source as its pictures come.
 
@@ -45,8 +47,6 @@ Exit code: 0 if all was recorded, 1 if not, or if the source broke off (one line
 LATENCY = 5  # seconds of raw video that may wait for the encoder's look-ahead (2 s) and a busy disk
 WAITING = 3000  # lines that may wait for a busy disk: two minutes of a camera, some 10 MB
 PATIENCE = 10  # seconds with such a disk, when all else is written
-# Of what x264enc takes: columns and rows that share a colour.
-HALVED = {"I420": (2, 2), "YV12": (2, 2), "NV12": (2, 2), "I420_10LE": (2, 2), "Y42B": (2, 1), "I422_10LE": (2, 1)}
 
 
 def parse(arguments):
@@ -275,34 +275,23 @@ class Pace:
                          "it is too slow, or this machine", sys.stdout)
 
 
-def crop_to_even(runner, run, source):
-    """x264enc takes 4:2:0 and 4:2:2 as they are, but of even sizes only. So the last column or row is left out before the picture is recorded and
-    tracked: csdtrackdec wants lines of the picture that it shows. All else videoconvert makes 4:4:4, of which any size will do."""
-    Gst, before, after, crop = runner.Gst, run.element("single"), run.element("in"), run.element("crop")
+def say_changes(runner, pad, source):
+    """Of the encoded picture's caps: a Matroska file holds one size and one form only."""
+    before = None
 
-    def look(pad, info):
-        event = info.get_event()
-        if event.type != Gst.EventType.CAPS:
-            return Gst.PadProbeReturn.OK
-        caps = first_structure(event.parse_caps())
-        width, height = caps.get_int("width")[1], caps.get_int("height")[1]
-        across, down = HALVED.get(caps.get_string("format"), (1, 1))
-        right, bottom = width % across, height % down
-        # Not in between from the start: videocrop 1.22 refuses P010 and others, even if it has nothing to do.
-        if (right or bottom) and crop.get_static_pad("sink").get_peer() is None:
-            before.unlink(after)
-            before.link(crop)
-            crop.link(after)
-        if (right, bottom) == (crop.get_property("right"), crop.get_property("bottom")):
-            return Gst.PadProbeReturn.OK
-        crop.set_property("right", right)
-        crop.set_property("bottom", bottom)
-        if right or bottom:
-            gone = "column and row are" if right and bottom else "column is" if right else "row is"
-            command.told(f"record: {source}: {width}×{height} is no even size, which H.264 wants: the last {gone} left out", sys.stderr)
-        return Gst.PadProbeReturn.OK
+    def look(_pad, info):
+        nonlocal before
+        if info.get_event().type == runner.Gst.EventType.CAPS:
+            caps = info.get_event().parse_caps().copy()
+            what = first_structure(caps)
+            size = what.get_int("width")[1], what.get_int("height")[1]
+            if before and not before[0].is_equal(caps):
+                form = f"size is {size[0]}×{size[1]} now" if size != before[1] else "form changes"
+                command.told(f"record: {source}: the picture's {form}: a new file begins", sys.stderr)
+            before = caps, size
+        return runner.Gst.PadProbeReturn.OK
 
-    before.get_static_pad("sink").add_probe(Gst.PadProbeType.EVENT_DOWNSTREAM, look)
+    pad.add_probe(runner.Gst.PadProbeType.EVENT_DOWNSTREAM, look)
 
 
 def first_number(out, tracks):
@@ -330,7 +319,7 @@ def record(options, begin, tracks):
     # A file needs no buffer model, and with one x264's threads make the bits depend on how busy the machine is.
     encoder = f"x264enc speed-preset=veryfast bitrate={options.bitrate} vbv-buf-capacity=0 key-int-max=50"
     # single-segment: frames and lines have the times of the files, which count from the start of the recording. Those of RTSP begin elsewhere.
-    text = f"{begin} ! identity name=single single-segment=true ! tee name=in videocrop name=crop " \
+    text = f"{begin} ! identity name=single single-segment=true ! tee name=in {even.CROP} " \
            f"in. ! {bounded} name=raw ! videoconvert ! {encoder} ! h264parse ! " \
            f"splitmuxsink name=files muxer=matroskamux max-size-time={round(options.segment * 1e9)} " \
            f"in. ! {command.FRAMES} name=look ! csdtrack name=csdtrack ! tee name=t " \
@@ -340,7 +329,7 @@ def record(options, begin, tracks):
     run = runner.Run("record", text)
     track, files = run.element("csdtrack"), run.element("files")
     runner.configure(track, options.preset, {"overlay": "draw" if options.display else "none"}, options.set)
-    crop_to_even(runner, run, options.source)
+    even.crop(Gst, run, "record", options.source, "single", "in")
     pace = Pace(runner, run.element("in").get_static_pad("sink"))
     window = Window(runner, options.display) if options.display else None
     made = Files(options.out, first_number(options.out, tracks))
@@ -370,14 +359,18 @@ def record(options, begin, tracks):
         return Gst.PadProbeReturn.OK
 
     files.get_static_pad("video").add_probe(Gst.PadProbeType.BUFFER, group)
+    say_changes(runner, files.get_static_pad("video"), options.source)
 
-    def opened(_, message):
-        what = message.get_structure()
-        if message.type == Gst.MessageType.ELEMENT and what.get_name() == "splitmuxsink-fragment-opened":
+    def heard(_, message):
+        if message.type == Gst.MessageType.ELEMENT and message.get_structure().get_name() == "splitmuxsink-fragment-opened":
+            what = message.get_structure()
             sidecar.opened(what.get_value("running-time"), what.get_value("location"))
+        # Said by matroskamux. splitmuxsink begins a new file then, but the message is out.
+        elif message.type == Gst.MessageType.ERROR and "Caps changes are not supported" in (message.parse_error()[1] or ""):
+            return Gst.BusSyncReply.DROP
         return Gst.BusSyncReply.PASS
 
-    run.pipeline.get_bus().set_sync_handler(opened)
+    run.pipeline.get_bus().set_sync_handler(heard)
 
     # These play from the start: in preroll they would keep the queues before them full, and the decoder waiting for ever, whose ALLOCATION
     # query waits for the queues to be empty. avdec_h264 asks after some frames where the width is no multiple of 16.

@@ -10,6 +10,8 @@ import sys
 import textwrap
 import time
 
+import command
+
 STATES = {  # and how overlay.mp4 shows them
     "learning": "yellow diamond",
     "tracked": "blue circle",
@@ -42,12 +44,12 @@ class Progress:
 
     def __enter__(self):
         if not self._bar:
-            print(f"tracking {self._name}", file=sys.stderr)
+            command.told(f"tracking {self._name}", sys.stderr)
         return self
 
     def __exit__(self, *_):
         if self._bar:
-            print("\r\033[K", end="", file=sys.stderr, flush=True)
+            command.told("\r\033[K", sys.stderr, end="")
 
     def show(self, share, frames):
         """share: of the video done, 0…1, or None if its length is unknown."""
@@ -61,7 +63,7 @@ class Progress:
     def done(self, frames):
         self._print(1, frames, f", took {clock(time.monotonic() - self._started)}")
         if self._bar:
-            print(file=sys.stderr)
+            command.told("", sys.stderr)
 
     def _print(self, share, frames, rest):
         fps = frames / max(1e-3, time.monotonic() - self._started)
@@ -69,10 +71,10 @@ class Progress:
         percent = "" if share is None else f"{int(100 * share):3} %"
         if self._bar:
             bar = "?" * self.WIDTH if share is None else ("#" * int(share * self.WIDTH)).ljust(self.WIDTH, ".")
-            print(f"\r\033[K[{bar}] {percent}  {speed}", end="", file=sys.stderr, flush=True)
+            command.told(f"\r\033[K[{bar}] {percent}  {speed}", sys.stderr, end="")
         elif share is not None and int(share * 4) > self._told:
             self._told = int(share * 4)
-            print(f"  {percent} ({speed})", file=sys.stderr, flush=True)
+            command.told(f"  {percent} ({speed})", sys.stderr)
 
 
 def clock(seconds):
@@ -84,7 +86,7 @@ def preview(out, frames):
     """Six frames of overlay.mp4, evenly spread, as one picture. Chosen by number, so that a video without timestamps works
     too."""
     if not shutil.which("ffmpeg"):
-        print("quickstart: no preview.png: there is no ffmpeg", file=sys.stderr)
+        command.told("quickstart: no preview.png: there is no ffmpeg", sys.stderr)
         return
     count = min(PREVIEW_FRAMES, frames)
     chosen = [(2 * i + 1) * frames // (2 * count) for i in range(count)]
@@ -102,7 +104,7 @@ def preview(out, frames):
     if done.returncode:
         (out / "preview.png").unlink(missing_ok=True)  # torn, on a full disk
         why = done.stderr.strip().splitlines() or ["ffmpeg failed"]
-        print(f"quickstart: no preview.png: {why[-1]}", file=sys.stderr)
+        command.told(f"quickstart: no preview.png: {why[-1]}", sys.stderr)
 
 
 def page(job, folder, out):
@@ -113,7 +115,7 @@ def page(job, folder, out):
     if done.returncode:
         why = done.stderr.strip().splitlines() or ["ended early"]
         # The folder is still an unfinished one, whose name is nobody's business.
-        print(f"quickstart: no page: {why[-1].removeprefix('csd-report: ').replace(f'{folder}/', '')}", file=sys.stderr)
+        command.told(f"quickstart: no page: {why[-1].removeprefix('csd-report: ').replace(f'{folder}/', '')}", sys.stderr)
         if (out / "data" / "index.js").is_file():  # that of another run must not seem to belong to this one
             shutil.rmtree(out)
 

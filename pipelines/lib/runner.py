@@ -4,6 +4,7 @@
 import re
 import signal
 import sys
+import threading
 import time
 
 import gi
@@ -22,7 +23,8 @@ Gst.init(None)
 GONE = ("The server closed the connection",)
 LOST = ("Could not receive message", "Could not connect to server")
 
-END = 10  # seconds for what is in the pipeline to be written, once it was told to end
+PATIENCE = 3  # seconds for the source to end, once it was told to
+END = 10  # seconds in which nothing has moved, after which what is still in the pipeline is given up
 
 
 def configure(track, preset, properties, wished):
@@ -121,12 +123,51 @@ class Run:
             raise command.Failure(self._failure)
 
     def end(self):
-        """What is in the pipeline is still written. Again: at once."""
-        self.ending = self.ending or time.monotonic()
-        if not self.pipeline.send_event(Gst.Event.new_eos()):
-            self._loop.quit()
-        GLib.timeout_add_seconds(END, self._loop.quit)
+        """The source ends. What has come from it is still written, however long that takes."""
+        if not self.ending:
+            self.ending = time.monotonic()
+            self._drain()
+            if not self.pipeline.send_event(Gst.Event.new_eos()):
+                self._loop.quit()
+            GLib.timeout_add_seconds(PATIENCE, self._cut)
         return GLib.SOURCE_REMOVE
+
+    def _elements(self):
+        """All that are no bins."""
+        found = []
+        self.pipeline.iterate_recurse().foreach(lambda element: isinstance(element, Gst.Bin) or found.append(element))
+        return found
+
+    def _cut(self):
+        """A source that doesn't heed its end (avdemux_gif seeks none, it reads on for ever) is cut off where it gives buffers away: what it has
+        given is not lost. It is what nothing pushes buffers into: a source, or a demuxer that fetches them."""
+        for element in self._elements():
+            if all(pad.mode == Gst.PadMode.PULL for pad in element.sinkpads):
+                for pad in element.srcpads:
+                    if pad.mode == Gst.PadMode.PUSH and not pad.get_sticky_event(Gst.EventType.EOS, 0):
+                        # It waits until the buffer is taken that is just given away.
+                        threading.Thread(target=pad.push_event, args=(Gst.Event.new_eos(),), daemon=True).start()
+        return GLib.SOURCE_REMOVE
+
+    def _drain(self):
+        """Waits for the end as long as something moves: a slow encoder is waited for, a disk that stands still is not."""
+        moved = time.monotonic()
+
+        def move(*_):
+            nonlocal moved
+            moved = time.monotonic()
+            return Gst.PadProbeReturn.OK
+
+        def look():
+            if time.monotonic() - moved < END:
+                return GLib.SOURCE_CONTINUE
+            self._loop.quit()
+            return GLib.SOURCE_REMOVE
+
+        for element in self._elements():
+            for pad in element.sinkpads:
+                pad.add_probe(Gst.PadProbeType.BUFFER | Gst.PadProbeType.BUFFER_LIST, move)
+        GLib.timeout_add_seconds(1, look)
 
     def _tell(self):
         self.told = True
@@ -163,12 +204,20 @@ class Run:
             if says(debug, GONE):
                 if not self.frames:
                     self.fail("the connection ended before a picture came")
+            elif warning.matches(Gst.ParseError.quark(), Gst.ParseError.DELAYED_LINK) and not self.frames:
+                self._no_picture(message.src)
             elif warning.matches(Gst.StreamError.quark(), Gst.StreamError.CODEC_NOT_FOUND) and not re.search("'(video|image)/", text):
                 pass  # sound and the like, which nobody asked for
             # Once: a window that is too slow says every second that it is.
             elif text not in self.warnings:
                 self.warnings.add(text)
                 command.told(f"{self._name}: warning: {text}", sys.stderr)
+
+    def _no_picture(self, decoder):
+        """Of what this decodebin has found nothing could be linked."""
+        source = decoder.sinkpads and decoder.sinkpads[0].get_peer().get_parent_element()
+        place = source.get_property("location") if source and source.find_property("location") else self._source
+        self.fail(f"'{place}' has no picture in it that can be decoded here: give a video", sources_fault=False)
 
     def _error(self, element, error, debug):
         text = one_line(error.message)
@@ -181,7 +230,7 @@ class Run:
         elif self.frames and (says(debug, LOST) or self._before(element)):
             # The end of the stream follows behind what is still on its way.
             self._failure = f"{self._source}: the {'connection was lost' if says(debug, LOST) else f'source broke off ({text})'}"
-            GLib.timeout_add_seconds(END, self._loop.quit)
+            self._drain()
         elif says(text, self._harmless):
             self._loop.quit()
         elif no_video(error):

@@ -22,6 +22,8 @@ SOURCE is one of
 def begin(text):
     """The begin of the pipeline, up to raw video. Raises command.Failure, and command.Misuse of what is no source anywhere."""
     kind, _, rest = text.partition(":")
+    if os.path.exists(text) and stat.S_ISFIFO(os.stat(text).st_mode):  # also /dev/fd/63, as bash calls <(…)
+        raise command.Failure(f"'{text}' {command.PIPE}")
     if text.startswith("/dev/"):
         if not os.path.exists(text):
             there = sorted(str(p) for p in pathlib.Path("/dev").glob("video*"))

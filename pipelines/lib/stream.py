@@ -17,6 +17,7 @@ import sys
 import threading
 
 import command
+import even
 import sources
 
 EPILOG = sources.LISTED + """
@@ -172,7 +173,7 @@ def main():
     from gi.repository import GstRtspServer, GstVideo
     sink = "appsink sync=true emit-signals=true max-buffers=3"
     # Frames are dropped before tracking only (`in`, if the source is live): each frame behind it has its line.
-    text = f"{begin} ! {command.FRAMES} name=in ! csdtrack name=csdtrack ! tee name=t " \
+    text = f"{begin} ! identity name=came ! {command.FRAMES} name=in {even.CROP} in. ! csdtrack name=csdtrack ! tee name=t " \
            f"t. ! {command.FRAMES} ! videoconvert ! x264enc tune=zerolatency speed-preset=veryfast bitrate={options.bitrate} key-int-max={KEYFRAMES} ! " \
            f"video/x-h264,profile=main ! h264parse config-interval=-1 ! video/x-h264,stream-format=byte-stream,alignment=au ! {sink} name=video " \
            f"t. ! {command.FRAMES} ! tee name=l l. ! csdtrackenc ! {'meta/x-klv' if options.klv else 'application/x-ndjson'} ! {sink} name=tracks"
@@ -181,6 +182,7 @@ def main():
     run = runner.Run("stream", text)
     track = run.element("csdtrack")
     runner.configure(track, options.preset, {"overlay": "draw" if options.overlay else "none"}, options.set)
+    even.crop(Gst, run, "stream", options.source, "came", "in", lambda _: (2, 2))  # profile=main is 4:2:0, whatever comes
 
     def ask_keyframe():
         run.element("video").get_static_pad("sink").push_event(GstVideo.video_event_new_upstream_force_key_unit(Gst.CLOCK_TIME_NONE, True, 0))

@@ -269,8 +269,9 @@ class Job:
         bus = self.pipeline.get_bus()
         bus.add_signal_watch()
         bus.connect("message", self._message)
-        for number in (signal.SIGINT, signal.SIGTERM):
-            GLib.unix_signal_add(GLib.PRIORITY_DEFAULT, number, self._interrupted)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:  # nohup
+                GLib.unix_signal_add(GLib.PRIORITY_DEFAULT, number, self._interrupted)
         GLib.timeout_add(200, self._tick, progress)
         self._started = started = time.monotonic()
         self.pipeline.set_state(Gst.State.PLAYING)

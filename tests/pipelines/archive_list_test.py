@@ -87,6 +87,13 @@ class List(harness.Case):
         self.check_refused(run(self.videos, "new", cwd=bad), 2, f"archive: '{self.home}/b\\xe9d/new' is no UTF-8, ")
         self.assertEqual([path.name for path in bad.iterdir()], ["two.mkv"])
 
+    def test_sound_and_pipes_are_named(self):
+        harness.play(f"audiotestsrc num-buffers=20 ! wavenc ! filesink location={self.videos}/sound.mkv")
+        os.mkfifo(self.videos / "pipe.mkv")
+        done = run(self.videos, self.out)
+        self.assertIn(f"failed: pipe.mkv: '{self.videos}/pipe.mkv' is no file but a pipe", done.stdout)
+        self.assertIn(f"failed: sound.mkv: '{self.videos}/sound.mkv' has no picture in it", done.stdout)
+
     def test_a_run_that_can_not_begin_leaves_nothing(self):
         out = self.home / "deep" / "out"
 

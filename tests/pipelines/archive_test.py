@@ -370,6 +370,25 @@ class Archive(harness.Case):
         self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
         self.assertEqual(list(self.out.glob(".*.unfinished")), [])
 
+    def test_a_job_that_was_left_alone_is_named(self):
+        videos = self.copy()
+        shutil.copy(self.long, videos)
+        process = start(*FEW, videos, self.out)
+        job = machines.job_at_work(self.out, "long.mkv")
+        self.hold(job)
+        process.kill()
+        process.communicate()
+        self.refused(videos)
+        os.kill(job, signal.SIGCONT)  # one that stands still is told to hang up when the leader of its session is gone
+        os.kill(int(self.kill), signal.SIGKILL)
+        machines.wait(lambda: not pathlib.Path(f"/proc/{self.kill}").exists())
+        os.kill(job, signal.SIGSTOP)
+        self.assertIn("/archive_job.py\0", self.refused(videos))
+        self.assertEqual(int(self.kill), job)
+        os.kill(job, signal.SIGKILL)
+        machines.wait(lambda: not pathlib.Path(f"/proc/{job}").exists())
+        self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
+
     def test_a_full_disk_ends_it(self):
         videos = self.copy()
         for name in ("a.mkv", "b.mkv", "c.mkv"):
@@ -382,7 +401,7 @@ class Archive(harness.Case):
                                '"$1" --no-install --list "$0"; exit $code', self.out, ARCHIVE, videos],
                               capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300, env=ENVIRONMENT)
         why = f"can't write into '{self.out}' (the disk is full): make room or give another place"
-        self.assertEqual((done.returncode, done.stderr), (1, f"archive: {why}\n"))
+        self.assertEqual((done.returncode, done.stderr), (1, f"archive: ended: 0 of 3 videos are done, the same command does the rest\narchive: {why}\n"))
         self.assertEqual(re.findall(r"^unfinished +1  (.*)$", done.stdout, re.M), [f"a.mkv: {why}", "b.mkv: not yet tracked", "c.mkv: not yet tracked"])
 
     def test_a_video_that_is_gone(self):

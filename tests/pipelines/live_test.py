@@ -60,6 +60,17 @@ class Live(harness.Case):
             with self.subTest(arguments=arguments):
                 self.check_refused(run(*(() if "--sink" in arguments else ("--sink", "fakesink")), *arguments), code, words)
 
+    def test_sound_and_pipes_are_named(self):
+        sound, pipe = self.tmp / "sound.wav", self.tmp / "pipe"
+        harness.play(f"audiotestsrc num-buffers=20 ! wavenc ! filesink location={sound}")
+        os.mkfifo(pipe)
+        self.check_refused(run("--sink", "fakesink", sound), 1, f"live: '{sound}' has no picture in it")
+        self.check_refused(run("--sink", "fakesink", pipe), 1, f"live: '{pipe}' is no file but a pipe")
+        for video, tracks in ((pipe, sound), (sound, pipe)):
+            done = subprocess.run([LIVE.with_name("review"), "--no-install", "--sink", "fakesink", video, tracks], capture_output=True, text=True, timeout=60,
+                                  env={**os.environ, "CSDTRACK_BUILD": str(BUILD)})
+            self.check_refused(done, 1, f"review: '{pipe}' is no file but a pipe")
+
     def test_tracks_of_an_earlier_run_stay(self):
         self.path.write_text("kept\n")
         self.check_refused(run("--sink", "fakesink", "--seconds", 1, "--tracks", self.path, "simulate"), 2, f"'{self.path}' is there already")

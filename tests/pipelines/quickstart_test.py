@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """pipelines/quickstart, on videos made up by ffmpeg: quickstart_test.py REPOSITORY BUILD. Speaks TAP."""
 
+import contextlib
 import csv
 import itertools
 import json
@@ -18,6 +19,7 @@ import tempfile
 import time
 import traceback
 
+import harness
 import numpy as np
 
 REPOSITORY, BUILD = map(pathlib.Path, sys.argv[1:3])
@@ -303,6 +305,43 @@ def test_simulation_interrupted(tmp):
     assert sorted(contents(tmp / "out")) == SIMULATED
     tracks, truth = ((tmp / "out" / name).read_text().splitlines() for name in ("tracks.jsonl", "truth.jsonl"))
     assert 0 < len(tracks) == len(truth) < 2000 and re.search(r"^sensitivity +\d", out, re.M), out
+
+
+def test_a_terminal_that_is_closed(tmp):
+    with contextlib.ExitStack() as stack:
+        stack.addCleanup = stack.callback
+        terminal = harness.Terminal(stack, command("--simulate", "mixed", "--frames", "2000", "--algorithm", "lk", tmp / "out"), ENVIRONMENT)
+        while not any(path.stat().st_size for path in tmp.glob("out/.unfinished-*/truth.jsonl")):
+            assert terminal.process.poll() is None, terminal.read()
+            time.sleep(0.05)
+        assert terminal.close() == 0
+    assert sorted(contents(tmp / "out")) == SIMULATED
+    tracks, truth = ((tmp / "out" / name).read_text().splitlines() for name in ("tracks.jsonl", "truth.jsonl"))
+    assert 0 < len(tracks) == len(truth) < 2000
+
+
+def test_told_to_end_before_the_first_frame(tmp):
+    """When the folder is there, and nothing runs that could end in good order."""
+    program = """
+import os, signal, sys
+import tracking
+
+def never(*_):
+    os.kill(os.getpid(), int(number))
+
+number = sys.argv.pop(1)
+tracking.Job = never
+import quickstart
+"""
+
+    def hear():  # whatever the tests themselves were begun with
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+    for number in signal.SIGINT, signal.SIGTERM, signal.SIGHUP:
+        done = subprocess.run([sys.executable, "-c", program, str(int(number)), REPOSITORY / "README.md", tmp / "out"], cwd=REPOSITORY / "pipelines" / "lib",
+                              capture_output=True, text=True, env=ENVIRONMENT, preexec_fn=hear)
+        assert done.returncode == 130 and not (tmp / "out").exists(), (number, done)
 
 
 def test_simulation_refused(tmp):

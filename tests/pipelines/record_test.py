@@ -129,6 +129,29 @@ class Record(harness.Case):
                 came, recorded = (cv2.VideoCapture(str(path)).read()[1].astype(int) for path in (video, self.out / "00000.mkv"))
                 self.assertLess(abs(recorded - came[:size[1], :size[0]]).mean(), 8)
 
+    def test_a_picture_that_changes_its_size(self):
+        """Also in the middle of a segment, to an odd size, and for a frame only. Of another form it wants a file of its own, too."""
+        parts = ((60, "I420", 320, 240), (7, "I420", 161, 121), (1, "I420", 320, 240), (30, "I420", 160, 120), (20, "Y444", 160, 120))
+        program = f"""
+import sys, sources
+sources.begin = lambda _: " ".join("videotestsrc num-buffers={{}} ! video/x-raw,format={{}},width={{}},height={{}},framerate=25/1 ! parts.".format(*part)
+                                   for part in {parts}) + " concat name=parts"
+import record
+"""
+        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--set", "max-features=5", "--segment", "2", "changes", self.out],
+                              cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=180)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([line.removeprefix("record: changes: ") for line in done.stderr.splitlines() if "odd" not in line and "even" not in line],
+                         [f"the picture's {what}: a new file begins" for what in ("size is 160×120 now", "size is 320×240 now", "size is 160×120 now",
+                                                                                  "form changes")])
+        self.assertEqual(self.check_together(6), 118)
+        videos = sorted(self.out.glob("*.mkv"))
+        self.assertEqual([len(frame_times(video)) for video in videos], [50, 10, 7, 1, 30, 20])
+        self.assertEqual([{(line["width"], line["height"]) for line in harness.read_lines(video.with_suffix(".jsonl"))} for video in videos],
+                         [{size} for size in ((320, 240), (320, 240), (160, 120), (320, 240), (160, 120), (160, 120))])
+        self.assertEqual([harness.decoded_frames(video) for video in videos], [50, 10, 7, 1, 30, 20])
+        self.assertEqual(review(videos[2]).stderr, "")
+
     def start(self, *arguments):
         recorder = subprocess.Popen([RECORD, "--no-install", *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                     stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
@@ -352,14 +375,17 @@ import record
 
     @unittest.skipUnless(os.geteuid() == 0, "mounting wants root")
     def test_a_full_disk_is_named(self):
+        """Be it full of what was recorded, or of files."""
         disk = self.tmp / "disk"
         disk.mkdir()
-        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", disk], capture_output=True).returncode:
-            raise unittest.SkipTest("mounting is not allowed here")
-        try:
-            self.check_refused(run("--tracks", self.out, self.video, disk / "x"), 1, f"record: can't write into '{disk}/x/00000.mkv' (the disk is full)")
-        finally:
-            subprocess.run(["umount", disk], check=True)
+        for size, name in (("64k", "00000"), ("8m,nr_inodes=3", "00001")):  # with the lock a third
+            if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", disk], capture_output=True).returncode:
+                raise unittest.SkipTest("mounting is not allowed here")
+            try:
+                done = run("--segment", 2, "--tracks", self.out / name, self.video, disk)
+                self.check_refused(done, 1, f"record: can't write into '{disk}/{name}.mkv' (the disk is full): make room or give another place\n")
+            finally:
+                subprocess.run(["umount", disk], check=True)
 
     SHORTAGE = re.compile(r"^the source gave (\d+) frames in ([\d.]+) s, (\d+) were due at its 25 a second: .*$", re.M)
 
@@ -426,6 +452,43 @@ import record
                               env=ENVIRONMENT, timeout=60)
         self.check_refused(done, 1, "record: breaks: the source broke off (Failed after iterations as requested.)\n")
         self.assertEqual(self.check_together(1), 60)
+
+    def test_a_source_that_does_not_heed_its_end(self):
+        """As avdemux_gif: the file is whole all the same."""
+        gif = harness.encode(self.tmp / "endless.gif", (harness.Scene().picture(t) for t in range(20)), "-loop", 0)
+        done = run("--seconds", 1, gif, self.out)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertTrue(frame_times(self.out / "00000.mkv"))
+
+    def test_told_to_end_a_slow_encoder_loses_nothing(self):
+        """It needs longer than the source has to end, and than a pipeline may stand still."""
+        program = """
+import sys, sources
+sources.begin = lambda _: "videotestsrc pattern=black ! video/x-raw,width=160,height=120,framerate=25/1 ! identity name=given ! queue max-size-buffers=40"
+import runner
+make = runner.Gst.parse_launch
+count = 0
+
+def given(*_):
+    global count
+    count += 1
+    return runner.Gst.PadProbeReturn.OK
+
+def slow(text):
+    made = make(text.replace("! x264enc", "! identity sleep-time=80000 ! x264enc"))
+    made.get_by_name("given").get_static_pad("src").add_probe(runner.Gst.PadProbeType.BUFFER, given)
+    return made
+
+runner.Gst.parse_launch = slow
+import record
+print(f"given: {count}")
+"""
+        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--set", "max-features=5", "--seconds", "2", "slow", self.out],
+                              cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=180)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        frames = self.check_together(1)
+        self.assertIn(f"given: {frames}\n", done.stdout)
+        self.assertGreater(frames, 140)  # 11 s of work
 
     def test_a_live_source_that_is_slower_than_it_says(self):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:

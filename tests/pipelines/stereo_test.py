@@ -49,6 +49,19 @@ class Stereo(harness.Case):
         for lines in left, right:
             self.assertAlmostEqual(lines[-1]["features"][0]["x"], 160 + 49 // 4, delta=1)
 
+    def test_a_side_that_changes_its_size(self):
+        program = """
+import sys, sources
+sources.begin = lambda name: " ".join(f"videotestsrc num-buffers=25 ! video/x-raw,width={width},height=120,framerate=25/1 ! {name}."
+                                      for width in ((160, 201) if name == "changes" else (160, 160))) + f" concat name={name}"
+import stereo
+"""
+        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--display=fakesink", "changes", "stays", self.out],
+                              cwd=SOURCE / "pipelines" / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=120)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        sides = [harness.read_lines(self.out / f"{side}.jsonl") for side in ("left", "right")]  # concat begins each part's pts at 0
+        self.assertEqual([[line["width"] for line in lines] for lines in sides], [[160] * 25 + [201] * 25, [160] * 50])
+
     def test_live_with_a_window(self):
         process = subprocess.Popen([*STEREO, "--display=fakesink", "simulate", "simulate:smoke", self.out], env=ENVIRONMENT, start_new_session=True,
                                    stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)

@@ -5,6 +5,7 @@
 import contextlib
 import os
 import pathlib
+import re
 import signal
 import socket
 import struct
@@ -222,6 +223,22 @@ import stream
         self.assertEqual(len(seen["plain"]), 50)
         self.assertEqual(seen["tracked"], seen["plain"])
 
+    def test_sizes_that_are_not_even(self):
+        """Served is 4:2:0, of whatever comes."""
+        program = """
+import sys, sources
+sources.begin = lambda kind: f"videotestsrc num-buffers=10 ! video/x-raw,format={kind},width=161,height=121"
+import stream
+"""
+        for kind in "I420", "Y444", "P010_10LE":  # the last is none that videocrop takes
+            with self.subTest(kind):
+                self.sent.unlink(missing_ok=True)
+                done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--port", "0", "--tracks", self.sent, kind], cwd=SOURCE / "pipelines" / "lib",
+                                      capture_output=True, text=True, timeout=120, env=ENVIRONMENT)
+                self.assertEqual((done.returncode, done.stderr),
+                                 (0, f"stream: {kind}: 161×121 is no even size, which H.264 wants: the last column and row are left out\n"))
+                self.assertEqual([(line["width"], line["height"]) for line in harness.read_lines(self.sent)], [(160, 120)] * 10)
+
     def test_who_receives_may_be_there_first(self):
         port = free_port()
         receiver = self.start(*command("receive", "--seconds", 1, f"rtsp://127.0.0.1:{port}/csdtrack", self.got))
@@ -303,6 +320,71 @@ import stream
         self.assertGreater(len(both), 20, (frames[:5], lines[:5]))
         self.assertGreater(len(both), 0.9 * len(frames), (frames[:5], lines[:5]))
         self.assertEqual([number for number, _ in both], [level for _, level in both])
+
+    SIZES = [f"video/x-raw,format=I420,width={width},height={height},framerate=25/1" for width, height in ((320, 240), (240, 180))]
+
+    def change(self, receiver):
+        """Waits for lines of the first size, then calls back, then waits for those of the other."""
+        for width in 320, 240:
+            for _ in range(600):
+                if receiver.poll() is not None or self.got.exists() and self.got.read_bytes().count(b'"width":%d,' % width) >= 10:
+                    break
+                time.sleep(0.1)
+            yield
+
+    def test_a_picture_that_changes_its_size(self):
+        program = f"""
+import os, runner, sources
+sources.begin = lambda _: "videotestsrc is-live=true ! capsfilter name=size caps={self.SIZES[0]}"
+play = runner.Run.play
+
+def play_and_change(run, *arguments, **options):
+    def change():
+        run.element("size").set_property("caps", runner.Gst.Caps.from_string("{self.SIZES[1]}"))
+        return runner.GLib.SOURCE_REMOVE
+
+    runner.GLib.unix_signal_add(runner.GLib.PRIORITY_HIGH, {int(signal.SIGUSR1)}, change)
+    play(run, *arguments, **options)
+
+runner.Run.play = play_and_change
+import stream
+"""
+        stream = subprocess.Popen([sys.executable, "-c", program, "--preset", "", "--port", "0", "changes"], cwd=SOURCE / "pipelines" / "lib", env=ENVIRONMENT,
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.addCleanup(stream.stdout.close)
+        self.addCleanup(stream.wait)
+        self.addCleanup(stream.kill)
+        receiver = self.start(*command("receive", "--latency", 2000, "--display=fakesink", stream.stdout.readline().strip(), self.got))
+        waits = self.change(receiver)
+        next(waits)
+        stream.send_signal(signal.SIGUSR1)
+        next(waits)
+        # The video has changed, too: there are as many pictures as lines.
+        os.killpg(receiver.pid, signal.SIGINT)
+        said = receiver.stdout.read()
+        self.assertEqual(receiver.wait(60), 0, said)
+        frames, lines = map(int, re.match(r"(\d+) frames; (\d+) lines", said).groups())
+        changed = sum(line["width"] == 240 for line in harness.read_lines(self.got))
+        self.assertGreaterEqual(changed, 10)
+        self.assertGreater(frames, lines - changed, said)
+        stream.terminate()
+        self.assertEqual((stream.wait(60), re.sub("tracking cost.*", "", stream.stdout.read()).count("\n")), (0, 1))
+
+    def test_a_picture_that_changes_its_size_and_has_no_tracks(self):
+        port = free_port(socket.SOCK_DGRAM)
+        sender = harness.Run(f"videotestsrc is-live=true ! capsfilter name=size caps={self.SIZES[0]} ! x264enc tune=zerolatency key-int-max=10 ! mpegtsmux ! "
+                             f"srtsink wait-for-connection=false uri=srt://127.0.0.1:{port}?mode=listener")
+        self.addCleanup(sender.pipeline.set_state, Gst.State.NULL)
+        sender.pipeline.set_state(Gst.State.PLAYING)
+        receiver = self.start(*command("receive", "--display=fakesink", f"srt://127.0.0.1:{port}", self.got))
+        waits = self.change(receiver)
+        next(waits)
+        sender.element("size").set_property("caps", Gst.Caps.from_string(self.SIZES[1]))
+        next(waits)
+        os.killpg(receiver.pid, signal.SIGINT)
+        said = receiver.stdout.read()
+        self.assertEqual((receiver.wait(60), said.count("\n")), (0, 1), said)
+        self.assertGreaterEqual(sum(line["width"] == 240 for line in harness.read_lines(self.got)), 10)
 
     def test_what_a_recorder_sends_is_tracked(self):
         server = self.start("/usr/bin/python3", "-c", RECORDER)
