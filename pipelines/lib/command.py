@@ -11,6 +11,9 @@ import lock
 from failure import Failure, Full, Misuse, of_filesink  # noqa: F401
 
 
+BARE = {"--display": "autovideosink", "--web": "8080"}  # options that may stand alone: what they mean then
+
+
 def positive(text):
     try:
         value = float(text)
@@ -67,7 +70,7 @@ def options(parse):
     for word in sys.argv[1:]:
         check_name(word)
     # argparse would take the next word for its value, whatever that is.
-    arguments = ["--display=autovideosink" if word == "--display" else word for word in sys.argv[1:]]
+    arguments = [f"{word}={BARE[word]}" if word in BARE else word for word in sys.argv[1:]]
     checked = arguments[:1] == ["--check"]
     found = parse(arguments[checked:])
     if checked:

@@ -10,6 +10,7 @@ import time
 import gi
 
 import command
+import supervisor
 from failure import NO_VIDEO, no_video, one_line
 from properties import check_start, set_from_text
 
@@ -89,6 +90,8 @@ class Run:
         for name in self._counts:
             self.element(name).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._count, name)
 
+        self._give_signs()
+
         def listen():
             if not self.frames:
                 self.fail(f"no picture came in {self.SILENCE} s: {self.NO_PICTURE}")
@@ -121,6 +124,28 @@ class Run:
             self.fail(f"no picture came: {self.NO_PICTURE}")
         if self._failure:
             raise command.Failure(self._failure)
+
+    def _give_signs(self):
+        """To the supervisor, if there is one: of pictures from the source, tracked or not, for tracking must not end a recording."""
+        came = told = 0
+
+        def count(_pad, _info):
+            nonlocal came
+            if not came:
+                supervisor.tell("READY=1")
+            came += 1
+            return Gst.PadProbeReturn.OK
+
+        def tell():
+            nonlocal told
+            if came != told:
+                told = came
+                supervisor.tell("WATCHDOG=1")
+            return GLib.SOURCE_CONTINUE
+
+        self.element(self._through or next(iter(self._counts))).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, count)
+        if interval := supervisor.interval():
+            GLib.timeout_add(interval, tell)
 
     def end(self):
         """The source ends. What has come from it is still written, however long that takes."""

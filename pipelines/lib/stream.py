@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Serves video and its tracks by RTSP, as two streams of one session: see --help.
+"""Serves video and its tracks by RTSP, as two streams of one session, and with --web as a page: see --help.
 
     SOURCE ! queue (leaky) ! csdtrack ! tee ─ queue ! x264enc ! h264parse ! appsink ──► appsrc ! rtph264pay
                                         tee ─ queue ! tee ─ csdtrackenc ! appsink ────► appsrc ! rtpgstpay (--klv: rtpklvpay)
                                                       tee ─ csdtrackenc ! queue ! TRACKS
+                                        tee ─ csdtrackenc ! queue ! appsink ──► web.py, with the H.264 (--web)
 
 On the left is this program's own pipeline, on the right the one that gst-rtsp-server makes when somebody looks, and takes down when nobody
 does any more. So tracking goes on, ids stay, and what is wrong with the source is said at once, whoever looks.
 """
 
 import argparse
-import os
 import pathlib
 import re
 import sys
@@ -19,6 +19,7 @@ import threading
 import command
 import even
 import sources
+import web
 
 EPILOG = sources.LISTED + """
 Who looks gets two streams of one session: H.264, and a stream of encoding name X-GST (rtpgstpay) with the tracks, the lines of csdtrackenc
@@ -28,6 +29,9 @@ wants --klv, too, then. Tracking begins with this program and goes on whoever lo
 
 It is served to this machine alone; --address 0.0.0.0 serves it to all who reach this machine. Neither password nor encryption keeps the
 picture from them: that is for the network to do.
+
+--web serves a page besides, at the same address, for any browser that plays H.264: the picture, the tracks drawn over it, and a click adds a
+point, one with the right button removes the nearest. Clicks count from this machine only, or through a tunnel to it; others look.
 
 What csdtrack is told: the preset live-low-latency (docs/pipelines.md). A file is served once, at its own pace, from the start of this program on.
 
@@ -46,6 +50,7 @@ def parse(arguments):
     parser.add_argument("--address", default="127.0.0.1", metavar="IP", help="of this machine, where it is served (127.0.0.1)")
     parser.add_argument("--port", type=int, default=8554, metavar="N", help="where it is served (8554; 0: any that is free)")
     parser.add_argument("--path", default="csdtrack", metavar="NAME", help="of the URL (csdtrack)")
+    parser.add_argument("--web", type=int, metavar="PORT", help="also serve a page to look at, with the points to click; --web=PORT: there (8080; 0: any that is free)")
     parser.add_argument("--bitrate", type=int, default=4000, metavar="KBIT", help="of the video, kbit/s (4000)")
     parser.add_argument("--klv", action="store_true", help="send the tracks as KLV (SMPTE 336), not as X-GST")
     parser.add_argument("--overlay", action="store_true", help="draw the tracks into the picture that is served")
@@ -54,8 +59,9 @@ def parse(arguments):
     parser.add_argument("--seconds", type=command.positive, metavar="N", help="end after so long")
     command.add_common(parser)
     options = parser.parse_args(arguments)
-    if not 0 <= options.port <= 65535:
-        parser.error(f"--port: {options.port} is not from 0 to 65535")
+    for name, port in ("--port", options.port), ("--web", options.web):
+        if not 0 <= (port or 0) <= 65535:
+            parser.error(f"{name}: {port} is not from 0 to 65535")
     if not re.fullmatch(r"[A-Za-z0-9_-]+", options.path):
         parser.error(f"--path: '{options.path}' is more than letters, digits, _ and -")
     if not 1 <= options.bitrate <= 2_000_000:
@@ -175,10 +181,15 @@ def main():
     # Frames are dropped before tracking only (`in`, if the source is live): each frame behind it has its line.
     text = f"{begin} ! identity name=came ! {command.FRAMES} name=in {even.CROP} in. ! csdtrack name=csdtrack ! tee name=t " \
            f"t. ! {command.FRAMES} ! videoconvert ! x264enc tune=zerolatency speed-preset=veryfast bitrate={options.bitrate} key-int-max={KEYFRAMES} ! " \
-           f"video/x-h264,profile=main ! h264parse config-interval=-1 ! video/x-h264,stream-format=byte-stream,alignment=au ! {sink} name=video " \
+           f"video/x-h264,profile=main ! h264parse ! video/x-h264,stream-format=avc,alignment=au ! {sink} name=video " \
            f"t. ! {command.FRAMES} ! tee name=l l. ! csdtrackenc ! {'meta/x-klv' if options.klv else 'application/x-ndjson'} ! {sink} name=tracks"
     if options.tracks:
         text += f" l. ! csdtrackenc ! application/x-ndjson ! {command.LINES} leaky=downstream ! {command.lines_file(options.tracks)}"
+    if options.web is not None:
+        # As soon as they are made: a click's point begins where the tissue is by the newest line, and of a file csdtrack is some frames ahead of what
+        # is shown. Not from `l`, whose thread waits for its other appsink.
+        text += f" t. ! csdtrackenc ! application/x-ndjson ! {command.LINES} leaky=downstream ! " \
+                "appsink sync=false async=false emit-signals=true max-buffers=3 name=lines"
     run = runner.Run("stream", text)
     track = run.element("csdtrack")
     runner.configure(track, options.preset, {"overlay": "draw" if options.overlay else "none"}, options.set)
@@ -192,21 +203,32 @@ def main():
     if not port:
         raise command.Failure(f"can't serve at {options.address}, port {options.port}: it is taken, or the address is not this machine's; "
                               "choose others with --address and --port")
+    page = web.Page(options.address, options.web, track, ask_keyframe) if options.web is not None else None
 
     def sample(sink):
         got = sink.emit("pull-sample")
         time = got.get_segment().to_running_time(Gst.Format.TIME, got.get_buffer().pts)
-        if time != Gst.CLOCK_TIME_NONE:
+        if time == Gst.CLOCK_TIME_NONE:
+            return Gst.FlowReturn.OK
+        if page and sink.get_name() == "lines":
+            page.push_line(got, time)
+        else:
             server.push(sink.get_name(), got, time)
+        if page and sink.get_name() == "video":
+            page.push_video(got, time, not got.get_buffer().has_flags(Gst.BufferFlags.DELTA_UNIT))
         return Gst.FlowReturn.OK
 
-    for name in ("video", "tracks"):
+    for name in ("video", "tracks", "lines") if page else ("video", "tracks"):
         run.element(name).connect("new-sample", sample)
     command.told(f"rtsp://{options.address}:{port}/{options.path}", sys.stdout)
+    if page:
+        command.told(page.url, sys.stdout)
     try:
         run.play(options.source, options.seconds, leaky=("in",))
     finally:
         server.end()
+        if page:
+            page.end()
     runner.say_cost(track)
 
 

@@ -7,45 +7,32 @@ import io
 import json
 import math
 import pathlib
-import shutil
 import subprocess
 import sys
 import time
-import unittest
 
 import cv2
 import numpy as np
 
+import browser
 import harness
 from reports import BAR, BITS, BUILD, ENVIRONMENT, FPS, PROGRAM, WIDTH, Made, features, position, report, state_of, write_tracks
 
 COLOURS = {"learning": (240, 228, 66), "tracked": (86, 180, 233), "occluded": (230, 159, 0)}  # docs/elements.md, Okabe and Ito's
 
 try:
-    from selenium import webdriver
     from selenium.webdriver.common.action_chains import ActionChains
     from selenium.webdriver.common.by import By
     from selenium.webdriver.common.keys import Keys
 except ImportError:
-    webdriver = None
+    pass  # browser.begin() skips
 
 
 class Page(Made):
     @classmethod
     def setUpClass(cls):
-        if not (webdriver and shutil.which("chromium") and shutil.which("chromedriver")):
-            raise unittest.SkipTest("no chromium, chromedriver or python3-selenium here")
         super().setUpClass()
-        options = webdriver.ChromeOptions()
-        options.binary_location = shutil.which("chromium")
-        for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars",
-                         f"--user-data-dir={cls.tmp / 'profile'}", "--window-size=1280,720"):
-            options.add_argument(argument)
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-        from selenium.webdriver.chrome.service import Service
-        cls.browser = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
-        cls.addClassCleanup(cls.browser.quit)
-        cls.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": 1280, "height": 720, "deviceScaleFactor": 1, "mobile": False})
+        cls.browser = browser.begin(cls)
         done = report(cls.video, cls.tracks, cls.tmp / "page")
         assert done.returncode == 0, done.stderr
 

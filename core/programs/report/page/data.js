@@ -122,6 +122,17 @@ const csdReport = (() => {
       return found;
     },
 
+    /** Where a feature was seen in this frame and those before it, [x, y] each, null where it wasn't; as far as they are loaded. */
+    trailOf({ chunk, row }, id, frames) {
+      const { left, top, step } = report.about;
+      const column = chunk.ids.indexOf(id), found = [];
+      for (let i = Math.max(0, row - frames); column >= 0 && i <= row; ++i) {
+        const cell = i * chunk.ids.length + column;
+        found.push(chunk.state[cell] < 2 ? [left + chunk.x[cell] * step, top + chunk.y[cell] * step] : null);
+      }
+      return found;
+    },
+
     trouble(error) {
       const place = document.getElementById("trouble");
       place.textContent = error.message;

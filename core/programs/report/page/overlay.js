@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The points over the picture: shapes and colours as csdtrack's overlay has them (docs/elements.md).
+// The points over the picture: shapes and colours as csdtrack's overlay has them (docs/elements.md). csd-report's page has it, and that of
+// pipelines/stream --web.
 "use strict";
 
 const csdMarkers = (() => {
-  const TRAIL = 25; // frames
   const REACH = 18; // px of the screen from a click to a point
   const HALO = "rgba(0, 0, 0, 0.8)";
   const styles = getComputedStyle(document.documentElement);
@@ -50,21 +50,22 @@ const csdMarkers = (() => {
       return [u * this.canvas.clientWidth, v * this.canvas.clientHeight];
     }
 
-    /** frame: of csdReport.frameAt() or null; selected: an id or null. */
-    draw(frame, selected) {
+    /** features: [{id, x, y, state}], pixels of the tracks; selected: an id or null; trail: where that was before, [x, y] each, null where it
+     *  wasn't seen. */
+    draw(features, selected = null, trail = []) {
       const { canvas, context } = this;
       const ratio = window.devicePixelRatio || 1;
       const width = Math.round(canvas.clientWidth * ratio), height = Math.round(canvas.clientHeight * ratio);
       if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
       context.setTransform(ratio, 0, 0, ratio, 0, 0);
       context.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);
-      this.features = frame ? csdReport.featuresOf(frame).filter((f) => f.state !== "ended") : [];
+      this.features = features.filter((f) => f.state !== "ended");
       const lines = canvas.clientHeight;
       const r = Math.max(4, lines / 80), stroke = Math.max(1.5, lines / 400), text = Math.max(9, lines / 46);
       context.lineJoin = context.lineCap = "round";
       context.font = `${text}px ${getComputedStyle(document.body).fontFamily}`;
       context.textBaseline = "bottom";
-      if (frame && selected !== null) this.trail(frame, selected, stroke);
+      this.trail(trail, stroke);
       // What claims nothing first, the chosen one last: it is not to be covered.
       const order = { out: 0, lost: 1, occluded: 2, learning: 3, tracked: 4 };
       const sorted = [...this.features].sort((a, b) => (a.id === selected) - (b.id === selected) || order[a.state] - order[b.state]);
@@ -103,23 +104,14 @@ const csdMarkers = (() => {
       }
     }
 
-    /** Where the chosen point was seen in the last second, as far as that is loaded. */
-    trail({ chunk, row }, id, stroke) {
-      const column = chunk.ids.indexOf(id);
-      if (column < 0) return;
+    trail(places, stroke) {
       const { context } = this;
-      const { left, top, step } = this.about;
       context.beginPath();
       let joined = false;
-      for (let i = Math.max(0, row - TRAIL); i <= row; ++i) {
-        const cell = i * chunk.ids.length + column;
-        const seen = chunk.state[cell] < 2;
-        if (seen) {
-          const [px, py] = this.at(left + chunk.x[cell] * step, top + chunk.y[cell] * step);
-          if (joined) context.lineTo(px, py);
-          else context.moveTo(px, py);
-        }
-        joined = seen;
+      for (const place of places) {
+        if (place && joined) context.lineTo(...this.at(...place));
+        else if (place) context.moveTo(...this.at(...place));
+        joined = Boolean(place);
       }
       context.lineWidth = stroke;
       context.strokeStyle = "rgba(255, 255, 255, 0.85)";
@@ -149,8 +141,38 @@ const csdMarkers = (() => {
       ended: "",
     };
     const colour = state === "lost" || state === "out" ? "#b5b5b5" : colours[state];
-    return `<svg viewBox="0 0 14 14" fill="none" stroke="currentColor" stroke-width="1.8" style="color:${colour}" aria-hidden="true">${shapes[state]}</svg>`;
+    return `<svg viewBox="0 0 14 14" fill="none" stroke="currentColor" stroke-width="1.8" color="${colour}" aria-hidden="true">${shapes[state]}</svg>`;
   }
 
-  return { Overlay, colours, icon, place };
+  /** The states with their markers, for people. */
+  const legend = () => Object.keys(colours).slice(0, 5).map((state) => `<span class="state">${icon(state)}${state}</span>`).join("");
+
+  /** Calls show() with the time of each frame that is presented. Without the browser's callback for that, with the clock's time, less
+   *  `early` (s). */
+  function watch(video, show, early) {
+    if (video.requestVideoFrameCallback) {
+      const presented = (_now, { mediaTime }) => {
+        show(mediaTime);
+        video.requestVideoFrameCallback(presented);
+      };
+      video.requestVideoFrameCallback(presented);
+      return;
+    }
+    let last = -1;
+    const tick = () => {
+      const time = Math.max(0, video.currentTime + 1e-3 - early);
+      if (Math.abs(time - last) > 1e-4) show((last = time));
+      requestAnimationFrame(tick);
+    };
+    requestAnimationFrame(tick);
+  }
+
+  /** Gives the stage the picture's shape, as large as there is room. */
+  function fit(room, stage, aspect) {
+    const width = Math.floor(Math.min(room.clientWidth, room.clientHeight * aspect));
+    stage.style.width = `${width}px`;
+    stage.style.height = `${Math.round(width / aspect)}px`;
+  }
+
+  return { Overlay, colours, fit, icon, legend, place, watch };
 })();

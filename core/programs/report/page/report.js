@@ -6,6 +6,7 @@
   const $ = (id) => document.getElementById(id);
   const video = $("video");
   const ROW = 25; // px, a row of the list with its border
+  const TRAIL = 25; // frames
   const dash = (value, digits) => (value === null || value === undefined ? "–" : value.toFixed(digits));
   let about, overlay, plot;
   let shown = { time: 0, frame: null }; // what the picture shows now
@@ -16,36 +17,22 @@
 
   // ---- frames ------------------------------------------------------------------------------------------------------
 
+  function draw() {
+    const { frame } = shown;
+    overlay.draw(frame ? csdReport.featuresOf(frame) : [], selected, frame && selected !== null ? csdReport.trailOf(frame, selected, TRAIL) : []);
+  }
+
   /** Draws the tracks of the frame that the picture shows at this time of the media. */
   function show(time) {
     const frame = csdReport.frameAt(time, () => shown.time === time && show(time));
     shown = { time, frame: frame ?? null, pending: frame === undefined };
-    overlay.draw(shown.frame, selected);
+    draw();
     states = new Map(overlay.features.map((feature) => [feature.id, feature.state]));
     $("seek").value = time;
     $("clock").textContent = `${csdClock(time)} / ${csdClock(video.duration || about.end)}${frame ? ` · frame ${frame.number}` : ""}`;
     plot.move(time);
     loupe();
     list(order.by === "state" || $("here").checked);
-  }
-
-  /** With each frame that is presented, its own time; without that callback, the clock's. */
-  function watch() {
-    if (video.requestVideoFrameCallback) {
-      const presented = (_now, { mediaTime }) => {
-        show(mediaTime);
-        video.requestVideoFrameCallback(presented);
-      };
-      video.requestVideoFrameCallback(presented);
-    } else {
-      // The frame that began last: half an interval is taken off, for frameAt() rounds to the nearest.
-      const tick = () => {
-        const time = Math.max(0, video.currentTime + 1e-3 - about.interval / 2);
-        if (Math.abs(time - shown.time) > 1e-4) show(time);
-        requestAnimationFrame(tick);
-      };
-      requestAnimationFrame(tick);
-    }
   }
 
   /** Into the middle of the frame that is shown at this time, so that rounding leads to no other. */
@@ -64,7 +51,7 @@
   function select(id) {
     selected = id;
     $("release").hidden = $("loupe").hidden = id === null;
-    overlay.draw(shown.frame, selected);
+    draw();
     loupe();
     tell();
     list(true);
@@ -208,14 +195,9 @@
 
   // ---- the page ----------------------------------------------------------------------------------------------------
 
-  /** The stage has the picture's shape, as large as there is room. */
   function fit() {
-    const room = $("room"), stage = $("stage");
-    const aspect = video.videoWidth ? video.videoWidth / video.videoHeight : about.shown[0] / about.shown[1];
-    const width = Math.floor(Math.min(room.clientWidth, room.clientHeight * aspect));
-    stage.style.width = `${width}px`;
-    stage.style.height = `${Math.round(width / aspect)}px`;
-    overlay.draw(shown.frame, selected);
+    csdMarkers.fit($("room"), $("stage"), video.videoWidth ? video.videoWidth / video.videoHeight : about.shown[0] / about.shown[1]);
+    draw();
     list();
   }
 
@@ -228,7 +210,7 @@
     $("on").onclick = () => step(1);
     $("seek").oninput = () => seek(Number($("seek").value));
     $("speed").onchange = () => (video.playbackRate = Number($("speed").value));
-    $("ids").onchange = () => ((overlay.ids = $("ids").checked), overlay.draw(shown.frame, selected));
+    $("ids").onchange = () => ((overlay.ids = $("ids").checked), draw());
     $("here").onchange = () => list(true);
     $("release").onclick = () => select(null);
     $("scroll").onscroll = () => list();
@@ -264,13 +246,14 @@
     $("facts").textContent = [`${about.frames} frames of ${about.width}×${about.height}`, csdClock(about.end - about.begin, 1), about.algorithm,
       about.role === "truth" ? "truth" : about.tracks, ...about.notes].join(" · ");
     $("facts").title = $("facts").textContent;
-    $("legend").innerHTML = about.states.slice(0, 5).map((state) => `<span class="state">${csdMarkers.icon(state)}${state}</span>`).join("");
+    $("legend").innerHTML = csdMarkers.legend();
     listen();
     fit();
     choose("id");
     select(null);
     plot.told();
-    watch();
+    // Of a clock the frame that began last: half an interval is taken off, for frameAt() rounds to the nearest.
+    csdMarkers.watch(video, show, about.interval / 2);
     if (video.readyState >= HTMLMediaElement.HAVE_METADATA) video.onloadedmetadata();
     if (video.readyState >= HTMLMediaElement.HAVE_CURRENT_DATA) show(video.currentTime);
     else video.addEventListener("loadeddata", () => show(video.currentTime), { once: true });
