@@ -25,7 +25,7 @@ import fragments
 from caps import first_structure
 
 HERE = pathlib.Path(__file__).resolve().parent
-REPORT = HERE.parents[1] / "core" / "cli" / "report" / "page"  # whose markers and colours these are
+REPORT = HERE.parents[1] / "core" / "programs" / "report" / "page"  # whose markers and colours these are
 FILES = {"/": (HERE / "web" / "index.html", "text/html"), "/live.js": (HERE / "web" / "live.js", "text/javascript"),
          "/overlay.js": (REPORT / "overlay.js", "text/javascript"), "/report.css": (REPORT / "report.css", "text/css")}
 HEADERS = {
