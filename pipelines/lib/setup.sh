@@ -56,19 +56,16 @@ make_in() {
 # build_for COMMAND TARGET...: builds these in $build, quietly unless it fails, and lets GStreamer find the plugin there.
 # $options: for configure, if any.
 build_for() {
-  local command=$1 target log
+  local command=$1 target said
   shift
   for target in "$@"; do
     [ -f "$build/$target" ] || { echo "building csdtrack, once; this takes some minutes" >&2; break; }
   done
-  log=$(mktemp)
-  if ! make_in "$build" "$@" >"$log" 2>&1 </dev/null; then
-    grep -m5 -A3 -E 'error:|ERROR:' "$log" >&2
-    rm -f "$log"
+  if ! said=$(make_in "$build" "$@" 2>&1 </dev/null); then
+    printf '%s\n' "$said" | grep -m5 -A3 -E 'error:|ERROR:' >&2
     echo "$command: csdtrack could not be built; 'ninja -C $build $*' shows all" >&2
     return 1
   fi
-  rm -f "$log"
   export GST_PLUGIN_PATH_1_0=$build/gst${GST_PLUGIN_PATH_1_0:+:$GST_PLUGIN_PATH_1_0} GST_REGISTRY=$build/gst-registry.bin
   export GST_PRESET_PATH=$root/gst/presets${GST_PRESET_PATH:+:$GST_PRESET_PATH}
 }

@@ -201,7 +201,8 @@ class Run:
                 self.warnings.append((message.src.get_name(), message.parse_warning()[0].message))
             if message.type == Gst.MessageType.ELEMENT and message.has_name("csdtrack"):
                 self.messages.append(message.get_structure().copy())
-            if message.type & kinds:
+            # Extended types are numbers, not flags: STREAMS_SELECTED has EOS's bit.
+            if message.type & kinds and not message.type & Gst.MessageType.EXTENDED:
                 return message
 
     def to_end(self):

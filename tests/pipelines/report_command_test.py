@@ -91,6 +91,18 @@ class Command(Made):
             finally:
                 subprocess.run(["umount", disk], check=True)
 
+    @unittest.skipUnless(os.geteuid() == 0, "mounting wants root")
+    def test_nowhere_to_put_temporary_files(self):
+        """Neither csd-motion's words nor ffmpeg's need any: of all folders that are tried for them only OUT's parent can be written."""
+        video = harness.encode(self.tmp / "temporary.avi", (picture(i) for i in range(30)), "-c:v", "ffv1", rate=FPS)
+        alone = ("for folder in /tmp /var/tmp; do mount --bind $folder $folder && mount -o remount,bind,ro $folder || exit 77; done\n"
+                 'mount --bind "$0" "$0" && mount -o remount,bind,rw "$0" || exit 77\ncd /proc && exec "$@"')
+        done = subprocess.run(["unshare", "-m", "sh", "-c", alone, self.tmp, PROGRAM, video, write_tracks(self.tmp / "thirty.jsonl", 30, features),
+                               self.tmp / "temporary"], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300, env=ENVIRONMENT)
+        if done.returncode == 77 or "unshare" in done.stderr:
+            raise unittest.SkipTest("mounting is not allowed here")
+        self.assertEqual((done.returncode, done.stdout), (0, f"{self.tmp / 'temporary' / 'index.html'}\n"), done.stderr)
+
     def test_names_that_are_not_utf_8(self):
         odd = os.fsdecode(b"\xff")
         video, tracks = shutil.copy(self.video, self.tmp / f"{odd}.mp4"), shutil.copy(self.tracks, self.tmp / f"{odd}.jsonl")

@@ -1,12 +1,18 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """What goes wrong, and how far it is, as a user is told."""
 
+import os
 import sys
 import time
 
 
 class Failure(Exception):
     """Nothing could be made; the text is one line that says what to change."""
+
+
+def log():
+    """A file for what another program says: in memory, as the disk may be full, and there may be no folder for temporary files."""
+    return os.fdopen(os.memfd_create("log"), "w+", errors="replace")
 
 
 class Progress:

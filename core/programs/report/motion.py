@@ -9,8 +9,8 @@ import pathlib
 import re
 import shutil
 import subprocess
-import tempfile
 
+import failure
 import script
 from failure import Failure, Progress
 
@@ -57,7 +57,7 @@ class Motion:
 
     def __enter__(self):
         """Raises Failure."""
-        self._log = tempfile.TemporaryFile("w+", errors="replace")  # elsewhere: the disk of the page may be full
+        self._log = failure.log()
         self._run = subprocess.Popen([program(), "--json", "--series", str(self._tracks)], stdin=subprocess.DEVNULL,
                                      stdout=subprocess.PIPE, stderr=self._log, text=True)
         try:

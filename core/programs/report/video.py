@@ -8,8 +8,8 @@ import os
 import shutil
 import statistics
 import subprocess
-import tempfile
 
+import failure
 from failure import Failure, Progress
 
 # What Chromium, Firefox and Safari play: 8 bits, 4:2:0.
@@ -100,7 +100,7 @@ def prepare(video, folder, wanted):
     sound = ["-c:a", "copy" if all(s in SOUND["mp4"] for s in video.sound) else "aac"]
     command = ["ffmpeg", "-v", "error", "-nostdin", "-y", "-progress", "pipe:1", "-i", f"file:{video.path}", "-map", f"0:{video.index}",
                "-map", "0:a:0?", *how, *sound, "-movflags", "+faststart", f"file:{path}"]
-    log = tempfile.TemporaryFile("w+", errors="replace")  # elsewhere: the disk of the page may be full
+    log = failure.log()
     try:
         with Progress(what, wanted) as progress, subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                                                   stderr=log, text=True) as run:
