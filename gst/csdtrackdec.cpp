@@ -365,7 +365,6 @@ GstFlowReturn take_buffer(GstCsdTrackDec *self, GstBuffer *buffer) {
     return flowing ? GST_FLOW_OK : GST_FLOW_FLUSHING;
   } catch (const csd::LineError &error) {
     text.refused = text.warned_torn = true;  // one reason is enough
-    state.queue.end();
     throw csd::Refusal(GST_STREAM_ERROR_DECODE,
                        "Line " + std::to_string(text.lines.count() + 1) +
                            " of what came to the pad text: " + error.what() +
@@ -378,6 +377,9 @@ GstFlowReturn gst_csd_track_dec_text_chain(GstPad *, GstObject *parent, GstBuffe
   const bool running = self->state->queue.running();
   GstFlowReturn flow = running ? GST_FLOW_ERROR : GST_FLOW_FLUSHING;
   if (running) guard.posted(self, [&] { flow = take_buffer(self, buffer); });
+  // Not before the error is posted: a frame that waits may be the last, and an application that has seen EOS looks no
+  // further.
+  if (running && self->state->text.refused) self->state->queue.end();
   gst_buffer_unref(buffer);
   return flow;
 }
