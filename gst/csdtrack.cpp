@@ -5,8 +5,10 @@
  * @short_description: tracks points on deforming tissue
  *
  * Finds features on living tissue in endoscopic video, or takes the points that it is given, and follows them from
- * frame to frame: through deformation, smoke and occlusion, with descriptors that are learnt online for each feature
- * (Mountney and Yang, "Context specific descriptors for tracking deforming tissue", Medical Image Analysis 16, 2012).
+ * frame to frame through deformation, smoke and occlusion. Each feature is looked for by its own patch and by where
+ * the tissue around it has moved; what tells the patch apart from its surroundings decides which of the two counts.
+ * #GstCsdTrack:algorithm also offers the method that this grew out of (Mountney and Yang, "Context specific descriptors
+ * for tracking deforming tissue", Medical Image Analysis 16, 2012), and its baselines.
  *
  * Pixels are looked at, not changed, not copied: no frame is dropped or delayed, and without #GstCsdTrack:overlay=draw
  * none is changed by a bit. The tracks are put on each frame as a #GstCustomMeta named `GstCsdTrackMeta`, posted on the
@@ -40,9 +42,9 @@
  * * #GST_TYPE_ARRAY `features`: of structures with #guint `id`, #gdouble `x`, `y` (pixels, centres at integers, top
  * left 0,0; always finite), #gchararray `state`, #gdouble `confidence` (0 to 1), #gboolean `fresh`.
  *
- * A feature's state is one of `learning`, `tracked` (these two claim a position), `occluded` (hidden since less than 1
- * s: the position is a prediction), `lost`, `out` (left the picture) and `ended` (reported once; for these three the
- * position is the last that was claimed). An id is never given twice until READY.
+ * A feature's state is one of `learning`, `tracked` (these two claim a position), `occluded` (hidden for less than 1 s,
+ * in csdsimsrc's truth for any time: the position is a prediction), `lost`, `out` (left the picture) and `ended`
+ * (reported once; for these three the position is the last that was claimed). An id is never given twice until READY.
  *
  * The meta holds the same fields without the four times.
  *

@@ -42,7 +42,8 @@ class Tracker(_core.Tracker):  # signatures are Python's, and so is what is said
         training_time  ns: how long a feature is "learning"
         learning       "async": frames don't wait for learning; "sync": they do, and results are the same on each run
                        (only csd-2012 and csd-forest learn beside the frames)
-        n_threads      0…256 learner threads; 0: one fewer than there are processors, at least 1
+        n_threads      0…256 threads that learn and, with csd, follow points; 0: one fewer than there are processors, at
+                       least 1
         frame_budget   ns: past it the least urgent features of a frame wait; 0: none (csd only)
         seed           of every random choice
 
