@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""From a video and its truth to a score, by the commands of docs/metrics.md. $CSD_SCORE is the program."""
+"""From a video and its truth to a score, by csd-score. $CSD_SCORE is the program."""
 
 import json
 import os
