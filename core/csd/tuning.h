@@ -178,9 +178,9 @@ struct Tuning {
   double max_disagreement = 6;  ///< values are clamped here
   double probability = 1;       ///< 1: the regression; 0: reliable points are visible
   double max_blur = 0.15;       ///< ln of contrast: from here the lens is wet; patches fit, but all features are hidden
-  double highlight = GlareWeights::usual_highlight;  ///< share of the room above its surroundings that makes a pixel a
-                                                     ///< highlight; 2: no highlights
-  double claim_all = 0;  ///< 1: claims every point in every frame: a bound for the ablation, not a tracker
+  double highlight =
+      GlareWeights::usual_highlight;  ///< of the room above its surroundings that makes a pixel a highlight; 2: none
+  double claim_all = 0;               ///< 1: claims every point in every frame: a bound for the ablation, not a tracker
 };
 
 /// All fields, in the struct's order.
