@@ -79,7 +79,7 @@ class NeighbourField {
   std::vector<Point> points_;
 };
 
-/// Covariance of an aligned position, px²: the inverse of its information, sd at most 30 px.
+/// Covariance of an aligned position, px²: the inverse of its information, sd at most 32 px.
 cv::Matx22d position_covariance(const cv::Matx22d &information);
 
 /// A feature's own deviation from the neighbours' map: an offset from the predicted position, and a shape. In reference

@@ -135,7 +135,7 @@ struct Tuning {
   double more_looks = 96;      ///< the same while fewer are reliable than a map uses, lest the scene seem gone
   double support_share = 0.5;  ///< of the budget, from its start, for supporting points
   double query_share = 0.85;   ///< until users' points are aligned; the rest is for anchors
-  double first_looks = 0.6;    ///< of each of these: first alignments
+  double first_looks = 0.6;    ///< of the supporting points' part: first alignments
   double max_steps = 10;       ///< frames: after a longer gap nothing can be predicted
 
   // Finding a scene again: recall.cpp.
