@@ -90,7 +90,7 @@ struct Tuning {
   // The neighbours' map: neighbour_map.cpp.
   double min_reach = 45;           ///< px, sd of the weights by distance, at least
   double reach_per_fifth = 0.7;    ///< share of the distance of the fifth nearest, if that is more
-  double floor_weight = 0.01;      ///< of the farthest point, lest a map rest on one point
+  double floor_weight = 0.01;      ///< of the farthest point: no map rests on one point
   double ridge = 60;               ///< px², regularisation towards the similarity
   double min_spread = 0.5;         ///< px: accuracy of single points
   double spread_per_median = 1.5;  ///< of the residuals' median
@@ -132,7 +132,7 @@ struct Tuning {
   // The frame budget: steps.cpp, csd.cpp.
   double min_looks = 24;       ///< supporting points aligned whatever the budget
   double min_at_visible = 18;  ///< of these, points that were visible; the others may return from hiding
-  double more_looks = 96;      ///< the same while fewer are reliable than a map uses, lest the scene seem gone
+  double more_looks = 96;      ///< the same while fewer are reliable than a map uses: else the scene seems gone
   double support_share = 0.5;  ///< of the budget, from its start, for supporting points
   double query_share = 0.85;   ///< until users' points are aligned; the rest is for anchors
   double first_looks = 0.6;    ///< of the supporting points' part: first alignments

@@ -33,9 +33,9 @@ std::uint8_t smoke_pixel(std::uint8_t p, double d, double c, SmokeEquation equat
 
 /// Diathermy smoke for image patches (§2.1.2.2, Eq. 1).
 ///
-/// d and C vary smoothly over the patch: with constants, Eq. 1 is monotone and could change no test P1 > P2. Both are
-/// cut from one periodic field: white noise under a Gaussian (smoke_smoothness), rescaled to mean 0 and variance 1 (the
-/// filter removes nearly all variance). A cutout costs a hundredth of filtering anew.
+/// d and C vary smoothly over the patch: with constants, Eq. 1 is monotone and could not change any test P1 > P2. Both
+/// are cut from one periodic field: white noise under a Gaussian (smoke_smoothness), rescaled to mean 0 and variance 1
+/// (the filter removes nearly all variance). A cutout costs a hundredth of filtering anew.
 class Smoke {
  public:
   /// `random` generates the field. patch_size: side in pixels.
