@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The one place that knows every algorithm. A test of the elements links its own in its place.
+// The only file that knows every algorithm. A test of the elements replaces it by its own.
 #include "algorithms/make_algorithm.h"
 
 #include <stdexcept>

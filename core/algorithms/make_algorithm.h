@@ -7,8 +7,8 @@
 
 namespace csd {
 
-/// The algorithm that the settings name, for a Tracker. `executor` must outlive it. Throws std::invalid_argument where
-/// there is none.
+/// Makes the algorithm that the settings name, for a Tracker. `executor` must outlive it. Throws std::invalid_argument
+/// if there is none.
 std::unique_ptr<Algorithm> make_algorithm(const Settings &settings, Executor &executor);
 
 }  // namespace csd

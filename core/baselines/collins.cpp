@@ -14,13 +14,13 @@ namespace csd {
 
 namespace {
 
-// docs/baselines.md says where each comes from.
+// docs/baselines.md gives the sources.
 constexpr std::size_t kept_spaces = 5;
 constexpr double ring_of_side = 0.75;   // the background ring's width
-constexpr int frames_per_ranking = 10;  // in which the feature is seen
-constexpr double min_mass = 0.1;        // of that in the first frame: less, and the object is not there
-constexpr double reach_of_side = 2;     // how far a mean shift may go in a frame
-constexpr double edge_of_side = 0.25;   // nearer to the picture's edge than this, and it has gone over it
+constexpr int frames_per_ranking = 10;  // frames with the feature visible
+constexpr double min_mass = 0.1;        // share of the first frame's; below, the object is hidden
+constexpr double reach_of_side = 2;     // greatest mean shift in a frame
+constexpr double edge_of_side = 0.25;   // closer to the picture's edge, the feature has crossed it
 
 cv::Rect square(cv::Point centre, int radius) {
   return {centre.x - radius, centre.y - radius, 2 * radius + 1, 2 * radius + 1};
@@ -42,10 +42,10 @@ struct CollinsMeanShift::Target {
   std::array<ColourHistogram, 49> first{};  ///< of the object in its first frame, in each space
   std::array<Space, kept_spaces> kept;
   std::uint64_t first_mass = 0;
-  int age = 0;  ///< frames in which it was seen
+  int age = 0;  ///< frames in which it was visible
 };
 
-/// The colours around a position, as planes that a space is computed from in one go.
+/// The colours around a position, as planes from which each space is computed at once.
 struct CollinsMeanShift::Planes {
   Planes(const WorkFrame &frame, cv::Point2d centre, int radius)
       : area(square(rounded(centre), radius) & cv::Rect({0, 0}, frame.size())) {
@@ -57,7 +57,7 @@ struct CollinsMeanShift::Planes {
     values.create(area.size(), CV_8UC1);
     rgb_to_space(colour_spaces()[space], plane[2].data, plane[1].data, plane[0].data, area.area(), values.data);
   }
-  /// Working pixels to those of the planes.
+  /// Converts working pixels to pixels of the planes.
   cv::Point2d inside(cv::Point2d work) const { return work - cv::Point2d(area.tl()); }
 
   cv::Rect area;  ///< working pixels
@@ -100,10 +100,10 @@ std::optional<cv::Point2d> CollinsMeanShift::look(const WorkFrame &frame, Target
   return fused + cv::Point2d(planes.area.tl());
 }
 
-// The object's histogram is the mean of the first frame's and this one's, so that it can't drift away altogether.
+// The object's histogram is the mean of the first frame's and this one's, which limits drift.
 void CollinsMeanShift::rank(const WorkFrame &frame, Target &target) {
   const int half = side_ / 2, ring = static_cast<int>(std::lround(ring_of_side * side_));
-  // Windows about the ring's outermost pixels reach half a side further.
+  // Windows centred on the ring's outermost pixels extend half a side further.
   const Planes planes(frame, target.work, half + ring + (ranking_ == ColourRanking::peak_difference ? half : 0));
   const cv::Rect all({0, 0}, planes.area.size());
   const auto centre = rounded(planes.inside(target.work));
@@ -155,8 +155,8 @@ void CollinsMeanShift::track(const FrameContext &context, std::vector<Claim> &cl
     claim.kind = Claim::Kind::hidden;
     claim.position = context.frame.to_picture(found.value_or(target->work));
     if (!found) continue;
-    // What has left the picture pulls its window along until only the edge stops it: half of what is seen of an object
-    // whose centre is on the edge lies within a quarter of its side.
+    // An object that leaves the picture pulls its window along until the edge stops it. If its centre is on the edge,
+    // half of its visible part lies within a quarter of its side.
     if (found->x < edge || found->y < edge || found->x > size.width - 1 - edge || found->y > size.height - 1 - edge) {
       claim.kind = Claim::Kind::out;
       gone.push_back(claim.id);

@@ -9,18 +9,19 @@
 
 namespace csd {
 
-/// How colour spaces are ranked: the baselines MS1 and MS2 of §3.
+/// The ranking of colour spaces: the baselines MS1 and MS2 of §3.
 enum class ColourRanking : std::uint8_t {
-  variance_ratio,  ///< MS1: how well they separate the pixels of object and background (Eq. 5)
-  peak_difference  ///< MS2: how far the object stands out of what could distract from it beside it
+  variance_ratio,  ///< MS1: how well they separate object and background pixels (Eq. 5)
+  peak_difference  ///< MS2: how far the object's peak exceeds those of distractors beside it
 };
 
 /// The mean-shift trackers of Collins, Liu & Leordeanu (2005), "Online selection of discriminative tracking features",
-/// IEEE PAMI 27(10): of the 49 colour spaces the five that tell the patch from the ring around it best; mean shift on
-/// the weight image of each, from the last position; the median of the five (docs/baselines.md).
+/// IEEE PAMI 27(10). They choose the five of the 49 colour spaces that best separate the patch from the ring around it,
+/// run mean shift on the weight image of each from the last position, and take the median of the five
+/// (docs/baselines.md).
 ///
-/// A feature whose colours are not there is hidden, and looked for again where it was; over the edge it is out for
-/// ever.
+/// A feature whose colours are not found is hidden and searched for again where it was; one that crosses the edge is
+/// out for good.
 class CollinsMeanShift final : public Algorithm {
  public:
   CollinsMeanShift(const Settings &settings, ColourRanking ranking);

@@ -15,7 +15,7 @@ constexpr int bin_shift = 3;
 
 ColourHistogram count_colours(const cv::Mat &values, const cv::Rect &area) {
   CV_Assert(values.type() == CV_8UC1);
-  // Two tables in turn: an increment of the bin that was incremented just before waits for its store.
+  // Two tables in turn: incrementing the same bin twice in a row would wait for the first store.
   std::array<ColourHistogram, 2> part{};
   const auto inside = area & cv::Rect({0, 0}, values.size());
   for (int y = inside.y; y < inside.y + inside.height; ++y) {

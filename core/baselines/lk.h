@@ -8,7 +8,7 @@
 
 namespace csd {
 
-/// The baseline LK (with template update) of §3: each feature is followed from frame to frame and, once lost, for ever
+/// The baseline LK (with template update) of §3: each feature is tracked from frame to frame and, once lost, stays
 /// lost.
 class LucasKanade final : public Algorithm {
  public:

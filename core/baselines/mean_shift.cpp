@@ -12,7 +12,7 @@ WindowMass window_mass(const cv::Mat &values, const ColourWeights &weights, cv::
   CV_Assert(values.type() == CV_8UC1 && side % 2 == 1);
   const cv::Rect window = cv::Rect(cvRound(centre.x) - side / 2, cvRound(centre.y) - side / 2, side, side) &
                           cv::Rect({0, 0}, values.size());
-  std::uint64_t mass = 0, moment_x = 0, moment_y = 0;  // about the window's first pixel
+  std::uint64_t mass = 0, moment_x = 0, moment_y = 0;  // relative to the window's first pixel
   for (int y = 0; y < window.height; ++y) {
     const auto *row = values.ptr(window.y + y) + window.x;
     std::uint64_t in_row = 0;

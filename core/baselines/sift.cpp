@@ -8,15 +8,15 @@ namespace csd {
 
 namespace {
 
-// Lowe's values, but for the contrast: at his, tissue has few keypoints (docs/baselines.md has the measurement).
+// Lowe's values, except for the contrast: with his, tissue has few keypoints (docs/baselines.md has the measurement).
 constexpr int octave_layers = 3;
 constexpr double contrast_threshold = 0.01;
 constexpr double edge_threshold = 10;
 constexpr double sigma = 1.6;
 
 constexpr double ratio = 0.6;      // §3.1
-constexpr double near = 5;         // working pixels from the feature to a keypoint that may stand for it
-constexpr int smallest_side = 16;  // of a picture that cv::SIFT can build its octaves from
+constexpr double near = 5;         // working pixels, greatest distance of a feature's keypoint
+constexpr int smallest_side = 16;  // of a picture from which cv::SIFT can build its octaves
 
 }  // namespace
 
@@ -44,7 +44,7 @@ void SiftMatching::detect(const FrameContext &context) {
 }
 
 void SiftMatching::track(const FrameContext &context, std::vector<Claim> &claims) {
-  detected_ = false;  // also where the frame before ended in an exception
+  detected_ = false;  // also if the last frame ended in an exception
   cv::Mat wanted;
   for (const auto &point : points_)
     if (!point.descriptor.empty()) wanted.push_back(point.descriptor);
@@ -60,7 +60,7 @@ void SiftMatching::track(const FrameContext &context, std::vector<Claim> &claims
     while (claim->id != point.id) ++claim;
     claim->kind = Claim::Kind::hidden;
     if (point.descriptor.empty() || *match++ < 0) continue;
-    // The offset turns and grows with the keypoint.
+    // The offset rotates and scales with the keypoint.
     const auto &k = keypoints_[static_cast<std::size_t>(match[-1])];
     const double turn = (k.angle - point.keypoint.angle) * CV_PI / 180, grow = k.size / point.keypoint.size;
     const double c = grow * std::cos(turn), s = grow * std::sin(turn);
@@ -78,7 +78,7 @@ Claim::Kind SiftMatching::begin(FeatureId id, cv::Point2d position, const FrameC
   double nearest = near;
   for (std::size_t i = 0; i < keypoints_.size(); ++i) {
     const double distance = cv::norm(cv::Point2d(keypoints_[i].pt) - work);
-    // A place with several dominant orientations has a keypoint for each: the first is as good as any.
+    // A place with several dominant orientations has a keypoint for each: any of them will do.
     if (distance >= nearest) continue;
     nearest = distance;
     point.keypoint = keypoints_[i];

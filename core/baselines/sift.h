@@ -9,14 +9,14 @@
 
 namespace csd {
 
-/// The ratio test of Lowe (2004): for each row of `descriptors` the nearest row of `candidates` (both CV_32F, of one
-/// width) by Euclidean distance, if that is less than `ratio` times the distance of the second nearest; else −1, also
-/// where there are fewer than two candidates.
+/// The ratio test of Lowe (2004). For each row of `descriptors` returns the nearest row of `candidates` (both CV_32F,
+/// of equal width) by Euclidean distance, if that is less than `ratio` times the distance of the second nearest; else
+/// −1. With fewer than two candidates all are −1.
 std::vector<int> match_by_ratio(const cv::Mat &descriptors, const cv::Mat &candidates, double ratio);
 
-/// The baseline SIFT of §3: tracking by detection. Each frame's DoG keypoints are matched with the descriptor of the
-/// feature's first frame, nearest neighbour with ratio 0.6, in the whole picture, without any temporal information
-/// (docs/baselines.md). Where nothing matches, the feature is hidden.
+/// The baseline SIFT of §3: tracking by detection. Matches each frame's DoG keypoints with the descriptor of the
+/// feature's first frame, nearest neighbour with ratio 0.6, in the whole picture, without temporal information
+/// (docs/baselines.md). Without a match the feature is hidden.
 class SiftMatching final : public Algorithm {
  public:
   explicit SiftMatching(const Settings &settings);
@@ -32,8 +32,8 @@ class SiftMatching final : public Algorithm {
   struct Point {
     FeatureId id;
     cv::KeyPoint keypoint;  ///< of the first frame, working pixels
-    cv::Mat descriptor;     ///< its, one row; empty: there was no keypoint
-    cv::Point2d offset;     ///< from the keypoint to the feature, first frame
+    cv::Mat descriptor;     ///< its descriptor, one row; empty: there was no keypoint
+    cv::Point2d offset;     ///< from the keypoint to the feature, in the first frame
   };
   void detect(const FrameContext &context);
 

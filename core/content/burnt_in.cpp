@@ -17,36 +17,36 @@ constexpr int max_lines = 288;        // of the copy
 constexpr int block_rows = 32;        // blocks over the picture's height
 constexpr double memory = 1.0;        // s, of mean and deviation
 constexpr double warm_up = 0.5;       // s before the first conclusion
-constexpr float sure_after = 1.8F;    // s of evidence: with 0.8, tools and tissue that pause are marked
+constexpr float sure_after = 1.8F;    // s of evidence: with 0.8, pausing tools and tissue are marked
 constexpr float max_evidence = 3.0F;  // s
-constexpr float doubt_rate = 0.5F;    // neighbours that stand still take evidence away so much slower
+constexpr float doubt_rate = 0.5F;    // relative rate at which still neighbours reduce the evidence
 
-// Chosen by looking at clips, not measured as distributions: medians over a picture were about 0.25 px on slowly
-// moving tissue and 0.08 px on still tissue, noise taken off.
+// Chosen by viewing clips, not from measured distributions: medians over a picture were about 0.25 px on slowly moving
+// tissue and 0.08 px on still tissue, after subtracting noise.
 constexpr float sharp = 16;            // grey levels over two pixels of the copy
 constexpr float fixed_below = 0.06F;   // px
 constexpr float moving_above = 0.15F;  // px
-constexpr float texture = 3;           // grey levels over two pixels: less says nothing about motion
+constexpr float texture = 3;           // grey levels over two pixels; below, motion is undetermined
 constexpr float dark = 32;             // grey levels: a black border has no noise to measure
-constexpr float fixed_pixels = 3;      // that make a block worth a question
+constexpr float fixed_pixels = 3;      // least number in a block that is checked
 
-/// How far to look on each of the four sides of a block, in blocks, and what share of the blocks that can tell has to
-/// move there. The nearest finds lines of text, the farther ones captions. Still tissue beside a tool stands still on
-/// the tool's other side; the farther the look, the more it takes to outweigh that.
+/// How far to look on each of a block's four sides, in blocks, and the share of the blocks with texture that must move
+/// there. The nearest reach finds lines of text, the farther ones captions. Still tissue beside a tool is still on the
+/// tool's other side too; the farther reaches need a larger share to outweigh it.
 constexpr struct {
   int blocks;
   float moving_share;
 } reaches[] = {{4, 0.5F}, {8, 0.7F}, {12, 0.75F}};
-constexpr float lit_share = 0.5F;  // of a side: else the picture's edge or the dark border is there
-constexpr int min_sides = 2;       // a corner of the picture has two
+constexpr float lit_share = 0.5F;  // of a side; below, it is the picture's edge or the dark border
+constexpr int min_sides = 2;       // a corner of the picture has only two
 
 }  // namespace
 
-/// A value for each block.
+/// One value per block.
 struct BurntIn::Blocks {
-  cv::Mat fixed;   // CV_8UC1, 1: has sharp edges that do not move
+  cv::Mat fixed;   // CV_8UC1, 1: has sharp, fixed edges
   cv::Mat moving;  // CV_8UC1, 1: its texture moves
-  cv::Mat still;   // CV_8UC1, 1: its texture does not move
+  cv::Mat still;   // CV_8UC1, 1: its texture is still
 };
 
 void BurntIn::reset() {
@@ -77,14 +77,14 @@ bool BurntIn::update(const cv::Mat &luma, double dt) {
   }
   dt = std::clamp(dt, 0.0, memory);
   accumulate(dt);
-  copy_ = luma.size() == mean_.size() ? cv::Mat() : copy_;  // keeps no hold on the caller's pixels
+  copy_ = luma.size() == mean_.size() ? cv::Mat() : copy_;  // never shares the caller's pixels
   if (seen_ < warm_up) return false;
   weigh(sum_blocks(noise()), dt);
   return mark();
 }
 
 void BurntIn::accumulate(double dt) {
-  // The first samples count equally, so that the start is no worse than the rest.
+  // The first samples count equally, so that the start is as accurate as the rest.
   ++samples_;
   if (samples_ > 1) seen_ += dt;
   const auto weight = static_cast<float>(std::max(1.0 / samples_, 1 - std::exp(-dt / memory)));
@@ -104,7 +104,7 @@ void BurntIn::accumulate(double dt) {
   }
 }
 
-/// What the deviation is where nothing moves: a low quantile of the flat, lit part. Also brings gradient_ up to date.
+/// The deviation at still pixels: a low quantile over the flat, lit part. Also updates gradient_.
 float BurntIn::noise() {
   constexpr float step = 0.125F;
   std::array<int, 256> histogram{};
@@ -138,7 +138,7 @@ float BurntIn::noise() {
 BurntIn::Blocks BurntIn::sum_blocks(float noise) {
   const cv::Size size = evidence_.size();
   Blocks blocks{cv::Mat::zeros(size, CV_8UC1), cv::Mat::zeros(size, CV_8UC1), cv::Mat::zeros(size, CV_8UC1)};
-  // Columns are summed first: each pixel by itself, which compilers turn into vectors.
+  // Sums columns first, pixel by pixel, so that compilers vectorise it.
   const int width = mean_.cols;
   std::vector<float> fixed_sums(static_cast<std::size_t>(width)), gradient_sums(fixed_sums), deviation_sums(fixed_sums);
   const float enough = 0.5F * static_cast<float>(block_ * block_);
@@ -174,7 +174,7 @@ BurntIn::Blocks BurntIn::sum_blocks(float noise) {
   return blocks;
 }
 
-/// Whether a block sees motion on all its sides, for each block that it is asked about.
+/// Whether a block sees motion on all its sides.
 class BurntIn::Surroundings {
  public:
   Surroundings(const Blocks &blocks, const cv::Mat &mean) : all_({0, 0}, blocks.moving.size()) {
@@ -184,7 +184,7 @@ class BurntIn::Surroundings {
     lit.convertTo(lit, CV_8U);
     cv::integral(lit, lit_, CV_32S);
     cv::integral(blocks.moving, moving_, CV_32S);
-    // What is sharp and fixed stands still too: where tissue is so, it is all around.
+    // Sharp fixed edges are still too: still tissue has them all around.
     cv::integral(blocks.still | blocks.fixed, resting_, CV_32S);
   }
 
@@ -249,7 +249,7 @@ bool BurntIn::mark() {
     std::uint8_t differs = 0;
     for (int begin = 0; begin < mask_.cols; begin += block_, ++marked) {
       for (int x = begin; x < std::min(mask_.cols, begin + block_); ++x) {
-        // A pixel of a block that is graphics stays one: a passing highlight may blur its edge for a moment.
+        // A pixel of a graphics block stays marked: a passing highlight may blur its edge for a moment.
         const std::uint8_t next = *marked & (mask[x] | fixed[x]);
         differs |= static_cast<std::uint8_t>(next ^ mask[x]);
         mask[x] = next;

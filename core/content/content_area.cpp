@@ -9,10 +9,10 @@ namespace csd {
 namespace {
 
 constexpr double ns_per_second = 1e9;
-constexpr std::int64_t border_period = 200'000'000;    // ns: it hardly changes; a look costs up to 4 ms at 576 lines
-constexpr std::int64_t graphics_period = 150'000'000;  // ns: six looks a second tell moving from fixed
+constexpr std::int64_t border_period = 200'000'000;    // ns: it hardly changes; an update takes up to 4 ms at 576 lines
+constexpr std::int64_t graphics_period = 150'000'000;  // ns: six updates a second separate moving from fixed
 
-/// Whether it is time again; a stream that jumped back starts a new period. `elapsed` is in seconds.
+/// Whether the next update is due; a stream that jumped back starts a new period. `elapsed` is in seconds.
 bool due(bool started, std::int64_t now, std::int64_t period, std::int64_t &last, double &elapsed) {
   const std::int64_t since = now - last;
   if (started && since >= 0 && since < period) return false;
@@ -32,7 +32,7 @@ void ContentAreaFinder::update(const cv::Mat &luma, std::int64_t time, int patch
   if (luma.size() != forbidden_.size()) reset();
   double elapsed = 0;
   bool stale = !started_ || patch != patch_;
-  // Until there is light each frame may be the first that shows something.
+  // Until the picture is lit, each frame may be the first that shows the border.
   if (due(started_, time, border_.lit() ? border_period : 0, last_border_, elapsed))
     stale |= border_.update(luma, elapsed);
   if (due(started_, time, graphics_period, last_graphics_, elapsed)) stale |= graphics_.update(luma, elapsed);
@@ -46,8 +46,8 @@ void ContentAreaFinder::grow(cv::Size size, int patch) {
   cv::Mat all;
   cv::resize(border_.mask(), all, graphics_.mask().size(), 0, 0, cv::INTER_NEAREST);
   all |= graphics_.mask();
-  // A patch is a square, and so is what touches it: half a patch on each side, and a pixel of the copy for what
-  // shrinking blurs.
+  // Patches are squares, so the kernel is one too: half a patch on each side, plus a pixel of the copy for the blur of
+  // downscaling.
   const double shrink = static_cast<double>(size.height) / all.rows;
   const int half = patch / 2, radius = static_cast<int>(std::ceil(half / shrink)) + 1;
   cv::Mat grown;

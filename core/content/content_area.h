@@ -10,25 +10,25 @@
 
 namespace csd {
 
-/// Where in the picture there is no tissue to track: the dark border joined to the frame's edge, and text and logos
-/// burnt into the picture. Neither detection nor learning looks there.
+/// The parts of the picture without tissue: the dark border joined to the frame's edge, and burnt-in text and logos.
+/// Detection and learning exclude them.
 ///
 /// Not thread safe. No parameter depends on the resolution or on the frame rate.
 class ContentAreaFinder {
  public:
-  /// Takes the next frame: `luma` CV_8UC1, the working image; its time in ns, only differences of which matter; `patch`
-  /// the odd side of the tracked patch in working pixels. The border is known from the first lit frame on, graphics
-  /// after about 2.5 s of motion around them. A change of size forgets everything, a time that runs back nothing.
+  /// Adds the next frame. `luma`: CV_8UC1, the working image. Its time is in ns, and only differences matter. `patch`:
+  /// odd side of the tracked patch in working pixels. The border is known from the first lit frame on, graphics after
+  /// about 2.5 s of motion around them. A change of size restarts it; a time that runs back does not.
   void update(const cv::Mat &luma, std::int64_t time, int patch);
 
-  /// Where no patch may be centred: CV_8UC1 of the luma's size, 255 where a patch would touch border or graphics, else
-  /// 0. The picture's own edge is not part of it. Empty before the first update().
+  /// CV_8UC1 of the luma's size, 255 where a patch centred there would touch border or graphics, else 0. The picture's
+  /// own edge is not included. Empty before the first update().
   const cv::Mat &forbidden() const { return forbidden_; }
 
   /// Whether a patch centred here, in working pixels, would touch border or graphics. False outside the picture.
   bool contains(cv::Point2d p) const;
 
-  /// Whether the last update() made forbidden() another than it was.
+  /// Whether the last update() changed forbidden().
   bool changed() const { return changed_; }
 
   void reset();

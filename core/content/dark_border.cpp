@@ -11,17 +11,17 @@ namespace {
 
 constexpr int max_lines = 144;  // of the small picture
 
-// Video black is 16 and coding noise takes it to about 25. Chosen by eye: what stays darker than this has no texture.
+// Video black is 16, and coding noise raises it to about 25. Chosen by eye: anything darker has no texture.
 constexpr std::uint8_t dark_below = 28;
 
 constexpr double memory = 1.0;        // s, of dark_share_
-constexpr float becomes_dark = 0.9F;  // share: after 2.3 s of dark
-constexpr float stays_dark = 0.75F;   // share: until 0.3 s of light
+constexpr float becomes_dark = 0.9F;  // share, reached after 2.3 s of dark
+constexpr float stays_dark = 0.75F;   // share, lost after 0.3 s of light
 constexpr double wholly_dark = 0.98;  // share of the picture
-constexpr double field_share = 0.25;  // smaller than this share of the largest lit region: writing in the border
-constexpr int crevice = 5;            // px of the small picture: a thinner dark line is anatomy, save along the edge
+constexpr double field_share = 0.25;  // of the largest lit region; smaller regions are text in the border
+constexpr int crevice = 5;            // px of the small picture: a thinner dark line is anatomy, except along the edge
 
-/// 255 in all of `lit` that is one of its large regions, 0 elsewhere.
+/// 255 in the large regions of `lit`, 0 elsewhere.
 cv::Mat large_regions(const cv::Mat &lit) {
   cv::Mat labels, stats, centroids;
   const int n = cv::connectedComponentsWithStats(lit, labels, stats, centroids, 4, CV_32S);
@@ -88,15 +88,15 @@ bool DarkBorder::update(const cv::Mat &luma, double dt) {
 }
 
 void DarkBorder::decide() {
-  // Outside the picture is dark: with a rim of it, the opening leaves a border of a single column along the edge alone,
-  // and all that is joined to the edge is one region.
+  // Adds a dark rim, because the outside is dark: the opening then keeps a border of a single column only along the
+  // edge, and everything joined to the edge is one region.
   constexpr int rim = crevice;
   cv::Mat dark;
   cv::copyMakeBorder(dark_, dark, rim, rim, rim, rim, cv::BORDER_CONSTANT, cv::Scalar(255));
   cv::morphologyEx(dark, dark, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_ELLIPSE, {crevice, crevice}));
   cv::floodFill(dark, {0, 0}, cv::Scalar(128));
   const cv::Mat border = large_regions(dark != 128)(cv::Rect(rim, rim, dark_.cols, dark_.rows)) == 0;
-  // A pixel that is partly border may be lit enough to pass.
+  // A pixel that is partly border may be bright enough to pass as lit.
   cv::dilate(border, mask_, cv::getStructuringElement(cv::MORPH_RECT, {3, 3}));
 }
 

@@ -17,7 +17,7 @@ namespace {
 using Words = std::vector<std::uint16_t>;
 using Bytes = std::vector<std::uint8_t>;
 
-/// Cells without a value take that of the next one in their row, a row without takes that of the next row.
+/// A cell without a value takes that of the next one in its row; a row without values takes the next row's.
 void fill_unknown(cv::Mat1b &cells, const cv::Mat1b &known) {
   std::vector<int> rows;
   for (int j = 0; j < cells.rows; ++j) {
@@ -39,7 +39,7 @@ void fill_unknown(cv::Mat1b &cells, const cv::Mat1b &known) {
   }
 }
 
-/// Means over cells of the pixels that are allowed, as far as there are enough to say.
+/// Means over cells of the allowed pixels; a cell needs enough of them.
 cv::Mat1b means_of_cells(const cv::Mat &least, const cv::Mat &forbidden, int cell) {
   const int n = least.cols, columns = (n + cell - 1) / cell, rows = (least.rows + cell - 1) / cell;
   cv::Mat1b mean(rows, columns, std::uint8_t{0}), known(rows, columns);
@@ -64,12 +64,12 @@ cv::Mat1b means_of_cells(const cv::Mat &least, const cv::Mat &forbidden, int cel
   return mean;
 }
 
-/// Above this a pixel is a highlight, in 1/256.
+/// Brightness above which a pixel is a highlight, 1/256.
 int limit(int surroundings, double share) {
   return static_cast<int>(std::lround(std::clamp(256 * (surroundings + share * (250 - surroundings)), 0.0, 65535.0)));
 }
 
-/// Limits of a row of cells, at every pixel: linear between the cells' centres.
+/// Limits of a row of cells at every pixel, interpolated linearly between the cells' centres.
 void limits_of_row(const cv::Mat1b &cells, int row, int cell, double share, Words &out) {
   const int n = static_cast<int>(out.size());
   for (int i = -1, begin = 0; begin < n; ++i) {
@@ -90,7 +90,7 @@ void GlareWeights::build(const WorkFrame &frame, const cv::Mat &forbidden, doubl
   const cv::Size size = frame.size();
   if (!forbidden.empty() && (forbidden.type() != CV_8UC1 || forbidden.size() != size))
     throw std::invalid_argument("GlareWeights: forbidden must be CV_8UC1 of the working size");
-  constexpr int reach = 2, side = 2 * reach + 1;  // erode_row's
+  constexpr int reach = 2, side = 2 * reach + 1;  // of erode_row
   const int cell = std::max(1, static_cast<int>(std::lround(16 * size.height / 480.)));
   levels_[0].create(size, CV_8UC1);
   for (std::size_t l = 1; l < Pyramid::levels; ++l)
@@ -103,13 +103,13 @@ void GlareWeights::build(const WorkFrame &frame, const cv::Mat &forbidden, doubl
   const auto n = static_cast<std::size_t>(size.width), slots = n + row_slack;
   Words above(n), below(n), sums(slots);
   Bytes bytes(slots), all(n, 255), none(n, 0);
-  // Rows of tissue before the erosion, as many as it looks at: row y lies at y modulo their number.
+  // Rows of tissue before the erosion, in a ring buffer as high as its window: row y is at y modulo that height.
   std::vector<Bytes> tissue(side, Bytes(n));
   const auto tissue_at = [&](int y) {
     return y < 0 || y >= size.height ? all.data() : tissue[static_cast<std::size_t>(y % side)].data();
   };
   const auto mark = [&](int y) {
-    // Between the centres of cells, in halves of a pixel.
+    // Position between the centres of cells, in half pixels.
     const int at = 2 * y + 1 + cell, row = at / (2 * cell) - 1, part = at % (2 * cell);
     if (y == 0 || part < 2) {
       limits_of_row(surroundings, std::max(row, 0), cell, highlight, above);
@@ -121,7 +121,7 @@ void GlareWeights::build(const WorkFrame &frame, const cv::Mat &forbidden, doubl
                sums.data(), tissue[static_cast<std::size_t>(y % side)].data());
   };
 
-  // All levels go down the picture together, each as soon as it can: what is read was written just before.
+  // All levels are computed together, row by row, so that each reads rows that were just written.
   std::array<int, Pyramid::levels> done{};
   for (int y = 0; y < reach && y < size.height; ++y) mark(y);
   for (int y = 0; y < size.height; ++y) {

@@ -12,23 +12,22 @@ namespace csd {
 
 class WorkFrame;
 
-/// How far a pixel can be believed, at the pyramid's resolutions: 255 is tissue, 0 is a highlight or its rim.
+/// Weight of each pixel at the pyramid's resolutions: 255 is tissue, 0 is a highlight or its rim.
 ///
-/// A highlight is brighter than what surrounds it, in the least of B, G and R (so that pale tissue is none), by a share
-/// of the room that is left above the surroundings: an absolute threshold masks pale tissue.
-/// m = min(B, G, R) smoothed by 1 2 1 in both directions; the surroundings: means of m (not smoothed) over cells of 16
-/// × 16 pixels at 480 working lines, the forbidden ones left out, median of 5 × 5 cells, bilinear in between; highlight
-/// where m − surroundings > `highlight`·(250 − surroundings); dilated by 2 pixels all round, at any height: what leaks
-/// from it leaks by the pyramid's smoothing. A pixel of a coarser level lies at every second pixel of the one before
-/// and covers half of its neighbours: it holds the mean with weights 1 2 1 in both directions, rounded; the border is
-/// mirrored as in Pyramid.
+/// A highlight exceeds its surroundings in the smallest of B, G and R (so that pale tissue is not one) by a share of
+/// the room left above them: an absolute threshold would mask pale tissue. m = min(B, G, R), smoothed by 1 2 1 in both
+/// directions. The surroundings are means of unsmoothed m over cells of 16 × 16 pixels at 480 working lines, without
+/// forbidden pixels, then a median of 5 × 5 cells, interpolated bilinearly. Highlight if m − surroundings >
+/// `highlight`·(250 − surroundings); dilated by 2 pixels at any height, because it spreads by the pyramid's smoothing.
+/// A pixel of a coarser level lies at every second pixel of the previous one and covers half of its neighbours. It is
+/// the mean with weights 1 2 1 in both directions, rounded; the border is mirrored as in Pyramid.
 class GlareWeights {
  public:
-  /// One pass over the working image's colour (luma, where the picture is gray). `forbidden`: CV_8UC1 of the working
-  /// size, 255 where there is no tissue (border, burnt-in graphics), which weighs 0 too, and 0 elsewhere; or empty.
-  /// Throws std::invalid_argument where it is something else.
+  /// One pass over the working image's colour (luma if the picture is gray). `forbidden`: empty, or CV_8UC1 of the
+  /// working size, 255 where there is no tissue (border, burnt-in graphics) and 0 elsewhere; its weight is 0 too.
+  /// Throws std::invalid_argument on another type or size.
   void build(const WorkFrame &frame, const cv::Mat &forbidden, double highlight = usual_highlight);
-  /// With .2 pale relief was masked too: on six clips 1 to 4 % fewer claims.
+  /// With .2 pale relief is masked too: 1 to 4 % fewer claims on six clips.
   static constexpr double usual_highlight = 0.4;
 
   bool empty() const { return levels_[0].empty(); }
@@ -36,7 +35,7 @@ class GlareWeights {
 
  private:
   std::array<cv::Mat, Pyramid::levels> levels_;
-  cv::Mat least_;  // kept, so that no frame pays for fresh memory
+  cv::Mat least_;  // kept to avoid allocations
 };
 
 }  // namespace csd

@@ -26,7 +26,7 @@ void threshold(const cv::Mat &bgr, const Thresholds &t, cv::Mat &out) {
     std::uint8_t *to = out.ptr(y);
     for (int x = 0; x < bgr.cols; ++x, p += 3) {
       const int high = std::max({p[0], p[1], p[2]}), low = std::min({p[0], p[1], p[2]});
-      // Without a branch: highlights are scattered.
+      // Branchless: highlights are scattered.
       const int marked = static_cast<int>(high >= t.least) & static_cast<int>((high - low) * 65536 <= high * t.part);
       to[x] = static_cast<std::uint8_t>(-marked);
     }
@@ -52,7 +52,7 @@ void specular_mask(const WorkFrame &frame, const cv::Rect &r, cv::Mat &mask, con
   frame.gather_bgr(seen, bgr);
   threshold(bgr, Thresholds(options), bright);
   const int side = 2 * margin + 1;
-  // The constant border, OpenCV's default for dilate, adds nothing.
+  // OpenCV's default border for dilate adds nothing.
   cv::dilate(bright, bright, cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
   bright(inside - seen.tl()).copyTo(mask(inside - r.tl()));
 }

@@ -12,12 +12,12 @@
 namespace csd {
 namespace {
 
-// Chosen by looking at six clips: tools .05 to .14, the palest tissue (gallbladder, peritoneum) .18 to .25; through
-// smoke tools .11 to .15, and half of the picture below .23.
+// Chosen on six clips. Saturation of tools .05 to .14, of the palest tissue (gallbladder, peritoneum) .18 to .25.
+// Through smoke, tools .11 to .15, and half of the picture below .23.
 constexpr int max_saturation = 36;  // of 255
 constexpr int part_of_median = 60;  // %
 constexpr int min_light = 32;
-constexpr int small_lines = 120;  // of the copy that is looked at
+constexpr int small_lines = 120;  // of the downscaled copy
 
 }  // namespace
 

@@ -7,13 +7,13 @@ namespace csd {
 
 class WorkFrame;
 
-/// Where tools are, as far as colour tells: metal and plastic are grey, lit tissue hardly ever is. For choosing new
-/// points, no more: tissue that is white with light, or burnt, passes for a tool too, and a coloured tool for tissue.
+/// Finds tools by colour: metal and plastic are grey, lit tissue hardly ever is. Only for the choice of new points:
+/// overexposed or burnt tissue passes for a tool, and a coloured tool for tissue.
 ///
-/// `mask` becomes CV_8UC1 of the working size, 255 on what has a lower saturation, (max − min)/max of B, G and R,
-/// than .14, and than .6 of the picture's median (smoke takes colour from all of it), and up to 12 pixels at 480 lines
-/// (half a patch) around that; else 0. In means over some 12 pixels; what is darker than 32 of 255 tells nothing. A
-/// gray picture has none.
+/// `mask` becomes CV_8UC1 of the working size. It is 255 where the saturation (max − min)/max of B, G and R is below
+/// .14 and below .6 of the picture's median (smoke desaturates all of it), and within 12 pixels at 480 lines (half a
+/// patch) of that; else 0. Saturation is averaged over about 12 pixels; pixels darker than 32 of 255 are ignored. A
+/// gray picture has no tools.
 void find_tools(const WorkFrame &frame, cv::Mat &mask);
 
 }  // namespace csd

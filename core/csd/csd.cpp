@@ -7,9 +7,9 @@
 
 namespace csd {
 namespace {
-constexpr std::int64_t step = second / 25;  // what rates are given for
+constexpr std::int64_t step = second / 25;  // the unit of rates
 
-/// The supporting points: no user's point has a say in another's.
+/// The supporting points as neighbours: users' points do not affect each other.
 class Given final : public Company {
  public:
   explicit Given(const SupportPoints &support) : support_(support) {}
@@ -58,7 +58,7 @@ void Csd::track(const FrameContext &context, std::vector<Claim> &claims) {
   auto query = queries_.begin();
   for (auto &claim : claims) {
     while (query != queries_.end() && query->id < claim.id) ++query;
-    if (query == queries_.end() || query->id != claim.id) continue;  // began outside the picture: its claim stays
+    if (query == queries_.end() || query->id != claim.id) continue;  // began outside the picture: claim unchanged
     query->judged_at = context.frame.to_picture(query->point.seen_at());
     report(*query, frame, context.frame, claim);
   }
@@ -69,13 +69,13 @@ void Csd::doubt(const CsdFrame &frame) {
   for (auto &query : queries_) query.point.doubt();
 }
 
-/// One in each frame at least, however late it is, so that none waits for ever.
+/// At least one is aligned in each frame, even past the budget, so that none waits for ever.
 void Csd::follow_queries(const CsdFrame &frame) {
   turns_.clear();
   for (auto &query : queries_) turns_.push_back(&query);
   Given company(support_);
   follow(frame, turns_, company, {tuning_.query_share, tuning_.query_share});
-  // What began where nothing was known of the tissue around it, or before a cut.
+  // Points that began without supporting points around them, or before a cut.
   for (auto &query : queries_)
     if (query.point.sure() && !query.point.map()) query.point.join(support_.field(), support_.chart(), frame);
 }
@@ -116,7 +116,7 @@ std::optional<Csd::Judged> Csd::judged(FeatureId id) const {
   return Judged{*at->point.evidence(), at->judged_at};
 }
 
-/// All at once: each would move all behind it, and a user may remove ten thousand in one frame.
+/// Erases all at once: one by one, each would move all behind it, and a user may remove ten thousand in one frame.
 void Csd::drop_ended() {
   if (ended_.empty()) return;
   std::sort(ended_.begin(), ended_.end());

@@ -13,11 +13,12 @@
 
 namespace csd {
 
-/// The project's own tracker. Each feature carries an affine state and a frozen anchor, is aligned in each frame as one
-/// MAP estimate, and is judged by how the tissue around it moves. docs/method.md leads from its formulas to the code.
+/// The project's own tracker. Each feature has an affine state and a frozen anchor. Each frame aligns it as one MAP
+/// estimate and checks the result against the motion of the tissue around it. docs/method.md maps the formulas to the
+/// code.
 class Csd final : public Algorithm {
  public:
-  /// Points that don't depend on each other are followed side by side, where `workers` has threads.
+  /// Independent points are tracked in parallel if `workers` has threads.
   explicit Csd(const Settings &settings, SideBySide workers = {}, const Tuning &tuning = {})
       : settings_(settings), tuning_(tuning), workers_(workers) {}
 
@@ -31,12 +32,12 @@ class Csd final : public Algorithm {
   void forget() override;
   void add_to(Stats &) const override {}
 
-  /// What the last frame's judgement of a feature went by, and the place that was judged, picture pixels.
+  /// The evidence behind the last frame's visibility decision, and the aligned position, picture pixels.
   struct Judged {
     Evidence evidence;
     cv::Point2d position;
   };
-  /// Nothing where there was nothing to judge.
+  /// Empty if the feature was not judged in the last frame.
   std::optional<Judged> judged(FeatureId id) const;
 
  private:

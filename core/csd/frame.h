@@ -15,30 +15,30 @@ namespace csd {
 
 class WorkFrame;
 
-/// A frame as `csd` looks at it.
+/// A frame as input of `csd`.
 struct CsdFrame {
   const Pyramid &pyramid;
   const GlareWeights &weights;
   cv::Size size;                      ///< of the working image
-  double unit;                        ///< working pixels for a pixel of a 480-line picture: what constants are given in
-  double steps;                       ///< frames of 40 ms since the last frame: what rates are given in
+  double unit;                        ///< working pixels per pixel of a 480-line picture, the unit of constants
+  double steps;                       ///< frames of 40 ms since the last frame, the unit of rates
   std::int64_t time;                  ///< ns
-  std::int64_t training_time;         ///< ns: how long an anchor is gathered
-  double patch = 1;                   ///< working pixels to a sample of a patch (of 21 × 21) where a point begins
+  std::int64_t training_time;         ///< ns: how long anchor samples are collected
+  double patch = 1;                   ///< working pixels per patch sample (21 × 21) for a new point
   FrameBudget budget = {};            ///< when it is spent, points wait
-  const WorkFrame *colour = nullptr;  ///< tells tools from tissue, where new points begin; none: nothing does
+  const WorkFrame *colour = nullptr;  ///< distinguishes tools from tissue for new points; null: no distinction
   const Tuning &tuning = default_tuning;
-  SideBySide workers = {};  ///< independent points are followed side by side
+  SideBySide workers = {};  ///< independent points are tracked in parallel
   bool shows(cv::Point2d p) const {
     return p.x >= -0.5 && p.y >= -0.5 && p.x < size.width - 0.5 && p.y < size.height - 0.5;
   }
 };
 
-/// How the supporting points see a frame.
+/// Statistics of the frame over all supporting points.
 struct Surroundings {
-  double gain_drift = 0, brightness_drift = 0;  ///< medians of the sure points' changes
+  double gain_drift = 0, brightness_drift = 0;  ///< median changes of the reliable points
   double blur = 0;                              ///< median of TrackedPoint::blur()
-  bool alone = false;                           ///< there are hardly any: a point must do without a map
+  bool alone = false;                           ///< too few supporting points for a map
 };
 
 }  // namespace csd

@@ -9,8 +9,8 @@
 namespace csd {
 namespace {
 
-/// How well the anchor fitted what lay from its place as the point now lies from where the neighbours put it; without
-/// them, anywhere around. 1 while that isn't known.
+/// The anchor's self-similarity at the point's offset from the predicted position; without a map, the highest far
+/// value. 1 while unknown.
 double likeness_there(const CsdFrame &frame, const Look &look, const Memory &memory, const Expectation &expected) {
   const auto &tuning = frame.tuning;
   if (!memory.likeness()) return 1;

@@ -9,35 +9,34 @@
 
 namespace csd {
 
-/// What its neighbours say of a point.
+/// What the neighbours' map predicts for a point.
 struct Expectation {
-  NeighbourMap map;      ///< none: nobody says anything, and the rest is void
-  AffineState state;     ///< where and in which shape they put it
+  NeighbourMap map;      ///< empty: no prediction, the other fields are invalid
+  AffineState state;     ///< predicted position and shape
   double deviation = 0;  ///< NeighbourOffset::deviation()
 
   explicit operator bool() const { return static_cast<bool>(map); }
   bool overrules(const Tuning &tuning) const { return map.support >= count(tuning.min_judges); }
 };
 
-/// Whom to believe: what was seen, or the neighbours.
+/// How the alignment compares with the neighbours' map.
 struct Judgement {
-  bool sure = false;        ///< seen well, and the neighbours agree
-  bool agrees = true;       ///< the neighbours do, or have no say
-  bool own_motion = false;  ///< it moves against the neighbours, and what tells it apart says that it may
-  double distance = 0;      ///< from where the neighbours put it, reference px
+  bool sure = false;        ///< reliable: aligned well and no veto
+  bool agrees = true;       ///< the map agrees or does not count
+  bool own_motion = false;  ///< disagrees with the map, but the patch is distinctive
+  double distance = 0;      ///< from the predicted position, reference px
 };
-/// `memory`: of the point. All that decides is in the arguments.
+/// `memory`: the point's. The result depends on the arguments alone.
 Judgement judge(const CsdFrame &frame, const Look &look, const Memory &memory, const Expectation &expected);
 
-/// The patch has no look-alike where the neighbours put the point: it needs nobody's word.
+/// The patch is distinctive: nothing similar lies near the predicted position. It needs no support from the map.
 bool told_apart(const CsdFrame &frame, const Look &look, const Memory &memory, const Expectation &expected);
 
-/// The patch's own place, weighed against where the neighbours put it, each by what it knows (a MAP estimate). Along an
-/// edge a patch knows next to nothing, however little noise there is: what bends or lies at another depth shifts it
-/// there.
+/// Fuses the aligned and the predicted position by their covariances (a MAP estimate). Along an edge, a patch has
+/// almost no position information even without noise: deformation and parallax shift it there.
 cv::Point2d fuse(const CsdFrame &frame, const Look &look, const Expectation &expected);
 
-/// What speaks for the point being visible where it was seen; nothing where it can't be.
+/// The evidence that the point is visible at its aligned position; empty if it cannot be.
 std::optional<Evidence> evidence_for(const CsdFrame &frame, const Look &look, const Memory &memory,
                                      const Expectation &expected, const Judgement &judgement,
                                      const Surroundings &around);

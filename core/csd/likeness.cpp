@@ -9,7 +9,7 @@
 namespace csd {
 namespace {
 
-/// Every other ring is turned by half a step, so that the places lie evenly. Directions by ring and way.
+/// Directions by ring and index. Every other ring is rotated by half a step, so that the places are evenly spread.
 template <std::size_t rings, std::size_t ways>
 const std::array<cv::Vec2d, rings * ways> &directions() {
   static const auto all = [] {

@@ -9,8 +9,8 @@
 namespace csd {
 namespace {
 
-/// The anchor's inner disc: where a tool or its shadow has come near, the rest tells of them. `share`: the disc's, of
-/// the patch.
+/// The anchor's inner disc, for a tool or its shadow nearby, which covers the rest. `share`: the disc's share of the
+/// patch.
 AnchorLevel inner_disc(const AnchorLevel &anchor, double reach, double &share) {
   auto inner = anchor;
   int pixels = 0;

@@ -8,29 +8,29 @@ namespace csd {
 
 class Memory;
 
-/// What a look at a frame has seen of a point: a value.
+/// The result of aligning a point with a frame. A value type.
 struct Look {
-  Alignment fine;          ///< of the finest level; not usable: nobody looked, or nothing is there
-  double zncc_coarse = 0;  ///< of the next coarser level; where none was looked at, of the finest
-  double gain_coarse = 0;  ///< the same level's gain; 0: none was looked at
-  bool again = false;      ///< from where the neighbours put it, not from where its own motion does
+  Alignment fine;          ///< of the finest level; not usable: not aligned, or nothing found
+  double zncc_coarse = 0;  ///< of the next coarser level; if that was not aligned, of the finest
+  double gain_coarse = 0;  ///< gain of that level; 0: not aligned
+  bool again = false;      ///< started from the neighbours' prediction, not the point's own motion
 };
 
-/// Where a look begins, and what it takes.
+/// Start and settings of an alignment.
 struct LookPlan {
   AffineState start;
-  double position_sd = 0;  ///< working pixels, of `start`; 0: nothing is known
-  int levels = 0;          ///< coarser levels before the finest
-  bool inner = false;      ///< with the patch's inner disc alone
+  double position_sd = 0;  ///< working pixels, of `start`; 0: no prior
+  int levels = 0;          ///< number of coarser levels before the finest
+  bool inner = false;      ///< uses the patch's inner disc only
   double precision = fine_precision;
 };
 
-/// Aligns a point's anchor with the frame, from coarse to fine. Each level's information about the place is part of the
-/// next one's prior.
+/// Aligns a point's anchor with the frame, coarse to fine. Each level's position information becomes part of the next
+/// level's prior.
 Look look_at(const CsdFrame &frame, const Memory &memory, const LookPlan &plan);
 
-/// Where contrast has faded, a coarser level tells why: gives the look its gain. What was seen stays as it is: with the
-/// coarser level in it, cutting.mp4 was claimed 2 % less.
+/// When contrast has dropped, aligns a coarser level to find out why and stores its gain in `look`. The rest of `look`
+/// is unchanged: including the coarser level cost 2 % of the claims on cutting.mp4.
 void weigh_coarser(const CsdFrame &frame, const Memory &memory, Look &look);
 
 }  // namespace csd

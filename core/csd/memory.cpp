@@ -12,7 +12,7 @@ std::size_t slot(int level) {
   return static_cast<std::size_t>(level);
 }
 
-/// Of the patch's unmasked pixels, whose mean is 0.
+/// sd over the patch's unmasked pixels, whose mean is 0.
 double deviation(const AnchorLevel &anchor) {
   double sum = 0, weight = 0;
   for (std::size_t i = 0; i < PatchPlane::size; ++i) {
@@ -22,7 +22,7 @@ double deviation(const AnchorLevel &anchor) {
   return weight > 0 ? std::sqrt(sum / weight) : 0;
 }
 
-/// Of the residual in the picture's grey levels; what is below half a grey level is as good as none.
+/// Of the residual in the picture's grey levels; at least half a grey level.
 double log_noise(const Alignment &seen) {
   return std::log(std::max(seen.noise * seen.gain, 0.5));
 }

@@ -12,45 +12,45 @@
 
 namespace csd {
 
-/// What a point knows of how it looks: its frozen anchor, what tells that apart from its surroundings, and its usual
-/// gain, noise and brightness.
+/// A point's appearance model: its frozen anchor, the anchor's self-similarity, and the usual gain, noise and
+/// brightness.
 class Memory {
  public:
-  /// `state`: where the point is in this frame.
+  /// `state`: of the point in this frame.
   Memory(const CsdFrame &frame, const AffineState &state);
 
-  /// While the training time lasts the anchor is the first frame's, and its samples are gathered.
+  /// During the training time the anchor is the first frame's, and samples for the final one are collected.
   bool learning() const { return !medians_.empty(); }
-  /// The training time is over: freeze() makes the anchor of its samples.
+  /// The training time is over: freeze() computes the anchor from the samples.
   bool ripe(const CsdFrame &frame) const { return learning() && frame.time - begun_ >= frame.training_time; }
   void freeze();
 
-  /// Takes a sample for the anchor, if it is time for one.
+  /// Adds an anchor sample if one is due.
   void sample_at(const CsdFrame &frame, const AffineState &state);
-  /// Learns the usual gain, noise and brightness from a point that was seen well.
+  /// Updates the usual gain, noise and brightness from a good alignment.
   void learn_usual(const CsdFrame &frame, const Alignment &seen);
-  /// Once, of the frozen anchor: what tells it apart.
+  /// Measures the frozen anchor's self-similarity, once.
   void measure_likeness(const CsdFrame &frame, const AffineState &state);
-  /// A finer level of the anchor, once a zoom shows it.
+  /// Adds a finer anchor level once a zoom resolves it.
   void refine(const CsdFrame &frame, const AffineState &state, double scale, const Alignment &seen);
 
   const Anchor &anchor() const { return anchor_; }
-  /// The finest level that the picture shows and that isn't mostly masked: what is pale by nature passes for a
-  /// highlight, and a coarser patch reaches beyond it. `zoom`: scale of the shape, of that where the point began.
+  /// The finest level that the picture resolves and that is not mostly masked: naturally pale tissue is masked as a
+  /// highlight, and a coarser patch reaches beyond it. `zoom`: scale of the shape relative to the point's start.
   int finest_level(double zoom, const Tuning &tuning) const;
   const std::optional<Likeness> &likeness() const { return likeness_; }
-  double contrast() const { return contrast_; }  ///< of the finest level, sd in grey levels; 0 until likeness is known
-  double usual_noise() const;                    ///< sd of the residual, grey levels of the picture; 0: not known
-  /// Change of ln gain against the usual; nothing if none is known.
+  double contrast() const { return contrast_; }  ///< of the finest level, sd in grey levels; 0 if unknown
+  double usual_noise() const;                    ///< sd of the residual, grey levels of the picture; 0: unknown
+  /// Change of ln gain from the usual gain; empty if that is unknown.
   std::optional<double> gain_change(const Alignment &seen) const;
-  std::optional<double> brightness_change(const Alignment &seen) const;  ///< the same of the patch's mean, grey levels
+  std::optional<double> brightness_change(const Alignment &seen) const;  ///< the same for the patch's mean, grey levels
 
  private:
   void set_anchor(int level, const AnchorLevel &anchor);
 
   Anchor anchor_;
-  std::array<double, Anchor::coarsest - Anchor::finest + 1> unmasked_{};  ///< share of the anchor's levels
-  std::vector<AnchorMedian> medians_;                                     ///< while it is learning: levels 0…2
+  std::array<double, Anchor::coarsest - Anchor::finest + 1> unmasked_{};  ///< unmasked share of each anchor level
+  std::vector<AnchorMedian> medians_;                                     ///< while learning: levels 0…2
   std::int64_t begun_, last_sample_;
   std::optional<Likeness> likeness_;
   double contrast_ = 0;

@@ -9,7 +9,7 @@ namespace csd {
 namespace {
 
 constexpr int rounds = 5;                              // of reweighting
-constexpr std::size_t min_points = 3, min_affine = 6;  // that a similarity, an affine map can stand on
+constexpr std::size_t min_points = 3, min_affine = 6;  // of a similarity, of an affine map
 
 double square(double x) {
   return x * x;
@@ -18,7 +18,7 @@ double squared(cv::Point2d p) {
   return p.dot(p);
 }
 
-/// One weighted least-squares fit about the weighted means. False where the points lie on one.
+/// One weighted least-squares fit about the weighted means. False if the points coincide.
 bool fit(std::span<const Correspondence> points, const double *weights, bool affine, double ridge_weight,
          NeighbourMap &map) {
   double sum = 0;
@@ -30,7 +30,7 @@ bool fit(std::span<const Correspondence> points, const double *weights, bool aff
   }
   from /= sum;
   to /= sum;
-  // C = Σ w x xᵀ and D = Σ w y xᵀ of what is left without the means.
+  // C = Σ w x xᵀ and D = Σ w y xᵀ about the means.
   double cxx = 0, cxy = 0, cyy = 0, dxx = 0, dxy = 0, dyx = 0, dyy = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto x = points[i].from - from, y = points[i].to - to;
@@ -116,17 +116,17 @@ NeighbourMap fit_neighbours(std::span<const Correspondence> nearest, cv::Point2d
 
 namespace {
 
-using Nearest = std::array<std::pair<double, std::size_t>, NeighbourField::most>;  // squared distance, which
+using Nearest = std::array<std::pair<double, std::size_t>, NeighbourField::most>;  // squared distance, index
 
-/// The nearest of those within `nearby`, by ascending distance; gives their number. `distance` says how far (squared)
-/// one is or that it does not count (negative).
+/// Finds the nearest points within `nearby`, by ascending distance, and returns their number. `distance` returns the
+/// squared distance of a point, negative if it is excluded.
 template <class Distance>
 std::size_t find_nearest(std::size_t n, double nearby, Distance distance, Nearest &best) {
   std::size_t found = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const double d = distance(i);
     if (d < 0 || d > nearby || (found == best.size() && d >= best.back().first)) continue;
-    // Inserting is faster than sorting all, as most are farther.
+    // Insertion is faster than sorting, because most points are farther.
     std::size_t k = found < best.size() ? found++ : found - 1;
     for (; k > 0 && best[k - 1].first > d; --k) best[k] = best[k - 1];
     best[k] = {d, i};

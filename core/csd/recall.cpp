@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t hypotheses = 60;  // matches of which all pairs are tried
 
-/// Of a pyramid's level: standard deviation, grey levels.
+/// Standard deviation of a pyramid level, grey levels.
 double contrast(const cv::Mat &level) {
   cv::Scalar mean, deviation;
   cv::meanStdDev(level, mean, deviation);
@@ -22,12 +22,12 @@ double squared(cv::Point2d p) {
   return p.dot(p);
 }
 
-/// Turns and zooms as a and b say, and takes `from` to `to`.
+/// The similarity with this a and b that maps `from` to `to`.
 Similarity about(cv::Point2d from, cv::Point2d to, double a, double b) {
   return {a, b, to - cv::Point2d(a * from.x - b * from.y, b * from.x + a * from.y)};
 }
 
-/// Least squares over the matches that `like` puts within the tolerance.
+/// Least squares over the inliers of `like`.
 Similarity refit(const std::vector<Correspondence> &matches, const Similarity &like, double limit) {
   cv::Point2d from, to;
   double n = 0;
@@ -73,7 +73,7 @@ std::optional<Similarity> agree_on_similarity(const std::vector<Correspondence> 
     for (std::size_t j = i + 1; j < n; ++j) {
       const auto p = matches[j].from - matches[i].from, q = matches[j].to - matches[i].to;
       const double size = squared(p);
-      if (size < 16 * limit) continue;  // nearer pairs don't tell the turn
+      if (size < 16 * limit) continue;  // nearer pairs do not determine the rotation
       const auto s = about(matches[i].from, matches[i].to, p.dot(q) / size, (p.x * q.y - p.y * q.x) / size);
       if (!plausible(s)) continue;
       if (const auto count = agreeing(s); count > most) {
@@ -91,14 +91,14 @@ void Recall::remember(const CsdFrame &frame, const NeighbourField &field, int ch
   const auto n = field.size(chart);
   if (n == 0) return;
   if (scenes_.empty() || scenes_.back().chart < chart) {
-    // The eldest is where the operation began; the last ones are where it was just now.
+    // Keeps the oldest scene, where the operation began, and the latest ones.
     if (scenes_.size() >= count(frame.tuning.max_scenes)) scenes_.erase(scenes_.begin() + 1);
     scenes_.push_back({});
     scenes_.back().chart = chart;
   }
   auto scene = std::find_if(scenes_.begin(), scenes_.end(), [&](const Scene &s) { return s.chart == chart; });
   if (scene == scenes_.end()) return;
-  // Points are seen long into a fade to black, when there is little left to be recognised by.
+  // In a fade to black, points stay visible long after the picture has too little contrast to match.
   const double worth = static_cast<double>(n) * contrast(frame.pyramid.level(Pyramid::levels - 1));
   const bool usual = worth >= frame.tuning.usual_share * scene->usual;
   scene->usual += (scene->usual == 0 ? 1.0 : frame.tuning.scene_rate * frame.steps) * (worth - scene->usual);
@@ -115,7 +115,7 @@ void Recall::describe(const cv::Mat &level, const cv::Mat &mask, const Tuning &t
                       std::vector<cv::KeyPoint> &keypoints, cv::Mat &descriptors) {
   if (!sift_) sift_ = cv::SIFT::create(static_cast<int>(tuning.max_keypoints), 3, tuning.keypoint_contrast);
   cv::Mat picture;
-  // What comes out of the dark is dim at first.
+  // After darkness the picture is dim at first.
   const double gain = tuning.stretched / std::max(contrast(level), tuning.min_contrast) / 256;
   level.convertTo(picture, CV_8U, gain, 128 - gain * cv::mean(level)[0]);
   sift_->detectAndCompute(picture, mask, keypoints, descriptors);

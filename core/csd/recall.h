@@ -11,7 +11,7 @@
 
 namespace csd {
 
-/// A turn, a zoom and a shift: to = (a −b; b a)·from + shift.
+/// Rotation, zoom and shift: to = (a −b; b a)·from + shift.
 struct Similarity {
   double a = 1, b = 0;
   cv::Point2d shift;
@@ -19,33 +19,33 @@ struct Similarity {
   double scale() const;
 };
 
-/// The similarity that most of the correspondences agree with to `tolerance` (in units of `to`), by trying all pairs of
-/// the first 60, then by least squares over those that agree, three rounds. Nothing if fewer than `least` agree, or
-/// where it zooms more than `max_zoom`-fold either way.
+/// The similarity with the most inliers within `tolerance` (in units of `to`): tries all pairs of the first 60 matches,
+/// then refines by three rounds of least squares over the inliers. Empty if there are fewer than `least` inliers or it
+/// zooms more than `max_zoom`-fold either way.
 std::optional<Similarity> agree_on_similarity(const std::vector<Correspondence> &matches, double tolerance,
                                               std::size_t least, double max_zoom);
 
-/// Black, or a covered lens: nothing to look for.
+/// A black picture or a covered lens: there is nothing to find.
 bool blank(const CsdFrame &frame);
 
-/// Finds tissue again after black, a cut, a wipe or a long absence, when nothing is known of where the view has gone:
-/// the last frame of each chart in which most points were seen is kept, and its SIFT keypoints (Lowe 2004) are matched
-/// with the present frame's. Their common similarity says where the chart's points are, to some pixels, as tissue also
-/// deforms; the caller looks whether they are there.
+/// Finds tissue again after black, a cut, a wipe or a long absence, when the motion of the view is unknown. For each
+/// chart it keeps the last frame in which most points were visible, and matches that frame's SIFT keypoints (Lowe 2004)
+/// with the current ones. Their common similarity predicts the chart's points to within some pixels, because tissue
+/// also deforms; the caller verifies them by alignment.
 class Recall {
  public:
-  /// The points of `field` (of `chart` alone) as this frame shows them. Kept if they are about as many as usual,
-  /// and the picture is as rich in contrast.
+  /// Stores the points of `field` (those of `chart`) with this frame, if there are about as many as usual and the
+  /// picture has about the usual contrast.
   void remember(const CsdFrame &frame, const NeighbourField &field, int chart);
   bool knows(int chart) const;
   void forget(int chart);
-  /// Is it time to look for a chart that `present` has hardly a point of? Eight times a second at first, more rarely
-  /// the longer it has been gone, and not while the picture is blank. Where something is seen, only for what was seen
-  /// before that, and only for ten seconds: then it is another scene for good. `share`, 0…1: of the points, that were
-  /// looked at in this frame; the others are no evidence.
+  /// Whether to search for a chart that has hardly a point in `present`: eight times a second at first, less often the
+  /// longer it is gone, never while the picture is blank. If another chart is visible, only for older charts and only
+  /// for ten seconds: after that it is a different scene for good. `share`, 0…1: of the points that were aligned in
+  /// this frame; the others are no evidence.
   bool due(const CsdFrame &frame, const NeighbourField &present, double share);
-  /// A chart that was remembered, that `present` has hardly a point of, and that this frame shows: its points go to
-  /// `found`. Takes some 20 ms. Returns the chart, or −1.
+  /// Finds a stored chart that has hardly a point in `present` and that this frame shows. Puts its points into `found`.
+  /// Takes about 20 ms. Returns the chart, or −1.
   int find(const CsdFrame &frame, const NeighbourField &present, double share, NeighbourField &found);
 
  private:
@@ -56,10 +56,11 @@ class Recall {
     std::int64_t time = 0;
     double usual = 0;  ///< number of points times the picture's contrast
     std::vector<cv::KeyPoint> keypoints;
-    cv::Mat descriptors;  ///< of keypoints, once they were needed
+    cv::Mat descriptors;  ///< of keypoints, computed on demand
     bool described = false;
   };
-  /// What is seen of the scenes: the points of `field`, of `share` of all, of which a handful is none.
+  /// What is visible of the scenes: the points of `field`, out of the aligned `share` of all. Up to `handful` of a
+  /// scene's points do not count.
   struct Present {
     const NeighbourField &field;
     double share, handful;
@@ -72,7 +73,7 @@ class Recall {
 
   cv::Ptr<cv::SIFT> sift_;
   std::vector<Scene> scenes_;                     ///< by ascending chart
-  std::int64_t last_try_ = 0, last_nothing_ = 0;  ///< last_nothing_: when nothing was seen of any chart
+  std::int64_t last_try_ = 0, last_nothing_ = 0;  ///< last_nothing_: when no chart was visible
 };
 
 }  // namespace csd

@@ -9,8 +9,8 @@ namespace {
 
 using Turn = Followed::Turn;
 
-/// The most urgent first. Points that are as urgent as each other take turns all over the picture: their ids go along
-/// its rows, multiples of the golden ratio don't.
+/// The most urgent first. Equally urgent points are ordered by multiples of the golden ratio, which spreads them over
+/// the picture; their ids follow its rows.
 void order(const CsdFrame &frame, std::vector<Followed *> &points) {
   if (!frame.budget.limited()) return;
   const auto place = [](const Followed *p) { return std::fmod(static_cast<double>(p->id) * 0.6180339887498949, 1); };
@@ -18,14 +18,14 @@ void order(const CsdFrame &frame, std::vector<Followed *> &points) {
     const double u = a->point.urgency(frame), v = b->point.urgency(frame);
     return u != v ? u > v : place(a) < place(b);
   });
-  // Those that maps may stand on come first, however many new or hidden ones there are.
+  // Points that maps may use come first, however many new or hidden ones there are.
   const auto most = static_cast<std::ptrdiff_t>(frame.tuning.min_at_visible);
   auto first = points.begin();
   for (auto p = first; p != points.end() && first - points.begin() < most; ++p)
     if ((*p)->established && (*p)->point.visible()) std::rotate(first++, p, p + 1);
 }
 
-/// Each point by itself. With a budget they go one after the other: who waits depends on those before.
+/// Each point independently. With a budget, sequentially: whether one waits depends on those before.
 template <class Step>
 void each(const CsdFrame &frame, const std::vector<Followed *> &points, Step step) {
   const auto workers = frame.budget.limited() ? SideBySide() : frame.workers;
@@ -34,7 +34,7 @@ void each(const CsdFrame &frame, const std::vector<Followed *> &points, Step ste
 
 void look(const CsdFrame &frame, const std::vector<Followed *> &points, const Company &company, const Shares &shares) {
   const auto budget = frame.budget.share(shares.first);
-  std::size_t looked = 0, sure = 0;  // counted where there is a budget
+  std::size_t looked = 0, sure = 0;  // counted only with a budget
   each(frame, points, [&](Followed &p) {
     const bool few = sure < NeighbourField::most && p.point.visible();
     if (company.may_rest(frame, p)) {
@@ -56,7 +56,7 @@ void look(const CsdFrame &frame, const std::vector<Followed *> &points, const Co
 void look_again(const CsdFrame &frame, const std::vector<Followed *> &points, const Company &company,
                 const Shares &shares) {
   const auto budget = frame.budget.share(shares.all);
-  std::size_t looked = 0;  // counted where there is a budget
+  std::size_t looked = 0;  // counted only with a budget
   each(frame, points, [&](Followed &p) {
     if (p.turn != Turn::looks || p.point.sure() || (!p.point.visible() && !company.searched_for(p))) return;
     if (budget.limited() && looked++ >= shares.least && budget.spent()) {
@@ -68,7 +68,7 @@ void look_again(const CsdFrame &frame, const std::vector<Followed *> &points, co
   });
 }
 
-/// All, or those alone that have no map.
+/// All points, or only those without a map.
 enum class Whom { all, unmapped };
 void meet(const CsdFrame &frame, const std::vector<Followed *> &points, const Company &company, Whom whom) {
   each(frame, points, [&](Followed &p) {
@@ -86,7 +86,7 @@ void follow(const CsdFrame &frame, std::vector<Followed *> &points, Company &com
   company.met(frame);
   look_again(frame, points, company, shares);
   company.gather(frame);
-  // What had no map has looked for itself alone: chance likenesses don't agree on a motion.
+  // Points without a map were aligned on their own: chance matches do not agree on a motion.
   meet(frame, points, company, Whom::unmapped);
   company.looked(frame);
   each(frame, points, [&](Followed &p) {

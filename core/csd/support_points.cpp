@@ -12,7 +12,7 @@
 namespace csd {
 namespace {
 
-/// Cells of the picture, and how many points each has.
+/// Grid cells of the picture, with the number of points in each.
 class Cells {
  public:
   Cells(const CsdFrame &frame)
@@ -56,12 +56,12 @@ void SupportPoints::clear() {
 void SupportPoints::doubt(const CsdFrame &frame) {
   for (auto &s : points_) {
     s.point.doubt();
-    s.covered = frame.time;  // nobody could have seen it in a gap
+    s.covered = frame.time;  // it could not be visible during a gap
   }
   last_sure_ = last_begin_ = frame.time;
 }
 
-/// Every other frame, and of those beside each other not both in one.
+/// Every other frame; neighbouring points alternate.
 bool SupportPoints::may_rest(const CsdFrame &frame, const Followed &support) const {
   return support.established && (support.id + frames_) % 2 == 0 && support.point.may_rest(frame);
 }
@@ -78,7 +78,7 @@ void SupportPoints::gather(const CsdFrame &frame) {
   field_.drop_small_charts(count(frame.tuning.min_agreeing));
 }
 
-/// What all points together say of the frame: smoke and a new exposure change them all.
+/// Statistics over all points: smoke and exposure changes affect them all.
 void SupportPoints::sum_up(const CsdFrame &frame) {
   const auto median_of = [this](auto change) {
     changes_.clear();
@@ -103,7 +103,8 @@ void SupportPoints::sum_up(const CsdFrame &frame) {
   surroundings_.alone = expected < count(frame.tuning.min_agreeing);
 }
 
-/// A chart that nothing is seen of: where the whole picture says that its points are, do they agree?
+/// For a chart that is out of view and that recall found: checks whether its points, aligned at the predicted
+/// positions, agree.
 void SupportPoints::recall(const CsdFrame &frame) {
   NeighbourField found;
   const int chart = recall_.find(frame, field_, share_, found);
@@ -121,7 +122,7 @@ void SupportPoints::recall(const CsdFrame &frame) {
     if (s.point.chart() == chart) s.point.meet(frame, field_, s.id);
   gather(frame);
   if (field_.size(chart) == 0) return;
-  // The same tissue may have founded a chart meanwhile: its points go over to the elder one.
+  // The same tissue may have started a newer chart meanwhile: its points join the older one.
   for (auto &s : points_)
     if (s.point.chart() > chart && s.point.sure()) {
       recall_.forget(s.point.chart());
@@ -156,7 +157,7 @@ void SupportPoints::looked(const CsdFrame &frame) {
   sum_up(frame);
 }
 
-/// A new point that has moved with its neighbours for a while is established; what was seen is covered.
+/// Establishes new points that have moved with their neighbours for a while, and updates `covered`.
 void SupportPoints::age(const CsdFrame &frame) {
   const auto &tuning = frame.tuning;
   for (auto &s : points_) {
@@ -182,7 +183,7 @@ void SupportPoints::drop(const CsdFrame &frame) {
   std::erase_if(points_, [&](const Support &s) {
     return frame.time - s.covered > nanoseconds(s.established ? tuning.lost_for : tuning.young_lost_for);
   });
-  // What a zoom out has crowded together: the eldest know the tissue best.
+  // A zoom out crowds points: the oldest know the tissue best.
   Cells cells(frame);
   const auto max_outside = count(tuning.max_points);
   std::size_t outside = 0;
@@ -201,7 +202,7 @@ void SupportPoints::begin(const CsdFrame &frame) {
   Cells cells(frame);
   for (const auto &s : points_) {
     const auto position = s.point.state().position;
-    // When another chart is to be founded, nobody knows where the points of the old one are.
+    // When a new chart is due, the positions of the old chart's points are unknown.
     if (frame.shows(position) && !(founding && !s.point.visible())) ++cells.count(position);
   }
   bool full = true;
@@ -223,7 +224,7 @@ void SupportPoints::begin(const CsdFrame &frame) {
   }
   const int margin = static_cast<int>(std::lround(tuning.edge * frame.unit / 2));
   const cv::Rect inner(margin, margin, half.cols - 2 * margin, half.rows - 2 * margin);
-  // What sways across the border of two cells leaves one of them empty for a while: no gap that wants a point.
+  // A point that sways across the border of two cells leaves one empty for a while: that gap needs no new point.
   const double apart = (founding ? tuning.min_distance : tuning.gap) * frame.unit;
   const auto begun = points_.size();
   if (founding && begun == 0) chart_ = -1;
@@ -231,7 +232,7 @@ void SupportPoints::begin(const CsdFrame &frame) {
     for (int x = 0; x < cells.columns(); ++x) {
       if (cells.count(x, y) > 0) continue;
       const auto rect = cells.half_rect(x, y, half.size()) & inner;
-      // Asking all points at each pixel took longer than all that is tracked: 9 ms at 720 lines.
+      // Testing all points at each pixel took 9 ms at 720 lines, longer than all tracking.
       near_.clear();
       for (const auto &s : points_) {
         const auto p = s.point.state().position;

@@ -11,21 +11,21 @@
 
 namespace csd {
 
-/// Points of the tissue that nobody asked for, spread over the picture: they say how it moves, so that a user's point
-/// has the same track whichever other points there are.
+/// Tissue points of the tracker's own, spread over the picture: they measure the tissue's motion, so that a user's
+/// point has the same track whichever other points there are.
 ///
-/// As the view moves on, cells of the picture that no point covers get new ones. A new point takes its reference
-/// coordinates from the points around it, so all of a stream lie in one chart: that of the frame in which the first
-/// began. It counts only once it has moved with its neighbours for a while, for it may lie on a tool. Where nothing has
-/// been seen for a second (another scene), the next points found a chart of their own.
+/// As the view moves, empty cells of the picture get new points. A new point takes its reference coordinates from the
+/// points around it, so all points of a stream share one chart: that of the frame in which the first began. It is used
+/// only after it has moved with its neighbours for a while, because it may lie on a tool. If nothing has been visible
+/// for a second (another scene), the next points start a new chart.
 class SupportPoints final : public Company {
  public:
-  /// Follows the points into the frame; then field() and the others speak of it.
+  /// Tracks the points into the frame and updates field(), surroundings() and chart().
   void follow(const CsdFrame &frame);
-  /// Drops points that are gone for good, begins new ones where none are.
+  /// Drops points that are lost for good and starts new ones in empty cells.
   void replenish(const CsdFrame &frame);
   void clear();
-  /// The stream has jumped: no point is visible until it has been found again.
+  /// The stream has jumped: no point is visible until it is found again.
   void doubt(const CsdFrame &frame);
 
   const NeighbourField &field() const override { return field_; }
@@ -35,7 +35,7 @@ class SupportPoints final : public Company {
 
  private:
   struct Support : Followed {
-    std::int64_t begun, covered;  ///< covered: when it was last visible, out of the picture, or its scene out of view
+    std::int64_t begun, covered;  ///< covered: when it was last visible, outside the picture, or its scene out of view
   };
 
   std::size_t owner(const Followed &support) const override { return support.id; }
@@ -59,10 +59,10 @@ class SupportPoints final : public Company {
   int chart_ = -1;
   std::size_t next_id_ = 0, frames_ = 0;
   std::int64_t last_sure_ = 0, last_begin_ = 0;
-  double share_ = 1;                 // of the points, that had their turn in this frame
-  bool due_ = false;                 // a scene that is gone is looked for in this frame
-  bool searching_ = true;            // all that is hidden is looked for in this frame
-  std::size_t search_every_ = 1;     // frames, for what is hidden otherwise
+  double share_ = 1;                 // of the points: processed in this frame
+  bool due_ = false;                 // a lost scene is searched for in this frame
+  bool searching_ = true;            // all hidden points are searched for in this frame
+  std::size_t search_every_ = 1;     // else each is searched for once in this many frames
   std::vector<Followed *> turns_;    // scratch
   std::vector<double> changes_;      // scratch
   std::vector<cv::Point2d> near_;    // scratch

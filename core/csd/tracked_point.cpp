@@ -59,7 +59,7 @@ void TrackedPoint::look(const CsdFrame &frame) {
         std::min(1.0, tuning.shape_pull * frame.steps) * (offset_.predict(map_, reference_).shape - plan.start.shape);
   map_ = {};
   plan.precision = purpose_ == Purpose::support ? tuning.support_precision : tuning.query_precision;
-  // What moves as it did is found without a coarse level.
+  // A point with steady motion is found without a coarse level.
   const bool calm = purpose_ == Purpose::support && missed * frame.steps <= tuning.calm_miss * frame.unit;
   if (calm) {
     see(frame, look_at(frame, memory_, plan));
@@ -105,8 +105,8 @@ void TrackedPoint::look_again(const CsdFrame &frame, bool alone) {
       plan.levels = static_cast<int>(tuning.levels_inner);
       see(frame, look_at(frame, memory_, plan));
       if (!sure()) see(frame, whole);
-      // No map stands on so little: on cutting.mp4 17 of 1000 claims were apart where they did, now 11; on smoke.mp4 8,
-      // now 4.
+      // Maps do not use such points: with them, 17 of 1000 claims were apart on cutting.mp4 instead of 11, and 8
+      // instead of 4 on smoke.mp4.
       judgement_.sure = false;
     }
   } else if (alone && !visible_) {

@@ -13,151 +13,151 @@
 
 namespace csd {
 
-/// Every number that `csd` decides by. (What bounds the arithmetic of one alignment is core/patch's own.)
+/// All constants of `csd`'s decisions. (Those of a single alignment are in core/patch.)
 ///
-/// Units: "px" are pixels of a 480-line picture; "samples" those of a patch, 21 to a side; rates are those of a frame
-/// of 40 ms; times are in seconds. All fields are of one type, so that ablation, fit and experiments set any by its
-/// name; counts are whole numbers, and a switch is 0 or 1. Where no reason is given, it comes from the study
-/// that preceded this code.
+/// Units: "px" are pixels of a 480-line picture, "samples" those of a patch, 21 to a side. Rates are per frame of 40
+/// ms; times are in seconds. All fields have one type, so that ablation, fit and experiments can set any by name;
+/// counts are integers, switches 0 or 1. Where no reason is given, the value comes from the study that preceded this
+/// code.
 struct Tuning {
-  // Looking for a patch: look.cpp.
+  // Alignment: look.cpp.
   double shape_deviation = 0.03;    ///< sd of each element of A₀⁻¹A − 1, in a frame
-  double shape_pull = 0.3;          ///< towards the neighbours' shape before looking, in a frame
-  double coarse_information = 0.6;  ///< of the coarser level's, as the finer level's prior: they see the same pixels
-  double levels_first = 1;          ///< coarser levels of the first look
-  double levels_again = 2;          ///< of the second, which may have farther to go
-  double levels_inner = 1;          ///< of the look at the inner disc
-  double looks_again = 2;           ///< second looks: 2: the patch, then its inner disc; 1: the patch alone; 0: none
-  double affine = 1;                ///< 1: the finest level may shear; 0: turn and zoom alone
-  double query_precision = fine_precision;  ///< samples left when a user's point is found: below, noise decides
+  double shape_pull = 0.3;          ///< towards the neighbours' shape before alignment, in a frame
+  double coarse_information = 0.6;  ///< share of the coarser level's in the finer one's prior: both see the same pixels
+  double levels_first = 1;          ///< coarser levels of the first alignment
+  double levels_again = 2;          ///< of the second, which may start farther away
+  double levels_inner = 1;          ///< of the inner disc's
+  double looks_again = 2;  ///< second alignments: 2: the patch, then its inner disc; 1: the patch alone; 0: none
+  double affine = 1;       ///< 1: affine at the finest level; 0: rotation and zoom only
+  double query_precision = fine_precision;  ///< samples, where a user's point converges: below, noise dominates
   double support_precision =
-      csd::support_precision;  ///< of a supporting point: one of many in a map, whose spread is .5 px at least
-  double coarse_precision = csd::coarse_precision;  ///< of a coarser level: the finer one goes on from there
-  double inner_reach = 5;     ///< samples, radius of the inner disc: where a tool or its shadow has come near
+      csd::support_precision;  ///< of a supporting point: one of many in a map, whose spread is at least .5 px
+  double coarse_precision = csd::coarse_precision;  ///< of a coarser level: the finer one continues from there
+  double inner_reach = 5;     ///< samples, radius of the inner disc, for a tool or its shadow nearby
   double min_anchor = 0.4;    ///< unmasked share of the level that is aligned last
-  double calm_miss = 1.5;     ///< px that the finest level finds its way over by itself
-  double faded = -0.3;        ///< change of ln gain from which the coarser level is asked too: blur()
-  double blurred_zncc = 0.5;  ///< below, what is seen is something else, not the same blurred
+  double calm_miss = 1.5;     ///< px that the finest level converges over by itself
+  double faded = -0.3;        ///< change of ln gain below which the coarser level is aligned too: blur()
+  double blurred_zncc = 0.5;  ///< below, the patch shows something else, not the same tissue blurred
 
-  // What is seen well: judgement.cpp.
-  double sure_zncc = 0.6;      ///< of what maps may stand on
+  // What counts as reliable: judgement.cpp.
+  double sure_zncc = 0.6;      ///< of points that maps may use
   double sure_inliers = 0.5;   ///< the same
   double sure_unmasked = 0.3;  ///< the same
   double alone_zncc = 0.8;     ///< to be found again without neighbours
-  double min_unmasked = 0.1;   ///< of what is reported at all
+  double min_unmasked = 0.1;   ///< to be reported at all
 
-  // Told apart: what has no look-alike where the neighbours point needs not their word.
+  // Distinctive patches: without a similar place near the prediction, a patch needs no support from its neighbours.
   double apart_zncc = 0.8;          ///< of both levels
   double apart_inliers = 0.6;       ///< of the fine one
   double apart_margin = 0.1;        ///< ZNCC above the best look-alike's
-  double alike_reach = 4;           ///< samples about the place in which a look-alike counts: as much,
-  double alike_per_spread = 0.5;    ///< so much for each px of the neighbours' disagreement with each other,
-  double alike_per_distance = 0.2;  ///< and so much for each of theirs with the point
+  double alike_reach = 4;           ///< samples about the position in which a similar place counts,
+  double alike_per_spread = 0.5;    ///< plus this for each px of the map's spread,
+  double alike_per_distance = 0.2;  ///< plus this for each sample of distance between point and prediction
   double likeness_nearest = 4;      ///< samples, radius of the innermost of five rings
   double likeness_step = 2.5;       ///< samples from ring to ring
-  double likeness_far = 9;          ///< samples, from which a look-alike is another place
-  double likeness_weight = 40;      ///< pixels: of what is mostly masked nothing is known
-  /// Of what detection begins: LookAlikes. Points on an edge slide along it: on cholecystectomy.mp4 12 % of the claims
-  /// that a palindrome compares were apart, with this 3 %; on smoke.mp4 80 % of the samples are claimed, not 72 %.
+  double likeness_far = 9;          ///< samples, from which a similar place is a different one
+  double likeness_weight = 40;      ///< pixels: a mostly masked place is not measured
+  /// Limit for detection: LookAlikes. Points on an edge slide along it: on cholecystectomy.mp4 12 % of the claims that
+  /// forward-backward tracking compares were apart, with this 3 %; on smoke.mp4 80 % of the samples are claimed instead
+  /// of 72 %.
   double max_likeness = 0.9;
 
-  // The neighbours' veto, and their pull: judgement.cpp.
-  double min_judges = 5;        ///< neighbours that may overrule a point
-  double gate_floor = 1;        ///< px of disagreement that are always allowed,
-  double gate_deviations = 2;   ///< so much for each px of the offset's own sd,
-  double gate_spreads = 1;      ///< and for each px of the map's spread
-  double max_distortion = 0.3;  ///< of the shape, against the neighbours'
-  double min_own_motion = 0.2;  ///< px, sd of a point beside its neighbours from one frame to another: as much,
-  double own_motion_of_deviation = 0.3;  ///< so much of its usual deviation,
-  double own_motion_of_spread = 0.2;     ///< and so much of the neighbours' disagreement
-  /// sd of where the neighbours put a point, of the sum of its and their deviations. With all of it faint patches slid
-  /// away from where the neighbours had put them rightly.
+  // The neighbours' veto, and the fusion with their map: judgement.cpp.
+  double min_judges = 5;                 ///< neighbours that may veto a point
+  double gate_floor = 1;                 ///< px of disagreement that are always allowed,
+  double gate_deviations = 2;            ///< plus this for each px of the offset's sd,
+  double gate_spreads = 1;               ///< plus this for each px of the map's spread
+  double max_distortion = 0.3;           ///< of the shape, relative to the neighbours'
+  double min_own_motion = 0.2;           ///< px, sd of a point's motion relative to its neighbours, frame to frame,
+  double own_motion_of_deviation = 0.3;  ///< plus this share of its offset's sd,
+  double own_motion_of_spread = 0.2;     ///< plus this share of the map's spread
+  /// sd of the predicted position, as a share of the sum of the point's and the map's deviations. With 1, faint patches
+  /// slid away from correct predictions.
   double expected_share = 0.7;
 
-  // What a point keeps: memory.cpp, tracked_point.cpp.
-  double anchor_samples = 14;  ///< of the training time, at most 16, the first one among them
-  double good_zncc = 0.75;     ///< of a frame that offsets and gains learn from
+  // Models of a point: memory.cpp, tracked_point.cpp.
+  double anchor_samples = 14;  ///< during the training time, at most 16, including the first
+  double good_zncc = 0.75;     ///< of a frame that updates offsets and gains
   double usual_rate = 0.1;     ///< of the running means of gain, noise and brightness
-  double finer_scale = 0.8;    ///< scale of a finer level when it is taken
-  double finer_zncc = 0.85;    ///< and how well the point must be seen then
+  double finer_scale = 0.8;    ///< scale at which a finer level is added
+  double finer_zncc = 0.85;    ///< of the alignment at which it is added
   double finer_inliers = 0.7;  ///< the same
-  double half_life = 100;      ///< frames, of belief in what nobody looks at
-  double fast = 1;             ///< px in a frame: faster points are looked at first
-  double rest_miss = 1;        ///< px: where a supporting point goes as expected
-  double rest_spread = 1;      ///< px: and its neighbours agree, half of a map's points are as good as all of them
+  double half_life = 100;      ///< frames, of the confidence of a point that is not aligned
+  double fast = 1;             ///< px in a frame: faster points are aligned first
+  double rest_miss = 1;        ///< px: limit of a resting supporting point's prediction error
+  double rest_spread = 1;      ///< px: limit of its map's spread; then half of a map's points are as good as all
 
   // The neighbours' map: neighbour_map.cpp.
-  double min_reach = 45;           ///< px, sd of the weights by distance,
-  double reach_per_fifth = 0.7;    ///< or so much of the distance of the fifth nearest
-  double floor_weight = 0.01;      ///< of the farthest, lest a map stand on one point
-  double ridge = 60;               ///< px², towards the similarity
-  double min_spread = 0.5;         ///< px: what points' own places are worth
-  double spread_per_median = 1.5;  ///< spread, of the residuals' median
-  double max_spread = 8;           ///< px: points that don't agree on anything make no map
-  double outlier = 2.5;            ///< spreads at which a point counts a quarter
-  double settled = 0.005;          ///< change of a weight, of at most 1: the next round would change nothing
-  double nearby_margin = 1.3;      ///< of a squared distance: some points will not be sure in the next frame
-  // A point's offset from it.
-  double slowest = 0.02;       ///< of what a frame adds to the running means
+  double min_reach = 45;           ///< px, sd of the weights by distance, at least
+  double reach_per_fifth = 0.7;    ///< share of the distance of the fifth nearest, if that is more
+  double floor_weight = 0.01;      ///< of the farthest point: no map rests on one point
+  double ridge = 60;               ///< px², regularisation towards the similarity
+  double min_spread = 0.5;         ///< px: accuracy of single points
+  double spread_per_median = 1.5;  ///< of the residuals' median
+  double max_spread = 8;           ///< px: with more, the points do not agree and there is no map
+  double outlier = 2.5;            ///< spreads at which a point's weight is a quarter
+  double settled = 0.005;          ///< change of a weight (at most 1) below which the iteration ends
+  double nearby_margin = 1.3;      ///< on the squared distance: some points will not be reliable in the next frame
+  // A point's offset from its map.
+  double slowest = 0.02;       ///< smallest rate of the running means
   double min_deviation = 0.3;  ///< px, of the offset
   double max_deviation = 2;    ///< px
-  double usual_offset = 1;     ///< px, sd of what tissue has beside its neighbours' motion
+  double usual_offset = 1;     ///< px, prior sd of tissue motion relative to its neighbours
   double max_offset = 6;       ///< px
 
   // Supporting points: support_points.cpp.
   double cell_side = 32;         ///< px: 20 × 15 cells at 640 × 480, one point in each
-  double max_cells = 1200;       ///< of a picture that is very wide or very high
-  double max_in_cell = 2;        ///< when a zoom out has crowded them
-  double max_points = 1200;      ///< out of the picture
-  double min_distance = 14.4;    ///< px, of a new point from the others
-  double gap = 30;               ///< px, the same when others have been there for a while
+  double max_cells = 1200;       ///< for very wide or very high pictures
+  double max_in_cell = 2;        ///< when a zoom out crowds them
+  double max_points = 1200;      ///< outside the picture
+  double min_distance = 14.4;    ///< px, from a new point to the others
+  double gap = 30;               ///< px, the same once a chart has points
   double edge = 8;               ///< px, of a new point from the picture's edge
   double quality = 0.003;        ///< of the picture's best corner
   double min_eigenvalue = 0.05;  ///< a mean slope of .1 grey levels a pixel; less is noise
   double corner_window = 7;      ///< pixels of level 1
-  double clear_weight = 230;     ///< of 255: no highlight near
-  double avoid_tools = 1;        ///< 1: none begins on what colour says is a tool
-  double min_agreeing = 5;       ///< points that make a motion believed after none was known
+  double clear_weight = 230;     ///< of 255: no highlight nearby
+  double avoid_tools = 1;        ///< 1: no point starts on a tool, as colour shows it
+  double min_agreeing = 5;       ///< points that make a motion reliable after none was known
   double replenish_every = 0.5;  ///< s
-  double new_chart_after = 1;    ///< s without any point: the scene is another
-  double trial = 0.5;            ///< s: a new point's, before its neighbours believe it: it may lie on a tool
-  double trial_deviation = 1.5;  ///< px, of its offset, at most
-  double young_lost_for = 0.5;   ///< s, until one on trial is dropped
-  double lost_for = 10;          ///< s, until another is
-  /// Frames, for what is hidden while enough others are seen. With 2 the six real clips take a sixth less time, and
-  /// .003 less is claimed and .002 less apart; with 4 a fifth, and .008.
+  double new_chart_after = 1;    ///< s without any reliable point: another scene
+  double trial = 0.5;            ///< s, before the neighbours' maps use a new point: it may lie on a tool
+  double trial_deviation = 1.5;  ///< px, of its offset after that time, at most
+  double young_lost_for = 0.5;   ///< s, until a new point is dropped
+  double lost_for = 10;          ///< s, until an established one is
+  /// Frames between searches for a hidden point while enough others are visible. With 2, the running time of the six
+  /// real clips drops by a sixth, claims by .003 and claims apart by .002; with 4, by a fifth, and claims by .008.
   double search_every = 2;
 
   // The frame budget: steps.cpp, csd.cpp.
-  double min_looks = 24;       ///< at supporting points, whatever the budget
-  double min_at_visible = 18;  ///< of them at such as were visible; the others find again what comes back
-  double more_looks = 96;      ///< where fewer than a map stands on are seen, lest the scene seem to be gone
-  double support_share = 0.5;  ///< of the budget, from its begin, for supporting points
-  double query_share = 0.85;   ///< until users' points have been looked at; the rest is for anchors
-  double first_looks = 0.6;    ///< of a part: first looks
-  double max_steps = 10;       ///< frames: after a longer gap nothing is known ahead
+  double min_looks = 24;       ///< supporting points aligned whatever the budget
+  double min_at_visible = 18;  ///< of these, points that were visible; the others may return from hiding
+  double more_looks = 96;      ///< the same while fewer are reliable than a map uses: else the scene seems gone
+  double support_share = 0.5;  ///< of the budget, from its start, for supporting points
+  double query_share = 0.85;   ///< until users' points are aligned; the rest is for anchors
+  double first_looks = 0.6;    ///< of the supporting points' part: first alignments
+  double max_steps = 10;       ///< frames: after a longer gap nothing can be predicted
 
   // Finding a scene again: recall.cpp.
-  double max_scenes = 4;            ///< that are kept
-  double usual_share = 0.7;         ///< of the usual points and contrast, from which a frame is kept
+  double max_scenes = 4;            ///< that are stored
+  double usual_share = 0.7;         ///< of the usual number of points times contrast, from which a frame is stored
   double scene_rate = 0.02;         ///< of that running mean
   double try_every = 0.12;          ///< s
   double try_at_least_every = 5;    ///< s
-  double tries_while_gone = 0.01;   ///< the next try comes after this share of the time since it was seen
-  double settles = 10;              ///< s: what is seen then is another scene for good, and is left alone
-  double handful = 0.1;             ///< of the points of a scene: that few may be chance likenesses
-  double min_contrast = 3;          ///< grey levels, sd of the coarsest level: black and a covered lens have less
-  double recalled_spread = 8;       ///< px, of what a similarity of the whole picture puts somewhere
-  double max_keypoints = 500;       ///< of half the picture
-  double stretched = 40;            ///< grey levels, sd of the picture that keypoints are looked for in
-  double keypoint_contrast = 0.01;  ///< at Lowe's threshold tissue has few keypoints
+  double tries_while_gone = 0.01;   ///< tries are this share of the absence apart
+  double settles = 10;              ///< s: by then another scene is permanent, and the search ends
+  double handful = 0.1;             ///< of a scene's points: as few may be chance matches
+  double min_contrast = 3;          ///< grey levels, sd of the coarsest level: black and a covered lens are below
+  double recalled_spread = 8;       ///< px, of positions predicted by a similarity of the whole picture
+  double max_keypoints = 500;       ///< of the half-size picture
+  double stretched = 40;            ///< grey levels, sd to which that picture is stretched for SIFT
+  double keypoint_contrast = 0.01;  ///< at Lowe's threshold, tissue has few keypoints
   double match_ratio = 0.8;         ///< Lowe's
-  double min_matches = 8;           ///< that agree on a similarity
-  double match_tolerance = 6;       ///< px of half the picture: a heart moves as far
-  double max_zoom = 4;              ///< nobody zooms as far in a cut
+  double min_matches = 8;           ///< inliers of a similarity
+  double match_tolerance = 6;       ///< px of the half-size picture: a heart moves as far
+  double max_zoom = 4;              ///< more than any zoom during a cut
 
-  // Whom to believe: visibility.cpp. The weights are fitted by tests/bench/fit to real tissue: docs/method.md,
-  // "Evidence".
+  // Visibility: visibility.cpp. tests/bench/fit fits the weights to real tissue: docs/method.md, "Evidence".
   double weigh_one = 2.01;
   double weigh_fine = 0.69;
   double weigh_coarse = 0.97;
@@ -171,26 +171,26 @@ struct Tuning {
   double weigh_unknown = -1.73;
   double weigh_contrast = -0.42;
   double weigh_disagreement = -1.39;
-  double dim_from = 0.7;        ///< loss of ln contrast that light and distance bring
-  double noisy = 8;             ///< grey levels: more noise says no more
-  double other_light = 64;      ///< grey levels: more of a change says no more
-  double min_likeness = 0.5;    ///< less says no more
-  double max_disagreement = 6;  ///< more says no more
-  double probability = 1;       ///< 1: the regression; 0: what is sure is believed
-  double max_blur = 0.15;       ///< ln of contrast, of which a lens is too wet: patches fit, and all is hidden
+  double dim_from = 0.7;        ///< loss of ln contrast explained by light and distance
+  double noisy = 8;             ///< grey levels: values are clamped here
+  double other_light = 64;      ///< grey levels: changes are clamped here
+  double min_likeness = 0.5;    ///< values are clamped here from below
+  double max_disagreement = 6;  ///< values are clamped here
+  double probability = 1;       ///< 1: the regression; 0: reliable points are visible
+  double max_blur = 0.15;       ///< ln of contrast: from here the lens is wet; patches fit, but all features are hidden
   double highlight =
-      GlareWeights::usual_highlight;  ///< of the room above its surroundings that makes a highlight; 2: none
-  double claim_all = 0;               ///< 1: claims every point in every frame: a bound for the ablation, no tracker
+      GlareWeights::usual_highlight;  ///< of the room above its surroundings that makes a pixel a highlight; 2: none
+  double claim_all = 0;               ///< 1: claims every point in every frame: a bound for the ablation, not a tracker
 };
 
 /// All fields, in the struct's order.
 std::span<const NamedNumber<Tuning>> tuning_fields();
-/// Sets a field by "name=value". Throws std::invalid_argument with a text that names what is wrong.
+/// Sets a field by "name=value". Throws std::invalid_argument whose text names the error.
 void set(Tuning &tuning, std::string_view assignment);
 
 inline constexpr Tuning default_tuning{};
 
-/// A count, and a time in ns.
+/// Converts a field to a count, and seconds to ns.
 constexpr std::size_t count(double field) {
   return static_cast<std::size_t>(field);
 }

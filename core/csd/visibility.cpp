@@ -7,7 +7,7 @@
 namespace csd {
 namespace {
 
-/// One term of the sum: what it weighs, and its weight.
+/// A term of the regression: its value and weight.
 struct Term {
   std::string_view name;
   double Tuning::*weight;
@@ -15,7 +15,7 @@ struct Term {
 };
 
 double log_odds_of(double zncc) {
-  return std::atanh(std::clamp(zncc, -0.2, 0.995));  // Fisher's z: evenly noisy
+  return std::atanh(std::clamp(zncc, -0.2, 0.995));  // Fisher's z: constant variance
 }
 
 constexpr Term terms[] = {
@@ -24,7 +24,7 @@ constexpr Term terms[] = {
     {"coarse", &Tuning::weigh_coarse, [](const Evidence &e, const Tuning &) { return log_odds_of(e.zncc_coarse); }},
     {"unmasked", &Tuning::weigh_unmasked, [](const Evidence &e, const Tuning &) { return e.unmasked; }},
     {"centre", &Tuning::weigh_centre, [](const Evidence &e, const Tuning &) { return e.centre; }},
-    // How much of the anchor's contrast is gone, beyond what light and distance do.
+    // Loss of the anchor's contrast, beyond what light and distance explain.
     {"dim", &Tuning::weigh_dim,
      [](const Evidence &e, const Tuning &t) { return std::max(0.0, -std::log(e.gain) - t.dim_from); }},
     {"noise", &Tuning::weigh_noise,

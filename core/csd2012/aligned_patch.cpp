@@ -5,7 +5,7 @@
 
 namespace csd {
 namespace {
-constexpr int coarser = 1;  // levels above the finest that the frame shows: the way to it
+constexpr int coarser = 1;  // levels above the finest that the frame shows, for coarse-to-fine alignment
 }
 
 AlignedPatch::AlignedPatch(const Pyramid &pyramid, const GlareWeights &weights, cv::Point2d position, double pixel)

@@ -10,19 +10,19 @@
 
 namespace csd {
 
-/// The other view of a feature that a descriptor is trained together with (§5, co-training): its patch as it was at the
-/// start, aligned with the frame. The descriptor says where to align it, its fit says whether the descriptor is right.
+/// The second view of a feature in co-training (§5): its first patch, aligned with the frame. The descriptor predicts
+/// where to align it; its fit tells whether the descriptor is right.
 class AlignedPatch {
  public:
-  /// From the frame in which the feature begins at `position` (working pixels). `pixel`: working pixels of a sample of
-  /// the patch, which has 21 × 21.
+  /// From the frame in which the feature begins at `position` (working pixels). `pixel`: working pixels per sample of
+  /// the 21 × 21 patch.
   AlignedPatch(const Pyramid &pyramid, const GlareWeights &weights, cv::Point2d position, double pixel);
 
   struct Fit {
     AffineState state;
-    double zncc = 0;  ///< −1…1; 0: nothing to see
+    double zncc = 0;  ///< −1…1; 0: no texture
   };
-  /// Aligned from `position` on, in the shape of the last fit that was accepted.
+  /// Aligns from `position`, with the shape of the last accepted fit.
   Fit fit(const Pyramid &pyramid, const GlareWeights &weights, cv::Point2d position) const;
   void accept(const Fit &fit) { shape_ = fit.state.shape; }
 

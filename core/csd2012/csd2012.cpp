@@ -14,7 +14,7 @@ namespace csd {
 
 using csd2012::Choices;
 
-/// A feature as the streaming thread sees it.
+/// A feature on the streaming thread.
 struct Csd2012::Follower {
   Follower(FeatureId i, cv::Point2d position, std::int64_t now, std::uint64_t seed)
       : id(i), work(position), begun(now), last_seen(now), random(seed, 2 * std::uint64_t{i} + 1) {}
@@ -22,10 +22,10 @@ struct Csd2012::Follower {
   FeatureId id;
   cv::Point2d work;  ///< last known position, working pixels
   std::int64_t begun, last_seen, last_lesson = 0;
-  bool recursive = true;    ///< LK follows it; else the descriptor does
-  bool taken_over = false;  ///< the descriptor has looked for it
-  bool in_sight = true;     ///< it was found in the last frame: it is close to `work`
-  bool learn = true;        ///< this frame is a lesson
+  bool recursive = true;    ///< LK tracks it; else the descriptor does
+  bool taken_over = false;  ///< the descriptor has searched for it
+  bool in_sight = true;     ///< it was found in the last frame, near `work`
+  bool learn = true;        ///< this frame is a training frame
   int lessons = 0;
   Random random;
   std::shared_ptr<FeatureLearner> learner;
@@ -36,7 +36,7 @@ struct Csd2012::Follower {
 
 namespace {
 
-/// How large a working pixel of the choices (480 lines) is here: they shrink with the patch below 480 lines.
+/// Size of a pixel of the choices (480 lines) in working pixels: below 480 lines they shrink with the patch.
 double choice_scale(const WorkFrame &frame) {
   return default_patch_size(frame.size().height) / 21.0;
 }
@@ -124,7 +124,7 @@ void Csd2012::track(const FrameContext &context, std::vector<Claim> &claims) {
       if (follower->in_sight) {
         claim.kind = Claim::Kind::tracked;
       } else {
-        // Nothing is labelled feature: hidden, or gone over the edge if the last patch touched it.
+        // No position is labelled feature: it is hidden, or outside if its last patch touched the edge.
         const int half = patch_side(settings_, context.frame) / 2;
         const cv::Rect inner(half, half, context.frame.size().width - 2 * half, context.frame.size().height - 2 * half);
         claim.kind = inner.contains(rounded(follower->work)) ? Claim::Kind::hidden : Claim::Kind::out;
@@ -134,7 +134,7 @@ void Csd2012::track(const FrameContext &context, std::vector<Claim> &claims) {
   }
 }
 
-/// §2.1.1: LK moves the features that are being learnt, until training-time is over and their descriptor is there.
+/// §2.1.1: LK moves the features that are being learned, until training-time is over and they have a descriptor.
 void Csd2012::recurse(const FrameContext &context) {
   std::vector<Follower *> moving;
   std::vector<cv::Point2f> points;
@@ -151,7 +151,7 @@ void Csd2012::recurse(const FrameContext &context) {
     follower.learn = false;
     const cv::Point2d position(points[i]);
     if (!found[i] || !context.bounds().contains(context.frame.to_picture(position))) {
-      follower.recursive = false;  // What has been learnt so far must do.
+      follower.recursive = false;  // The descriptor takes over as learned so far.
       follower.in_sight = false;
       continue;
     }
@@ -173,7 +173,7 @@ void Csd2012::recurse(const FrameContext &context) {
   }
 }
 
-/// The aligned patch at `position` or near it; of ZNCC 0 where it doesn't fit.
+/// The patch aligned at or near `position`; ZNCC 0 if it does not fit.
 AlignedPatch::Fit Csd2012::fit(const FrameContext &context, const Follower &follower, cv::Point2d position) const {
   if (!follower.aligned) return {};
   auto found = follower.aligned->fit(pyramid_, weights_, position);
@@ -184,8 +184,8 @@ AlignedPatch::Fit Csd2012::fit(const FrameContext &context, const Follower &foll
   return found;
 }
 
-/// §5, co-training: where the patch fits, at the descriptor's place or where the feature was in the last frame, there
-/// the feature is, and the descriptor learns so.
+/// §5, co-training: if the patch fits, at the descriptor's position or where the feature was in the last frame, the
+/// feature is there, and the descriptor learns that.
 void Csd2012::confirm(const FrameContext &context, Follower &follower, SearchResult &result) const {
   AlignedPatch::Fit seen;
   if (result.best) seen = fit(context, follower, *result.best);
@@ -196,7 +196,7 @@ void Csd2012::confirm(const FrameContext &context, Follower &follower, SearchRes
   result.best = seen.state.position;
 }
 
-/// §2.1.4, and the patches for §2.1.5.
+/// §2.1.4, and the samples for §2.1.5.
 void Csd2012::look(const FrameContext &context, Follower &follower) {
   const auto descriptor = follower.learner->published();
   if (!descriptor) return;
@@ -213,7 +213,7 @@ void Csd2012::look(const FrameContext &context, Follower &follower) {
     return;
   }
 
-  // The border is replicated by half a patch, so that a feature can be followed up to the picture's edge.
+  // The border is replicated by half a patch, so that a feature can be tracked up to the picture's edge.
   const double pixel = choice_scale(frame);
   const int margin = csd2012::smoothing_margin(choices_.smoothing * pixel), grown = half + margin;
   gathered_ = {centres.x - grown, centres.y - grown, centres.width + 2 * grown, centres.height + 2 * grown};
@@ -227,7 +227,7 @@ void Csd2012::look(const FrameContext &context, Follower &follower) {
   if (result.best) {
     follower.work = *result.best;
     follower.last_seen = context.time;
-    // What is left are the false correspondences, of which those on what is no tissue teach nothing.
+    // The remaining matches are false correspondences; those outside the tissue are not learned from.
     const double ignore = rules_for(settings_, choices_, frame).ignore_radius;
     std::erase_if(result.matches, [&](cv::Point p) {
       return apart(p, rounded(*result.best)) <= ignore ||

@@ -13,9 +13,9 @@
 
 namespace csd {
 
-/// The tracker of Mountney & Yang (2012): LK for the first half second, while a descriptor is learnt from what LK
-/// finds; then the descriptor alone finds the feature in each frame and goes on learning (§2.1). docs/method.md leads
-/// from the paper's equations to the code. With forest_choices() it is what the paper names as future work (§5).
+/// The tracker of Mountney & Yang (2012). LK tracks for the first half second while a descriptor is learned from its
+/// positions. Then the descriptor alone finds the feature in each frame and keeps learning (§2.1). docs/method.md maps
+/// the paper's equations to the code. With forest_choices() it includes the paper's future work (§5).
 class Csd2012 final : public Algorithm {
  public:
   Csd2012(const Settings &settings, Executor &executor, const csd2012::Choices &choices = {});
@@ -44,13 +44,13 @@ class Csd2012 final : public Algorithm {
   RecursiveTracker recursive_;
   std::shared_ptr<LearningCounters> counters_;
   std::atomic<std::uint64_t> learned_ = 0;
-  LearningQueue queue_;                               // before the followers, whose lanes must go first
+  LearningQueue queue_;                               // before the followers, whose lanes must be destroyed first
   std::vector<std::unique_ptr<Follower>> followers_;  // by ascending id
-  std::int64_t last_time_ = 0;                        // of the frame before
-  // Scratch: where the feature is looked for, before and after smoothing; raw_ is the frame's gathered_.
+  std::int64_t last_time_ = 0;                        // of the last frame
+  // Scratch: the search window before and after smoothing; raw_ shows the frame's gathered_.
   cv::Mat raw_, channel_;
   cv::Rect gathered_;
-  // With co-training: the frame as patches are aligned with it.
+  // With co-training: the frame that patches are aligned with.
   Pyramid pyramid_;
   GlareWeights weights_;
 };

@@ -59,8 +59,8 @@ cv::Mat FeatureLearner::smoothed(const cv::Mat &grown) const {
   return out;
 }
 
-/// `stack`: grown patches, one below the other. Smoothed in one go: each by itself takes twice the time. What a
-/// Gaussian mixes across their edges is in the margin, and goes.
+/// `stack`: unsmoothed patches, one below the other. One filter for all takes half the time of one filter each. Only
+/// their margins, which are cut off, mix across patches.
 FeatureLearner::Samples FeatureLearner::smoothed(const cv::Mat &stack, const std::vector<Label> &labels) const {
   const cv::Mat all = smoothed(stack);
   Samples samples;
@@ -72,7 +72,7 @@ FeatureLearner::Samples FeatureLearner::smoothed(const cv::Mat &stack, const std
   return samples;
 }
 
-/// §2.2.1: one for the whole tree. `root`: the first lesson, without the warps.
+/// §2.2.1: one for the whole tree. `root`: the first training frame's patches, without the warps.
 ColourSpace FeatureLearner::choose_space(const Snapshot &snapshot, cv::Point position, ColourPatches root) {
   if (options_.choices.colour == 0) return {1, 1, 1};
   cv::Mat patch;
@@ -81,13 +81,13 @@ ColourSpace FeatureLearner::choose_space(const Snapshot &snapshot, cv::Point pos
     root.add(patch, Label::feature);
   }
   if (options_.choices.colour == 1) return choose_colour(root);
-  ColourPatches compared(options_.patch);  // as the tests see them
+  ColourPatches compared(options_.patch);  // smoothed, as the tests compare them
   for (std::size_t i = 0; i < root.size(); ++i) compared.add(smoothed(root.patch(i)), root.label(i));
   return choose_colour_of_pairs(compared, random_);
 }
 
-/// S of one frame (§2.1.2.1) without the warps: what LK, chance and likeness label, each with smoke and the other
-/// appearance models.
+/// S of one frame (§2.1.2.1) without the warps: LK's positive, random and similar negatives, each with smoke and the
+/// other appearance models.
 ColourPatches FeatureLearner::collect(const Snapshot &snapshot, cv::Point position) {
   const auto &c = options_.choices;
   ColourPatches lesson(grown());
@@ -126,7 +126,7 @@ void FeatureLearner::plant(const ColourSpace &space) {
   growth.search.top_pixels = static_cast<std::size_t>(c.top_pixels);
   growth.stop.max_depth = whole(c.max_depth);
   growth.stop.min_samples = static_cast<std::size_t>(c.min_samples);
-  std::vector<Member> members;  // all or none: short of memory, the next lesson tries again
+  std::vector<Member> members;  // all or none: if memory runs out, the next training frame tries again
   for (int i = 0; i < whole(c.trees); ++i) {
     growth.seed = random_.next();
     members.push_back({GrowingTree(options_.patch, space, growth)});
@@ -134,14 +134,14 @@ void FeatureLearner::plant(const ColourSpace &space) {
   members_ = std::move(members);
 }
 
-/// Trees that saw the same would say the same: each gets its share of the samples.
+/// Trees on the same samples would be the same: each gets its own share of them.
 bool FeatureLearner::takes_part() {
   return options_.choices.trees <= 1 || random_.uniform() < options_.choices.sample_share;
 }
 
 void FeatureLearner::learn(const Snapshot &snapshot, cv::Point position) {
   if (!smoke_) {
-    // Not in the constructor, which runs in the streaming thread: 3 ms.
+    // Not in the constructor, which runs in the streaming thread: it takes 3 ms.
     smoke_.emplace(grown(), random_,
                    options_.choices.smoke_as_printed != 0 ? SmokeEquation::as_printed : SmokeEquation::as_meant);
     warps_ = geometric_warps(options_.patch);
@@ -155,7 +155,7 @@ void FeatureLearner::learn(const Snapshot &snapshot, cv::Point position) {
   labels.insert(labels.end(), warps_.size(), Label::feature);
   cv::Mat stack(static_cast<int>(labels.size()) * grown(), grown(), CV_8UC1);
   lesson.convert(space, stack.rowRange(0, static_cast<int>(lesson.size()) * grown()));
-  // Warped in the one colour space: a third of the cost of warping B, G and R.
+  // Warping in the one colour space costs a third of warping B, G and R.
   for (std::size_t i = 0; i < warps_.size(); ++i) {
     cv::Mat patch = place(stack, lesson.size() + i);
     sample_patch(channel, position, grown(), warps_[i], patch);
@@ -188,9 +188,9 @@ int FeatureLearner::retrain(GrowingTree &tree, const std::vector<SampleId> &samp
   return replaced;
 }
 
-/// §2.2.2: classify patches of the current frame, add those that are wrongly called the feature, retrain the leaves
-/// that did it, and those that call the feature something else; until there are none, or its rounds are over.
-/// `picture`: smoothed, with a border of half a patch.
+/// §2.2.2: classifies patches of the current frame, adds the false positives, and retrains the leaves that
+/// misclassified them or the feature, until there are no errors or the rounds are used up. `picture`: smoothed, with a
+/// border of half a patch.
 void FeatureLearner::correct(Member &member, const cv::Mat &picture, const cv::Mat &forbidden, cv::Point position,
                              const std::vector<SampleId> &positives) {
   const int half = options_.patch / 2, radius = options_.search_radius;
@@ -221,12 +221,12 @@ void FeatureLearner::correct(Member &member, const cv::Mat &picture, const cv::M
       wrong.pop_back();
       errors.push_back(member.tree.add(picture({p.x, p.y, options_.patch, options_.patch}), Label::not_feature));
     }
-    // Nothing errs, or nothing that the stop rules let divide.
+    // No errors, or none in a leaf that the stop rules let divide.
     if (errors.empty() || retrain(member.tree, errors) == 0) break;
   }
 }
 
-/// The oldest one goes for it.
+/// Replaces the oldest one when full.
 SampleId FeatureLearner::keep_positive(Member &member, const cv::Mat &patch) {
   const auto &c = options_.choices;
   if (member.recent.size() < static_cast<std::size_t>(c.recent_positives * (1 + c.update_warps))) {
@@ -239,8 +239,8 @@ SampleId FeatureLearner::keep_positive(Member &member, const cv::Mat &patch) {
   return id;
 }
 
-/// Reservoir: each negative ever seen is kept with equal probability. One that was called the feature always stays, in
-/// the place of another: without it the leaf could not be retrained.
+/// Reservoir sampling: each negative is kept with equal probability. A false positive is always kept, in the place of
+/// another: without it the leaf could not be retrained.
 std::optional<SampleId> FeatureLearner::keep_negative(Member &member, const cv::Mat &patch, bool error) {
   ++member.negatives_seen;
   if (member.reservoir.size() < static_cast<std::size_t>(options_.choices.negative_reservoir)) {

@@ -22,16 +22,16 @@
 
 namespace csd {
 
-/// What learners of one tracker count; read by Stats.
+/// Counters shared by the learners of one tracker; read by Stats.
 struct LearningCounters {
   std::atomic<std::uint64_t> retrainings = 0, false_correspondences = 0;
 };
 
-/// What the descriptor in use is updated with (§2.1.5), cut out of one frame while it was there. CV_8UC1 in the
-/// descriptor's colour space, not smoothed yet.
+/// Samples of one frame that update the descriptor in use (§2.1.5). CV_8UC1 in the descriptor's colour space,
+/// unsmoothed.
 struct DescriptorUpdate {
-  cv::Mat feature;                 ///< FeatureLearner::surroundings() to a side; empty if the feature was not found
-  std::vector<cv::Mat> negatives;  ///< FeatureLearner::grown() to a side: random ones and false correspondences
+  cv::Mat feature;                 ///< side FeatureLearner::surroundings(); empty if the feature was not found
+  std::vector<cv::Mat> negatives;  ///< side FeatureLearner::grown(): random ones and false correspondences
 };
 
 struct LearnerOptions {
@@ -42,28 +42,28 @@ struct LearnerOptions {
 };
 
 /// Learns the context specific descriptor of one feature (§2.2): grows the training set and the tree and publishes
-/// copies of it. One job at a time; only published() may be called meanwhile.
+/// copies of the tree. One job at a time; only published() may run concurrently.
 class FeatureLearner {
  public:
   FeatureLearner(const LearnerOptions &options, Random random, std::shared_ptr<LearningCounters> counters);
 
-  /// One frame of the recursive start, in which the feature is at `position`, a pixel of the picture: adds positives,
-  /// warps, negatives and smoke (§2.1.2), then retrains the leaves that err on this frame until the feature is
-  /// classified correctly (§2.2.2). Where its patch reaches over the edge, the border is replicated, and there are no
-  /// similar negatives, for the correlation has no such border.
+  /// One frame of the recursive start, with the feature at `position`, a pixel of the picture. Adds positives, warps,
+  /// negatives and smoke (§2.1.2), then retrains the leaves that err on this frame until the feature is classified
+  /// correctly (§2.2.2). If the patch reaches over the edge, the border is replicated, and there are no similar
+  /// negatives, because the correlation has no such border.
   void learn(const Snapshot &snapshot, cv::Point position);
   /// One frame of tracking (§2.1.5).
   void update(const DescriptorUpdate &update);
 
-  int grown() const { return options_.patch + 2 * margin_; }  ///< side of a patch that is yet to be smoothed
-  /// Side of what the warps of a patch need: turned by 45° and made smaller it shows so much.
+  int grown() const { return options_.patch + 2 * margin_; }  ///< side of a patch before smoothing
+  /// Side of the area that the warps of a patch need: rotated by 45° and shrunk it shows that much.
   int surroundings() const { return grown() + 2 * (grown() / 4 + 2); }
 
-  /// The descriptor of now; null before the first learn() is done. Any thread.
+  /// The current descriptor; null before the first learn() is done. Any thread.
   std::shared_ptr<const Forest> published() const;
 
  private:
-  /// A tree, and the slots of its samples that came by update().
+  /// A tree, and the slots of the samples that update() added.
   struct Member {
     GrowingTree tree;
     std::vector<SampleId> recent = {}, reservoir = {};  // positives, negatives
@@ -90,9 +90,9 @@ class FeatureLearner {
   NegativeRules rules() const;
 
   LearnerOptions options_;
-  int margin_;  ///< pixels that smoothing reaches
+  int margin_;  ///< pixels, radius of the smoothing
   Random random_;
-  std::optional<Smoke> smoke_;  // made with the first lesson
+  std::optional<Smoke> smoke_;  // created with the first training frame
   std::vector<Warp> warps_;
   std::shared_ptr<LearningCounters> counters_;
   std::vector<Member> members_;

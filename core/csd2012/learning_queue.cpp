@@ -20,7 +20,7 @@ struct LearningQueue::Shared {
 
 struct LearningQueue::Lane::State {
   std::shared_ptr<Shared> shared;
-  std::list<std::function<void()>> jobs;  // an empty one takes no memory, which may be short when a lane ends
+  std::list<std::function<void()>> jobs;  // an empty list needs no memory, which may be short in ~Lane()
   bool scheduled = false;                 // a take_turn() is posted or running
 };
 
@@ -62,7 +62,8 @@ void LearningQueue::post(Lane &lane, std::function<void()> job) {
   book(shared_, lane.state_);
 }
 
-// A turn for the lane. An executor that refuses it (no memory) takes the lane's jobs with it: nobody may wait for them.
+// Schedules a turn for the lane. If the executor refuses it (no memory), the lane's jobs are dropped, so that nobody
+// waits for them.
 void LearningQueue::book(const std::shared_ptr<Shared> &shared, const std::shared_ptr<Lane::State> &lane) {
   try {
     shared->executor.post([shared, lane] { take_turn(shared, lane); });
@@ -75,8 +76,8 @@ void LearningQueue::book(const std::shared_ptr<Shared> &shared, const std::share
   }
 }
 
-// The jobs that waited when the turn began, then to the back of the executor's line. One job at a time would be fairer,
-// and all features of a picture would get their descriptors late, together.
+// Runs the jobs that waited when the turn began, then goes to the back of the executor's queue. One job at a time would
+// be fairer, but all features of a picture would get their descriptors late, together.
 void LearningQueue::take_turn(const std::shared_ptr<Shared> &shared, const std::shared_ptr<Lane::State> &lane) {
   std::unique_lock lock(shared->mutex);
   ++shared->running;
@@ -106,7 +107,7 @@ void LearningQueue::take_turn(const std::shared_ptr<Shared> &shared, const std::
     lock.lock();
   }
   --shared->running;
-  // Notified under the lock: once it is released the owner, and with it the executor, may be gone.
+  // Notifies under the lock: once it is released, the owner and the executor may be gone.
   shared->idle.notify_all();
 }
 

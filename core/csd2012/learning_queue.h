@@ -13,12 +13,12 @@
 
 namespace csd {
 
-/// Jobs of many features on one executor: those of one feature run one after the other in the order they were posted,
-/// those of different features side by side and by turns. An exception in a job is kept for rethrow().
+/// Jobs of many features on one executor. Those of one feature run in the order they were posted; those of different
+/// features run in parallel and take turns. An exception of a job is kept for rethrow().
 class LearningQueue {
  public:
-  /// The jobs of one feature. Belongs to whoever made it; when it is destroyed, its jobs that have not begun are
-  /// dropped (one that runs goes on to its end: it must own what it uses).
+  /// The jobs of one feature, owned by the caller of make_lane(). Its destructor drops the jobs that have not begun. A
+  /// running job finishes, so it must own what it uses.
   class Lane {
    public:
     Lane() = default;
@@ -35,7 +35,7 @@ class LearningQueue {
   };
 
   explicit LearningQueue(Executor &executor);
-  ~LearningQueue();  ///< waits for the job that runs on each lane; all lanes must be gone
+  ~LearningQueue();  ///< waits for the running jobs; all lanes must have been destroyed
 
   Lane make_lane();
   void post(Lane &lane, std::function<void()> job);

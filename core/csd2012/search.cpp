@@ -17,7 +17,7 @@ double squared_distance(cv::Point p, cv::Point2d last) {
   return dx * dx + dy * dy;
 }
 
-/// `probability`: CV_32FC1, of each position of the area; 0 where the label is not the feature's.
+/// `probability`: CV_32FC1, of each position of the area; 0 if it is not labelled feature.
 void take_best_patch(const cv::Mat &probability, const SearchArea &area, const SpatialWeight &weight,
                      SearchResult &result) {
   double best_distance = 0;

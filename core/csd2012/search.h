@@ -13,21 +13,21 @@
 
 namespace csd {
 
-/// Positions that a descriptor calls "feature", and the best of them (§2.1.4).
+/// The positions that a descriptor labels "feature", and the best of them (§2.1.4).
 struct SearchResult {
-  std::optional<cv::Point2d> best;  ///< none: the feature is hidden
-  double weighted = 0;              ///< of the best patch or cluster: its probability times the weight of its place
+  std::optional<cv::Point2d> best;  ///< empty: the feature is hidden
+  double weighted = 0;              ///< of the best patch or cluster: its probability times its spatial weight
   std::vector<cv::Point> matches;   ///< all positions labelled feature, row by row
 };
 
-/// What is taken for the feature. Patches that lie together may be taken together, for "image patches around the true
+/// How the best position is chosen. Neighbouring patches may be combined, because "image patches around the true
 /// location may be visually similar" (§2.1.4).
 struct Best {
-  int cluster_radius = 0;      ///< half of a cluster's side; 0: each patch is for itself
-  double min_probability = 0;  ///< weighted: with less, the feature is hidden
+  int cluster_radius = 0;      ///< half of a cluster's side; 0: single patches
+  double min_probability = 0;  ///< weighted; below, the feature is hidden
 };
 
-/// Where to look: each `step`-th position of each `step`-th line of `centres` (working pixels).
+/// The positions to search: each `step`-th position of each `step`-th line of `centres` (working pixels).
 struct SearchArea {
   cv::Rect centres;
   int step = 1;
@@ -39,22 +39,22 @@ struct SpatialWeight {
   double sigma = std::numeric_limits<double>::infinity();
 };
 
-/// How far from its last position a feature is looked for, working pixels.
+/// How far from its last position a feature is searched for, working pixels.
 struct Reach {
   double sigma;  ///< of the spatial weight
   int radius;    ///< of the square window
 };
 
-/// The reach in a picture of `width` for a feature that could be seen in the frame `absence` ns before the last one: 0
-/// if it was seen in that. `radius`: the reach's then.
+/// The search area in a picture of `width` for a feature last seen `absence` ns before the last frame; 0: seen in the
+/// last frame. `radius`: the radius then.
 Reach reach_after(const csd2012::Choices &choices, std::int64_t absence, int width, int radius);
 
-/// §2.1.4: the patch labelled feature with the largest P(N) = |a|·|b|⁻¹ times the spatial weight; equals go to the
-/// nearest to the last position, then to the first. With clusters: the square of patches whose sum of P(N) times the
-/// weight of its middle is the largest, and of it the centroid of P(N).
+/// §2.1.4: the patch labelled feature with the largest P(N) = |a|·|b|⁻¹ times the spatial weight; among equals the
+/// nearest to the last position, then the first. With clusters: the square of patches with the largest sum of P(N)
+/// times the weight of its centre; the position is its centroid of P(N).
 ///
-/// `channel`: CV_8UC1 in the descriptor's colour space, whose pixel (0,0) is `origin` in working coordinates; the
-/// patches around all centres lie in it.
+/// `channel`: CV_8UC1 in the descriptor's colour space; its pixel (0,0) is `origin` in working coordinates. It must
+/// contain the patches around all centres.
 SearchResult search(const Forest &descriptor, const cv::Mat &channel, cv::Point origin, const SearchArea &area,
                     const SpatialWeight &weight, const Best &wanted = {});
 

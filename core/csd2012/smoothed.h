@@ -5,10 +5,10 @@
 
 namespace csd::csd2012 {
 
-/// Pixels around what is to be smoothed that a Gaussian of `sigma` pixels reaches: its sums are cut off there.
+/// Radius in pixels at which a Gaussian of `sigma` pixels is truncated.
 int smoothing_margin(double sigma);
-/// `grown`: CV_8UC1, the picture with smoothing_margin() more on each side; `out` becomes what lies inside, smoothed.
-/// With sigma 0 it is a view of `grown`.
+/// `grown`: CV_8UC1, the picture with a margin of smoothing_margin() on each side. `out` becomes the picture without
+/// it, smoothed; with sigma 0, a view of `grown`.
 void smooth(const cv::Mat &grown, double sigma, cv::Mat &out);
 
 }  // namespace csd::csd2012

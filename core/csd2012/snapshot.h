@@ -10,19 +10,19 @@
 
 namespace csd {
 
-/// A frame that learners look at after its buffer is gone. All features of a tracker learn from one.
+/// A frame that learners use after its buffer is gone. Shared by all features of a tracker.
 struct Snapshot {
   cv::Mat bgr;        ///< CV_8UC3, working size
   cv::Mat luma;       ///< CV_8UC1
-  cv::Mat forbidden;  ///< CV_8UC1 or empty: nothing is learnt there
+  cv::Mat forbidden;  ///< CV_8UC1 or empty: no learning there
 
   /// `bgr` in a colour space, CV_8UC1.
   struct Channel {
     cv::Mat raw;
-    cv::Mat smoothed;  ///< with `half` more on each side, where the border is replicated
+    cv::Mat smoothed;  ///< with a margin of `half` on each side, where the border is replicated
   };
-  /// Made when the first learner asks, for all of them: most learn in the same space. σ in pixels; σ and `half` are the
-  /// same in each call. Any thread.
+  /// Computed when the first learner asks for it, for all: most learn in the same space. σ in pixels; σ and `half` are
+  /// the same in each call. Any thread.
   const Channel &in(const ColourSpace &space, double sigma, int half) const;
 
  private:
@@ -33,7 +33,7 @@ struct Snapshot {
     Channel channel;
   };
   mutable std::mutex mutex_;
-  mutable std::list<Made> made_;  // guarded by mutex_; a channel by its own lock
+  mutable std::list<Made> made_;  // guarded by mutex_; each channel by its own lock
 };
 
 }  // namespace csd

@@ -5,16 +5,15 @@
 
 namespace csd {
 
-/// Tells how much a place looks like the tissue around it. Along an edge, and in repeated texture, a patch fits as well
-/// elsewhere: nothing but the motion around it says where such a point is.
+/// Measures how similar a place is to the tissue around it. Along an edge and in repeated texture a patch fits as well
+/// elsewhere: only the motion around it then locates the point.
 class LookAlikes {
  public:
   /// `luma`: CV_8UC1, the working image; `patch`: odd side of the patch, working pixels.
   LookAlikes(const cv::Mat &luma, int patch);
 
-  /// The highest zero-mean normalised cross-correlation of the patch about `at` with patches a third to two thirds of
-  /// its side away, −1…1, at half the resolution. 1 where the picture's edge leaves no room to look, or nothing is to
-  /// be seen.
+  /// The highest zero-mean normalised cross-correlation of the patch at `at` with patches a third to two thirds of its
+  /// side away, −1…1, at half the resolution. 1 if the picture's edge leaves no room or there is no texture.
   double best(cv::Point2d at) const;
 
  private:

@@ -8,16 +8,16 @@
 
 namespace csd {
 
-/// A place that one detector proposes.
+/// A place that a detector proposes.
 struct Candidate {
   cv::Point2d at;      ///< working pixels, centres at integers
-  float strength = 0;  ///< the detector's own measure; comparable only with the same detector's
+  float strength = 0;  ///< the detector's own score; comparable only within one detector
 };
 
-/// Strongest first; equal strength by row, then column, so that the order never depends on threads.
+/// Strongest first; equal strengths by row, then column, so that the order never depends on threads.
 using Candidates = std::vector<Candidate>;
 
-/// Sorts into the order that Candidates promises.
+/// Sorts into the order of Candidates.
 inline void rank(Candidates &candidates) {
   std::sort(candidates.begin(), candidates.end(), [](const Candidate &a, const Candidate &b) {
     if (a.strength != b.strength) return a.strength > b.strength;

@@ -15,11 +15,11 @@ namespace csd {
 namespace {
 
 constexpr double max_specular = 0.05;  // of the patch
-constexpr double min_distance = 0.5;   // between features, of the patch's side
-constexpr int windows_per_patch = 3;   // sides of Shi and Tomasi's window that make one of the patch
-constexpr double per_bucket = 2;       // features that a bucket has room for, when they lie evenly
+constexpr double min_distance = 0.5;   // between features, share of the patch's side
+constexpr int windows_per_patch = 3;   // the patch's side over the side of Shi and Tomasi's window
+constexpr double per_bucket = 2;       // features per bucket, if spread evenly
 
-/// Side of the buckets: so many that `wanted` features fill each with per_bucket, on the part that is allowed.
+/// Side of the buckets: `wanted` features fill each of them with per_bucket over the allowed area.
 double bucket_side(const cv::Mat &allowed, const DetectOptions &options) {
   const double area = cv::countNonZero(allowed);
   return std::max<double>(std::sqrt(area * per_bucket / static_cast<double>(options.wanted)), options.patch);

@@ -15,7 +15,7 @@ constexpr double contrast_threshold = 0.04;
 constexpr double edge_threshold = 10;
 constexpr double sigma = 1.6;
 
-// Of its picture: cv::SIFT doubles it about the pixels' centres, but halves positions as if it had done so about 0.
+// In pixels of its picture: cv::SIFT doubles it about the pixels' centres, but halves positions as if about 0.
 constexpr double sift_shift = 0.25;
 
 constexpr int smallest_side = 16;
@@ -26,8 +26,8 @@ Candidates find_dog(const cv::Mat &luma, const cv::Mat &allowed) {
   Candidates found;
   if (std::min(luma.cols, luma.rows) < smallest_side) return found;
 
-  // cv::SIFT begins by doubling its picture. It is given half of ours, so that its first octave is at our resolution:
-  // a quarter of the time, and what is missed are blobs of a pixel or two, which are noise beside a patch of 21.
+  // cv::SIFT starts by doubling its picture. It gets ours at half size, so that its first octave has our resolution.
+  // That takes a quarter of the time and misses only blobs of a pixel or two, which are noise beside a patch of 21.
   cv::Mat half;
   cv::resize(luma, half, {}, 0.5, 0.5, cv::INTER_AREA);
   const double scale_x = static_cast<double>(luma.cols) / half.cols;
@@ -44,7 +44,7 @@ Candidates find_dog(const cv::Mat &luma, const cv::Mat &allowed) {
     }
   }
   rank(found);
-  // An extremum with several dominant orientations comes once for each of them.
+  // An extremum with several dominant orientations appears once for each.
   const auto same = [](const Candidate &a, const Candidate &b) { return a.at == b.at && a.strength == b.strength; };
   found.erase(std::unique(found.begin(), found.end(), same), found.end());
   return found;

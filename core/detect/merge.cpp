@@ -9,7 +9,7 @@
 namespace csd {
 namespace {
 
-/// Points by square cells of the radius that is asked about.
+/// Points in square cells of the query radius.
 class Neighbours {
  public:
   explicit Neighbours(double radius) : radius_(std::max(radius, 1.0)) {}
@@ -35,7 +35,7 @@ class Neighbours {
 
  private:
   cv::Point cell(cv::Point2d p) const { return {index(p.x), index(p.y)}; }
-  /// Points that were given may lie anywhere: what is beyond any picture shares the outermost cells.
+  /// Given points may lie anywhere: those far outside share the outermost cells.
   int index(double at) const { return cvFloor(std::clamp(at / radius_, -1e9, 1e9)); }
 
   double radius_;
@@ -66,7 +66,7 @@ std::vector<cv::Point2d> spread(const std::vector<cv::Point2d> &ranked, cv::Size
   const int columns = std::max(1, cvCeil(size.width / bucket));
   const int rows = std::max(1, cvCeil(size.height / bucket));
   std::vector<std::size_t> filled(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
-  // Clamped before it is an int: points that were given may lie anywhere.
+  // Clamped before the conversion to int: given points may lie anywhere.
   const auto index = [bucket](double at, int count) {
     return cvFloor(std::clamp((at + 0.5) / bucket, 0.0, count - 1.0));
   };
@@ -76,7 +76,7 @@ std::vector<cv::Point2d> spread(const std::vector<cv::Point2d> &ranked, cv::Size
   };
   for (const cv::Point2d &p : taken) ++bucket_of(p);
 
-  // The round in which a point's turn comes is its place in its bucket.
+  // A point's round is its rank in its bucket.
   std::vector<std::pair<std::size_t, std::size_t>> turns;  // round, index in ranked
   turns.reserve(ranked.size());
   for (std::size_t i = 0; i < ranked.size(); ++i) turns.emplace_back(bucket_of(ranked[i])++, i);

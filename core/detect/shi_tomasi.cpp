@@ -13,18 +13,18 @@ namespace {
 constexpr double quality_level = 0.005;  // of the best corner's eigenvalue
 constexpr int sobel_size = 3;
 
-// The eigenvalue is the mean square slope along the weaker direction. A slope of one grey level a pixel is what coding
-// leaves in a black picture.
+// The eigenvalue is the mean square slope along the weaker direction. Coding a black picture leaves slopes of one grey
+// level a pixel.
 constexpr float min_eigenvalue = 1.0F / (255 * 255);
 
-constexpr int noise_rows = 2, noise_columns = 4;  // the noise is measured at each such pixel: that is enough
+constexpr int noise_rows = 2, noise_columns = 4;  // the noise is estimated on this subsampled grid
 
-// What nothing but noise reaches: its mean times 1 + this/window. Measured on white noise of 1024×576, the largest
-// eigenvalue is 5.2, 2.5, 1.5 and 1.2 times the mean with windows of 3, 7, 21 and 35.
+// Upper limit of noise: its mean times 1 + this/window. Measured on white noise of 1024×576, the largest eigenvalue is
+// 5.2, 2.5, 1.5 and 1.2 times the mean with windows of 3, 7, 21 and 35.
 constexpr double noise_spread = 13;
 
-/// The standard deviation of the picture's noise, grey levels: Immerkær's mask (1996), which is blind to planes and
-/// edges along the axes, but by the median, so that texture counts little.
+/// The standard deviation of the picture's noise, grey levels: Immerkær's mask (1996), which ignores planes and
+/// axis-parallel edges, but with the median, to suppress texture.
 double noise_deviation(const cv::Mat &luma, const cv::Mat &allowed) {
   std::vector<int> histogram(8 * 255 + 1);
   int n = 0;
@@ -40,12 +40,12 @@ double noise_deviation(const cv::Mat &luma, const cv::Mat &allowed) {
   }
   int median = 0;
   for (int count = histogram[0]; 2 * count < n; count += histogram[static_cast<std::size_t>(median)]) ++median;
-  // The mask's response to noise of deviation 1 is 6, a normal distribution's deviation 1.4826 medians.
+  // The mask's response to noise of deviation 1 is 6; a normal distribution's deviation is 1.4826 medians.
   return (median + 0.5) * 1.4826 / 6;
 }
 
-/// What the smaller eigenvalue reaches in nothing but noise. Its mean is four times (OpenCV's scale) that of the
-/// squared Sobel slope, 12/64 of the variance.
+/// The largest smaller eigenvalue in pure noise. The mean is four times (OpenCV's scale) that of the squared Sobel
+/// slope, 12/64 of the variance.
 double noise_eigenvalue(double deviation, int window) {
   const double mean = 4 * 12.0 / 64 * deviation * deviation / (255 * 255);
   return mean * (1 + noise_spread / window);

@@ -5,12 +5,13 @@
 
 namespace csd {
 
-/// Corners in the sense of Shi & Tomasi 1994 (§2.1.1): local maxima of the smaller eigenvalue of the structure tensor,
-/// at least `distance` working pixels from each other.
+/// Corners as defined by Shi & Tomasi 1994 (§2.1.1): local maxima of the smaller eigenvalue of the structure tensor, at
+/// least `distance` working pixels apart.
 ///
 /// `luma` and `allowed` are CV_8UC1 of one size; corners lie where `allowed` is not 0. `window` is the odd side,
-/// working pixels, of the square that the tensor is summed over. Candidate::strength is the eigenvalue with intensities
-/// in 0…1. What the picture's own noise gives is no corner; the noise is estimated where `allowed` is not 0.
+/// working pixels, of the square over which the tensor is summed. Candidate::strength is the eigenvalue with
+/// intensities in 0…1. Corners below the picture's noise level are rejected; the noise is estimated where `allowed` is
+/// not 0.
 Candidates find_shi_tomasi(const cv::Mat &luma, const cv::Mat &allowed, int window, double distance);
 
 }  // namespace csd

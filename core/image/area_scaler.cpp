@@ -13,7 +13,7 @@
 namespace csd {
 #ifndef CSD_AREA_SCALER_ONCE
 #define CSD_AREA_SCALER_ONCE
-/// Floors lose half a unit of 1/256 per tap on average: given back beforehand, as far as 16 bit leave room.
+/// Rounding down loses half a unit of 1/256 per tap on average. This compensates for it, as far as 16 bit allow.
 inline std::uint16_t bias(int taps) {
   return static_cast<std::uint16_t>(std::min(taps / 2, 100));
 }
@@ -75,7 +75,7 @@ HWY_INLINE void Transpose(Eight (&v)[8]) {
   }
 }
 
-/// Turned about the diagonal, a column of the tile is one vector, and any number of taps at any ratio needs no shuffle.
+/// In a transposed tile a column is one vector, so any number of taps at any ratio needs no shuffle.
 void BlendColumns(const AreaAxis &axis, int first, int n, const std::uint16_t *in, int stride, int columns,
                   std::uint16_t *scratch, std::uint8_t *out, int out_stride) {
   Eight v[8];
@@ -115,16 +115,16 @@ HWY_EXPORT(BlendColumns);
 
 namespace {
 
-/// Output rows that are made at once: the lanes of the transposed tile.
+/// Output rows computed at once: the lanes of the transposed tile.
 constexpr int strip = 8;
-/// Samples across a tile: what is done with it then happens in the first-level cache.
+/// Width of a tile in samples, such that it fits the first-level cache.
 constexpr int tile_columns = 512;
 
 constexpr int round_up(int n) {
   return (n + 7) / 8 * 8;
 }
 
-/// The largest multiple of 8 outputs from `first` on that fit a tile, 8 at least.
+/// The largest multiple of 8 outputs from `first` on that fits a tile, at least 8.
 int tile_outputs(const AreaAxis &columns, int first) {
   const int left = columns.outputs() - first;
   int n = 8;
@@ -135,7 +135,7 @@ int tile_outputs(const AreaAxis &columns, int first) {
 }  // namespace
 
 AreaAxis::AreaAxis(int pixels, int sub, int outputs) {
-  // In units of 1/outputs of a pixel everything is an integer.
+  // In units of 1/outputs of a pixel all values are integers.
   const std::int64_t sample = std::int64_t{outputs} << sub, all = std::int64_t{pixels} * outputs;
   offset_.push_back(0);
   for (int i = 0; i < outputs; ++i) {
@@ -143,7 +143,7 @@ AreaAxis::AreaAxis(int pixels, int sub, int outputs) {
     begin_.push_back(static_cast<int>(from / sample));
     std::int64_t given = 0;
     for (std::int64_t s = from / sample; s * sample < to; ++s) {
-      // The rounded running sum: the weights add up exactly.
+      // Rounds the running sum, so that the weights add up exactly.
       const std::int64_t covered = std::min({(s + 1) * sample, to, all}) - from;
       const std::int64_t sum = (2 * 65535 * covered + pixels) / (2 * std::int64_t{pixels});
       weights_.push_back(static_cast<std::uint16_t>(sum - given));
@@ -158,7 +158,7 @@ void scale_area(const AreaAxis &columns, const AreaAxis &rows, const RowReader &
   std::vector<const std::uint8_t *> source;
   std::vector<std::uint16_t> blended, scratch;
   std::vector<std::uint8_t> result;
-  // Tiles go along a strip, not down the picture, which took 7.0 ms instead of 4.2 for v210 of 2160 lines.
+  // Tiles go along a strip: 4.2 ms for v210 of 2160 lines, against 7.0 ms down the picture.
   for (int y = range.start; y < range.end; y += strip) {
     const int lines = std::min(strip, range.end - y);
     const int top = rows.begin(y), count = rows.end(y + lines - 1) - top;

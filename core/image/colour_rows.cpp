@@ -14,13 +14,13 @@ HWY_BEFORE_NAMESPACE();
 namespace csd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// 16-bit lanes: as many pixels at once as a vector has of them.
+// 16-bit lanes: as many pixels at once as fit a vector.
 const hn::ScalableTag<std::int16_t> i16;
 const hn::ScalableTag<std::uint16_t> u16;
 const hn::Rebind<std::uint8_t, decltype(i16)> u8;
 
-/// Calls kernel(i) for i = 0, N, 2N … and, so that no pixel is left to scalar code, once more for the last N (some
-/// pixels are then computed twice). Rows shorter than N are the caller's.
+/// Calls kernel(i) for i = 0, N, 2N … and once more for the last N, so that no pixel is left to scalar code (some are
+/// computed twice). The caller handles rows shorter than N.
 template <class Kernel>
 HWY_INLINE void cover(int n, int step, Kernel kernel) {
   int i = 0;

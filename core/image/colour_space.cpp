@@ -9,7 +9,7 @@ namespace {
 
 constexpr ColourSpace intensity{1, 1, 1};
 
-/// Of w and −w only the one whose first component that is not 0 is positive is kept; of its multiples, the shortest.
+/// Of w and −w, keeps the one whose first component that is not 0 is positive; of multiples, the shortest.
 constexpr bool canonical(int r, int g, int b) {
   const int first = r != 0 ? r : g != 0 ? g : b;
   return first > 0 && std::gcd(std::gcd(r, g), b) == 1;

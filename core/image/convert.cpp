@@ -8,7 +8,7 @@ namespace csd {
 void to_space(const cv::Mat &bgr, const ColourSpace &space, cv::Mat &out) {
   CV_Assert(bgr.type() == CV_8UC3);
   out.create(bgr.size(), CV_8UC1);
-  // Row by row, so that the planes stay in the first cache.
+  // Row by row, so that the planes stay in the first-level cache.
   cv::Mat planes[3];
   for (int y = 0; y < bgr.rows; ++y) {
     cv::split(bgr.row(y), planes);

@@ -7,8 +7,8 @@
 
 namespace csd {
 
-/// A CV_8UC3 picture (B G R) in one colour space: `out` becomes CV_8UC1 of its size. Throws cv::Exception on another
-/// type.
+/// Converts a CV_8UC3 picture (B G R) to one colour space: `out` becomes CV_8UC1 of its size. Throws cv::Exception on
+/// another type.
 void to_space(const cv::Mat &bgr, const ColourSpace &space, cv::Mat &out);
 
 }  // namespace csd

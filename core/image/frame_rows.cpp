@@ -28,7 +28,7 @@ HWY_INLINE int lanes(D d) {
   return static_cast<int>(hn::Lanes(d));
 }
 
-/// Calls kernel(i) for i = 0, a vector of D on, two … and once more for the last vector of the n pixels.
+/// Calls kernel(i) at multiples of D's lanes, and once more for the last vector of the n pixels.
 template <class D, class Kernel>
 HWY_INLINE void cover(int n, D d, Kernel kernel) {
   const int step = lanes(d);
@@ -63,7 +63,7 @@ void SmoothRow(const std::uint8_t *const rows[5], int n, std::uint16_t *scratch,
   });
 }
 
-#if HWY_TARGET == HWY_SCALAR  // no vector to see as pairs
+#if HWY_TARGET == HWY_SCALAR  // no vectors to split into pairs
 
 void ShrinkRow(const std::uint16_t *const rows[5], int n, std::uint32_t *scratch, std::uint16_t *out) {
   scalar::shrink_row(rows, n, scratch, out);
@@ -75,7 +75,7 @@ void MeanRow(const std::uint8_t *const rows[3], int n, std::uint16_t *scratch, s
 
 #else
 
-/// Even and odd columns of 32 bit, taken apart as the low and high halves of pairs, which needs no shuffle.
+/// Even and odd columns in 32 bit: the low and high halves of pairs, which needs no shuffle.
 void ShrinkRow(const std::uint16_t *const rows[5], int n, std::uint32_t *scratch, std::uint16_t *out) {
   const int pairs = n / 2, outputs = (n + 1) / 2;
   if (pairs < lanes(u32)) return scalar::shrink_row(rows, n, scratch, out);
@@ -161,7 +161,7 @@ void TissueRow(const std::uint8_t *const rows[3], const std::uint16_t *above, co
     const auto sum = Tent(hn::LoadU(u16, sums + i - 1), hn::LoadU(u16, sums + i), hn::LoadU(u16, sums + i + 1));
     const auto limit =
         hn::Add(hn::MulHigh(hn::LoadU(u16, above + i), far), hn::MulHigh(hn::LoadU(u16, below + i), near));
-    // Unsigned order without a comparison of unsigned words, which AVX2 and SSE4 lack.
+    // An unsigned comparison by saturation: AVX2 and SSE4 lack one for 16-bit words.
     const auto excess = hn::SaturatedSub(hn::ShiftLeft<4>(sum), limit);
     const auto tissue = hn::BitCast(i16, hn::VecFromMask(u16, hn::Eq(excess, hn::Zero(u16))));
     hn::StoreU(hn::BitCast(half_u8, hn::DemoteTo(half_i8, tissue)), half_u8, out + i);
@@ -229,7 +229,7 @@ void erode_row(const std::uint8_t *const rows[5], const std::uint8_t *forbidden,
 namespace scalar {
 namespace {
 
-/// Σ of the 2·radius + 1 weights times the rows, at a column.
+/// Weighted sum of 2·radius + 1 rows in one column.
 template <class T>
 std::uint32_t down(const T *const *rows, const int *weights, int radius, int x) {
   std::uint32_t sum = 0;
@@ -237,7 +237,7 @@ std::uint32_t down(const T *const *rows, const int *weights, int radius, int x) 
   return sum;
 }
 
-/// The same along the row too, about a column.
+/// The same along the row too, around a column.
 template <class T>
 std::uint32_t both(const T *const *rows, const int *weights, int radius, int x, int n) {
   std::uint32_t sum = 0;

@@ -7,28 +7,28 @@
 
 namespace csd {
 
-/// One colour component (Y, U, V, R, G or B) of a picture in memory that somebody else owns.
+/// One colour component (Y, U, V, R, G or B) of a picture in memory; not owned.
 struct Component {
   const std::uint8_t *data = nullptr;  ///< the first sample of the first row
   std::ptrdiff_t row_stride = 0;       ///< bytes from a row to the next
   std::ptrdiff_t pixel_stride = 1;     ///< bytes from a sample to the next in its row
-  std::uint8_t bytes = 1;              ///< 1, or 2 for a 16-bit word, at any address
+  std::uint8_t bytes = 1;              ///< 1, or 2 for a 16-bit word, unaligned
   std::uint8_t shift = 0;              ///< right shift that leaves the upper 8 bits of the sample
   std::uint8_t sub_x = 0;              ///< log2 of the horizontal subsampling
   std::uint8_t sub_y = 0;              ///< log2 of the vertical subsampling
-  std::uint8_t left = 0;               ///< of a word: left shift, before `shift`, that drops what lies above the sample
-  bool big_endian = false;             ///< of a word
-  std::uint16_t black = 0;             ///< with a `gain`: the word that becomes 0
-  std::uint16_t gain = 0;              ///< not 0: a word becomes (word − black)·gain / 2^16; no shifts
+  std::uint8_t left = 0;    ///< of a word: left shift, before `shift`, that removes the bits above the sample
+  bool big_endian = false;  ///< of a word
+  std::uint16_t black = 0;  ///< with a `gain`: the word that maps to 0
+  std::uint16_t gain = 0;   ///< if not 0, a word maps to (word − black)·gain / 2^16, without shifts
 };
 
 enum class ColourModel : std::uint8_t { gray, yuv, rgb };
 
-/// v210 packs 6 pixels of 4:2:2 10 bit into 16 bytes, gray10 3 pixels into a 32-bit word, from its low bits up;
-/// everything else is components at strides.
+/// v210 packs 6 pixels of 4:2:2 10 bit into 16 bytes; gray10 packs 3 pixels into a 32-bit word, low bits first. All
+/// other formats are components with strides.
 enum class Packing : std::uint8_t { components, v210, gray10 };
 
-/// A picture, or one field of it, to look at: nothing is copied, nothing is owned.
+/// A view of a picture or one of its fields; copies and owns nothing.
 ///
 /// Coordinates of features are the *picture's* (pixel centres at integers, top left 0,0): row r of the view is the
 /// picture's line `row_step * r + row_offset`. A progressive picture has rows == height, row_step 1, row_offset 0.
@@ -41,14 +41,14 @@ struct FrameView {
   ColourModel model = ColourModel::gray;
   Packing packing = Packing::components;
   /// With Packing::v210 or gray10: the view's first column is this pixel of the row, 0…5 or 0…2 (a crop may begin
-  /// within a group).
+  /// inside a group).
   int x_offset = 0;
   /// Y · Y,U,V · R,G,B. With Packing::v210 or gray10 only component[0].data and .row_stride are used.
   std::array<Component, 3> component{};
   double kr = 0.2126;       ///< Y'CbCr matrix (BT.709 unless the stream says otherwise)
   double kb = 0.0722;       ///< Y'CbCr matrix
   bool full_range = false;  ///< Y'CbCr in 0…255 instead of 16…235/240
-  /// Little-endian gray of 16 bit that may use any part of them: GrayWindow finds it, and sets black and gain.
+  /// Little-endian 16-bit gray that may use any part of its range: GrayWindow finds that part and sets black and gain.
   bool open_range = false;
 };
 

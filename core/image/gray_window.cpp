@@ -11,8 +11,8 @@
 namespace csd {
 namespace {
 
-constexpr int max_samples = 16384;   // the 0.5 % at an end are 80 of them: they vary by a tenth of a noise's sigma
-constexpr int beyond = 200;          // one of so many pixels is darker than the range, and one brighter
+constexpr int max_samples = 16384;   // the 0.5 % at an end are 80 of them; its limit varies by 0.1 of the noise's σ
+constexpr int beyond = 200;          // one in this many pixels is below the range, and one above
 constexpr double margin = 1.0 / 12;  // of the range, on either side: more than `out_of_place`
 constexpr double out_of_place = 1.0 / 16, in_place = 1.0 / 64;  // of the window
 constexpr double follow_in = 0.3;                               // s
@@ -99,7 +99,8 @@ void GrayWindow::follow(const Seen &seen, std::int64_t time) {
   const double off = std::max(std::abs(range.low - range_.low), std::abs(range.high - range_.high));
   moving_ = off > (moving_ ? in_place : out_of_place) * width && range.low < range.high;
   if (!moving_) return;
-  // As if no end were further off than a window's width: what was a small part of 16 bit may become all of them.
+  // Limits the distance of an end to a window's width, because the range may grow from a small part of 16 bit to all of
+  // it.
   const double part = 1 - std::exp(static_cast<double>(time_ - time) / 1e9 / follow_in);
   range_.low += part * std::clamp(range.low - range_.low, -width, width);
   range_.high += part * std::clamp(range.high - range_.high, -width, width);

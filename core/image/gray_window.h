@@ -10,28 +10,28 @@
 
 namespace csd {
 
-/// Which part of 16 bit a camera uses: a picture of 12 bit, or of 200 grey levels, would be flat in its upper 8.
+/// Finds the part of 16 bit that a camera uses: a picture of 12 bit, or of 200 grey levels, would be flat in its upper
+/// 8 bits.
 ///
-/// The picture's range is that of all pixels but the darkest and the brightest 0.5 %, on a grid of at most 16384;
-/// pixels of 0 don't count where there are others (a mask around the picture). With a twelfth of it on either side it
-/// becomes 0…255, but a level of the camera's own (which may be 16 of the 65536) never becomes more than one.
+/// The picture's range excludes the darkest and the brightest 0.5 % of the pixels, on a grid of at most 16384; pixels
+/// of 0 are ignored if there are others (a mask around the picture). The range, with a margin of a twelfth on either
+/// side, maps to 0…255, but one level of the camera (which may be 16 of the 65536) never maps to more than one.
 ///
-/// A window stays as it is, exactly, while both ends of the range are where it was made for, within a sixteenth of its
-/// width. Else it follows with a time constant of 0.3 s until they are within a sixty-fourth, and stays again. What
-/// counts is the range of all pictures of the last 0.3 s to 0.4 s in common: a glint that comes and goes moves nothing.
-/// It begins anew where it shows too little: half of the pixels lie on one side of it, or all of them in a quarter of
-/// it.
+/// A window stays exactly as it is while both ends of the range are within a sixteenth of its width of where they were.
+/// Otherwise it follows with a time constant of 0.3 s until they are within a sixty-fourth, then stays again. The range
+/// that counts is the common one of all pictures of the last 0.3 s to 0.4 s, so a transient glint moves nothing. It
+/// restarts if it shows too little: half of the pixels lie on one side of it, or all of them in a quarter of it.
 class GrayWindow {
  public:
-  /// The view of the next frame as it is to be read; what isn't `open_range` is given back as it came. `time` in ns,
-  /// not negative and not before the last one's. A change of size begins anew.
+  /// The view for reading the next frame; unchanged if it is not `open_range`. `time` in ns, not negative and not
+  /// before the last one's. A change of size restarts it.
   FrameView look(const FrameView &view, std::int64_t time);
 
   /// Forgets the stream.
   void reset() { *this = GrayWindow(); }
 
-  double black() const { return black_; }  ///< becomes 0
-  double white() const { return white_; }  ///< becomes 256
+  double black() const { return black_; }  ///< maps to 0
+  double white() const { return white_; }  ///< maps to 256
 
  private:
   struct Range {
@@ -50,11 +50,11 @@ class GrayWindow {
   bool known_ = false, moving_ = false;
   int width_ = 0, rows_ = 0;
   std::int64_t time_ = 0;
-  std::array<Range, 4> recent_;  ///< of 0.1 s each, by its number modulo 4
-  Range range_;                  ///< that the window is made for
+  std::array<Range, 4> recent_;  ///< of 0.1 s each, indexed modulo 4
+  Range range_;                  ///< of the current window
   double black_ = 0, white_ = 65536;
-  int step_ = 256;  ///< of the camera: the largest power of two that all levels are multiples of
-  std::vector<std::uint16_t> coarse_, fine_;  ///< histograms, of the upper 8 bits and of all; 0 between the frames
+  int step_ = 256;                            ///< of the camera: the largest power of two that divides all levels
+  std::vector<std::uint16_t> coarse_, fine_;  ///< histograms of the upper 8 bits and of all 16; 0 between frames
 };
 
 }  // namespace csd

@@ -10,12 +10,12 @@ namespace csd {
 namespace {
 
 constexpr int fraction_bits = 8, one = 1 << fraction_bits;
-/// Positions are kept within ±this: far outside of any picture, and 1/256 of it fits an int.
+/// Positions are clamped to ±this: far outside any picture, and an int holds it in units of 1/256.
 constexpr double far = 1 << 20;
-/// The third homogeneous coordinate is at least this; a patch in front of the camera has values near 1.
+/// Lower bound of the third homogeneous coordinate; a patch in front of the camera has values near 1.
 constexpr double horizon = 1e-6;
 
-/// A coordinate in 1/256 pixels, kept so that it and its right neighbour lie in 0…size-1.
+/// A coordinate in 1/256 pixels, clamped so that it and its right neighbour lie in 0…size-1.
 struct Tap {
   int low, high, fraction;
   Tap(double position, int size) {

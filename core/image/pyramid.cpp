@@ -18,7 +18,7 @@ void Pyramid::build(const cv::Mat &luma) {
   const auto slots = static_cast<std::size_t>(luma.cols + row_slack);
   std::vector<std::uint16_t> sums(slots);
   std::vector<std::uint32_t> wide_sums(slots);
-  // All levels go down the picture together, each as soon as it can: what is read was written just before.
+  // All levels are computed together, row by row, so that each reads rows that were just written.
   std::array<int, levels> done{};
   for (int y = 0; y < luma.rows; ++y) {
     const std::uint8_t *rows[5];

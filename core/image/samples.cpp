@@ -14,8 +14,8 @@
 #ifndef CSD_SAMPLES_ONCE
 #define CSD_SAMPLES_ONCE
 namespace csd {
-/// Where samples lie in a group of 12, three to a little-endian 32-bit word: bytes of the two that hold each, and the
-/// factor that shifts its upper bit to bit 15. Lanes that no sample needs repeat the first.
+/// Where samples are in a group of 12, three to a little-endian 32-bit word: the two bytes that hold each, and the
+/// factor that shifts its upper bit to bit 15. Unused lanes repeat the first sample.
 struct GroupTable {
   alignas(16) std::uint8_t bytes[16];
   alignas(16) std::uint16_t factor[8];
@@ -31,15 +31,15 @@ constexpr int group_position(int samples, int in_group) {
 constexpr int per_group(int samples) {
   return samples == gray10_samples ? 12 : samples == 0 ? 6 : 3;
 }
-/// Of eight samples from the `first` of the group on.
+/// The table of eight samples, starting at the group's sample `first`.
 constexpr GroupTable group_table(int samples, int first = 0) {
   GroupTable t{};
   for (int i = 0; i < 8; ++i) {
     const int position = group_position(samples, first + i < per_group(samples) ? first + i : 0);
-    const int byte = 4 * (position / 3) + position % 3;  // bits 0, 10, 20 of a word begin in its byte 0, 1, 2
+    const int byte = 4 * (position / 3) + position % 3;  // bits 0, 10, 20 of a word are in its byte 0, 1, 2
     t.bytes[2 * i] = static_cast<std::uint8_t>(byte);
     t.bytes[2 * i + 1] = static_cast<std::uint8_t>(byte + 1);
-    t.factor[i] = static_cast<std::uint16_t>(64 >> (2 * (position % 3)));  // at bit 0, 2, 4 of the two bytes
+    t.factor[i] = static_cast<std::uint16_t>(64 >> (2 * (position % 3)));  // starts at bit 0, 2, 4 of the two bytes
   }
   return t;
 }
@@ -53,15 +53,15 @@ HWY_BEFORE_NAMESPACE();
 namespace csd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Each kernel does as many samples of `n` as whole vectors give without reading or writing past them, and says how
-// many; the scalar twin does the rest.
+// Each kernel converts as many of the `n` samples as whole vectors can without accesses past them, and returns their
+// number; the scalar version converts the rest.
 
 #if HWY_TARGET == HWY_SCALAR
 int ReadGroups(const std::uint8_t *, int, int, std::uint8_t *) {
   return 0;
 }
 #else
-/// `n` samples from the first of a group on.
+/// `n` samples from the start of a group.
 int ReadGroups(const std::uint8_t *group, int samples, int n, std::uint8_t *out) {
   const hn::Full128<std::uint8_t> d8;
   const hn::Full128<std::uint16_t> d16;
@@ -87,8 +87,8 @@ int ReadGroups(const std::uint8_t *group, int samples, int n, std::uint8_t *out)
 const hn::ScalableTag<std::uint16_t> u16;
 using Words = hn::Vec<decltype(u16)>;
 
-/// Of 16-bit words, 2, 4 or 8 bytes apart, what `byte_of` makes of them, at most 255. Where they are apart the last one
-/// is left: its vector would end past the row.
+/// Applies `byte_of`, clamped to 255, to 16-bit words that are 2, 4 or 8 bytes apart. If they are not contiguous, the
+/// last one is left: its vector would end past the row.
 template <class ByteOf>
 HWY_INLINE int CoverWords(const std::uint8_t *p, std::ptrdiff_t stride, int n, std::uint8_t *out, ByteOf byte_of) {
   const hn::RebindToSigned<decltype(u16)> signed16;
@@ -96,8 +96,8 @@ HWY_INLINE int CoverWords(const std::uint8_t *p, std::ptrdiff_t stride, int n, s
   const auto most = hn::Set(u16, 255);
   const int lanes = static_cast<int>(hn::Lanes(u16)), whole = stride == 2 ? n : n - 1;
   if (whole < lanes) return 0;
-  // Highway's target without vectors reads words that are apart one by one, as C++ allows where they are aligned (seen
-  // with UBSan). Odd addresses come from odd strides alone.
+  // Highway's scalar target reads words with a stride one by one, which C++ allows only if they are aligned (seen with
+  // UBSan). Only odd strides give odd addresses.
   if (stride > 2 && reinterpret_cast<std::uintptr_t>(p) % sizeof(std::uint16_t) != 0) return 0;
   const auto words = reinterpret_cast<const std::uint16_t *>(p);
   const auto cover = [&](auto load) HWY_ATTR {
@@ -145,7 +145,7 @@ int ReadWords(const std::uint8_t *p, const Component &c, int n, std::uint8_t *ou
   });
 }
 
-/// Bytes, `stride` 2, 3 or 4 apart. The last pixel is left: its vector would end past the row.
+/// Bytes that are `stride` 2, 3 or 4 apart. The last pixel is left: its vector would end past the row.
 int ReadBytes(const std::uint8_t *p, int stride, int n, std::uint8_t *out) {
   const hn::CappedTag<std::uint8_t, 32> d;
   const int lanes = static_cast<int>(hn::Lanes(d));
@@ -153,7 +153,7 @@ int ReadBytes(const std::uint8_t *p, int stride, int n, std::uint8_t *out) {
   const auto cover = [&](auto load) HWY_ATTR {
     int i = 0;
     for (; i + lanes < n; i += lanes) hn::StoreU(load(i), d, out + i);
-    // Once more for what is left, so that one pixel stays.
+    // Once more for the remainder, except the last pixel.
     hn::StoreU(load(n - 1 - lanes), d, out + n - 1 - lanes);
   };
   hn::Vec<decltype(d)> a, b, c, e;
@@ -200,7 +200,7 @@ std::uint8_t group_sample(const std::uint8_t *line, int samples, int index) {
   return static_cast<std::uint8_t>(std::min<std::uint32_t>((sample + 2) >> 2, 255));
 }
 
-/// The sample of its row, which begins with a group, that is the view's `first`.
+/// Index of the view's sample `first` in its row, which starts with a group.
 int in_groups(const FrameView &view, int component, int first) {
   return first + (component == 0 ? view.x_offset : view.x_offset >> 1);
 }
@@ -213,7 +213,7 @@ std::uint8_t word_sample(const std::uint8_t *p, const Component &c) {
   return static_cast<std::uint8_t>(std::min((sample + (1u << c.shift >> 1)) >> c.shift, 255u));
 }
 
-/// Samples [first, first + n) of a component in a row without SIMD.
+/// Samples [first, first + n) of a component in a row, without SIMD.
 void read_slowly(const FrameView &view, int component, int row, int first, int n, std::uint8_t *out) {
   if (view.packing != Packing::components) {
     const Component &c = view.component[0];

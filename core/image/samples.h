@@ -7,7 +7,7 @@
 
 namespace csd {
 
-/// Samples of a component in one row of the component's own grid (subsampled where the component is).
+/// Number of samples in one row of a component, in its own grid (subsampled if the component is).
 inline int component_columns(const FrameView &view, int component) {
   const int sub = view.packing == Packing::v210 ? (component == 0 ? 0 : 1) : view.component[component].sub_x;
   return (view.width + (1 << sub) - 1) >> sub;
@@ -17,12 +17,12 @@ inline int component_rows(const FrameView &view, int component) {
   return (view.rows + (1 << sub) - 1) >> sub;
 }
 
-/// Reads `n` samples from column `first` of row `row` of a component (0…2) as 8 bit. `row` and `first` count in the
-/// component's own grid and must lie in it. Deeper samples are rounded to nearest, and to 255 at most, or mapped by
+/// Reads `n` samples from column `first` of row `row` of a component (0…2) as 8 bit. `row` and `first` are in the
+/// component's own grid and must lie in it. Deeper samples are rounded to nearest and clamped to 255, or mapped by
 /// their Component's `black` and `gain`.
 void read_samples(const FrameView &view, int component, int row, int first, int n, std::uint8_t *out);
 
-/// The same without SIMD; what tests compare with, bit for bit.
+/// The same without SIMD, the bit-exact reference for tests.
 namespace scalar {
 void read_samples(const FrameView &view, int component, int row, int first, int n, std::uint8_t *out);
 }

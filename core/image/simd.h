@@ -3,7 +3,7 @@
 
 namespace csd {
 
-/// The SIMD target that all kernels dispatch to on this machine: "AVX3", "AVX2", "SSE4", … as Highway names them.
+/// The SIMD target of all kernels on this machine, by Highway's name: "AVX3", "AVX2", "SSE4", …
 const char *simd_target();
 
 }  // namespace csd

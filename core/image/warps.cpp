@@ -23,11 +23,10 @@ Warp scale_warp(double magnification) {
 }
 
 Warp tilt_warp(double degrees, int axis, int side) {
-  // With the camera at distance d, the point p of the plane's axis that turns is at (p cos, p sin) in (image, depth)
-  // and is seen at u = d p cos / (d + p sin); q, along the axis it turns about, at v = d q / (d + p sin). Solved for p
-  // and q:
-  //   p = u / (cos − u sin / d),  q = v cos / (cos − u sin / d).
-  // The matrix is divided by cos, so that its last entry is 1.
+  // With the camera at distance d, the point p on the rotated axis of the plane is at (p cos, p sin) in (image, depth)
+  // and projects to u = d p cos / (d + p sin). The point q on the rotation axis projects to v = d q / (d + p sin).
+  // Solved for p and q: p = u / (cos − u sin / d),  q = v cos / (cos − u sin / d). The matrix is divided by cos, so
+  // that its last entry is 1.
   const double c = std::cos(radians(degrees)), t = std::tan(radians(degrees)) / (camera_distance * side);
   if (axis == 0) return {1, 0, 0, 0, 1 / c, 0, 0, -t, 1};
   return {1 / c, 0, 0, 0, 1, 0, -t, 0, 1};

@@ -12,14 +12,14 @@
 namespace csd {
 namespace {
 
-/// Rows are converted in blocks of so many pixels, whose components then fit the first-level cache.
+/// Rows are converted in blocks of this many pixels, whose components then fit the first-level cache.
 constexpr int block = 512;
 
-/// Colour is scaled in bands of so many working lines: a window then pays for few lines that it does not show, and
-/// threads that gather rarely wait for each other.
+/// Colour is scaled in bands of this many working lines: a window then scales few lines beyond it, and threads that
+/// gather rarely wait for each other.
 constexpr int band = 32;
 
-// A plane of bytes can be read where it is.
+// Whether a plane of bytes can be read in place.
 bool is_plane(const FrameView &view, int k) {
   const Component &c = view.component[k];
   return view.packing == Packing::components && c.bytes == 1 && c.shift == 0 && c.pixel_stride == 1;
@@ -74,7 +74,7 @@ void WorkFrame::load(const FrameView &view, int most) {
   const bool rgb = view.model == ColourModel::rgb;
   bands_.reset();
   if (direct && !rgb && is_plane(view, 0) && view.component[0].row_stride >= view.width) {
-    // OpenCV has no matrix of const; nothing writes through it.
+    // cv::Mat has no const version; nothing writes through it.
     luma_ = cv::Mat(size, CV_8UC1, const_cast<std::uint8_t *>(view.component[0].data),
                     static_cast<std::size_t>(view.component[0].row_stride));
     return;
@@ -94,7 +94,7 @@ void WorkFrame::load(const FrameView &view, int most) {
   if (view.model != ColourModel::gray) prepare_colour(size);
 }
 
-/// What luma, and what chroma, covers of the picture: computed anew only when the geometry changes.
+/// Axes of luma and of chroma; recomputed only when the geometry changes.
 void WorkFrame::find_axes(cv::Size size) {
   const int chroma_x = sub_x(view_, 1), chroma_y = sub_y(view_, 1);
   const std::array<int, 6> geometry{view_.width, view_.rows, size.width, size.height, chroma_x, chroma_y};
@@ -106,7 +106,7 @@ void WorkFrame::find_axes(cv::Size size) {
   rows_[1] = AreaAxis(view_.rows, chroma_y, size.height);
 }
 
-/// Makes the planes that colour will be scaled into, and gather() read them.
+/// Allocates the planes for scaled colour and makes gather() read them.
 void WorkFrame::prepare_colour(cv::Size size) {
   source_ = {};
   source_.model = view_.model;
@@ -120,7 +120,7 @@ void WorkFrame::prepare_colour(cv::Size size) {
   bands_ = std::make_unique<Band[]>(static_cast<std::size_t>((size.height + band - 1) / band));
 }
 
-/// Scales the colour of working rows [begin, end), where nobody has yet.
+/// Scales the colour of working rows [begin, end), unless already done.
 void WorkFrame::scale_colour(int begin, int end) const {
   for (int b = begin / band; b * band < end; ++b) {
     Band &one = bands_[static_cast<std::size_t>(b)];
@@ -145,7 +145,7 @@ cv::Point2d WorkFrame::to_picture(cv::Point2d work) const {
   return {(work.x + 0.5) * scale_x_ - 0.5, view_.row_step * row + view_.row_offset};
 }
 
-/// `n` pixels of a component from (x, y) on, all inside the working image.
+/// `n` pixels of a component starting at (x, y), all inside the working image.
 void WorkFrame::read_row_inside(int component, int y, int x, int n, std::uint8_t *out) const {
   if (source_.model != ColourModel::rgb && component == 0) {
     std::memcpy(out, luma_.ptr(y) + x, static_cast<std::size_t>(n));
@@ -159,19 +159,19 @@ void WorkFrame::read_row_inside(int component, int y, int x, int n, std::uint8_t
   for (int i = 0; i < n; ++i) out[i] = coarse[((x + i) >> sub) - first];
 }
 
-/// `n` pixels of a component from (x, y) on; outside the working image its border goes on.
+/// `n` pixels of a component starting at (x, y); outside the working image its border is replicated.
 void WorkFrame::read_row(int component, int y, int x, int n, std::uint8_t *out) const {
   y = std::clamp(y, 0, luma_.rows - 1);
   const int begin = std::clamp(x, 0, luma_.cols - 1);
   const int end = std::max(begin + 1, std::min(x + n, luma_.cols));
-  // A block that lies outside altogether is made of the border pixel next to it.
+  // A block entirely outside repeats the nearest border pixel.
   const int left = std::clamp(begin - x, 0, n - 1), inside = std::min(end - begin, n - left);
   read_row_inside(component, y, begin, inside, out + left);
   std::fill(out, out + left, out[left]);
   std::fill(out + left + inside, out + n, out[left + inside - 1]);
 }
 
-/// Calls store(y, x, n, r, g, b), y and x relative to the rectangle, for all of it in blocks.
+/// Calls store(y, x, n, r, g, b) block by block for the whole rectangle; y and x are relative to it.
 template <class Store>
 void WorkFrame::gather_rows(const cv::Rect &rect, Store store) const {
   if (bands_ && !rect.empty()) {

@@ -5,8 +5,8 @@
 
 namespace csd {
 
-/// Where a feature is and what its surroundings' shape has become: sample u of its patch (Anchor's level 0) is seen at
-/// position + shape·u. Where a feature begins its shape is CsdFrame::patch times the identity.
+/// A feature's position and the shape of its surroundings: sample u of its patch (Anchor's level 0) is at position +
+/// shape·u. A feature's first shape is CsdFrame::patch times the identity.
 struct AffineState {
   cv::Point2d position;                    ///< working pixels
   cv::Matx22d shape = cv::Matx22d::eye();  ///< working pixels to a sample; determinant > 0

@@ -16,19 +16,19 @@ namespace {
 
 constexpr int max_iterations = 8;
 constexpr double longest_step = 3;    // samples
-constexpr double largest_shear = .3;  // of one step
+constexpr double largest_shear = .3;  // largest element of one step's shear
 constexpr double min_inside = .3;
 constexpr int min_counted = PatchPlane::pixels / 10;
-constexpr double min_variance = .01;  // grey levels²; below, there is nothing to see
+constexpr double min_variance = .01;  // grey levels²; below, there is no texture
 
-/// A symmetric system whose unknowns are eliminated in order, the two of the position last.
+/// A symmetric linear system. Unknowns are eliminated in order, the two of the position last.
 struct System {
   std::size_t n = unknowns;
   std::array<std::array<double, unknowns>, unknowns> matrix;  // upper triangle
   std::array<double, unknowns> gradient, per_pivot, step;
 
-  /// Eliminates unknowns `begin` … `end`: what is left in the matrix beyond `end` is information about the others with
-  /// these unknown. One that nothing is known of stays as it is.
+  /// Eliminates unknowns `begin` … `end`. The rest of the matrix is then the information about the others, marginalised
+  /// over them. An unknown without information is skipped.
   void eliminate(std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       auto &row = matrix[k];
@@ -50,7 +50,7 @@ struct System {
   }
 };
 
-/// A similarity's step has two unknowns for the shape's four: θ2 = θ5 and θ4 = −θ3.
+/// Reduces to a similarity, whose shape has two unknowns instead of four: θ2 = θ5 and θ4 = −θ3.
 void reduce(System &s) {
   auto &H = s.matrix;
   auto &g = s.gradient;
@@ -77,18 +77,18 @@ struct Step {
   }
 };
 
-/// One step towards the maximum of the posterior: data, prior about `start`. Gives the data's information on the
-/// position too, gain, bias and shape being unknown (the shape within its prior).
+/// One Gauss–Newton step to the maximum of the posterior of the data and the prior about `start`. Also computes the
+/// data's information about the position, marginalised over gain, bias and shape (the shape with its prior).
 Step solve(const PatchFit &fit, const AffineState &at, const AffineState &start, int level, const AlignPrior &prior,
            AlignModel model, cv::Matx22d &information) {
   System s;
-  // Blurred noise is correlated: 3σ, not σ.
+  // Smoothed noise is correlated: 3σ instead of σ.
   const double sigma = 3 * std::max(fit.noise, 1.), precision = 1 / (sigma * sigma);
   for (std::size_t i = 0; i < unknowns; ++i) {
     s.gradient[i] = fit.gradient[i] * precision;
     for (std::size_t j = i; j < unknowns; ++j) s.matrix[i][j] = fit.matrix[i][j] * precision;
   }
-  // E = shape₀⁻¹·shape becomes E·(1 + D)⁻¹ ≈ E − E·D: the prior wants E·D = E − 1. D is in tenths, as x = v/10.
+  // E = shape₀⁻¹·shape becomes E·(1 + D)⁻¹ ≈ E − E·D: the prior pulls to E·D = E − 1. D is in tenths, as x = v/10.
   const cv::Matx22d E = start.shape.inv() * at.shape, EtE = E.t() * E, Ete = E.t() * (E - cv::Matx22d::eye());
   const double belief = 1 / (prior.shape * prior.shape);
   for (int column = 0; column < 2; ++column)
@@ -136,13 +136,13 @@ bool sane(const AffineState &state) {
   return std::abs(state.position.x) < far && std::abs(state.position.y) < far && scale > 1e-2 && scale < 1e2;
 }
 
-/// How far the steps to come would lead, if they go on shrinking as the last did.
+/// Sum of the remaining steps if they keep shrinking at the same rate.
 double remaining(double size, double previous) {
   const double rate = previous > 0 ? std::clamp(size / previous, .2, .9) : .3;
   return size * rate / (1 - rate);
 }
 
-/// The kernels of one twin.
+/// The kernels, with and without SIMD.
 struct Simd {
   PatchTile tile;
   double sample(const cv::Mat &level, const cv::Mat &weights, const PatchMap &map, PatchPlane &value,
@@ -196,7 +196,7 @@ Alignment align_with(const Pyramid &pyramid, const GlareWeights &weights, const 
     if (remaining(step.size(), previous) < precision || out.iterations == max_iterations) break;
     previous = step.size();
   }
-  // Of the last residuals, which the last step made a little smaller: sampling once more would tell nothing new.
+  // Of the last residuals: the last step changes them little, so the patch is not sampled again.
   const PatchMoments moments = Twin::moments(anchor, value, *m);
   out.gain = fit.gain, out.bias = fit.bias, out.noise = fit.noise;
   out.inliers = fit.inliers / fit.weight;

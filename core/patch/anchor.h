@@ -13,8 +13,8 @@
 
 namespace csd {
 
-/// What a feature looks like at one resolution: a patch of 21 × 21 samples, offsets 2^level·v with v in [−10, 10]², its
-/// gradients in v, and which of its pixels count. Built once and then frozen.
+/// A feature's appearance at one resolution: a patch of 21 × 21 samples at offsets 2^level·v with v in [−10, 10]², its
+/// gradients in v, and its weights. Immutable once built.
 struct AnchorLevel {
   PatchPlane patch;       ///< grey levels, weighted mean removed
   PatchPlane gradient_x;  ///< ∂patch/∂v, central differences within the patch (one-sided on its edge)
@@ -22,31 +22,31 @@ struct AnchorLevel {
   PatchPlane weight;  ///< 0…1; 0: a highlight, outside the picture, or padding
 };
 
-/// The resolutions at which a feature is known. Levels 0, 1, 2 from its start; −1 and −2, finer than the frame in which
-/// it began, once a zoom has shown them.
+/// A feature's appearance at several resolutions: levels 0, 1 and 2 from its start; −1 and −2, finer than its first
+/// frame, once a zoom resolves them.
 class Anchor {
  public:
   static constexpr int finest = -2, coarsest = 2;
   bool has(int level) const;                       ///< false also beyond finest…coarsest
   const AnchorLevel &level(int level) const;       ///< has(level)
   void set(int level, const AnchorLevel &anchor);  ///< finest ≤ level ≤ coarsest
-  /// The finest existing level that the picture shows at `zoom` (√det shape, of that where the feature began):
-  /// zoom·2^level ≥ .75; the coarsest one where none is shown. At least one level exists.
+  /// The finest existing level that the picture resolves at `zoom` (√det shape, relative to the feature's start):
+  /// zoom·2^level ≥ .75; if there is none, the coarsest. At least one level must exist.
   int fine_level(double zoom) const;
 
  private:
   std::array<std::unique_ptr<AnchorLevel>, coarsest - finest + 1> levels_;
 };
 
-/// A feature's patch as one frame shows it at one level.
+/// A feature's patch in one frame at one level.
 struct PatchSample {
-  PatchPlane value;   ///< grey levels; beyond the picture its border is repeated
+  PatchPlane value;   ///< grey levels; outside the picture its border is replicated
   PatchPlane weight;  ///< 0…1: GlareWeights, and 0 outside the picture
-  double inside = 0;  ///< share of the samples that lie in the picture
+  double inside = 0;  ///< share of the samples inside the picture
 };
 
-/// Samples the patch through `state`, bilinearly, at the pyramid level that matches its size in the picture:
-/// clamp(round(log2(scale·2^level)), 0, 4). `weights` may be empty: then every pixel counts.
+/// Samples the patch at `state` bilinearly, at the pyramid level that matches its size in the picture:
+/// clamp(round(log2(scale·2^level)), 0, 4). If `weights` is empty, every pixel counts.
 PatchSample sample(const Pyramid &pyramid, const GlareWeights &weights, const AffineState &state, int level);
 
 AnchorLevel make_anchor_level(const PatchSample &sample);

@@ -19,17 +19,17 @@ namespace csd {
 namespace {
 
 constexpr int max_rounds = 10;
-constexpr double close_enough = .01;  // grey levels, of what a round changes
+constexpr double close_enough = .01;  // grey levels, change in a round
 constexpr double min_gain = .1, max_gain = 10;
-constexpr double min_spread = .1;  // grey levels; less tells nothing of a gain
+constexpr double min_spread = .1;  // grey levels; below, the gain is undetermined
 
 /// value ≈ gain·first + bias, grey levels.
 struct Brightness {
   double gain = 1, bias = 0;
 };
 
-/// From weighted sums. The gain is the ratio of the deviations: noise is in both patches, and least squares would take
-/// it for a lack of contrast in one. Where there is nothing to tell a gain by, the mean alone is brought over.
+/// Gain and bias from weighted sums. The gain is the ratio of the deviations: both patches are noisy, and least squares
+/// would take the noise of one for lower contrast. If the gain is undetermined, only the means are matched.
 Brightness regress(double s1, double sF, double sFF, double sV, double sVV) {
   Brightness b;
   const double spread = s1 * sVV - sV * sV, spread_of_first = s1 * sFF - sF * sF;
@@ -59,7 +59,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 static_assert(kQuantised == CompactPatch::size);
 
-#if HWY_TARGET == HWY_SCALAR  // a machine with less than SSSE3
+#if HWY_TARGET == HWY_SCALAR  // below SSSE3
 
 void Compact(const PatchSample &sample, CompactPatch &out) {
   out = compact_scalar(sample);
@@ -94,7 +94,7 @@ HWY_INLINE double Sum(Floats d, V v) {
   return hn::GetLane(hn::SumOfLanes(d, v));
 }
 
-// Where they are unmasked: the values, and 32767 elsewhere.
+// The values where both are unmasked, 32767 elsewhere.
 HWY_INLINE int Unmasked(const CompactPatch &patch, const CompactPatch &first, std::int16_t *HWY_RESTRICT a,
                         std::int16_t *HWY_RESTRICT b) {
   const Shorts d;
@@ -112,7 +112,7 @@ HWY_INLINE int Unmasked(const CompactPatch &patch, const CompactPatch &first, st
   return static_cast<int>(n);
 }
 
-// Median and median deviation, grey levels, to a quarter of one: IRLS begins there.
+// Median and median absolute deviation, grey levels, to a quarter of one: the start of IRLS.
 HWY_INLINE std::pair<double, double> MiddleAndSpread(const std::int16_t *HWY_RESTRICT values, int n) {
   constexpr int coarse = 32;
   const Shorts d;
@@ -137,7 +137,7 @@ void BringTo(const CompactPatch &first, CompactPatch &patch) {
   const auto [middle, spread] = MiddleAndSpread(values, n);
   const auto [first_middle, first_spread] = MiddleAndSpread(firsts, n);
 
-  // Grey levels about the medians: single precision is enough for the sums.
+  // Grey levels relative to the medians, so that single precision suffices for the sums.
   const V zero = hn::Zero(d), one = hn::Set(d, 1.F), two = hn::Set(d, 2.F), unit = hn::Set(d, CompactPatch::unit);
   const V per_unit = hn::Set(d, 1 / CompactPatch::unit), most = hn::Set(d, CompactPatch::most);
   const auto masked = hn::Set(di, 32767);
@@ -163,7 +163,7 @@ void BringTo(const CompactPatch &first, CompactPatch &patch) {
       const auto whole = hn::IfThenElse(hn::RebindMask(di, counts), hn::ConvertTo(di, size), masked);
       hn::Store(hn::DemoteTo(d16, whole), d16, sizes + i);
     }
-    // No more than half of them are above twice their mean; a sixteenth of a grey level is enough.
+    // The median is at most twice the mean; a resolution of a sixteenth of a grey level suffices.
     const int high = static_cast<int>(std::min(2 * Sum(d, total) / n + 1, 32766.));
     const V per_c = hn::Set(d, static_cast<float>(1 / scale_of(Median(sizes, n, high, 8) * CompactPatch::unit)));
     V s1 = zero, sF = zero, sFF = zero, sV = zero, sVV = zero;
@@ -171,7 +171,7 @@ void BringTo(const CompactPatch &first, CompactPatch &patch) {
       const auto counts = hn::RebindMask(d, hn::Ne(hn::PromoteTo(di, hn::Load(d16, values + i)), masked));
       const V u = hn::Mul(hn::Load(d, r + i), per_c), q = hn::MulAdd(u, u, one);
       V per_q = hn::ApproximateReciprocal(q);
-      per_q = hn::Mul(per_q, hn::NegMulAdd(per_q, q, two));  // Newton: the same on any machine
+      per_q = hn::Mul(per_q, hn::NegMulAdd(per_q, q, two));  // a Newton step makes it the same on any machine
       const V w = hn::IfThenElseZero(counts, hn::Mul(per_q, per_q));
       const V first_value = hn::Load(d, f + i), wf = hn::Mul(w, first_value);
       const V value = hn::Load(d, v + i), wv = hn::Mul(w, value);
@@ -180,7 +180,7 @@ void BringTo(const CompactPatch &first, CompactPatch &patch) {
     }
     const Brightness before = b;
     b = regress(Sum(d, s1), Sum(d, sF), Sum(d, sFF), Sum(d, sV), Sum(d, sVV));
-    // At the middle, and where texture is strong.
+    // At the middle, and at strong texture.
     const double change = std::abs(b.bias - before.bias) + 3 * first_spread * std::abs(b.gain - before.gain);
     if (change < close_enough * b.gain) break;
   }
@@ -194,8 +194,7 @@ void BringTo(const CompactPatch &first, CompactPatch &patch) {
   }
 }
 
-// Many pixels side by side. Those that are masked sort to the end; the smallest come to the front until the middle is
-// known.
+// Many pixels in parallel. Masked values sort to the end; a selection sort runs until the median is known.
 void MedianOf(const CompactPatch *samples, std::size_t n, PatchSample &out) {
   const Shorts d;
   const hn::Rebind<std::uint8_t, Shorts> d8;
@@ -349,7 +348,7 @@ PatchSample median_of_scalar(std::span<const CompactPatch> samples) {
       }
     if (3 * values.size() >= samples.size())
       out.weight.data[i] = static_cast<float>(weight) / static_cast<float>(255 * values.size());
-    if (values.empty())  // something for the neighbours' gradients
+    if (values.empty())  // values for the neighbours' gradients
       for (const auto &s : samples) values.push_back(s.value[i]);
     std::sort(values.begin(), values.end());
     const std::size_t m = values.size();
@@ -359,8 +358,8 @@ PatchSample median_of_scalar(std::span<const CompactPatch> samples) {
 }
 
 void AnchorMedian::add(const PatchSample &sample) {
-  // At once: of the small blocks of vectors that grow, some thousand at a time, holes are left all over the heap. Not
-  // for one alone: with a training time of 0 there are no more.
+  // Reserves at once: small vectors that grow, some thousand at a time, fragment the heap. Not for a single sample:
+  // with a training time of 0 there are no more.
   if (samples_.size() == 1) samples_.reserve(most);
   auto &patch = samples_.emplace_back(compact(sample));
   if (samples_.size() > 1) bring_to(samples_.front(), patch);

@@ -10,19 +10,19 @@
 
 namespace csd {
 
-/// A patch in 16 bit: a third of a PatchSample, for a dozen of them for each level are kept for each new feature.
-/// In PatchPlane's order; what is beyond its samples has weight 0.
+/// A patch in 16 bit: a third of a PatchSample, because each new feature stores a dozen per level. In PatchPlane's
+/// order; the padding has weight 0.
 struct CompactPatch {
   static constexpr std::size_t size = 544;                ///< PatchPlane::size in whole vectors of 32
   alignas(64) std::array<std::int16_t, size> value{};     ///< 1/128 of a grey level, ±255.98
   alignas(64) std::array<std::uint8_t, size> weight{};    ///< 1/255
   static constexpr std::uint8_t unmasked = 128;           ///< weight from which a pixel counts
-  static constexpr float unit = 1 / 128.F, most = 32766;  ///< 32767 is what doesn't count
+  static constexpr float unit = 1 / 128.F, most = 32766;  ///< 32767 marks masked values
 };
 
-/// The samples of a level over the first half second, each brought to the first one's gain and bias (robustly), and
-/// their median per pixel: what a passing highlight or noise did to the first frame goes out. A pixel that is masked in
-/// more than two thirds of the samples gets weight 0. Most of the work is add()'s: it spreads over the training time.
+/// Per-pixel median of a level's samples over the first half second, each matched robustly to the first one's gain and
+/// bias. It removes highlights and noise of the first frame. A pixel that is masked in more than two thirds of the
+/// samples gets weight 0. add() does most of the work, which spreads it over the training time.
 class AnchorMedian {
  public:
   static constexpr std::size_t most = 16;
@@ -34,20 +34,21 @@ class AnchorMedian {
   std::vector<CompactPatch> samples_;
 };
 
-/// The sample in 16 bit, to the nearest step. On the best SIMD target of the machine, as the two below.
+/// Converts the sample to 16 bit, rounded to nearest. This and the two functions below run on the machine's best SIMD
+/// target.
 CompactPatch compact(const PatchSample &sample);
 
-/// Brings `patch` to the brightness of `first`: where both are unmasked, patch ≈ gain·first + bias with the ratio of
-/// their deviations and the difference of their means, under weights 1/(1+(r/c)²)² that follow the residuals,
-/// c = 3 max(1.48 median |r|, 1 grey level). It begins with medians, for a highlight in both has more leverage than all
-/// the texture, and ends when a round changes less than .01 grey levels. Gain .1 to 10.
+/// Matches `patch` to the brightness of `first`. Where both are unmasked, patch ≈ gain·first + bias: gain is the ratio
+/// of the deviations, bias the difference of the means, under weights 1/(1+(r/c)²)² that follow the residuals, with c =
+/// 3 max(1.48 median |r|, 1 grey level). Starts from medians, because a highlight in both patches has more leverage
+/// than all the texture. Ends when a round changes less than .01 grey levels. Gain .1 to 10.
 void bring_to(const CompactPatch &first, CompactPatch &patch);
 
-/// The median per pixel of where it is unmasked (of all where it never is, with weight 0), and the mean weight there;
-/// 0 if that is in less than a third. 1 to AnchorMedian::most samples.
+/// Per pixel, the median of the unmasked samples and their mean weight. If fewer than a third are unmasked, the weight
+/// is 0; if none is, the median is of all samples. 1 to AnchorMedian::most samples.
 PatchSample median_of(std::span<const CompactPatch> samples);
 
-/// Their plain twins: bring_to_scalar() takes ten rounds, whatever they change.
+/// The same without SIMD. bring_to_scalar() always takes ten rounds.
 CompactPatch compact_scalar(const PatchSample &sample);
 void bring_to_scalar(const CompactPatch &first, CompactPatch &patch);
 PatchSample median_of_scalar(std::span<const CompactPatch> samples);

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int reach = 3;
 constexpr int samples = (2 * reach + 1) * (2 * reach + 1);
-constexpr float min_known = 0.3F;  // of the anchor's weights there
+constexpr float min_known = 0.3F;  // unmasked share of the anchor there
 constexpr double min_noise = 2, outlier = 3;
 
 }  // namespace

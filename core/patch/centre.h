@@ -7,13 +7,13 @@
 
 namespace csd {
 
-/// How much of the feature's very place fits, 0…1: Σ robust weights / Σ anchor weights over the patch's inner 7 × 7
-/// samples. A tool's edge or a highlight that has come to the point itself shows here while most of the patch still
-/// fits. Nothing where the anchor knows nothing of that place.
-/// @param value, weight what the picture has at the anchor's samples, and what each counts
+/// Inlier share of the patch's centre, 0…1: Σ robust weights / Σ anchor weights over the inner 7 × 7 samples. It drops
+/// when a tool's edge or a highlight reaches the point while most of the patch still fits. Empty if the anchor is
+/// masked there.
+/// @param value, weight the picture's values and weights at the anchor's samples
 /// @param gain, bias value = gain·anchor + bias
-/// @param noise the residual's usual deviation, grey levels of the anchor: by that of this very frame a covered point
-/// would excuse itself
+/// @param noise the residual's usual deviation, grey levels of the anchor. Measured in the same frame, it would grow
+/// with an occlusion and hide it.
 std::optional<double> centre_inliers(const AnchorLevel &anchor, const PatchPlane &value, const PatchPlane &weight,
                                      double gain, double bias, double noise);
 

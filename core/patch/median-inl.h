@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Included once for each SIMD target, as Highway's -inl.h files are.
+// Included once per SIMD target, like Highway's -inl.h files.
 #if defined(CSDTRACK_MEDIAN_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef CSDTRACK_MEDIAN_INL_H
 #undef CSDTRACK_MEDIAN_INL_H
@@ -16,19 +16,18 @@ HWY_BEFORE_NAMESPACE();
 namespace csd {
 namespace HWY_NAMESPACE {
 
-// A patch's 16-bit values in whole vectors of 32: PatchPlane::size, rounded up.
+// Number of a patch's 16-bit values in whole vectors of 32: PatchPlane::size, rounded up.
 constexpr std::size_t kQuantised = 544;
 
 #if HWY_TARGET != HWY_SCALAR
 
-// The median of n values among kQuantised, of which those that don't count are 32767: by bisection, which needs no more
-// than compare and count. Values are not negative, the median is not above `high` (inclusive); interpolated within
-// `resolution` units.
+// The median of n values among kQuantised; masked ones are 32767. By bisection, which needs only compare and count.
+// Values are not negative, and the median is at most `high`. Interpolated within `resolution` units.
 inline double Median(const std::int16_t *HWY_RESTRICT values, int n, int high, int resolution = 1) {
   namespace hn = hwy::HWY_NAMESPACE;
   const hn::CappedTag<std::int16_t, 32> d;
   const int rank = n / 2;
-  int low = -1, below = 0, upto = n;  // below: how many are ≤ low; upto: ≤ high
+  int low = -1, below = 0, upto = n;  // below: number of values ≤ low; upto: ≤ high
   while (high - low > resolution) {
     const int middle = low + (high - low) / 2;
     const auto bound = hn::Set(d, static_cast<std::int16_t>(middle + 1));

@@ -19,7 +19,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-#if HWY_TARGET == HWY_SCALAR  // a machine with less than SSSE3
+#if HWY_TARGET == HWY_SCALAR  // below SSSE3
 
 void FitPatch(const AnchorLevel &anchor, const PatchPlane &value, const PatchPlane &weight, PatchPlane &robust,
               PatchFit &fit) {
@@ -47,7 +47,7 @@ HWY_INLINE void Sums(D d, V a, V b, V c, V e, float *out) {
   out[2] = hn::GetLane(hn::SumOfLanes(d, c)), out[3] = hn::GetLane(hn::SumOfLanes(d, e));
 }
 #else
-// Adds up the blocks of four lanes.
+// Sums blocks of four lanes.
 template <class D>
 HWY_INLINE hn::Vec<hn::CappedTag<float, 4>> AddBlocks(D, hn::Vec<D> v) {
   if constexpr (hn::MaxLanes(D()) == 4) {
@@ -58,7 +58,7 @@ HWY_INLINE hn::Vec<hn::CappedTag<float, 4>> AddBlocks(D, hn::Vec<D> v) {
   }
 }
 
-// Four sums at once, for a third of the work of four.
+// Four sums at once, at a third of the cost of four separate ones.
 HWY_INLINE void Sums(Floats d, V a, V b, V c, V e, float *out) {
   const hn::Repartition<double, Floats> d64;
   const V ab = hn::Add(hn::InterleaveLower(d, a, b), hn::InterleaveUpper(d, a, b));  // a b a b
@@ -70,8 +70,8 @@ HWY_INLINE void Sums(Floats d, V a, V b, V c, V e, float *out) {
 }
 #endif
 
-// Σ w J Jᵀ: sums of products of the gradients and T with 1, y, y² as they come, with x, which is the same for a whole
-// column of vectors, at its end.
+// Σ w J Jᵀ from sums of products of the gradients and T with 1, y and y². The factor x is constant within a column of
+// vectors and applied at its end.
 void Matrix(const AnchorLevel &anchor, const PatchPlane &weight, const PatchPlane &robust, PatchFit &fit) {
   const Floats d;
   const V zero = hn::Zero(d);
@@ -188,7 +188,7 @@ void FitPatch(const AnchorLevel &anchor, const PatchPlane &value, const PatchPla
   }
   fit.counted = static_cast<int>(counted);
   fit.weight = Sum(d, weights);
-  // No more than half of them are above twice their mean.
+  // The median is at most twice the mean.
   fit.noise = counted == 0 ? 0
                            : 1.48 / 128 *
                                  Median(sizes, fit.counted,
@@ -207,7 +207,7 @@ void FitPatch(const AnchorLevel &anchor, const PatchPlane &value, const PatchPla
       const V v = hn::Load(d, r + i), w = hn::Load(d, m + i), u = hn::Mul(v, per_c);
       const V q = hn::MulAdd(u, u, one);
       V inverse = hn::ApproximateReciprocal(q);
-      inverse = hn::Mul(inverse, hn::NegMulAdd(inverse, q, two));  // Newton: all digits, the same on any machine
+      inverse = hn::Mul(inverse, hn::NegMulAdd(inverse, q, two));  // a Newton step gives full precision on any machine
       const V robust_now = hn::Mul(inverse, inverse), wr = hn::Mul(w, robust_now);
       change = hn::MulAdd(w, hn::AbsDiff(robust_now, hn::Load(d, rho + i)), change);
       hn::Store(robust_now, d, rho + i);
@@ -235,7 +235,7 @@ PatchMoments Moments(const AnchorLevel &anchor, const PatchPlane &value, const P
   const Floats d;
   const float *T = anchor.patch.data.data(), *I = value.data.data(), *m = weight.data.data();
   V v1 = hn::Zero(d), vT = v1, vTT = v1, vI = v1, vII = v1, vIT = v1;
-  // Grey levels about that of the middle: no digits are lost where contrast is faint.
+  // Grey levels relative to the centre pixel's, to keep precision at faint contrast.
   const V middle = hn::Set(d, value.at(0, 0));
   for (std::size_t i = 0; i < PatchPlane::size; i += hn::Lanes(d)) {
     const V w = hn::Load(d, m + i), t = hn::Load(d, T + i), v = hn::Sub(hn::Load(d, I + i), middle);

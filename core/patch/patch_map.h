@@ -9,13 +9,13 @@
 
 namespace csd {
 
-/// Where a patch's samples lie in a level of the pyramid: sample v at origin + step·v, pixels of that level.
+/// Positions of a patch's samples in a pyramid level: sample v at origin + step·v, pixels of that level.
 struct PatchMap {
   cv::Point2d origin;
   cv::Matx22d step;
 };
 
-/// The pyramid level whose pixels are nearest to the samples in size.
+/// The pyramid level whose pixel size is nearest to the sample spacing.
 inline int matching_level(const AffineState &state, int anchor_level) {
   const double size = std::ldexp(state.scale(), anchor_level);
   return size > 0 ? static_cast<int>(std::clamp(std::round(std::log2(size)), 0., Pyramid::levels - 1.)) : 0;

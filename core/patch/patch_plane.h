@@ -6,10 +6,9 @@
 
 namespace csd {
 
-/// One value for each of a patch's 21 × 21 samples, offsets v in [−10, 10]².
+/// A value for each of a patch's 21 × 21 samples, at offsets v in [−10, 10]².
 ///
-/// Rows are padded to 24 and there are 22 of them: two rows are 48 floats, thus whole vectors of 4, 8 or 16. Padding is
-/// zero.
+/// 22 rows, padded with zeros to 24: two rows are 48 floats, which are whole vectors of 4, 8 or 16.
 struct PatchPlane {
   static constexpr int radius = 10, side = 2 * radius + 1, stride = 24, rows = side + 1;
   static constexpr int pixels = side * side;
@@ -23,8 +22,8 @@ struct PatchPlane {
 };
 
 namespace patch_lanes {
-/// Two rows of a PatchPlane are whole vectors: column j of them has the same v.x in all pairs of rows, and v.y grows by
-/// 2 from one pair to the next. Padding takes its row's last sample, so that it lies within the patch's bounds.
+/// Two rows of a PatchPlane are whole vectors: column j has the same v.x in all pairs of rows, and v.y grows by 2 from
+/// pair to pair. Padding repeats its row's last sample, so that it lies within the patch's bounds.
 inline constexpr std::size_t period = 2 * PatchPlane::stride;
 struct Table {
   alignas(64) float value[period];

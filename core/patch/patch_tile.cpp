@@ -17,7 +17,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-#if HWY_TARGET == HWY_SCALAR  // a machine with less than SSSE3
+#if HWY_TARGET == HWY_SCALAR  // below SSSE3
 
 void PairRows(const std::uint16_t *rows, std::size_t stride, std::size_t n, int height, std::uint32_t *out) {
   for (int y = 0; y < height; ++y, rows += stride, out += PatchTile::side)
@@ -46,7 +46,7 @@ using patch_lanes::period;
 using Floats = hn::CappedTag<float, 16>;
 using V = hn::Vec<Floats>;
 
-// n a multiple of 16; of height + 1 rows.
+// n: a multiple of 16. Reads height + 1 rows.
 void PairRows(const std::uint16_t *HWY_RESTRICT rows, std::size_t stride, std::size_t n, int height,
               std::uint32_t *HWY_RESTRICT out) {
   const hn::CappedTag<std::uint32_t, 16> d;
@@ -62,7 +62,7 @@ void PairRows(const std::uint16_t *HWY_RESTRICT rows, std::size_t stride, std::s
   }
 }
 
-// What a column of two pixels, one 32-bit word, has at `f` of the way down.
+// Interpolates a column of two pixels, one 32-bit word, at `f` of the way down.
 HWY_INLINE V Column(Floats d, hn::Vec<hn::RebindToSigned<Floats>> word, V f) {
   const hn::RebindToSigned<Floats> di;
   const auto above = hn::ConvertTo(d, hn::And(word, hn::Set(di, 0xffff)));
@@ -71,7 +71,7 @@ HWY_INLINE V Column(Floats d, hn::Vec<hn::RebindToSigned<Floats>> word, V f) {
   return hn::MulAdd(f, hn::Sub(below, above), above);
 }
 
-// map: x and y of the patch's centre, then the columns of `step` by rows, in the tile: no coordinate is negative.
+// map: x and y of the patch's centre, then `step` in row-major order, in tile coordinates: none is negative.
 void SampleTile(const std::uint32_t *HWY_RESTRICT tile, const float *HWY_RESTRICT map, float scale,
                 float *HWY_RESTRICT out) {
   const Floats d;
@@ -88,7 +88,7 @@ void SampleTile(const std::uint32_t *HWY_RESTRICT tile, const float *HWY_RESTRIC
       const V fx = hn::Sub(x, hn::ConvertTo(d, ix)), fy = hn::Sub(y, hn::ConvertTo(d, iy));
       const auto at = hn::Add(hn::ShiftLeft<6>(iy), ix);
 #if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
-      // One 64-bit gather fetches both columns of a sample: half the loads.
+      // One 64-bit gather loads both columns of a sample, which halves the loads.
       const hn::Repartition<std::int64_t, Floats> d64;
       const auto bytes = hn::BitCast(d64, hn::ShiftLeft<2>(at));
       const auto *base = reinterpret_cast<const std::int64_t *>(tile);
@@ -123,9 +123,9 @@ HWY_EXPORT(SampleTile);
 
 namespace {
 
-constexpr int max_rows = PatchTile::side + 1;  // that a tile is made of
+constexpr int max_rows = PatchTile::side + 1;  // of the source of a tile
 
-/// Pixels from (left, top) on, n in each of `height` rows of PatchTile::side, with the border repeated.
+/// Copies n pixels in each of `height` rows of PatchTile::side, from (left, top) on, with the border replicated.
 template <class T>
 void copy_rows(const cv::Mat &m, int left, int top, std::size_t n, int height, std::uint16_t *out) {
   for (int y = 0; y < height; ++y, out += PatchTile::side) {
@@ -164,7 +164,7 @@ double bilinear(const cv::Mat &m, double x, double y) {
 }  // namespace
 
 bool prepare_tile(const cv::Mat &level, const cv::Mat &weights, const PatchMap &map, PatchTile &tile) {
-  constexpr double rx = PatchPlane::radius, ry = PatchPlane::rows - 1 - PatchPlane::radius;  // padding lies there too
+  constexpr double rx = PatchPlane::radius, ry = PatchPlane::rows - 1 - PatchPlane::radius;  // includes the padding
   const double ex = rx * std::abs(map.step(0, 0)) + ry * std::abs(map.step(0, 1));
   const double ey = rx * std::abs(map.step(1, 0)) + ry * std::abs(map.step(1, 1));
   if (!(ex < PatchTile::side && ey < PatchTile::side)) return false;

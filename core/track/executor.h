@@ -5,13 +5,13 @@
 
 namespace csd {
 
-/// Where work runs that is not the caller's thread's. The core starts no thread of its own: it is given one of these.
+/// Runs work outside the caller's thread. The core starts no threads of its own: it is given an Executor.
 class Executor {
  public:
   virtual ~Executor() = default;
-  /// Runs `job` soon, in any thread, once. Jobs must not throw.
+  /// Runs `job` once, soon, in any thread. Jobs must not throw.
   virtual void post(std::function<void()> job) = 0;
-  /// How many jobs may run at once.
+  /// Number of jobs that may run at once.
   virtual unsigned width() const { return 1; }
 };
 

@@ -8,10 +8,10 @@
 
 namespace csd {
 
-/// How long the tracking of a frame may take, from when this is made.
+/// Time limit for the tracking of a frame, starting at construction.
 class FrameBudget {
  public:
-  using Clock = std::function<std::int64_t()>;  ///< ns; never goes back
+  using Clock = std::function<std::int64_t()>;  ///< ns; never decreases
 
   FrameBudget() = default;  ///< none: never spent
   /// `budget` in ns, 0: none. `clock` must outlive this; empty: the steady clock.
@@ -20,9 +20,9 @@ class FrameBudget {
   }
 
   bool limited() const { return budget_ > 0; }
-  /// Once it is spent it stays so, and no clock is asked.
+  /// Once spent it stays so, and the clock is no longer read.
   bool spent() const { return limited() && (spent_ = spent_ || now() - begun_ >= budget_); }
-  /// A part of the time, 0…1, which begins with the whole.
+  /// A share of the time, 0…1, from the same start.
   FrameBudget share(double part) const {
     FrameBudget out = *this;
     if (limited())

@@ -8,7 +8,7 @@ namespace csd {
 namespace {
 
 constexpr std::int64_t occluded_for = second;  // DESIGN: hidden for longer is lost
-constexpr double max_hidden = 0.499;           // confidence of what is not claimed; stays below .5 in three decimals
+constexpr double max_hidden = 0.499;           // of unclaimed features; stays below .5 with three decimals
 
 }  // namespace
 
@@ -43,18 +43,18 @@ void Life::apply(const Claim &claim, std::int64_t time) {
       break;
     case Claim::Kind::hidden:
     case Claim::Kind::lost:
-      // What has left the picture is out until it is seen again.
+      // A feature that left the picture is out until it is visible again.
       if (state == FeatureState::out) break;
       feature.state = claim.kind == Claim::Kind::hidden && time - last_claim < occluded_for ? FeatureState::occluded
                                                                                             : FeatureState::lost;
-      // An algorithm that has no probabilities says 1, of what it claims alone.
+      // An algorithm without probabilities leaves 1, which holds only for claims.
       if (feature.state == FeatureState::occluded && claim.confidence < 0.5)
         feature.confidence = std::min(claim.confidence, max_hidden);
       break;
   }
   const auto gone = [](FeatureState s) { return s == FeatureState::lost || s == FeatureState::out; };
   if (gone(feature.state) && !gone(state)) gone_since = time;
-  // A prediction is told only of what is occluded; what is lost or out keeps the position last claimed.
+  // Only occluded features report a prediction; lost and out ones keep the last claimed position.
   const bool predicted = feature.state == FeatureState::occluded && finite;
   feature.x = predicted ? claim.position.x : claimed.x;
   feature.y = predicted ? claim.position.y : claimed.y;

@@ -12,24 +12,24 @@ namespace csd {
 
 /// A feature from its first frame to its last.
 struct Life {
-  Feature feature;              ///< what is told of it
+  Feature feature;              ///< as reported
   bool given = false;           ///< by the user: never ends by itself
-  bool begun = false;           ///< the algorithm knows of it
+  bool begun = false;           ///< the algorithm tracks it
   std::int64_t gone_since = 0;  ///< when it became lost or out
-  cv::Point2d start, claimed;   ///< where it began, and where it was seen last; picture pixels
+  cv::Point2d start, claimed;   ///< where it began; where it was last visible; picture pixels
   std::int64_t last_claim = 0;  ///< when a position was last claimed
   bool reported = false;        ///< in an earlier frame
   FeatureState reported_as = FeatureState::learning;
   bool surrounded = false;  ///< the last claim's
 
-  /// Detection put it where it alone was hidden before it was learnt: most likely at the edge of a tool or a highlight,
-  /// which moves against the tissue. An anchor of both would be found on the tool again later.
+  /// Detection placed it, and it alone was hidden while still learning. It is most likely on the edge of a tool or a
+  /// highlight, which moves against the tissue. An anchor of both would later be found on the tool.
   bool started_falsely() const;
 
-  /// Nothing more will be told of it.
+  /// Ends the feature.
   void end();
 
-  /// What the algorithm says of the frame at `time` (ns) becomes the feature's state, position and confidence.
+  /// Sets the feature's state, position and confidence from the algorithm's claim for the frame at `time` (ns).
   void apply(const Claim &claim, std::int64_t time);
 };
 

@@ -11,7 +11,7 @@
 
 namespace csd {
 
-/// A field of a struct of numbers, by its name: so experiments set what an algorithm decides by.
+/// A named field of a struct of numbers, so that experiments can set an algorithm's constants.
 template <class Numbers>
 struct NamedNumber {
   std::string_view name;
@@ -23,8 +23,8 @@ constexpr NamedNumber<Numbers> named(std::string_view name, double Numbers::*fie
   return {name, field};
 }
 
-/// Sets the field that "name=value" names. Throws std::invalid_argument with a text that names what is wrong; `owner`:
-/// whose numbers they are.
+/// Sets the field in "name=value". Throws std::invalid_argument whose text names the error; `owner`: the owner of the
+/// numbers, for that text.
 template <class Numbers>
 void set_number(Numbers &numbers, std::span<const NamedNumber<Numbers>> fields, std::string_view assignment,
                 const std::string &owner) {

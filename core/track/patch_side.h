@@ -9,7 +9,7 @@
 
 namespace csd {
 
-/// Odd side of the patch in working pixels, 5…255: the user's, given in the picture's, or the default for the
+/// Odd side of the patch in working pixels, 5…255: the user's, converted from picture pixels, or the default for the
 /// picture's height.
 inline int patch_side(const Settings &settings, const WorkFrame &frame) {
   if (settings.patch_size == 0) return default_patch_size(frame.size().height);

@@ -5,8 +5,8 @@
 
 namespace csd {
 
-/// A small generator (SplitMix64; Steele, Lea, Flood 2014) whose numbers are the same on every machine: only integer
-/// arithmetic and exactly rounded operations, no library function. Not for cryptography.
+/// A small generator (SplitMix64; Steele, Lea, Flood 2014) with the same numbers on every machine: it uses only integer
+/// arithmetic and exactly rounded operations, no library functions. Not for cryptography.
 class Random {
  public:
   /// An independent stream for each pair of numbers, e.g. the tracker's seed and a feature's id.

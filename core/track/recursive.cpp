@@ -13,13 +13,13 @@ constexpr double min_eigenvalue = 1e-4;  // mean over the window, OpenCV's scale
 }  // namespace
 
 void RecursiveTracker::build(const cv::Mat &luma) {
-  // The input is never reused: its pixels belong to a buffer that is gone by the next frame.
+  // Never uses the input in place: its buffer is gone by the next frame.
   current_valid_ = false;
   try {
     cv::buildOpticalFlowPyramid(luma, current_, {window_, window_}, levels, true, cv::BORDER_REFLECT_101,
                                 cv::BORDER_CONSTANT, false);
   } catch (...) {
-    current_.clear();  // half made, OpenCV 4.6 would read where nothing is the next time
+    current_.clear();  // otherwise OpenCV 4.6 would read invalid memory next time
     throw;
   }
   current_valid_ = true;

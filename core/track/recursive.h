@@ -7,23 +7,22 @@
 
 namespace csd {
 
-/// The recursive tracker of §2.1.1: pyramidal Lucas–Kanade from each frame to the next. The point found becomes the
-/// next frame's query, which is the "template update" of the paper.
+/// The recursive tracker of §2.1.1: pyramidal Lucas–Kanade from frame to frame. Each found position starts the next
+/// frame's search, which is the "template update" of the paper.
 ///
-/// Window as large as the patch, at most 3 levels above the picture, 30 iterations or 0.01 px, minimal eigenvalue 1e-4.
+/// Window of the patch's size, at most 3 levels above the picture, 30 iterations or 0.01 px, minimal eigenvalue 1e-4.
 class RecursiveTracker {
  public:
   /// `window`: odd side of the window in working pixels.
   void set_window(int window) { window_ = window; }
 
-  /// Moves each of `points` (working pixels) from the frame that was kept into `luma`. found[i] is 0 where LK fails.
-  /// Without a frame kept, or with one of another size, nothing is found. A frame that was kept serves once: who could
-  /// not keep `luma`, where the points are now, finds nothing next. Throws cv::Exception, std::bad_alloc, and has moved
-  /// nothing then.
+  /// Tracks `points` (working pixels) from the kept frame into `luma`. found[i] is 0 if LK fails. Finds nothing without
+  /// a kept frame, or with one of another size. A kept frame serves once: unless keep() follows with this `luma`, the
+  /// next call finds nothing. Throws cv::Exception or std::bad_alloc, with `points` unchanged.
   void track(const cv::Mat &luma, std::vector<cv::Point2f> &points, std::vector<unsigned char> &found);
-  /// Keeps `luma` (copied into a pyramid) as the frame to track from; free if track() has just seen it.
+  /// Keeps `luma` (copied into a pyramid) as the frame to track from. Free right after track() with it.
   void keep(const cv::Mat &luma);
-  /// Without points to follow no pyramid is made: call instead of keep().
+  /// Call instead of keep() if there are no points: it builds no pyramid.
   void skip();
 
  private:

@@ -66,7 +66,7 @@ void Requests::take(Taken &taken) {
     taken.reset = true;
     taken.added.clear();
   }
-  // Whoever asked for a point may remove it while the frame that it enters with is still being tracked.
+  // A new point can be removed while its first frame is still being tracked.
   for (const auto &point : added_) known_.push_back({point.id, point.position, false});
   std::sort(removed_.begin(), removed_.end());
   std::erase_if(known_, [this](const Known &k) { return std::binary_search(removed_.begin(), removed_.end(), k.id); });

@@ -11,43 +11,44 @@
 
 namespace csd {
 
-/// What other threads ask of a tracker, until a frame takes it.
+/// Requests of other threads to a tracker, queued until the next frame.
 ///
-/// add(), remove(), remove_nearest() and reset() may be called from any thread and never wait for a frame. The rest is
-/// for the thread that tracks: it calls take() as a frame begins and report() as it ends.
+/// add(), remove(), remove_nearest() and reset() may be called from any thread and never wait for a frame. The rest
+/// belongs to the tracking thread: it calls take() when a frame begins and report() when it ends.
 class Requests {
  public:
-  /// A feature as those who ask know it.
+  /// A feature as the requesting threads know it.
   struct Known {
     FeatureId id;
     cv::Point2d position;  ///< picture pixels
     bool in_picture;
   };
-  /// What a frame has to do first. The tracker takes out what it has done: the rest is left to the frame after one that
-  /// failed.
+  /// The requests of a frame. The tracker erases those it has handled; after a failed frame the rest remains for the
+  /// next one.
   struct Taken {
     bool reset = false;              ///< forget the stream, before the rest
     std::vector<StartPoint> added;   ///< points to enter
     std::vector<FeatureId> removed;  ///< features to end
   };
 
-  /// The settings' points have the first ids; with Settings::points_from_start the first max_points are set apart.
+  /// The settings' points have the first ids. With Settings::points_from_start the first max_points ids are reserved.
   explicit Requests(const Settings &settings);
 
-  /// The id of a new point; no_feature if there are max_points.
+  /// Returns the id of the new point; no_feature if there are max_points.
   FeatureId add(cv::Point2d position);
-  /// False if there is no such feature, or it is removed already.
+  /// False if there is no such feature or it is already removed.
   bool remove(FeatureId id);
-  /// The feature in the last frame's picture that is nearest and not removed already; no_feature if there is none.
+  /// Removes the feature nearest to `position` in the last frame's picture that is not yet removed, and returns it;
+  /// no_feature if there is none.
   FeatureId remove_nearest(cv::Point2d position);
-  /// What was asked before is forgotten too.
+  /// Also drops earlier requests.
   void reset();
 
-  /// The first of `count` new ids.
+  /// Reserves `count` new ids and returns the first.
   FeatureId take_ids(std::size_t count = 1);
-  /// Adds to `taken`. Throws std::bad_alloc, and has then taken nothing.
+  /// Appends the requests to `taken`. Throws std::bad_alloc, with nothing taken.
   void take(Taken &taken);
-  /// These features there are, with this frame.
+  /// Reports the features of this frame.
   void report(std::vector<Known> known);
 
  private:
@@ -56,7 +57,7 @@ class Requests {
   bool reset_ = false;
   std::vector<StartPoint> added_;
   std::vector<FeatureId> removed_;
-  std::vector<Known> known_;  ///< the last frame's, but for what a frame under way has taken: with it or without
+  std::vector<Known> known_;  ///< the last frame's, updated by the requests taken in the current frame
 };
 
 }  // namespace csd

@@ -6,8 +6,8 @@
 
 namespace csd {
 
-/// A bad part of a setting's text in quotation marks, for a message: its first 40 bytes, and '?' for all but printable
-/// ASCII, for messages must be UTF-8.
+/// Quotes an invalid part of a setting for an error message: its first 40 bytes, with '?' for all but printable ASCII,
+/// because messages must be UTF-8.
 inline std::string shown_text(std::string_view part) {
   constexpr std::size_t most = 40;
   std::string text = "\"";

@@ -11,9 +11,9 @@
 namespace csd {
 namespace {
 
-constexpr std::size_t grain = 4;  // jobs taken at once: some 50 µs of looks, against 1 µs to take them
+constexpr std::size_t grain = 4;  // jobs taken at once: some 50 µs of alignments, against 1 µs to take them
 
-/// One call of each(). A helper that comes late finds nothing left to do, and touches `job` no more.
+/// One call of each(). A helper that comes late finds nothing left to do and no longer touches `job`.
 struct Round {
   const std::function<void(std::size_t)> *job;
   std::size_t n;
@@ -53,7 +53,7 @@ void SideBySide::each(std::size_t n, const std::function<void(std::size_t)> &job
   try {
     for (std::size_t i = 0; i < helpers; ++i) executor_->post([round] { round->work(); });
   } catch (const std::exception &) {
-    // No memory for a helper: this thread does without.
+    // No memory for a helper: this thread continues alone.
   }
   round->work();
   while (round->done.load() < n) std::this_thread::yield();

@@ -8,7 +8,7 @@ namespace csd {
 
 namespace {
 
-/// 73 years: a stream of damaged stamps stays there. Sums and differences of times don't overflow.
+/// 73 years, the limit for damaged stamps: sums and differences of times do not overflow.
 constexpr std::int64_t latest = std::numeric_limits<std::int64_t>::max() / 4;
 
 std::int64_t difference(std::int64_t a, std::int64_t b) {

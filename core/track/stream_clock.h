@@ -7,23 +7,22 @@
 
 namespace csd {
 
-/// The time of a stream's frames, by their stamps where these make sense, else by durations: a gap in the stamps never
-/// stops it, and it never goes back.
+/// The time of a stream's frames: by their stamps if these are plausible, else by durations. A gap in the stamps never
+/// stops it, and it never decreases.
 class StreamClock {
  public:
-  static constexpr std::int64_t nominal_duration = second / 25;  ///< of a frame, where the stream does not say
-  static constexpr std::int64_t min_jump = second / 2;           ///< of the stamps, against where they were to go on
+  static constexpr std::int64_t nominal_duration = second / 25;  ///< of a frame, if the stream does not say
+  static constexpr std::int64_t min_jump = second / 2;           ///< of the stamps, from their expected value
 
-  /// The next frame. `pts`, `duration` in ns, no_time where unknown; `discont`: it does not follow on the last one.
-  /// Where the stamps say that less than min_jump is missing in between that is no jump: a queue that drops frames
-  /// says so.
+  /// Advances to the next frame. `pts`, `duration` in ns, no_time if unknown. `discont`: it does not follow the last
+  /// frame. If the stamps show a gap of less than min_jump, `discont` is no jump: a queue that drops frames sets it.
   void advance(std::int64_t pts, std::int64_t duration, bool discont);
-  /// Somebody has looked at this frame: what comes next follows on it.
+  /// This frame has been processed: the next one continues from it.
   void seen() { jumped_ = false; }
 
   std::int64_t time() const { return time_; }  ///< ns since the first frame
-  /// A frame since the last that was seen() did not follow on its predecessor: `discont` with nothing missing (a
-  /// cut), or stamps that jumped by more than min_jump, forward or back.
+  /// Whether the stream jumped since the last frame that was seen(): a `discont` without missing frames (a cut), or
+  /// stamps off by more than min_jump, forward or back.
   bool jumped() const { return jumped_; }
 
  private:

@@ -16,7 +16,7 @@ namespace {
 void begin_thread(int nice) {
 #ifdef __linux__
   pthread_setname_np(pthread_self(), "csd-worker");
-  // On Linux a nice value belongs to a thread, and who == its id names it. Raising it is always allowed.
+  // On Linux a nice value belongs to a thread, addressed by its id. Raising it is always allowed.
   const auto self = static_cast<id_t>(gettid());
   if (nice != 0) setpriority(PRIO_PROCESS, self, getpriority(PRIO_PROCESS, self) + nice);
 #else
@@ -30,8 +30,8 @@ ThreadPool::ThreadPool(unsigned threads, int nice) {
   if (threads == 0) threads = std::max(2u, std::thread::hardware_concurrency()) - 1;
   threads_.reserve(threads);
   for (unsigned i = 0; i < threads; ++i) {
-    // A system that has no thread or no memory for the second still has the first: learning is slower, nothing fails.
-    // Nor may it: a thread that runs can't be left alone.
+    // If the system has no thread or memory for a further one, the pool keeps those it has: learning is slower, but
+    // nothing fails. It must not throw, because running threads must be joined.
     try {
       threads_.emplace_back([this, nice] { work(nice); });
     } catch (...) {
@@ -68,7 +68,7 @@ void ThreadPool::work(int nice) {
     jobs_.pop_front();
     lock.unlock();
     job();
-    job = nullptr;  // what the job holds is freed outside the lock
+    job = nullptr;  // frees the job's data outside the lock
     lock.lock();
   }
 }

@@ -11,13 +11,13 @@
 
 namespace csd {
 
-/// A bounded set of threads, of one owner: nothing process-wide.
+/// A fixed set of threads with one owner; nothing process-wide.
 class ThreadPool final : public Executor {
  public:
-  /// `threads` 0 means one for each processor but one, at least one. `nice` is added to the threads' nice value where
-  /// the system allows it (Linux): learners run below normal priority, so that an encoder comes first.
+  /// `threads`: 0 means one per processor less one, at least one. `nice` is added to the threads' nice value where the
+  /// system allows it (Linux): learners run below normal priority, so that an encoder takes precedence.
   explicit ThreadPool(unsigned threads = 0, int nice = 0);
-  /// Drops the jobs that have not begun and waits for those that have.
+  /// Drops the jobs that have not begun and waits for the others.
   ~ThreadPool() override;
   ThreadPool(const ThreadPool &) = delete;
   ThreadPool &operator=(const ThreadPool &) = delete;

@@ -23,13 +23,13 @@ namespace csd {
 
 namespace {
 
-// A recording fades in: what is found first is not all that there is.
+// A recording may fade in: the first detection does not find all features.
 constexpr std::int64_t settle_for = 2 * second;
 constexpr std::int64_t replenish_every = second / 2;  // detection costs as much as ten frames of tracking
 
-constexpr std::int64_t shun_for = 5 * second;  // where a feature began falsely none begins
+constexpr std::int64_t shun_for = 5 * second;  // no feature starts here again after a false start
 
-constexpr double min_contrast = 1;  // grey levels, of a picture worth looking for features in
+constexpr double min_contrast = 1;  // grey levels, of a picture in which to detect features
 
 struct FalseStart {
   cv::Point2d position;
@@ -67,11 +67,11 @@ struct Tracker::Impl {
   std::unique_ptr<Algorithm> algorithm;
   Requests requests;
 
-  // The streaming thread's.
+  // Owned by the streaming thread.
   WorkFrame frame;
   GrayWindow window;
   ContentAreaFinder content_area;
-  cv::Mat nowhere;          // what is forbidden with content-area=full: nothing
+  cv::Mat nowhere;          // empty forbidden area, for content-area=full
   std::vector<Life> lives;  // by ascending id
   std::vector<Claim> claims;
   Requests::Taken asked;
@@ -81,9 +81,9 @@ struct Tracker::Impl {
   cv::Size last_size, last_work_size;
   bool stream_begun = false;         // the given points have begun
   bool points_begun_before = false;  // … in an earlier stream: now they need new ids
-  std::size_t detected = 0;          // features that detection has found in this stream
+  std::size_t detected = 0;          // features detected in this stream
   std::int64_t first_detection = 0, last_detection = 0;
-  bool failed = false;  // process() threw: what process_blind() says next is of the same frame
+  bool failed = false;  // process() threw: the next process_blind() is about the same frame
   StreamClock clock;
   std::int64_t time = 0;  // of this frame
 
@@ -138,7 +138,7 @@ void Tracker::Impl::follow(const FrameContext &context) {
     if (life.feature.state != FeatureState::ended) life.apply(claims[i++], time);
 }
 
-// A point that was outside the picture from the start is known to the algorithm by no begin(): its claim stays out.
+// The algorithm does not know a point that starts outside the picture (no begin()): its claim stays out.
 Life &Tracker::Impl::enter(FeatureId id, cv::Point2d position, bool given, const FrameContext *context) {
   Life life;
   life.feature.id = id;
@@ -153,7 +153,7 @@ Life &Tracker::Impl::enter(FeatureId id, cv::Point2d position, bool given, const
   return *lives.insert(at, life);
 }
 
-// Where nothing could be seen when a point came, or the algorithm threw, it begins in the first frame in which it can.
+// A point that came while no frame was usable, or whose begin() threw, begins in the first frame in which it can.
 void Tracker::Impl::show(Life &life, const FrameContext &context) {
   if (life.begun || life.feature.state == FeatureState::ended || !context.bounds().contains(life.start)) return;
   const auto kind = algorithm->begin(life.feature.id, life.start, context);
@@ -161,13 +161,13 @@ void Tracker::Impl::show(Life &life, const FrameContext &context) {
   life.apply({life.feature.id, kind, life.start, 1}, time);
 }
 
-// All enter or, with an exception, none: the next frame asks again.
+// Enters all points or, on an exception, none: the next frame tries again.
 void Tracker::Impl::enter_given(const FrameContext *context) {
   lives.reserve(lives.size() + offered.size() + settings.points.size() + asked.added.size());
   if (settings.points_from_start) {
     if (!stream_begun)
       for (const auto &point : offered) {
-        // An id that ended with the last stream is told of once in a frame: as it begins again.
+        // A frame reports an id only once: the old feature with this id gives way to the new one.
         std::erase_if(lives, [&](const Life &l) { return l.feature.id == point.id; });
         enter(point.id, point.position, true, context);
       }
@@ -221,7 +221,7 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
       taken.push_back(context.frame.to_work({life.feature.x, life.feature.y}));
   for (const auto &start : false_starts) taken.push_back(context.frame.to_work(start.position));
   if (cv::countNonZero(forbidden) == forbidden.size().area()) return;
-  // Nothing stands out of the noise: the detectors need 40 ms to find that out, and would on each frame.
+  // A picture of noise: the detectors need 40 ms to find nothing, and would in each frame.
   cv::Scalar mean, deviation;
   cv::meanStdDev(luma, mean, deviation, forbidden == 0);
   if (deviation[0] < min_contrast) return;
@@ -238,9 +238,8 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
   }
 }
 
-// A feature that detection put on the border or on burnt-in graphics before they were known looks perfect to a tracker
-// because it never moves; so it is told by where it began. One that has moved there later is tissue beside the
-// graphics.
+// A feature that was detected on the border or on burnt-in graphics before they were known tracks perfectly, because it
+// never moves. So it is recognised by its start. One that has moved there later is tissue beside the graphics.
 void Tracker::Impl::leave_graphics(const FrameContext &context) {
   if (settings.content_area == ContentArea::full || context.forbidden.empty()) return;
   const double still = patch_side(settings, context.frame) / 4.0 * context.frame.scale();
@@ -251,7 +250,7 @@ void Tracker::Impl::leave_graphics(const FrameContext &context) {
       end(life);
 }
 
-// After the features were followed.
+// After tracking.
 void Tracker::Impl::come_and_go(const FrameContext &context) {
   leave_graphics(context);
   drop_false_starts();
@@ -290,7 +289,7 @@ void Tracker::Impl::report(cv::Size size) {
   Stats counted;
   std::vector<Requests::Known> alive;
   alive.reserve(lives.size());
-  // Nothing throws from here on: what counts as told is told.
+  // Nothing throws from here on: what is marked as reported is reported.
   for (auto &life : lives) {
     tracks.features.push_back(life.feature);
     tracks.changed |= !life.reported || life.reported_as != life.feature.state;
@@ -314,7 +313,7 @@ void Tracker::Impl::report(cv::Size size) {
 const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::int64_t pts, std::int64_t duration,
                                      bool discont) {
   const FrameBudget budget(settings.frame_budget, settings.clock);
-  // What has been reported as ended leaves the list; and what detection found where the algorithm then threw.
+  // Removes features that have been reported as ended, and detected ones whose begin() threw.
   std::erase_if(lives, [](const Life &l) {
     return (l.reported && l.reported_as == FeatureState::ended) || (!l.given && !l.begun);
   });
@@ -323,7 +322,7 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
   failed = true;
   take_requests();
   if (view) frame.load(window.look(*view, time));
-  // Fields instead of frames are another working image, though of the same picture.
+  // A switch between fields and frames changes the working image, though not the picture size.
   const auto work_size = view ? frame.size() : last_work_size;
   if (size != last_size || (work_size != last_work_size && !last_work_size.empty())) end_all();
   last_size = size;
@@ -346,10 +345,10 @@ const Tracks &Tracker::Impl::process(const FrameView *view, cv::Size size, std::
     try {
       come_and_go(context);
     } catch (...) {
-      // The positions are this frame's by now: so must be the picture that the algorithm keeps.
+      // The positions are already this frame's, so the algorithm must keep this frame's picture too.
       try {
         algorithm->finish(context);
-      } catch (...) {  // the first fault is the one to tell of
+      } catch (...) {  // the first exception is the one to report
       }
       throw;
     }

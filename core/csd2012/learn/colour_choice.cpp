@@ -16,18 +16,18 @@ namespace {
 
 constexpr int max_span = 6;  // |w1| + |w2| + |w3|
 
-/// Of the highest 16, or of all if there are fewer. Leaves them in another order.
+/// Mean of the highest 16, or of all if there are fewer. Reorders them.
 double mean_of_best(std::span<double> v) {
   const std::size_t best = std::min(colour_choice_pixels, v.size());
   std::partial_sort(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(best), v.end(), std::greater<>());
   return std::accumulate(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(best), 0.0) / static_cast<double>(best);
 }
 
-/// The score of each space by `things` that each patch has: pixels, or pairs of them. `make(space, bits)` gives a
-/// function of i and fall, which calls fall(k, bin) for each thing k of patch i: into which of 2^bits bins it falls.
+/// The score of each space from `things` per patch: pixels, or pairs of them. `make(space, bits)` returns a function of
+/// i and fall, which calls fall(k, bin) for each thing k of patch i; bin is one of 2^bits.
 ///
-/// The counts stand at [thing][class][bin]: the things of a patch fall into histograms of their own, so no increment
-/// waits for the one before.
+/// Counts are laid out [thing][class][bin]: each thing of a patch has its own histogram, so no increment waits for the
+/// previous one.
 template <class Make>
 std::array<double, 49> scores_by(const ColourPatches &patches, std::size_t things, Make make) {
   std::uint32_t features = 0;
@@ -83,7 +83,7 @@ cv::Mat ColourPatches::patch(std::size_t i) const {
 void ColourPatches::convert(const ColourSpace &space, cv::Mat out) const {
   const int rows = static_cast<int>(size()) * patch_size_;
   CV_Assert(out.type() == CV_8UC1 && out.rows == rows && out.cols == patch_size_ && out.isContinuous());
-  // As one row a patch: the kernel behind it has less to do at row ends.
+  // One row per patch: the kernel has fewer row ends.
   const int count = static_cast<int>(size()), pixels = patch_size_ * patch_size_;
   const cv::Mat in(count, pixels, CV_8UC3, const_cast<std::uint8_t *>(bytes_.data()));
   cv::Mat to(count, pixels, CV_8UC1, out.data);
@@ -101,7 +101,7 @@ std::array<double, 49> colour_scores(const ColourPatches &patches) {
   }
   std::vector<std::uint16_t> mixed(pixels);
   return scores_by(patches, pixels, [&](ColourSpace space, int bits) {
-    // The bin of each value of mix(): apply() depends on it alone.
+    // The bin of each value of mix(), on which alone apply() depends.
     const int span = space.span();
     std::array<std::uint8_t, 255 * max_span + 1> bin{};
     for (int f = 0; f <= 255 * span; ++f)
@@ -122,7 +122,7 @@ std::array<double, 49> colour_scores_of_pairs(const ColourPatches &patches, Rand
     p1 = random.below(pixels);
     p2 = (p1 + 1 + random.below(pixels - 1)) % pixels;
   }
-  // [patch][pair][B G R]; a space's difference is its mix of these.
+  // [patch][pair][B G R]; a space's difference is a linear combination of them.
   std::vector<std::int16_t> differences;
   differences.reserve(patches.size() * pairs * 3);
   for (std::size_t i = 0; i < patches.size(); ++i) {
@@ -135,7 +135,7 @@ std::array<double, 49> colour_scores_of_pairs(const ColourPatches &patches, Rand
     return [&, space, bits](std::size_t i, auto fall) {
       const std::int16_t *d = differences.data() + i * pairs * 3;
       for (std::size_t k = 0; k < pairs; ++k, d += 3) {
-        // Tissue's differences are small: the bins reach to ±64, the outermost on from there.
+        // Differences within tissue are small: the bins cover ±64, and the outermost ones everything beyond.
         const int mixed = (space.b * d[0] + space.g * d[1] + space.r * d[2]) / space.span();
         fall(k, static_cast<std::size_t>((std::clamp(mixed + 64, 0, 127) << bits) >> 7));
       }

@@ -14,7 +14,7 @@
 
 namespace csd {
 
-/// Patches in colour, for as long as the colour space is not chosen.
+/// Patches in colour, until the colour space is chosen.
 class ColourPatches {
  public:
   /// `patch_size`: side in pixels, odd, 3…255. Throws cv::Exception otherwise.
@@ -29,8 +29,8 @@ class ColourPatches {
   void add(const cv::Mat &patch, Label label);
   /// A view of patch i (CV_8UC3), valid until the next add().
   cv::Mat patch(std::size_t i) const;
-  /// All patches in one colour space, one below the other, into `out`: CV_8UC1, size() * patch_size rows of patch_size.
-  /// Throws cv::Exception on another size or type.
+  /// Converts all patches to one colour space, one below the other, into `out`: CV_8UC1, size() * patch_size rows of
+  /// patch_size. Throws cv::Exception on another size or type.
   void convert(const ColourSpace &space, cv::Mat out) const;
 
  private:
@@ -39,19 +39,19 @@ class ColourPatches {
   std::vector<Label> labels_;
 };
 
-/// Pixels whose V is averaged for a colour space's score.
+/// Number of pixels whose V is averaged for a colour space's score.
 inline constexpr std::size_t colour_choice_pixels = 16;
 
-/// Each space's score: the mean of the 16 highest variance ratios (Eq. 5; the paper's text refers to Eq. 4, which is
-/// the likelihood ratio that goes into it) among the patch's pixels, for all patches, which are the tree's root set.
+/// Each space's score on all patches, the tree's root set: the mean of the 16 highest variance ratios of single pixels
+/// (Eq. 5; the paper's text refers to Eq. 4, the likelihood ratio in it).
 std::array<double, 49> colour_scores(const ColourPatches &patches);
 
 /// Each space's score by what the tests of Eq. 2 compare: the mean of the 16 highest variance ratios (Eq. 5) of the
-/// differences P1 − P2 of 256 pairs of pixels, the same for all spaces.
+/// differences P1 − P2 of 256 pairs of pixels, the same pairs for all spaces.
 std::array<double, 49> colour_scores_of_pairs(const ColourPatches &patches, Random &random);
 
-/// The most discriminative of the 49 colour spaces (Eq. 7, §2.2.1): that of the highest score; of equal ones the first
-/// in colour_spaces(). Intensity if a class is empty.
+/// The most discriminative of the 49 colour spaces (Eq. 7, §2.2.1): the one of highest score, among equals the first in
+/// colour_spaces(). Intensity if a class is empty.
 ColourSpace choose_colour(const ColourPatches &patches);
 /// The same by colour_scores_of_pairs().
 ColourSpace choose_colour_of_pairs(const ColourPatches &patches, Random &random);

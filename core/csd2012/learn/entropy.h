@@ -7,7 +7,7 @@
 
 namespace csd {
 
-/// How a test (Eq. 2) divides a node's samples: P1 > P2, P1 = P2, P1 < P2, for each of the two classes.
+/// How a test (Eq. 2) divides a node's samples: P1 > P2, P1 = P2, P1 < P2, per class.
 struct SplitCounts {
   unsigned feature_greater = 0, feature_equal = 0, feature_less = 0;
   unsigned other_greater = 0, other_equal = 0, other_less = 0;
@@ -17,8 +17,8 @@ struct SplitCounts {
 
 /// Entropy of Eq. 3, H(S) = |S|·log2|S| − |St|·log2|St| − |Sf|·log2|Sf|, weighted by count, with 0·log2 0 = 0.
 ///
-/// k·log2 k comes from a table for k = 0…max_count, rounded to multiples of 2⁻³²: sums of such numbers are exact in a
-/// double, so that equal entropies are equal whatever the order of summation, and a pure set has exactly 0.
+/// k·log2 k comes from a table for k = 0…max_count, rounded to multiples of 2⁻³². Sums of such numbers are exact in a
+/// double, so equal entropies compare equal in any order of summation, and a pure set has exactly 0.
 class Entropy {
  public:
   explicit Entropy(std::size_t max_count) : k_log2_k_(max_count + 1) {
@@ -28,12 +28,12 @@ class Entropy {
     }
   }
 
-  /// Of a set with `features` samples labelled feature and `others` labelled not a feature; bits, times samples.
+  /// Of a set with `features` samples labelled feature and `others` labelled not a feature; bits times samples.
   double of(std::size_t features, std::size_t others) const {
     return k_log2_k_[features + others] - k_log2_k_[features] - k_log2_k_[others];
   }
 
-  /// Score of a test: the plain sum over its three subsets (Eq. 3 is weighted by count already). 0 is the optimum.
+  /// Score of a test: the plain sum over its three subsets (Eq. 3 is already weighted by count). 0 is the optimum.
   double of(const SplitCounts &s) const {
     return of(s.feature_greater, s.other_greater) + of(s.feature_equal, s.other_equal) +
            of(s.feature_less, s.other_less);

@@ -22,7 +22,7 @@ SampleId GrowingTree::add(const cv::Mat &patch, Label label) {
 }
 
 void GrowingTree::replace(SampleId id, const cv::Mat &patch, Label label) {
-  // Out of its leaf only when nothing can fail any more.
+  // Leaves its leaf only once nothing can fail.
   CV_Assert(set_.contains(id));
   CV_Assert(patch.type() == CV_8UC1 && patch.rows == set_.patch_size() && patch.cols == set_.patch_size());
   take(id);
@@ -57,7 +57,7 @@ void GrowingTree::build() {
 
 int GrowingTree::retrain(std::span<const SampleId> samples) {
   int replaced = 0;
-  std::vector<std::int32_t> refused;  // by the stop rules: not to be tried again for each of their samples
+  std::vector<std::int32_t> refused;  // by the stop rules: not tried again for each of their samples
   for (const SampleId id : samples) {
     if (!set_.contains(id)) continue;
     const std::int32_t at = places_[id].leaf;
@@ -71,7 +71,7 @@ int GrowingTree::retrain(std::span<const SampleId> samples) {
   }
   retrainings_ += static_cast<std::uint64_t>(replaced);
   if (nodes_.size() > std::max(options_.max_nodes, 4 * set_.slots())) {
-    auto anew = *this;  // this one stays whole where memory is short
+    auto anew = *this;  // keeps the old tree intact if memory runs out
     anew.build();
     *this = std::move(anew);
   }
@@ -104,7 +104,7 @@ void GrowingTree::take(SampleId id) {
   n.samples.pop_back();
 }
 
-// ID3 from one leaf down. False if that leaf stayed one.
+// ID3 from one leaf down. False if the leaf was not divided.
 bool GrowingTree::grow(std::int32_t leaf) {
   const std::size_t most = nodes_[static_cast<std::size_t>(leaf)].samples.size();
   const Entropy entropy(most);

@@ -15,61 +15,61 @@
 
 namespace csd {
 
-/// When a node becomes a leaf though it holds both classes. (A pure or empty one always does, §2.2.1; these are for
-/// samples that contradict each other.)
+/// When a node with both classes becomes a leaf. (A pure or empty one always does, §2.2.1; these rules are for
+/// contradictory samples.)
 struct StopRules {
   int max_depth = 16;           ///< the root has depth 0
-  std::size_t min_samples = 4;  ///< fewer are not divided
+  std::size_t min_samples = 4;  ///< a node with fewer is not divided
   double min_gain = 1e-6;       ///< of entropy (Eq. 3, bits times samples)
 };
 
 struct GrowthOptions {
   PairSearchOptions search;
   StopRules stop;
-  std::size_t max_nodes = 1 << 14;  ///< with more, and more than four a sample, retrain() learns the whole tree anew
+  std::size_t max_nodes = 1 << 14;  ///< with more, and with more than four per sample, retrain() rebuilds the tree
   std::uint64_t seed = 1;           ///< of the random pairs
-  std::uint64_t stream = 0;         ///< the same, e.g. the feature's id
+  std::uint64_t stream = 0;         ///< also of them, e.g. the feature's id
 };
 
-/// A context specific descriptor while it learns (§2.2): the training set S, the ID3 tree on it, and in each leaf the
-/// samples that ended there. Belongs to one thread; what it publishes may be read by all.
+/// A context specific descriptor while it learns (§2.2): the training set S, its ID3 tree, and the samples in each
+/// leaf. Belongs to one thread; any thread may read the published trees.
 ///
-/// At first the tree is one leaf. The usual course: add() samples, build(), then again and again publish(), evaluate
-/// the published tree on the current frame, add() what it got wrong, retrain() (§2.2.2).
+/// At first the tree is one leaf. Usual sequence: add() samples, build(), then repeatedly publish(), evaluate the
+/// published tree on the current frame, add() the misclassified patches, retrain() (§2.2.2).
 class GrowingTree {
  public:
-  /// `space`: what the patches' channel is; only passed on to what is published.
+  /// `space`: of the patches' channel; passed on to the published trees.
   GrowingTree(int patch_size, const ColourSpace &space, const GrowthOptions &options);
 
   const ColourSpace &space() const { return space_; }
   const SampleSet &samples() const { return set_; }
 
-  /// Puts a patch (patch_size², CV_8UC1) into S and drops it down the tree: it counts in its leaf's distribution; no
-  /// test changes (§2.1.5). Throws cv::Exception on a patch of another size or type.
+  /// Adds a patch (patch_size², CV_8UC1) to S and to the distribution of its leaf; no test changes (§2.1.5). Throws
+  /// cv::Exception on a patch of another size or type.
   SampleId add(const cv::Mat &patch, Label label);
-  /// Takes a sample out of S and of its leaf's distribution, and puts another into its slot.
+  /// Removes a sample from S and from its leaf's distribution, and puts another into its slot.
   void replace(SampleId id, const cv::Mat &patch, Label label);
   void remove(SampleId id);
 
   /// Whether the sample's leaf has the other label.
   bool misclassified(SampleId id) const;
-  /// What the tree calls a patch.
+  /// The label that the tree gives a patch.
   Label classify(const cv::Mat &patch) const;
 
-  /// Learns the whole tree anew from S by ID3.
+  /// Rebuilds the whole tree from S by ID3.
   void build();
-  /// Grows a subtree, on all samples that it holds, in the place of each leaf that one of `samples` ended in and that
-  /// errs (§2.2.2: "only the leaf nodes responsible"): one that holds both classes calls the fewer by the wrong name,
-  /// and be they the feature itself, outnumbered by the patches just added. Returns how many leaves it replaced. A leaf
-  /// that the stop rules do not let divide stays. Samples go in time, nodes don't: with too many it is build() in the
-  /// end. (Of a feature followed at 25 Hz there were 2100 at first, 4000 after half an hour, then 30 more a minute.)
+  /// Replaces each leaf that holds one of `samples` and errs by a subtree grown on all its samples (§2.2.2: "only the
+  /// leaf nodes responsible"). A leaf with both classes misclassifies its minority, which may be the feature itself,
+  /// outnumbered by the patches just added. Returns the number of leaves replaced. A leaf that the stop rules keep
+  /// whole stays. Removed samples leave their nodes behind: above the limit it calls build(). (A feature tracked at 25
+  /// Hz had 2100 nodes at first, 4000 after half an hour, then 30 more a minute.)
   int retrain(std::span<const SampleId> samples);
-  /// Leaves that retrain() has replaced since the beginning.
+  /// Number of leaves that retrain() has replaced.
   std::uint64_t retrainings() const { return retrainings_; }
 
   std::size_t node_count() const { return nodes_.size(); }
 
-  /// The tree as it is now.
+  /// A copy of the current tree.
   std::shared_ptr<const Tree> publish() const;
 
  private:
@@ -77,8 +77,8 @@ class GrowingTree {
     PixelPair test;
     std::int32_t first_child = -1;  ///< −1: leaf
     int depth = 0;
-    std::uint32_t feature = 0;      ///< leaf: how many of `samples` are labelled feature
-    std::vector<SampleId> samples;  ///< leaf: in no particular order
+    std::uint32_t feature = 0;      ///< leaf: number of `samples` labelled feature
+    std::vector<SampleId> samples;  ///< leaf: unordered
   };
   struct Place {
     std::int32_t leaf = -1;

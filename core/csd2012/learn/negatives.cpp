@@ -9,10 +9,10 @@ namespace csd {
 
 namespace {
 
-constexpr int near_every = 3;        // of the random negatives one in so many is near the feature
-constexpr int tries = 20;            // for one position: a picture that is mostly forbidden has fewer negatives
-constexpr double min_deviation = 1;  // grey levels, of a patch worth correlating: less is sensor noise
-constexpr int peaks_per_patch = 4;   // a local maximum is the highest within a patch's side by this
+constexpr int near_every = 3;        // every third random negative is near the feature
+constexpr int tries = 20;            // per position: if most of the picture is forbidden there are fewer negatives
+constexpr double min_deviation = 1;  // grey levels, of a patch that is correlated; below is sensor noise
+constexpr int peaks_per_patch = 4;   // a local maximum is the highest within a patch's side divided by this
 
 double distance(cv::Point a, cv::Point b) {
   return std::hypot(a.x - b.x, a.y - b.y);
@@ -63,10 +63,10 @@ std::vector<cv::Point> similar_negatives(const cv::Mat &luma, const cv::Mat &for
   const cv::Mat area = luma({search.x - half, search.y - half, search.width + 2 * half, search.height + 2 * half});
   cv::Scalar mean, deviation;
   cv::meanStdDev(patch, mean, deviation);
-  if (deviation[0] < min_deviation) return positions;  // The correlation would be 0/0, 1 by definition.
+  if (deviation[0] < min_deviation) return positions;  // The correlation would be 0/0, which OpenCV defines as 1.
   cv::Mat score, highest;
   cv::matchTemplate(area, patch, score, cv::TM_CCOEFF_NORMED);
-  // The same look-alike is not taken twice.
+  // Does not take the same similar place twice.
   const int apart = 2 * (rules.patch / peaks_per_patch) + 1;
   cv::dilate(score, highest, cv::getStructuringElement(cv::MORPH_RECT, {apart, apart}));
   struct Peak {

@@ -9,17 +9,18 @@
 
 namespace csd {
 
-/// Where negatives may be taken: the paper asks for "every position that is not the feature", and finds that patches
-/// "within a few pixels" look alike. Nothing is learnt from the ring in between.
+/// Where negatives may lie: the paper asks for "every position that is not the feature", and finds that patches "within
+/// a few pixels" look alike. Positions in between are not used.
 struct NegativeRules {
   int patch;             ///< odd side, working pixels: the whole patch lies inside the picture
-  double ignore_radius;  ///< nearer than this to the feature nothing is a negative
-  /// A third of the random negatives come from within this: they set how sharply it localises.
+  double ignore_radius;  ///< negatives keep this distance from the feature
+  /// A third of the random negatives lie within this radius: they determine the localisation accuracy.
   double near_radius;
 };
 
-/// `count` random positions of patches "not a feature" (§2.1.2.1): a third of them near the feature, the rest anywhere.
-/// Fewer where the picture has no room. `forbidden`: CV_8UC1 of the picture's size or empty; not taken where it is set.
+/// `count` random positions of patches "not a feature" (§2.1.2.1): a third near the feature, the rest anywhere. Fewer
+/// if the picture has no room. `forbidden`: CV_8UC1 of the picture's size or empty; positions where it is set are
+/// excluded.
 std::vector<cv::Point> random_negatives(cv::Size picture, const cv::Mat &forbidden, cv::Point feature, int count,
                                         const NegativeRules &rules, Random &random);
 

@@ -13,7 +13,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace csd::HWY_NAMESPACE {
 
-#if HWY_TARGET == HWY_SCALAR  // a machine with less than SSSE3: the plain twin
+#if HWY_TARGET == HWY_SCALAR  // below SSSE3: without SIMD
 
 void Transpose16(const std::uint8_t *const *rows, std::size_t count, std::size_t row_bytes, std::uint8_t *out,
                  std::size_t stride) {
@@ -24,7 +24,7 @@ void Transpose16(const std::uint8_t *const *rows, std::size_t count, std::size_t
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// 16×16 bytes at a time, as four rounds of interleaving (each doubles the length of the pieces).
+// 16×16 bytes at a time, by four rounds of interleaving; each doubles the run length.
 void Transpose16(const std::uint8_t *const *rows, std::size_t count, std::size_t row_bytes,
                  std::uint8_t *HWY_RESTRICT out, std::size_t stride) {
   const hn::FixedTag<std::uint8_t, 16> d;
@@ -32,7 +32,7 @@ void Transpose16(const std::uint8_t *const *rows, std::size_t count, std::size_t
   for (std::size_t p = 0; p < row_bytes; p += 16) {
     V v[16], w[16];
     for (std::size_t i = 0; i < 16; ++i) v[i] = i < count ? hn::LoadU(d, rows[i] + p) : hn::Zero(d);
-    // A perfect shuffle of the rows, four times: row i meets row i + 8.
+    // Four perfect shuffles of the rows: row i meets row i + 8.
     for (int round = 0; round < 4; ++round) {
       for (std::size_t i = 0; i < 8; ++i) {
         w[2 * i] = hn::InterleaveLower(d, v[i], v[i + 8]);
@@ -59,7 +59,7 @@ void NodeSamples::gather(const SampleSet &set, std::span<const SampleId> feature
   features_ = features.size();
   others_ = others.size();
   stride_ = feature_bytes() + other_bytes();
-  // Rows a multiple of 512 bytes apart would fall on few cache sets when 16 columns are written down all rows.
+  // Rows at multiples of 512 bytes would share few cache sets when 16 columns are written down all rows.
   if (stride_ % 512 == 0) stride_ += align;
   // row_bytes() ≥ pixels_ rows are written; those beyond pixels_ hold zeros.
   const std::size_t wanted = set.row_bytes() * stride_ + align;

@@ -13,7 +13,7 @@ HWY_BEFORE_NAMESPACE();
 namespace csd {
 namespace HWY_NAMESPACE {
 
-#if HWY_TARGET == HWY_SCALAR  // a machine with less than SSSE3: the plain twins
+#if HWY_TARGET == HWY_SCALAR  // below SSSE3: without SIMD
 
 void CountPairs(const NodeSamples &node, const PixelPair *pairs, std::size_t n, SplitCounts *counts) {
   count_pairs_scalar(node, {pairs, n}, {counts, n});
@@ -23,12 +23,12 @@ void CountPairs(const NodeSamples &node, const PixelPair *pairs, std::size_t n, 
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// At most 64 bytes, for runs are padded to 64.
+// At most 64 bytes, because runs are padded to 64.
 using Bytes = hn::CappedTag<std::uint8_t, NodeSamples::align>;
 
 // Eq. 2 for many patches at once: counts a > b and a == b over n bytes, n a multiple of 64. Each byte lane counts up to
-// 255 matches in place, which takes half the instructions of a population count per vector where masks aren't registers
-// of their own (SSE4, AVX2).
+// 255 matches in place. Without mask registers (SSE4, AVX2) this takes half the instructions of a population count per
+// vector.
 HWY_INLINE void CountRun(const std::uint8_t *HWY_RESTRICT a, const std::uint8_t *HWY_RESTRICT b, std::size_t n,
                          unsigned &greater, unsigned &equal) {
   const Bytes d;
@@ -43,7 +43,7 @@ HWY_INLINE void CountRun(const std::uint8_t *HWY_RESTRICT a, const std::uint8_t 
     for (; i < end; i += lanes) {
       const auto va = hn::Load(d, a + i);
       const auto vb = hn::Load(d, b + i);
-      // min(a,b) == a is a ≤ b: unsigned order without the sign flips that SSE and AVX2 need for >.
+      // min(a,b) == a means a ≤ b: an unsigned comparison without the sign flips that SSE and AVX2 need for >.
       le = hn::Sub(le, hn::VecFromMask(d, hn::Eq(hn::Min(va, vb), va)));
       eq = hn::Sub(eq, hn::VecFromMask(d, hn::Eq(va, vb)));
     }

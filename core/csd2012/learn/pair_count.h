@@ -11,10 +11,10 @@
 
 namespace csd {
 
-/// Divides the node's samples by each of `pairs` (Eq. 2) and counts both classes; counts.size() ≥ pairs.size().
-/// Runs on the best SIMD target of the machine; the result is the same on every target.
+/// Divides the node's samples by each of `pairs` (Eq. 2) and counts both classes; counts.size() ≥ pairs.size(). Runs on
+/// the machine's best SIMD target; the result is the same on every target.
 void count_pairs(const NodeSamples &node, std::span<const PixelPair> pairs, std::span<SplitCounts> counts);
-/// Its plain twin.
+/// The same without SIMD.
 void count_pairs_scalar(const NodeSamples &node, std::span<const PixelPair> pairs, std::span<SplitCounts> counts);
 
 /// Σ |P1 − P2| over the node's samples: how far a test is from a tie.

@@ -41,7 +41,7 @@ void PairFinder::list_ranked(const NodeSamples &node, const LogTable &log, Rando
 }
 
 void PairFinder::evaluate(const NodeSamples &node, const Entropy &entropy, bool stop_at_zero) {
-  constexpr std::size_t block = 64;  // pairs counted before an early exit is looked for
+  constexpr std::size_t block = 64;  // pairs counted between checks for an early exit
   counts_.resize(block);
   for (std::size_t first = 0; first < pairs_.size(); first += block) {
     const auto some = std::span(pairs_).subspan(first, std::min(block, pairs_.size() - first));

@@ -11,7 +11,7 @@
 
 namespace csd {
 
-/// How a node's test is looked for (§2.2.1).
+/// How a node's test is searched for (§2.2.1).
 enum class PairSearch : std::uint8_t {
   ranked,     ///< among the pixels of highest variance ratio, and some random pairs
   exhaustive  ///< all pairs
@@ -19,9 +19,9 @@ enum class PairSearch : std::uint8_t {
 
 struct PairSearchOptions {
   PairSearch search = PairSearch::ranked;
-  std::size_t top_pixels = 64;     ///< ranked: this many pixels, each with each
-  std::size_t random_pairs = 512;  ///< ranked: and so many others; V judges intensity, not order, and may miss a pair
-  bool stop_at_zero = true;        ///< ranked: take the first test of entropy 0, in order of rank
+  std::size_t top_pixels = 64;     ///< ranked: this many pixels, paired with each other
+  std::size_t random_pairs = 512;  ///< ranked: in addition; V rates intensity, not order, and may miss a pair
+  bool stop_at_zero = true;        ///< ranked: take the first test of entropy 0, by rank
 };
 
 /// A node's test and how it divides the node's samples.
@@ -31,18 +31,18 @@ struct PairChoice {
   SplitCounts counts;
 };
 
-/// Finds the test of least entropy. Of equal ones: the larger Σ|P1−P2|, then the smaller (p1,p2). Keeps its memory from
-/// node to node; not for two threads at once.
+/// Finds the test of least entropy; among equals the one of larger Σ|P1−P2|, then of smaller (p1,p2). Reuses its memory
+/// from node to node; not thread safe.
 class PairFinder {
  public:
   explicit PairFinder(const PairSearchOptions &options) : options_(options) {}
 
-  /// `random` gives the random pairs. `entropy` and `log` must reach to node.size().
+  /// `random` draws the random pairs. `entropy` and `log` must cover node.size().
   PairChoice find(const NodeSamples &node, const Entropy &entropy, const LogTable &log, Random &random);
 
  private:
   void list_ranked(const NodeSamples &node, const LogTable &log, Random &random);
-  /// Tests pairs_, the better of them becoming best_.
+  /// Evaluates pairs_ and updates best_.
   void evaluate(const NodeSamples &node, const Entropy &entropy, bool stop_at_zero);
 
   PairSearchOptions options_;
@@ -51,7 +51,7 @@ class PairFinder {
   std::vector<PixelPair> pairs_;
   std::vector<SplitCounts> counts_;
   std::optional<PairChoice> best_;
-  std::optional<std::uint64_t> best_difference_;  ///< Σ|P1−P2| of best_, once it was needed
+  std::optional<std::uint64_t> best_difference_;  ///< Σ|P1−P2| of best_, computed on demand
 };
 
 }  // namespace csd

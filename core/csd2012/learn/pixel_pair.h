@@ -12,8 +12,8 @@ struct PixelPair {
   bool operator==(const PixelPair &) const = default;
 };
 
-/// Eq. 2: into which of a node's children a patch goes whose pixels are P1 and P2: 0 for P1 > P2, 1 for P1 = P2, 2 for
-/// P1 < P2. Without a branch, for none could be predicted.
+/// Eq. 2: the child of a node for a patch with pixels P1 and P2: 0 for P1 > P2, 1 for P1 = P2, 2 for P1 < P2.
+/// Branchless, because the result is unpredictable.
 constexpr int child_of(std::uint8_t p1, std::uint8_t p2) {
   return (p1 <= p2) + (p1 < p2);
 }

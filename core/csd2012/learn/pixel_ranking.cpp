@@ -13,9 +13,9 @@ namespace {
 constexpr std::size_t max_bins = std::size_t{1} << histogram_sizes[0].bits;
 using Histogram = std::array<std::uint32_t, max_bins>;
 
-/// Four tables in turn, because an increment of the bin that was incremented just before waits for its store.
+/// Four tables in turn: incrementing the same bin twice in a row would wait for the first store.
 void histogram(const std::uint8_t *values, std::size_t n, int shift, Histogram &h) {
-  if (n < 256) {  // adding up four tables that were just written would cost more than it saves
+  if (n < 256) {  // below, summing four tables costs more than it saves
     h.fill(0);
     for (std::size_t i = 0; i < n; ++i) ++h[static_cast<std::size_t>(values[i] >> shift)];
     return;
@@ -53,7 +53,7 @@ double variance_ratio(std::span<const std::uint32_t> t, std::uint32_t features, 
   // Σ a·L² and Σ a·L for a = t and a = f, in counts; those for (t+f)/2 are their means.
   double t2 = 0, t1 = 0, f2 = 0, f1 = 0;
   for (std::size_t i = 0; i < t.size(); ++i) {
-    // No branch on empty bins: which bins of a small node are empty can't be predicted.
+    // No branch on empty bins: in a small node they are unpredictable.
     const double lt = std::max(log[t[i]] - log_features, floor);
     const double lf = std::max(log[f[i]] - log_others, floor);
     const double l = lt - lf;  // Eq. 4

@@ -11,7 +11,7 @@
 
 namespace csd {
 
-/// Of Eqs 4 and 5.
+/// Constants of Eqs 4 and 5.
 inline constexpr double likelihood_floor = 0.001;  ///< δ of Eq. 4, for histograms of sum 1
 inline constexpr double variance_epsilon = 1e-6;   ///< added to the denominator of Eq. 5
 
@@ -28,8 +28,8 @@ class LogTable {
   double floor_;
 };
 
-/// log2 of the number of a histogram's bins, and the fewest samples of a node that are so finely divided: 32 bins from
-/// 256 samples on, 16 from 64 on, else 8.
+/// log2 of a histogram's number of bins, and the fewest samples for it: 32 bins from 256 samples on, 16 from 64 on,
+/// else 8.
 struct HistogramSize {
   int bits;
   std::size_t min_samples;
@@ -38,16 +38,16 @@ inline constexpr std::array<HistogramSize, 3> histogram_sizes{{{5, 256}, {4, 64}
 /// The bits for a node of n samples.
 int histogram_bits(std::size_t n);
 
-/// The variance ratio V of Eq. 5 of the log likelihood L of Eq. 4, from histograms of counts with sums `features` and
-/// `others`, both normalised to 1 here: t and f of Eqs 4–6. 0 if either is empty. High where the classes separate.
+/// The variance ratio V of Eq. 5 of the log likelihood L of Eq. 4. t and f of Eqs 4–6 are given as counts with sums
+/// `features` and `others`, and normalised to 1 here. 0 if either is empty. High if the classes separate.
 double variance_ratio(std::span<const std::uint32_t> t, std::uint32_t features, std::span<const std::uint32_t> f,
                       std::uint32_t others, const LogTable &log);
 
-/// V of every pixel of the node, by histograms of the node's own samples (§2.2.1, "the currently evaluated set").
-/// `v` is resized to node.pixels(). `log` must reach to node.size().
+/// V of every pixel of the node, from histograms of the node's own samples (§2.2.1, "the currently evaluated set").
+/// Resizes `v` to node.pixels(). `log` must cover node.size().
 void variance_ratios(const NodeSamples &node, const LogTable &log, std::vector<double> &v);
 
-/// The indices of the `count` highest values, descending; of equal values the smaller index first. All if fewer.
+/// The indices of the `count` highest values, descending; among equals the smaller index first. All if there are fewer.
 void rank_pixels(std::span<const double> v, std::size_t count, std::vector<std::uint16_t> &ranked);
 
 }  // namespace csd

@@ -9,16 +9,16 @@
 
 namespace csd {
 
-/// What an image patch shows (§2.1.2).
+/// What a patch shows (§2.1.2).
 enum class Label : std::uint8_t { not_feature, feature };
 
-/// A sample's slot in its set: stable until the sample is removed; then given again.
+/// A sample's slot in its set: stable until the sample is removed, then reused.
 using SampleId = std::uint32_t;
 
 /// The training set S of §2.1.2: square patches of one channel with their labels.
 ///
-/// A patch lies in one piece ([sample][pixel], each row padded to 16 bytes): samples are added, replaced and dropped
-/// down the tree one at a time. Learning wants [pixel][sample]; NodeSamples turns just the samples of one node.
+/// A patch is contiguous ([sample][pixel], each row padded to 16 bytes), because samples are added, replaced and
+/// classified one at a time. Learning needs [pixel][sample]; NodeSamples transposes the samples of one node.
 class SampleSet {
  public:
   /// `patch_size`: side in pixels, odd, 3…255. Throws cv::Exception otherwise.
@@ -26,9 +26,9 @@ class SampleSet {
 
   int patch_size() const { return patch_size_; }
   int pixels() const { return patch_size_ * patch_size_; }
-  /// Samples in the set.
+  /// Number of samples.
   std::size_t size() const { return labels_.size() - free_.size(); }
-  /// Ids are below this.
+  /// Upper bound of the ids.
   std::size_t slots() const { return labels_.size(); }
 
   /// Copies a patch_size × patch_size CV_8UC1 patch. A slot freed by remove() is used first. Throws cv::Exception on a
@@ -41,7 +41,7 @@ class SampleSet {
   Label label(SampleId id) const { return labels_[id]; }
   /// The patch's pixels, row by row without gaps, readable up to row_bytes(). Valid until the next add().
   const std::uint8_t *patch(SampleId id) const { return bytes_.data() + id * row_bytes_; }
-  /// pixels() rounded up to 16; what is beyond pixels() is 0.
+  /// pixels() rounded up to 16; the padding is 0.
   std::size_t row_bytes() const { return row_bytes_; }
 
  private:

@@ -59,7 +59,7 @@ void Smoke::apply(cv::Mat &patch, double density, Random &random) const {
   const auto side = static_cast<std::size_t>(side_);
   const auto anywhere = [&] { return std::size_t{random.below(static_cast<std::uint32_t>(side_))}; };
   const std::size_t dx = anywhere(), dy = anywhere(), cx = anywhere(), cy = anywhere();
-  // Its edges meet, and a patch is smaller than it.
+  // The field is periodic and larger than a patch.
   const auto wrapped = [side](std::size_t i) { return i < side ? i : i - side; };
   for (int y = 0; y < patch.rows; ++y) {
     auto *row = patch.ptr<cv::Vec3b>(y);

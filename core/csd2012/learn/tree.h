@@ -10,21 +10,21 @@
 
 namespace csd {
 
-/// The context specific descriptor of §2.1.3 as it is used for tracking: a decision tree whose nodes compare two pixels
-/// of a patch (Eq. 2) and whose leaves have a label and a distribution. Immutable, so that any thread may read it.
+/// The context specific descriptor of §2.1.3 for tracking: a decision tree whose nodes compare two pixels of a patch
+/// (Eq. 2) and whose leaves have a label and a distribution. Immutable, so any thread may read it.
 ///
-/// Nodes stand in a table, breadth first, the root first. An inner node's three children (P1 > P2, P1 = P2, P1 < P2)
-/// are neighbours. A leaf compares pixel 0 with itself and its "equal" child is itself: evaluation needs no branch.
+/// The node table is in breadth-first order, root first. An inner node's three children (P1 > P2, P1 = P2, P1 < P2) are
+/// consecutive. A leaf compares pixel 0 with itself and is its own "equal" child, so evaluation needs no branch.
 class Tree {
  public:
   struct Node {
     std::uint16_t p1 = 0, p2 = 0;   ///< pixel indices, row by row in the patch
     std::int32_t first_child = -1;  ///< leaf i: i − 1
-    std::uint32_t feature = 0;      ///< leaf: samples labelled feature that ended here, |a|
-    std::uint32_t not_feature = 0;  ///< leaf: samples labelled not a feature that ended here
+    std::uint32_t feature = 0;      ///< leaf: its samples labelled feature, |a|
+    std::uint32_t not_feature = 0;  ///< leaf: its samples labelled not a feature
   };
 
-  /// `nodes` as described above. `depth`: comparisons on the longest way from the root to a leaf.
+  /// `nodes` as described above. `depth`: comparisons on the longest path from the root to a leaf.
   Tree(int patch_size, const ColourSpace &space, std::vector<Node> nodes, int depth);
 
   int patch_size() const { return patch_size_; }
@@ -38,7 +38,7 @@ class Tree {
   /// The leaf of a patch_size × patch_size CV_8UC1 patch. Throws cv::Exception on another size or type.
   std::int32_t leaf(const cv::Mat &patch) const;
 
-  /// A leaf's label: that of the majority of its samples; not a feature if it has none or as many of each.
+  /// A leaf's label: its majority; not a feature if it is empty or tied.
   bool is_feature(std::int32_t leaf) const {
     const Node &n = nodes_[static_cast<std::size_t>(leaf)];
     return n.feature > n.not_feature;
@@ -48,12 +48,11 @@ class Tree {
     return features_ ? static_cast<double>(nodes_[static_cast<std::size_t>(leaf)].feature) / features_ : 0.0;
   }
 
-  /// Leaves of the patches around each `step`-th pixel of each `step`-th row of `centres`, row by row, into `leaves`
-  /// (resized to their number).
-  /// `channel`: CV_8UC1 in the tree's colour space; the patches must lie within it (throws cv::Exception).
-  /// 16 patches go down the tree in lock-step: 1.8 times as fast as one after the other.
+  /// The leaves of the patches around each `step`-th pixel of each `step`-th row of `centres`, row by row, into
+  /// `leaves` (resized to their number). `channel`: CV_8UC1 in the tree's colour space; it must contain the patches
+  /// (throws cv::Exception). 16 patches descend the tree in lock-step: 1.8 times as fast as one by one.
   void scan(const cv::Mat &channel, const cv::Rect &centres, std::vector<std::int32_t> &leaves, int step = 1) const;
-  /// The same, one patch after the other: the plain twin that tests compare with.
+  /// The same one by one, for tests to compare with.
   void scan_plain(const cv::Mat &channel, const cv::Rect &centres, std::vector<std::int32_t> &leaves) const;
 
  private:
