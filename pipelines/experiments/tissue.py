@@ -13,7 +13,7 @@ import sys
 
 import builds
 import page
-from command import guarded, natural, places
+from experiment import guarded, natural, places
 
 KINDS = json.loads(pathlib.Path(__file__).with_name("tissue.json").read_text())  # title, what is to be reached
 SUFFIXES = (".png", ".jpg", ".mkv", ".mp4")  # that csd-accuracy takes

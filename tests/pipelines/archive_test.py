@@ -372,7 +372,8 @@ class Archive(harness.Case):
 
     def test_a_job_that_was_left_alone_is_named(self):
         videos = self.copy()
-        shutil.copy(self.long, videos)
+        # So long that its job still works when it is stopped again.
+        subprocess.run(["ffmpeg", "-v", "error", "-stream_loop", "5", "-i", self.long, "-c", "copy", videos / "long.mkv"], check=True)
         process = start(*FEW, videos, self.out)
         job = machines.job_at_work(self.out, "long.mkv")
         self.hold(job)
