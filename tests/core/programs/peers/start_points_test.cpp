@@ -43,17 +43,17 @@ TEST(StartPoints, AsText) {
 
 TEST(StartPoints, OfTheVisibleInTheFirstLineOfJson) {
   const File file(
-      R"({"schema":1,"role":"track","frame":0,"features":[{"id":3,"x":1.5,"y":2,"state":"tracked","confidence":1},)"
+      R"({"schema":1,"role":"track","frame":0,"width":64,"height":48,"features":[{"id":3,"x":1.5,"y":2,"state":"tracked","confidence":1},)"
       R"({"id":4,"x":9,"y":9,"state":"occluded","confidence":0},)"
       R"({"id":7,"x":5,"y":6.25,"state":"learning","confidence":0.5}]})"
       "\n"
-      R"({"schema":1,"role":"track","frame":1,"features":[]})"
+      R"({"schema":1,"role":"track","frame":1,"width":64,"height":48,"features":[]})"
       "\n");
   const auto p = read_start_points(file.name);
   EXPECT_EQ(p.ids, (std::vector<FeatureId>{3, 7}));
   EXPECT_EQ(p.positions, (std::vector<cv::Point2d>{{1.5, 2}, {5, 6.25}}));
   const File truth(
-      R"({"schema":1,"role":"truth","frame":0,"features":[{"id":2,"x":1,"y":2,"state":"occluded","confidence":1},)"
+      R"({"schema":1,"role":"truth","frame":0,"width":64,"height":48,"features":[{"id":2,"x":1,"y":2,"state":"occluded","confidence":1},)"
       R"({"id":8,"x":3,"y":4,"state":"tracked","confidence":1}]})"
       "\n");
   EXPECT_EQ(read_start_points(truth.name).ids, std::vector<FeatureId>{8});
@@ -71,9 +71,10 @@ TEST(StartPoints, OfTheVisibleInFrame0OfCsv) {
 }
 
 TEST(StartPoints, SaysWhatIsWrongWhere) {
-  EXPECT_EQ(message_of("{\"schema\":1,\"role\":\"track\",\"frame\":5,\"features\":[]}\n"), ": has no frame 0");
+  EXPECT_EQ(message_of("{\"schema\":1,\"role\":\"track\",\"frame\":5,\"width\":64,\"height\":48,\"features\":[]}\n"),
+            ": has no frame 0");
   EXPECT_EQ(message_of("{\"schema\":1,\"role\":\"track\",\"frame\":null,\"features\":[]}\n"), ": has no frame 0");
-  EXPECT_EQ(message_of("{\"schema\":1,\"role\":\"track\",\"frame\":0,\"features\":[]}\n"),
+  EXPECT_EQ(message_of("{\"schema\":1,\"role\":\"track\",\"frame\":0,\"width\":64,\"height\":48,\"features\":[]}\n"),
             ": no visible points in the first frame");
   EXPECT_EQ(message_of("frame,id,x,y,visible\n3,1,2,3,1\n"), ": has no frame 0");
   EXPECT_EQ(message_of("frame,id,x,y,visible\n0,1,2,3,0\n"), ": no visible points in the first frame");
