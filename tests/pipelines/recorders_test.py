@@ -10,6 +10,7 @@ import subprocess
 import harness
 
 PAGE = pathlib.Path(__file__).resolve().parents[2] / "docs" / "recorders.md"
+PRESETS = PAGE.parents[1] / "gst" / "presets"
 FRAMES = 60
 
 
@@ -25,7 +26,7 @@ class Recorders(harness.Case):
         for what, by in replaced.values():
             self.assertIn(what, line)
             line = line.replace(what, by)
-        done = harness.launch("-e", line, cwd=self.tmp)
+        done = harness.launch("-e", line, cwd=self.tmp, env={"GST_PRESET_PATH": str(PRESETS)})
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertNotIn("ERROR", done.stdout + done.stderr)
         return done
