@@ -151,12 +151,17 @@ plugin_links() {
       grep -wE '(socket|connect|bind|getaddrinfo|system|popen|v?fork|exec[lv]p?e?|fexecve|posix_spawnp?|g_spawn_[a-z_]*|gst_uri_handler_[a-z_]*)(@.*)?$'
 }
 
-step_tests() { meson_tests tests "$root/build" --no-suite=quickstart; }
+step_tests() { meson_tests tests "$root/build" --no-suite=quickstart --no-suite=experiments; }
 step_quickstart() { meson_tests quickstart "$root/build" --suite=quickstart; }
 
 step_leaks() {
   check_build 'build for leaks' build_tree build gcc -Dtests=enabled || return
   meson_tests leaks "$root/build" --setup=leaks --suite=check
+}
+
+step_experiments() {
+  check_build 'build for experiments' build_tree build gcc -Dtests=enabled -Dbenchmarks=enabled || return
+  meson_tests experiments "$root/build" --suite=experiments
 }
 
 # Of a file's processor time a compiler spends more than half on -O2 and on variables' places for a debugger.
