@@ -507,8 +507,8 @@ static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
 
   /**
    * GstCsdTrackEnc:role:
+   *
    * Whether to write what csdtrack found, or the ground truth that csdsimsrc attached.
-   * Whether it writes what csdtrack found, or the ground truth that csdsimsrc attached.
    *
    * Since: 0.1
    */
