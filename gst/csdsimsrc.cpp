@@ -4,12 +4,12 @@
  * @title: csdsimsrc
  * @short_description: simulated tissue with exact ground truth
  *
- * Makes video of deforming tissue as a scope sees it, and says in a GstCsdTruthMeta on each frame where points of it
- * truly are and whether they are seen: to try trackers, to score them, and to build applications without a patient.
+ * Renders deforming tissue as an endoscope sees it. A GstCsdTruthMeta on each frame holds the true position and
+ * visibility of points on it. Use it to try out and score trackers, and to build applications without a patient.
  *
- * A frame is a function of the properties and its number: the same properties give the same bytes on every machine of
- * an architecture. The element can be sought in. Frames are made as fast as they are taken, or as a camera would with
- * is-live=true.
+ * A frame depends only on the properties and its number: the same properties give the same bytes on every machine of an
+ * architecture. The element is seekable. It renders as fast as downstream takes frames, or with is-live=true at the
+ * rate of a camera.
  *
  * ## Example launch lines
  * |[
@@ -46,7 +46,7 @@ GST_DEBUG_CATEGORY_STATIC(gst_csd_sim_src_debug);
 
 namespace {
 
-// The enumerations are the core's, in its order.
+// Same enumerators, in the same order, as in the core.
 static_assert(GST_CSD_SIM_SCENARIO_CUT + 1 == csd::sim::scenario_count);
 static_assert(GST_CSD_SIM_STYLE_CHARRED + 1 == csd::sim::style_count);
 
@@ -81,23 +81,23 @@ struct BufferUnref {
   void operator()(GstBuffer *buffer) const { gst_buffer_unref(buffer); }
 };
 
-/// What belongs to the stream: the streaming thread's alone, from start() to stop().
+/// State of the stream. Only the streaming thread uses it, from start() to stop().
 struct Stream {
   csd::sim::SimSettings sim;
-  std::vector<cv::Point2d> points;  // that the user gave
+  std::vector<cv::Point2d> points;  // set by the user
   unsigned features = 0;
 
   std::optional<csd::sim::Simulator> simulator;
-  std::vector<cv::Point2d> surface;  // the points whose truth is told
+  std::vector<cv::Point2d> surface;  // points in the truth meta
   GstVideoInfo info;
   std::unique_ptr<GstVideoConverter, ConverterFree> converter;  // null: frames are rendered in place
-  std::unique_ptr<GstBuffer, BufferUnref> bgr;                  // what it converts
+  std::unique_ptr<GstBuffer, BufferUnref> bgr;                  // its input
   GstVideoInfo bgr_info;
 
-  guint64 next = 0;                                // frame of the simulation
-  GstClockTime sought = GST_CLOCK_TIME_NONE;       // where to go on, if not at `next`
+  guint64 next = 0;                                // number of the next frame in the simulation
+  GstClockTime sought = GST_CLOCK_TIME_NONE;       // seek target; none: continue at `next`
   guint64 made = 0;                                // buffers since READY
-  GstClockTime switched_on = GST_CLOCK_TIME_NONE;  // running time of the first frame of a live stream
+  GstClockTime switched_on = GST_CLOCK_TIME_NONE;  // running time of a live stream's first frame
 };
 
 }  // namespace
@@ -105,7 +105,7 @@ struct Stream {
 struct GstCsdSimSrcState {
   // Guarded by the object lock.
   Settings settings;
-  GstClockTime frame_time = GST_CLOCK_TIME_NONE;  ///< how long a frame is; none without caps
+  GstClockTime frame_time = GST_CLOCK_TIME_NONE;  ///< frame duration; none without caps
 
   Stream stream;
 };
@@ -122,7 +122,7 @@ GST_ELEMENT_REGISTER_DEFINE_WITH_CODE(csdsimsrc, "csdsimsrc", GST_RANK_NONE, GST
 
 namespace {
 
-// BGR first: it is what is rendered. The sizes are the simulator's.
+// BGR first, because it is what the simulator renders. The sizes are the simulator's.
 #define CSD_SIM_CAPS                                                                                                 \
   "video/x-raw, format=(string){ BGR, RGB, BGRx, RGBx, xRGB, xBGR, BGRA, RGBA, ARGB, ABGR, I420, YV12, NV12, NV21, " \
   "Y42B, Y444, YUY2, UYVY, GRAY8, v210, I420_10LE, I422_10LE, Y444_10LE, P010_10LE, NV16, VUYA, P012_LE, "           \
@@ -139,7 +139,7 @@ Stream &stream_of(GstBaseSrc *src) {
 const csd::Guard guard(gst_csd_sim_src_debug, "Out of memory for the simulated scene. Make smaller pictures.",
                        "The scene can't be simulated", "");
 
-/// Runs `body`, whose std::invalid_argument says what is wrong with the settings. False after an error.
+/// Runs `body` and reports its std::invalid_argument as an error in the settings. Returns false after an error.
 template <class Body>
 bool posted(GstCsdSimSrc *self, Body body) {
   return guard.posted(self, [&] {
@@ -195,12 +195,12 @@ gboolean gst_csd_sim_src_stop(GstBaseSrc *src) {
   return TRUE;
 }
 
-/// Two fields are said to be two fields.
+/// Sets the interlace-mode when the frames are interlaced.
 GstCaps *gst_csd_sim_src_get_caps(GstBaseSrc *src, GstCaps *filter) {
   auto *self = GST_CSD_SIM_SRC(src);
   GstCaps *caps = gst_pad_get_pad_template_caps(GST_BASE_SRC_PAD(src));
   bool interlaced = false;
-  // A text that can't be read is start()'s to complain about.
+  // start() reports unreadable text.
   csd::guarded([&] {
     Settings settings;
     {
@@ -234,7 +234,7 @@ GstClockTime time_of(const Stream &stream, guint64 frame) {
                                static_cast<guint64>(stream.info.fps_n));
 }
 
-/// The scene depends on size and rate: here it is made.
+/// Creates the scene, because it depends on the frame size and rate.
 gboolean gst_csd_sim_src_set_caps(GstBaseSrc *src, GstCaps *caps) {
   auto *self = GST_CSD_SIM_SRC(src);
   Stream &stream = self->state->stream;
@@ -285,7 +285,7 @@ class Mapped {
 
 void render(Stream &stream, const GstVideoInfo &info, GstBuffer *buffer) {
   Mapped frame(info, buffer, GST_MAP_WRITE);
-  // Of the size and type that is wanted, so the simulator keeps it.
+  // Already has the expected size and type, so the simulator doesn't reallocate it.
   cv::Mat picture(info.height, info.width, CV_8UC3, GST_VIDEO_FRAME_PLANE_DATA(frame.get(), 0),
                   static_cast<std::size_t>(GST_VIDEO_FRAME_PLANE_STRIDE(frame.get(), 0)));
   stream.simulator->render(stream.next, picture);
@@ -307,11 +307,11 @@ csd::Tracks truth_of(Stream &stream) {
   return tracks;
 }
 
-/// The frame that is shown at a time.
+/// The frame shown at `time`.
 guint64 frame_at(const Stream &stream, GstClockTime time) {
   const guint64 n = gst_util_uint64_scale(time, static_cast<guint64>(stream.info.fps_n),
                                           GST_SECOND * static_cast<guint64>(stream.info.fps_d));
-  return time_of(stream, n + 1) <= time ? n + 1 : n;  // its time was rounded down
+  return time_of(stream, n + 1) <= time ? n + 1 : n;  // its timestamp was rounded down
 }
 
 GstClockTime running_time(GstElement *element) {
@@ -334,7 +334,7 @@ GstFlowReturn gst_csd_sim_src_fill(GstPushSrc *push, GstBuffer *buffer) {
   GstClockTime pts = time_of(stream, stream.next);
   const GstClockTime end = time_of(stream, stream.next + 1);
   if (gst_base_src_is_live(src)) {
-    // A camera's first frame is of when it was switched on, and the scene took a while to make.
+    // A camera's first frame is stamped with the time it was switched on. Creating the scene took a while.
     if (!GST_CLOCK_TIME_IS_VALID(stream.switched_on)) stream.switched_on = running_time(GST_ELEMENT_CAST(src));
     pts += stream.switched_on;
   } else if (GST_CLOCK_TIME_IS_VALID(src->segment.stop) && pts >= src->segment.stop) {
@@ -363,7 +363,7 @@ GstFlowReturn gst_csd_sim_src_fill(GstPushSrc *push, GstBuffer *buffer) {
   return GST_FLOW_OK;
 }
 
-/// A live frame is there when it has been exposed.
+/// A live frame is complete at the end of its exposure.
 void gst_csd_sim_src_get_times(GstBaseSrc *src, GstBuffer *buffer, GstClockTime *start, GstClockTime *end) {
   *start = *end = GST_CLOCK_TIME_NONE;
   if (!gst_base_src_is_live(src)) return;
@@ -371,8 +371,9 @@ void gst_csd_sim_src_get_times(GstBaseSrc *src, GstBuffer *buffer, GstClockTime 
   *end = *start + GST_BUFFER_DURATION(buffer);
 }
 
-/// As videotestsrc's: a live frame leaves at its time or, while it is rendered, later, but within its duration. A sink
-/// that is told of no latency finds each one late. No latency is too long: nothing is dropped here.
+/// Like videotestsrc: a live frame leaves at its timestamp or, while it is being rendered, later, but within its
+/// duration. With a latency of 0 the sink would find every frame late. There is no maximum latency: the element drops
+/// nothing.
 gboolean gst_csd_sim_src_query(GstBaseSrc *src, GstQuery *query) {
   if (GST_QUERY_TYPE(query) != GST_QUERY_LATENCY || !gst_base_src_is_live(src))
     return GST_BASE_SRC_CLASS(gst_csd_sim_src_parent_class)->query(src, query);
@@ -393,7 +394,7 @@ gboolean gst_csd_sim_src_is_seekable(GstBaseSrc *src) {
 
 gboolean gst_csd_sim_src_do_seek(GstBaseSrc *src, GstSegment *segment) {
   if (segment->format != GST_FORMAT_TIME || segment->rate < 0) return FALSE;
-  // Which frame that is, the caps say: they may not be known yet.
+  // Turned into a frame number later, because the caps may not be known yet.
   stream_of(src).sought = segment->position;
   segment->time = segment->start;
   return TRUE;
@@ -490,8 +491,8 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdSimSrc:scenario:
    *
-   * What happens: a set of effects, each with its strength. #GstCsdSimSrc:strength multiplies them,
-   * #GstCsdSimSrc:effects changes single ones.
+   * A scenario is a set of effects with strengths. #GstCsdSimSrc:strength multiplies them, #GstCsdSimSrc:effects
+   * changes single ones.
    *
    * Since: 0.1
    */
@@ -501,7 +502,7 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdSimSrc:seed:
    *
-   * Of every random choice: each seed is another scene, and the same one on every run.
+   * Seeds every random choice. Each seed gives a different scene, the same one on every run.
    *
    * Since: 0.1
    */
@@ -520,8 +521,8 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdSimSrc:effects:
    *
-   * Effects and their strengths, 0 to 4, on top of the scenario's or in their stead: `tools=1,specular=.5`. What can't
-   * be read is an error on the way to PAUSED.
+   * Effects and their strengths, 0 to 4: `tools=1,specular=.5`. They add to the scenario's effects or replace their
+   * strengths. Text that can't be parsed is an error on the way to PAUSED.
    *
    * Since: 0.1
    */
@@ -546,7 +547,7 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdSimSrc:texture:
    *
-   * A picture, of any format that GStreamer decodes, to lay on the surface instead of the style's texture.
+   * A picture in any format GStreamer decodes. It covers the surface instead of the style's texture.
    *
    * Since: 0.1
    */
@@ -559,7 +560,7 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdSimSrc:features:
    *
-   * How many features, detected on the first frame, the truth meta tells of.
+   * How many features to detect in the first frame and report in the truth meta.
    *
    * Since: 0.1
    */
@@ -569,7 +570,7 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdSimSrc:points:
    *
-   * Tell of exactly these pixels of the first frame instead: `x,y;x,y;…`, with the ids 0, 1, 2… in that order.
+   * Reports these pixels of the first frame instead: `x,y;x,y;…`, with the ids 0, 1, 2… in that order.
    *
    * Since: 0.1
    */
@@ -581,7 +582,7 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdSimSrc:is-live:
    *
-   * Whether frames are made at their time, as a camera does. The element can't be sought in then.
+   * Whether to produce frames in real time, as a camera does. The element is then not seekable.
    *
    * Since: 0.1
    */

@@ -4,15 +4,15 @@
  * @title: csdtrack
  * @short_description: tracks points on deforming tissue
  *
- * Finds features on living tissue in endoscopic video, or takes the points that it is given, and follows them from
- * frame to frame through deformation, smoke and occlusion. Each feature is looked for by its own patch and by where
- * the tissue around it has moved; what tells the patch apart from its surroundings decides which of the two counts.
- * #GstCsdTrack:algorithm also offers the method that this grew out of (Mountney and Yang, "Context specific descriptors
- * for tracking deforming tissue", Medical Image Analysis 16, 2012), and its baselines.
+ * Detects features on living tissue in endoscopic video, or takes given points, and follows them from frame to frame
+ * through deformation, smoke and occlusion. It searches for each feature by its own patch and by the motion of the
+ * tissue around it, and weights the two by how distinctive the patch is. #GstCsdTrack:algorithm also offers the method
+ * this element grew out of (Mountney and Yang, "Context specific descriptors for tracking deforming tissue", Medical
+ * Image Analysis 16, 2012), and its baselines.
  *
- * Pixels are looked at, not changed, not copied: no frame is dropped or delayed, and without #GstCsdTrack:overlay=draw
- * none is changed by a bit. The tracks are put on each frame as a #GstCustomMeta named `GstCsdTrackMeta`, posted on the
- * bus, and drawn where that is wanted; csdtrackenc writes them to a file.
+ * The element reads pixels without copying or changing them, and never drops or delays a frame; only
+ * #GstCsdTrack:overlay=draw changes pixels. It attaches the tracks to each frame as a #GstCustomMeta named
+ * `GstCsdTrackMeta`, and can post them on the bus and draw them; csdtrackenc writes them to a file.
  *
  * ## Example launch lines
  *
@@ -27,45 +27,46 @@
  *   t. ! queue ! x264enc ! mp4mux ! filesink location=copy.mp4 \
  *   t. ! csdtrackenc ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 \
  *   ! filesink location=tracks.jsonl buffer-mode=unbuffered
- * ]| Records the video as it was, and its tracks beside it. The second queue must hold what the encoder holds back.
+ * Records the unmodified video with its tracks beside it. The second queue must hold as much as the encoder holds back.
  *
  * ## The message
  *
- * With #GstCsdTrack:post-messages an element message named `csdtrack` is posted, with these fields:
+ * With #GstCsdTrack:post-messages the element posts an element message named `csdtrack`, with these fields:
  *
  * * #GstClockTime `timestamp`, `stream-time`, `running-time`, `duration`: of the frame; GST_CLOCK_TIME_NONE if unknown.
  * * #gint `schema`: 1.
  * * #gchararray `source`: the name of this element; `algorithm`: the nick of #GstCsdTrack:algorithm.
  * * #guint64 `frame`: buffers since READY, from 0.
  * * #gint `width`, `height`: the picture that the positions refer to; `tracked-width`, `tracked-height`: the picture
- *   that was tracked. In a message they are the same; in a meta the first are scaled along with the frame.
- * * #GST_TYPE_ARRAY `features`: of structures with #guint `id`, #gdouble `x`, `y` (pixels, centres at integers, top
- * left 0,0; always finite), #gchararray `state`, #gdouble `confidence` (0 to 1), #gboolean `fresh`.
+ *   that was tracked. They are equal in a message; in a meta, `width` and `height` are scaled along with the frame.
+ * * #GST_TYPE_ARRAY `features`: structures with #guint `id`, #gdouble `x`, `y` (pixels, centres at integers, top left
+ *   0,0; always finite), #gchararray `state`, #gdouble `confidence` (0 to 1), #gboolean `fresh`.
  *
- * A feature's state is one of `learning`, `tracked` (these two claim a position), `occluded` (hidden for less than 1 s,
- * in csdsimsrc's truth for any time: the position is a prediction), `lost`, `out` (left the picture) and `ended`
- * (reported once; for these three the position is the last that was claimed). An id is never given twice until READY.
+ * A feature's state is `learning` or `tracked` (these two claim a position), `occluded` (hidden for less than 1 s, or
+ * for any time in csdsimsrc's truth; the position is a prediction), `lost`, `out` (left the picture) or `ended`
+ * (reported once). For the last three the position is the last one claimed. Ids are not reused before the element goes
+ * to READY.
  *
  * The meta holds the same fields without the four times.
  *
  * ## Regions of interest
  *
- * With #GstCsdTrack:attach-roi each feature in state `learning` or `tracked` also has a #GstVideoRegionOfInterestMeta:
- * type `csdtrack`, `id` the feature's, a square of the patch's size around it, clipped to the frame (in pixels of the
- * whole frame, also where that has a #GstVideoCropMeta), and one parameter structure `csdtrack` with #guint `id`,
- * #gdouble `x`, `y`, #gchararray `state`, #gdouble `confidence` as above. GStreamer drops the parameters of these metas
- * where a frame is converted: the #GstCustomMeta is the one to rely on.
+ * With #GstCsdTrack:attach-roi each feature in state `learning` or `tracked` also gets a #GstVideoRegionOfInterestMeta:
+ * type `csdtrack`, the feature's `id`, a square of the patch's size around it, clipped to the frame (in pixels of the
+ * whole frame, even with a #GstVideoCropMeta), and one parameter structure `csdtrack` with #guint `id`, #gdouble `x`,
+ * `y`, #gchararray `state`, #gdouble `confidence` as above. GStreamer drops the parameters of these metas when it
+ * converts a frame, so rely on the #GstCustomMeta.
  *
  * ## GstAnalytics
  *
- * Where it is built with gstreamer-analytics (1.24 or later), `attach-analytics` adds for each feature a
- * tracking with its id to the frame's relation meta, related to a detection of type `csdtrack`, the same square, where
- * the feature claims a position; and, with 1.30, to a key point where it claims or is predicted to be.
+ * If built with gstreamer-analytics (1.24 or later), `attach-analytics` adds a tracking with the feature's id to the
+ * frame's relation meta for each feature. While the feature claims a position, the tracking relates to a detection of
+ * type `csdtrack`, the same square. With 1.30 it also relates to a key point, at the claimed or predicted position.
  *
  * ## When the stream is forgotten
  *
- * All features end, and new ones begin under new ids, after FLUSH_STOP, STREAM_START with another stream-id, a change
- * of the caps' width, height or interlacing, and the signal #GstCsdTrack::reset. READY forgets the ids, too.
+ * These end all features and start new ones under new ids: FLUSH_STOP, STREAM_START with another stream-id, a change of
+ * width, height or interlacing in the caps, and the signal #GstCsdTrack::reset. READY also resets the ids.
  *
  * Since: 0.1
  */
@@ -101,26 +102,26 @@ GST_DEBUG_CATEGORY_STATIC(gst_csd_track_debug);
 
 namespace {
 
-// Learners give way to the streaming threads and to encoders; 10 is what nice(1) adds when it isn't told.
+// Learners yield to the streaming threads and to encoders. 10 is the default of nice(1).
 constexpr int learner_nice = 10;
 
 enum Signal : guint { signal_add_point, signal_remove_point, signal_reset, signal_count };
 guint gst_csd_track_signals[signal_count];
 
-/// A tracker and the threads it learns in, made at READY→PAUSED. Signals may hold on to it for the length of a call.
+/// A tracker and its learner threads, created at READY→PAUSED. A signal may hold a reference for the length of a call.
 struct Engine {
   Engine(const csd::Settings &settings, unsigned threads)
       : pool(threads, learner_nice), tracker(settings, csd::make_algorithm(settings, pool)) {}
 
-  csd::ThreadPool pool;  // outlives the tracker
+  csd::ThreadPool pool;  // must outlive the tracker
   csd::Tracker tracker;
 };
 
-/// What only the streaming thread knows, from READY to READY.
+/// State of the streaming thread, from READY to READY.
 struct Stream {
-  std::uint64_t frame = 0;    ///< of the next buffer
-  std::string id;             ///< of the last STREAM_START
-  int width = 0, height = 0;  ///< of the last picture that was seen (with a crop: the rectangle's)
+  std::uint64_t frame = 0;    ///< number of the next buffer
+  std::string id;             ///< from the last STREAM_START
+  int width = 0, height = 0;  ///< last picture (the rectangle, with a crop)
   csd::TrackMessages messages;
 #ifdef CSDTRACK_ANALYTICS
   csd::Analytics analytics;
@@ -132,17 +133,17 @@ struct Stream {
 
 /// The C++ members, with destructors.
 struct GstCsdTrackState {
-  // Guarded by the object lock, which is held for as long as a copy takes.
+  // Guarded by the object lock, held only for a copy.
   csd::ElementSettings settings;
-  bool running = false;            ///< from READY→PAUSED on: structural settings can't be set
-  std::shared_ptr<Engine> engine;  ///< changed by start() and stop() only: the streaming thread reads it unlocked
-  csd::Stats last_stats;           ///< of the engine that was, for who asks after the end
+  bool running = false;            ///< since READY→PAUSED; structural settings are then read-only
+  std::shared_ptr<Engine> engine;  ///< set by start() and stop() only, so the streaming thread reads it unlocked
+  csd::Stats last_stats;           ///< of the previous engine, for reads after the stop
   csd::Latency latency;
   guint64 failed_frames = 0;
 
-  csd::Overlay overlay;  ///< says itself which thread may do what
+  csd::Overlay overlay;  ///< documents which thread may call what
 
-  // The streaming thread's alone, set anew by start().
+  // Streaming thread only. start() resets it.
   Stream stream;
   csd::AlgorithmKind algorithm = csd::AlgorithmKind::csd;
   unsigned patch_size = 0;
@@ -175,11 +176,11 @@ csd::LiveSettings live_settings(GstCsdTrack *self) {
 constexpr const char *no_memory =
     "Out of memory while tracking. Track fewer features (max-features), or smaller pictures.";
 const csd::Guard guard(gst_csd_track_debug, no_memory, "Tracking failed", "");
-/// Of a frame: they may go on without tracks.
+/// For failures in a frame, which may go on without tracks.
 const csd::Guard frame_guard(gst_csd_track_debug, no_memory, "Tracking failed",
                              "Set on-error=pass to keep the video running without tracks.");
 
-// ---- What is done with a frame -------------------------------------------------------------------------------------
+// ---- Frames --------------------------------------------------------------------------------------------------------
 
 std::int64_t core_time(GstClockTime time) {
   return time <= static_cast<GstClockTime>(G_MAXINT64) ? static_cast<std::int64_t>(time) : csd::no_time;
@@ -191,7 +192,8 @@ csd::Tracks track_blind(GstCsdTrack *self, GstBuffer *buffer) {
                                              core_time(GST_BUFFER_DURATION(buffer)), GST_BUFFER_IS_DISCONT(buffer));
 }
 
-/// points=truth: the tracker is shown what a simulator says is visible. It takes it where a stream begins.
+/// points=truth: passes the points the simulator calls visible to the tracker. The tracker takes them when a stream
+/// begins.
 void offer_truth(GstCsdTrack *self, GstBuffer *buffer, const csd::FrameView &view) {
   auto &state = *self->state;
   auto points = csd::visible_truth(buffer, view.width, view.height);
@@ -204,7 +206,7 @@ void offer_truth(GstCsdTrack *self, GstBuffer *buffer, const csd::FrameView &vie
                         ("nothing is tracked until a frame carries it"));
 }
 
-/// Maps for reading only: a map for writing copies the pixels of every frame that somebody else holds, too.
+/// Maps read-only, because a writable map of a shared buffer copies its pixels.
 csd::Tracks track(GstCsdTrack *self, GstBuffer *buffer) {
   auto &state = *self->state;
   if (csd::views_take_turns(GST_VIDEO_FILTER(self)->in_info))
@@ -223,8 +225,8 @@ csd::Tracks track(GstCsdTrack *self, GstBuffer *buffer) {
                                        GST_BUFFER_IS_DISCONT(buffer));
 }
 
-/// Hands the tracks on: meta, regions of interest, message. The overlay comes last, so that what it may throw harms
-/// none.
+/// Publishes the tracks: meta, regions of interest, message. The overlay comes last, so an exception in it affects none
+/// of them.
 void publish(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, const csd::LiveSettings &live) {
   auto &state = *self->state;
   const char *algorithm = csd::algorithm_name(state.algorithm).data();
@@ -256,7 +258,7 @@ void warn_small_once(GstCsdTrack *self, const csd::Tracks &tracks) {
                       ("no features in this stream"));
 }
 
-/// One frame, from the pixels to what is said about them. An exception of any part is one of the whole.
+/// Handles one frame. An exception in any part fails the whole frame.
 GstFlowReturn handle(GstCsdTrack *self, GstBuffer *buffer, const csd::LiveSettings &live) {
   auto &state = *self->state;
   csd::Tracks tracks;
@@ -312,7 +314,7 @@ GstCaps *gst_csd_track_transform_caps(GstBaseTransform *trans, GstPadDirection d
   return GST_CSD_TRACK(trans)->state->overlay.transform_caps(trans, direction, caps, filter);
 }
 
-/// What the user does in the window of a sink that shows this picture.
+/// Handles the user's input in the window of a sink that shows this picture.
 void navigate(GstCsdTrack *self, GstEvent *event) {
   const auto command = csd::read_command(event);
   const auto engine = engine_of(self);
@@ -333,7 +335,7 @@ gboolean gst_csd_track_src_event(GstBaseTransform *trans, GstEvent *event) {
 gboolean gst_csd_track_set_info(GstVideoFilter *filter, GstCaps *in, GstVideoInfo *info, GstCaps *out, GstVideoInfo *) {
   auto *self = GST_CSD_TRACK(filter);
   auto &state = *self->state;
-  const GstVideoInfo &last = filter->in_info;  // the base class sets it after this
+  const GstVideoInfo &last = filter->in_info;  // the base class updates it after this call
   const bool same = filter->negotiated && state.stream.width > 0 && last.width == info->width &&
                     last.height == info->height && last.interlace_mode == info->interlace_mode;
   GST_DEBUG_OBJECT(self, "%s %dx%d: the stream is %s", gst_video_format_to_string(GST_VIDEO_INFO_FORMAT(info)),
@@ -355,14 +357,13 @@ gboolean gst_csd_track_set_info(GstVideoFilter *filter, GstCaps *in, GstVideoInf
   return TRUE;
 }
 
-/// At the begin of a new stream everything that was known of the old one is forgotten; at the end of one nothing is
-/// held back.
+/// Forgets the old stream when a new one begins. Posts a pending message when a stream ends.
 void handle(GstCsdTrack *self, GstEvent *event) {
   auto &state = *self->state;
   switch (GST_EVENT_TYPE(event)) {
     case GST_EVENT_FLUSH_STOP:
       GST_DEBUG_OBJECT(self, "flush: the stream is forgotten");
-      state.stream.messages = {};  // what the interval holds back is of a frame that is no more
+      state.stream.messages = {};  // a held-back message belongs to a dropped frame
       state.engine->tracker.reset();
       break;
     case GST_EVENT_STREAM_START: {
@@ -385,7 +386,7 @@ void handle(GstCsdTrack *self, GstEvent *event) {
 
 gboolean gst_csd_track_sink_event(GstBaseTransform *trans, GstEvent *event) {
   auto *self = GST_CSD_TRACK(trans);
-  // These events are serialized: the streaming thread's, or nothing streams.
+  // These events are serialized: they come from the streaming thread, or nothing streams.
   if (self->state->engine) guard.logged(self, [&] { handle(self, event); });
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_parent_class)->sink_event(trans, event);
 }
@@ -404,12 +405,12 @@ gboolean gst_csd_track_accept_caps(GstBaseTransform *trans, GstPadDirection dire
   return accepted;
 }
 
-/// Metas pass through an in-place element as they are: what downstream understands, upstream may attach.
+/// An in-place element passes metas through, so upstream may attach whatever downstream understands.
 gboolean gst_csd_track_filter_meta(GstBaseTransform *, GstQuery *, GType, const GstStructure *) {
   return TRUE;
 }
 
-/// Reads the settings into the core's. Says what is wrong with them on the bus if they can't be.
+/// Converts the settings to the core's. Posts an error if they are invalid.
 bool read_settings(GstCsdTrack *self, csd::Settings &core, unsigned &threads) {
   return guard.posted(self, [&] {
     csd::ElementSettings settings;
@@ -448,7 +449,7 @@ gboolean gst_csd_track_start(GstBaseTransform *trans) {
   return TRUE;
 }
 
-/// PAUSED→READY: the streaming thread has stopped. Learners that are at work are waited for.
+/// PAUSED→READY: the streaming thread has stopped. Waits for learners at work.
 gboolean gst_csd_track_stop(GstBaseTransform *trans) {
   auto *self = GST_CSD_TRACK(trans);
   auto &state = *self->state;
@@ -537,7 +538,7 @@ void gst_csd_track_set_property(GObject *object, guint id, const GValue *value, 
     refused = id <= csd::last_structural && self->state->running;
     if (!refused) known = csd::set_property(self->state->settings, id, *value);
   });
-  // Not under the object lock: the negotiation has its own. A controller sets it on every frame.
+  // Not under the object lock: the negotiation has its own. A controller sets this property on every frame.
   if (id == csd::prop_overlay)
     guard.logged(self,
                  [&] { self->state->overlay.see_value(GST_BASE_TRANSFORM(self), self->state->settings.live.overlay); });
@@ -576,9 +577,9 @@ void install_signals(GstCsdTrackClass *klass) {
    * @x: pixels of the next frame, centres at integers
    * @y: pixels of the next frame
    *
-   * Also tracks this point, from the next frame on. May be emitted from any thread.
+   * Tracks this point too, from the next frame on. May be emitted from any thread.
    *
-   * Returns: the point's id; %G_MAXUINT if a coordinate is not finite, 10000 points are tracked already, or the element
+   * Returns: the point's id; %G_MAXUINT if a coordinate is not finite, 10000 points are already tracked, or the element
    *   is not yet PAUSED.
    *
    * Since: 0.1
@@ -590,7 +591,7 @@ void install_signals(GstCsdTrackClass *klass) {
    * GstCsdTrack::remove-point:
    * @id: of a feature, given or detected
    *
-   * With the next frame that feature is `ended`. An id that is unknown is ignored.
+   * Ends that feature with the next frame. Ignores an unknown id.
    *
    * Since: 0.1
    */
@@ -600,7 +601,7 @@ void install_signals(GstCsdTrackClass *klass) {
   /**
    * GstCsdTrack::reset:
    *
-   * Forgets the stream: with the next frame all features end, and new ones begin under new ids.
+   * Forgets the stream: the next frame ends all features and starts new ones under new ids.
    *
    * Since: 0.1
    */
@@ -627,7 +628,7 @@ static void gst_csd_track_class_init(GstCsdTrackClass *klass) {
   add_pad_templates(element_class);
   element_class->change_state = GST_DEBUG_FUNCPTR(gst_csd_track_change_state);
 
-  // GstVideoFilter's own transform_ip maps for reading and writing: behind a tee that copies every frame's pixels.
+  // GstVideoFilter's transform_ip maps read-write, which copies every frame's pixels behind a tee.
   trans_class->transform_ip = GST_DEBUG_FUNCPTR(gst_csd_track_transform_ip);
   trans_class->before_transform = GST_DEBUG_FUNCPTR(csd::sync_properties);
   trans_class->sink_event = GST_DEBUG_FUNCPTR(gst_csd_track_sink_event);

@@ -4,17 +4,16 @@
  * @title: csdtrackdec
  * @short_description: puts recorded tracks back on the frames
  *
- * Reads the lines that csdtrackenc wrote, and puts the tracks of each frame back on it as a #GstCustomMeta, as csdtrack
- * or a simulator had attached them: `GstCsdTrackMeta`, or `GstCsdTruthMeta` where the line's role is `truth`. Nothing
- * is tracked. With #GstCsdTrackDec:overlay they are shown, too. A recording is reviewed so with tracks that were made
- * once.
+ * Reads the lines that csdtrackenc wrote and attaches the tracks of each frame as a #GstCustomMeta again, as csdtrack
+ * or a simulator did: `GstCsdTrackMeta`, or `GstCsdTruthMeta` where the line's role is `truth`. It does no tracking.
+ * With #GstCsdTrackDec:overlay it also shows the tracks. Use it to review a recording without tracking it again.
  *
- * The lines come from a file, #GstCsdTrackDec:location, or from the request pad `text`: lines of JSON as a stream of
- * bytes, a text track of a recording, or KLV, as from MPEG-TS and RTP. A frame gets the line that is nearest in stream
- * time, if it is no further than half a frame away. Positions are scaled from the picture that the line tells of to the
- * frame's. Live, the latency is that of both pads, and no frame waits longer for its line.
+ * The lines come from a file, #GstCsdTrackDec:location, or from the request pad `text`: JSON lines as a byte stream, a
+ * recording's text track, or KLV, as from MPEG-TS and RTP. A frame gets the line nearest in stream time, at most half a
+ * frame away. Positions are scaled from the line's picture to the frame's. Live, the latency covers both pads, and no
+ * frame waits longer for its line.
  *
- * Pixels are not looked at, not changed, not copied, unless #GstCsdTrackDec:overlay=draw. So they may be in any memory.
+ * Unless #GstCsdTrackDec:overlay=draw, the element maps no pixels, so they may be in any memory.
  *
  * ## Example launch lines
  *
@@ -28,7 +27,7 @@
  *   d.video_0 ! queue ! decodebin ! r.sink \
  *   d.subtitle_0 ! queue max-size-time=0 max-size-buffers=1000 ! r.text
  * ]| The same of a recording that holds its tracks as a text track. Both queues are needed: a frame waits for its text.
- *
+ * ]| The same for a recording with a text track. Both queues are needed: a frame waits for its text.
  * Since: 0.1
  */
 #include "csdtrackdec.h"
@@ -60,23 +59,23 @@ namespace {
 
 constexpr GstClockTime default_max_wait = 5 * GST_SECOND;
 
-constexpr gint64 max_offset = 1000000000 * gint64{GST_SECOND};  // 31 years: sums don't overflow
+constexpr gint64 max_offset = 1000000000 * gint64{GST_SECOND};  // 31 years, so sums don't overflow
 
 enum Property : guint { prop_0, prop_location, prop_overlay, prop_max_wait, prop_ts_offset, prop_min_upstream_latency };
 
-/// Copied once a frame.
+/// Copied once per frame.
 struct LiveSettings {
   GstCsdTrackOverlay overlay = GST_CSD_TRACK_OVERLAY_NONE;
   GstClockTime max_wait = default_max_wait;
   std::int64_t ts_offset = 0;
 };
 
-/// What only the streaming thread of the video knows, from READY to READY.
+/// State of the video's streaming thread, from READY to READY.
 struct Video {
   bool warned_aspect = false, warned_late = false, warned_nothing = false;
 };
 
-/// What only the streaming thread of the text knows, from READY to READY.
+/// State of the text's streaming thread, from READY to READY.
 struct Text {
   csd::TextLines lines;
   bool flowing = false, refused = false, warned_unread = false, warned_torn = false, warned_others = false;
@@ -86,20 +85,20 @@ struct Text {
 
 /// The C++ members, with destructors.
 struct GstCsdTrackDecState {
-  // Guarded by the object lock, which is held for as long as a copy takes.
+  // Guarded by the object lock, held only for a copy.
   std::string location;
   LiveSettings live;
-  bool running = false;  ///< from READY→PAUSED on: location can't be set
+  bool running = false;  ///< since READY→PAUSED; location is then read-only
 
-  csd::Overlay overlay;          ///< says itself which thread may do what
-  csd::TrackQueue queue;         ///< guards itself
-  csd::UpstreamLatency latency;  ///< guards itself
+  csd::Overlay overlay;          ///< documents which thread may call what
+  csd::TrackQueue queue;         ///< thread-safe
+  csd::UpstreamLatency latency;  ///< thread-safe
 
-  std::unique_ptr<csd::TrackFile> file;  ///< the video's thread's; whether there is one changes in state changes only
+  std::unique_ptr<csd::TrackFile> file;  ///< video thread only; created and destroyed in state changes only
   Video video;
   Text text;
   std::atomic<bool> playing = false;
-  std::atomic<bool> text_unlinked = false;  ///< a link of the same pads again brings no STREAM_START
+  std::atomic<bool> text_unlinked = false;  ///< relinking the same pads brings no STREAM_START
 };
 
 struct _GstCsdTrackDec {
@@ -132,7 +131,7 @@ const csd::Guard guard(gst_csd_track_dec_debug,
 
 using PadPtr = std::unique_ptr<GstPad, decltype(&gst_object_unref)>;
 
-/// The pad `text`, if there is one and it is read.
+/// The pad `text`, if it exists and is in use.
 PadPtr text_pad(GstCsdTrackDec *self) {
   bool read = false;
   {
@@ -161,7 +160,7 @@ void warn_nothing_once(GstCsdTrackDec *self) {
       (nullptr));
 }
 
-/// Waits for the frame's line as GstAggregator would: live, no longer than the latency that downstream knows of.
+/// Waits for the frame's line like GstAggregator: live, at most the latency that downstream knows.
 csd::TrackQueue::Match await_line(GstCsdTrackDec *self, GstBuffer *buffer, const csd::FrameTime &when,
                                   GstClockTime max_wait) {
   auto &state = *self->state;
@@ -176,7 +175,7 @@ csd::TrackQueue::Match await_line(GstCsdTrackDec *self, GstBuffer *buffer, const
   return match;
 }
 
-/// The frame's line, if it has one. `flushing`: it need not go on.
+/// The frame's line, if any. `flushing`: the frame may be dropped.
 std::optional<csd::TimedLine> find_line(GstCsdTrackDec *self, GstBuffer *buffer, const LiveSettings &live,
                                         bool &flushing) {
   auto &state = *self->state;
@@ -184,7 +183,7 @@ std::optional<csd::TimedLine> find_line(GstCsdTrackDec *self, GstBuffer *buffer,
   csd::FrameTime when = csd::frame_time(segment, GST_VIDEO_FILTER(self)->in_info, buffer);
   if (!state.file && !state.queue.linked()) warn_nothing_once(self);
   if (!when.time) return std::nullopt;
-  *when.time -= live.ts_offset;  // as the lines count it
+  *when.time -= live.ts_offset;  // in the time of the lines
   if (state.file) return state.file->at(*when.time, when.reach);
   if (segment.rate < 0) return std::nullopt;
   csd::TrackQueue::Match match{csd::TrackQueue::Outcome::again, std::nullopt};
@@ -193,7 +192,7 @@ std::optional<csd::TimedLine> find_line(GstCsdTrackDec *self, GstBuffer *buffer,
   return std::move(match.line);
 }
 
-/// Scales the line's tracks to the frame's picture. False where they are none of it.
+/// Scales the line's tracks to the frame's picture. Returns false if they don't fit it.
 bool fit(GstCsdTrackDec *self, GstBuffer *buffer, csd::Tracks &tracks) {
   const csd::PictureArea area = csd::picture_area(buffer, GST_VIDEO_FILTER(self)->in_info);
   if (area.width < 1 || area.height < 1) return false;
@@ -208,12 +207,12 @@ bool fit(GstCsdTrackDec *self, GstBuffer *buffer, csd::Tracks &tracks) {
   return false;
 }
 
-/// Puts the line's tracks on the frame, and shows them.
+/// Attaches the line's tracks to the frame and shows them.
 void put(GstCsdTrackDec *self, GstBuffer *buffer, csd::TrackLine &line, GstCsdTrackOverlay overlay) {
   GST_LOG_OBJECT(self, "frame at %" GST_TIME_FORMAT ": line of frame %" G_GUINT64_FORMAT ", %u features",
                  GST_TIME_ARGS(GST_BUFFER_PTS(buffer)), line.tracks.frame,
                  static_cast<unsigned>(line.tracks.features.size()));
-  if (!line.numbered) return;  // this frame had no tracks when it was recorded
+  if (!line.numbered) return;  // the frame had no tracks when recorded
   const int width = line.tracks.width, height = line.tracks.height;
   if (!fit(self, buffer, line.tracks)) return;
   GstCustomMeta *meta = csd::add_tracks(buffer, line.truth ? GST_CSD_TRUTH_META_NAME : GST_CSD_TRACK_META_NAME,
@@ -272,14 +271,14 @@ gboolean gst_csd_track_dec_src_event(GstBaseTransform *trans, GstEvent *event) {
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->src_event(trans, event);
 }
 
-/// GstVideoFilter's own takes no caps that GstVideoInfo can't tell all of.
+/// GstVideoFilter's set_caps refuses caps that GstVideoInfo can't fully represent.
 gboolean gst_csd_track_dec_set_caps(GstBaseTransform *trans, GstCaps *in, GstCaps *out) {
   auto *filter = GST_VIDEO_FILTER(trans);
   return filter->negotiated = csd::read_caps(in, filter->in_info) &&
                               guard.posted(trans, [&] { GST_CSD_TRACK_DEC(trans)->state->overlay.set_caps(in, out); });
 }
 
-/// Metas pass through an in-place element as they are: what downstream understands, upstream may attach.
+/// An in-place element passes metas through, so upstream may attach whatever downstream understands.
 gboolean gst_csd_track_dec_filter_meta(GstBaseTransform *, GstQuery *, GType, const GstStructure *) {
   return TRUE;
 }
@@ -294,7 +293,7 @@ gboolean gst_csd_track_dec_sink_event(GstBaseTransform *trans, GstEvent *event) 
   return GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->sink_event(trans, event);
 }
 
-/// The base class would ask the video alone.
+/// The base class would query only the video pad.
 gboolean gst_csd_track_dec_query(GstBaseTransform *trans, GstPadDirection direction, GstQuery *query) {
   auto *self = GST_CSD_TRACK_DEC(trans);
   if (direction != GST_PAD_SRC || GST_QUERY_TYPE(query) != GST_QUERY_LATENCY)
@@ -312,7 +311,7 @@ gboolean gst_csd_track_dec_query(GstBaseTransform *trans, GstPadDirection direct
 
 // ---- The pad text --------------------------------------------------------------------------------------------------
 
-/// Once a stream.
+/// Once per stream.
 void warn_torn_once(GstCsdTrackDec *self) {
   Text &text = self->state->text;
   const auto dropped = text.lines.take_dropped();
@@ -324,7 +323,7 @@ void warn_torn_once(GstCsdTrackDec *self) {
                       ("%s", dropped->why.c_str()));
 }
 
-/// Once a stream. Of a transport stream's KLV one may take the camera's for the tracks.
+/// Once per stream. The KLV in a transport stream may be the camera's rather than the tracks.
 void warn_others_once(GstCsdTrackDec *self) {
   Text &text = self->state->text;
   if (!text.lines.only_others() || std::exchange(text.warned_others, true)) return;
@@ -356,7 +355,7 @@ GstFlowReturn take_buffer(GstCsdTrackDec *self, GstBuffer *buffer) {
   }
   if (!std::exchange(text.flowing, true)) state.latency.expire();
   if (text.refused) return GST_FLOW_ERROR;
-  if (text.lines.backwards()) return GST_FLOW_OK;  // backwards no frame asks for its text
+  if (text.lines.backwards()) return GST_FLOW_OK;  // frames played backwards don't ask for text
   const csd::MappedBytes mapped(buffer);
   try {
     const bool flowing = text.lines.take(buffer, mapped.bytes(), state.queue);
@@ -377,14 +376,13 @@ GstFlowReturn gst_csd_track_dec_text_chain(GstPad *, GstObject *parent, GstBuffe
   const bool running = self->state->queue.running();
   GstFlowReturn flow = running ? GST_FLOW_ERROR : GST_FLOW_FLUSHING;
   if (running) guard.posted(self, [&] { flow = take_buffer(self, buffer); });
-  // Not before the error is posted: a frame that waits may be the last, and an application that has seen EOS looks no
-  // further.
+  // Only after posting the error: a waiting frame may be the last, and an application may stop reading the bus at EOS.
   if (running && self->state->text.refused) self->state->queue.end();
   gst_buffer_unref(buffer);
   return flow;
 }
 
-/// The text ends here: none of its events goes downstream. What comes before the start comes again after it.
+/// The text ends here: its events don't go downstream. Events that came before the start are sent again after it.
 GstFlowReturn gst_csd_track_dec_text_event(GstPad *, GstObject *parent, GstEvent *event) {
   auto *self = GST_CSD_TRACK_DEC(parent);
   const bool running = self->state->queue.running();
@@ -398,7 +396,7 @@ GstFlowReturn gst_csd_track_dec_text_event(GstPad *, GstObject *parent, GstEvent
   return running ? GST_FLOW_OK : GST_FLOW_FLUSHING;
 }
 
-/// Only what is asked of the caps is this pad's own; the rest would be answered by the video's downstream.
+/// This pad answers caps queries itself. The default would forward the others to the video's downstream.
 gboolean gst_csd_track_dec_text_query(GstPad *pad, GstObject *parent, GstQuery *query) {
   const GstQueryType type = GST_QUERY_TYPE(query);
   return (type == GST_QUERY_CAPS || type == GST_QUERY_ACCEPT_CAPS) && gst_pad_query_default(pad, parent, query);
@@ -422,7 +420,7 @@ void gst_csd_track_dec_text_unlink(GstPad *, GstObject *parent) {
 }
 
 GstPad *gst_csd_track_dec_request_new_pad(GstElement *element, GstPadTemplate *templ, const gchar *, const GstCaps *) {
-  // A name is given once in an element: of two who ask at the same time the second gets none.
+  // Pad names are unique in an element: of two simultaneous requests the second gets none.
   GstPad *pad = gst_pad_new_from_template(templ, "text");
   gst_pad_set_chain_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_chain));
   gst_pad_set_event_full_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_event));
@@ -435,7 +433,7 @@ GstPad *gst_csd_track_dec_request_new_pad(GstElement *element, GstPadTemplate *t
     gst_object_unref(gst_object_ref_sink(pad));
     return nullptr;
   }
-  // It is activated where the element runs or begins to; what comes before it runs is turned away.
+  // Becomes active when the element runs or starts. Data that comes earlier is refused.
   return gst_element_add_pad(element, pad) ? pad : nullptr;
 }
 
@@ -449,7 +447,7 @@ void gst_csd_track_dec_release_pad(GstElement *element, GstPad *pad) {
 
 // ---- GstElement ----------------------------------------------------------------------------------------------------
 
-/// The file that location names; none if it names none.
+/// Opens the file named by location; none if it is empty.
 bool open_file(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> &file) {
   return guard.posted(self, [&] {
     std::string location;
@@ -473,11 +471,11 @@ bool start(GstCsdTrackDec *self) {
       const csd::ObjectLock lock(self);
       state.running = true;
     }
-    state.queue.start();  // last: from here on the text's thread reads what is above
+    state.queue.start();  // last: after this the text thread reads the state set above
   });
 }
 
-/// After the streaming threads. For that of a pad that is being released nobody has waited yet.
+/// Runs after the streaming threads have stopped. Waits for the thread of a pad that is being released.
 void stop(GstCsdTrackDec *self) {
   if (GstPad *text = gst_element_get_static_pad(GST_ELEMENT(self), "text")) {
     GST_PAD_STREAM_LOCK(text);
@@ -489,7 +487,7 @@ void stop(GstCsdTrackDec *self) {
   self->state->running = false;
 }
 
-/// While paused, the clock is no measure of how long a frame may wait.
+/// While paused, the clock doesn't measure how long a frame may wait.
 void set_playing(GstCsdTrackDec *self, bool playing) {
   self->state->playing = playing;
   guard.logged(self, [&] { self->state->queue.rethink(); });
@@ -498,7 +496,7 @@ void set_playing(GstCsdTrackDec *self, bool playing) {
 GstStateChangeReturn gst_csd_track_dec_change_state(GstElement *element, GstStateChange transition) {
   auto *self = GST_CSD_TRACK_DEC(element);
   if (transition == GST_STATE_CHANGE_NULL_TO_READY) {
-    std::unique_ptr<csd::TrackFile> unused;  // opened now for what is wrong with it
+    std::unique_ptr<csd::TrackFile> unused;  // opened now only to report errors
     if (!open_file(self, unused)) return GST_STATE_CHANGE_FAILURE;
   }
   if (transition == GST_STATE_CHANGE_READY_TO_PAUSED && !start(self)) return GST_STATE_CHANGE_FAILURE;
@@ -543,7 +541,7 @@ void gst_csd_track_dec_set_property(GObject *object, guint id, const GValue *val
         G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
     }
   });
-  // Not under the object lock: the negotiation has its own. A controller sets it on every frame.
+  // Not under the object lock: the negotiation has its own. A controller sets this property on every frame.
   if (id == prop_overlay)
     guard.logged(self, [&] { state.overlay.see_value(GST_BASE_TRANSFORM(self), state.live.overlay); });
   if (refused) GST_WARNING_OBJECT(self, "%s can be set in NULL and READY only: it stays as it was", spec->name);
@@ -602,8 +600,8 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
   /**
    * GstCsdTrackDec:location:
    *
-   * A file of JSON lines (.jsonl) that csdtrackenc has written. It is read as the frames come, and follows seeks. What
-   * is linked to the pad `text` is not read then.
+   * A file of JSON lines (.jsonl) that csdtrackenc wrote. It is read along with the frames and follows seeks. Data on
+   * the pad `text` is then ignored.
    *
    * Since: 0.1
    */
@@ -616,8 +614,8 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
   /**
    * GstCsdTrackDec:overlay:
    *
-   * How tracks are shown: drawn into the pixels, or as a #GstVideoOverlayComposition beside them. Where downstream
-   * can't show the latter, one WARNING is posted and the pixels stay as they are.
+   * How tracks are shown: drawn into the pixels, or as a #GstVideoOverlayComposition beside them. If downstream can't
+   * show the latter, the element posts one WARNING and leaves the pixels as they are.
    *
    * Since: 0.1
    */
@@ -625,9 +623,9 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
   /**
    * GstCsdTrackDec:max-wait:
    *
-   * A frame waits until the pad `text` has brought its line, a later one, a GAP or EOS; after so long it goes on
-   * without tracks, one WARNING is posted, and no frame waits until text comes in time again. Live, it waits no longer
-   * than the latency that the answer to the LATENCY query tells of, and each frame does.
+   * A frame waits until the pad `text` has brought its line, a later one, a GAP or EOS. After this time it goes on
+   * without tracks, the element posts one WARNING, and no frame waits until text is in time again. Live, every frame
+   * waits, but no longer than the latency in the answer to the LATENCY query.
    *
    * Since: 0.1
    */
@@ -642,8 +640,8 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
   /**
    * GstCsdTrackDec:ts-offset:
    *
-   * Added to the time of each line. Of a part of a recording that is played by itself, from 0, while its lines tell of
-   * the time of the whole: minus the time at which it began.
+   * Added to the time of each line. Use it when a part of a recording plays on its own from 0, while its lines have the
+   * time of the whole: set it to minus the time at which the part begins.
    *
    * Since: 0.1
    */
@@ -657,8 +655,8 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
   /**
    * GstCsdTrackDec:min-upstream-latency:
    *
-   * As GstAggregator's: live, the latency is no less than this, even where what is upstream of both pads tells of less.
-   * For text that comes later than that, or a branch that will be linked when the pipeline plays.
+   * Like GstAggregator's: live, the latency is at least this, even if both upstreams report less. For text that comes
+   * later than that, or a branch linked while the pipeline plays.
    *
    * Since: 0.1
    */
@@ -677,7 +675,7 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
   element_class->request_new_pad = GST_DEBUG_FUNCPTR(gst_csd_track_dec_request_new_pad);
   element_class->release_pad = GST_DEBUG_FUNCPTR(gst_csd_track_dec_release_pad);
 
-  // GstVideoFilter's own transform_ip maps for reading and writing: behind a tee that copies every frame's pixels.
+  // GstVideoFilter's transform_ip maps read-write, which copies every frame's pixels behind a tee.
   trans_class->transform_ip = GST_DEBUG_FUNCPTR(gst_csd_track_dec_transform_ip);
   trans_class->before_transform = GST_DEBUG_FUNCPTR(csd::sync_properties);
   trans_class->sink_event = GST_DEBUG_FUNCPTR(gst_csd_track_dec_sink_event);

@@ -5,26 +5,26 @@
  * @title: csdtrackenc
  * @short_description: writes the tracks on frames as text
  *
- * Writes the tracks that csdtrack attached to frames as text. It maps no pixels and takes raw video of any format and
- * in any memory, so it does no harm behind a `tee`, nor in line.
+ * Writes the tracks that csdtrack attached to frames as text. It maps no pixels and takes raw video of any format in
+ * any memory, so it works behind a `tee` or inline.
  *
- * What it writes is negotiated with downstream:
+ * The output format is negotiated with downstream:
  *
  * * `application/x-ndjson` (the first choice): a line of JSON per frame
- * * `text/csv`: a row per feature per frame, under a header. The header comes as a buffer of its own, flagged HEADER,
- *   and as `streamheader` in the caps; again after a flush, where filesink starts its file anew
+ * * `text/csv`: a row per feature per frame, under a header. The header is a buffer of its own, flagged HEADER, and
+ *   `streamheader` in the caps. It is sent again after a flush, where filesink restarts its file
  * * `text/x-raw,format=utf8`: the line of JSON without its newline, for a subtitle track
  * * `meta/x-klv`: the same in a packet of SMPTE 336, for MPEG-TS and RTP
  *
  * With `role=truth` it writes the ground truth that csdsimsrc attached, in the same forms, for csd-score.
  *
- * There is one buffer per frame, with the frame's timestamp and duration. As text or KLV a line of more than 65535 or
- * 65000 bytes, which MP4 or a packet of MPEG-TS can't hold in one, is several buffers that divide the frame's time
- * among them. A frame without tracks gives an empty list in JSON and an empty buffer, flagged GAP, in CSV.
+ * There is one buffer per frame, with the frame's timestamp and duration. MP4 can't hold a text longer than 65535
+ * bytes, nor an MPEG-TS packet one longer than 65000: a longer line becomes several buffers that divide the frame's
+ * time among them. A frame without tracks gives an empty list in JSON, and an empty buffer flagged GAP in CSV.
  * docs/metadata.md describes all fields.
  *
- * filesink buffers 64 KiB by default, which a crash takes with it. With `buffer-mode=unbuffered` the file holds all
- * that was written so far, save that the last line may be torn; readers ignore such a line.
+ * filesink buffers 64 KiB by default, which a crash loses. With `buffer-mode=unbuffered` the file holds everything
+ * written so far, except that the last line may be torn; readers ignore such a line.
  *
  * ## Example launch lines
  * |[
@@ -36,11 +36,11 @@
  *   t. ! queue ! x264enc ! h264parse ! mp4mux ! filesink location=out.mp4 \
  *   t. ! csdtrackenc ! text/csv ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 \
  *   ! filesink location=tracks.csv buffer-mode=unbuffered
- * ]| A recording and a table beside it. The second queue only has to outlast what the encoder holds back while the
+ * ]| A recording and a table beside it. The second queue must outlast what the encoder holds back while the
  * pipeline starts.
  * |[
  * gst-launch-1.0 -q filesrc location=in.mp4 ! decodebin ! csdtrack ! csdtrackenc ! fdsink | jq '.features | length'
- * ]| Into another program. (Into a file, use filesink: fdsink writes from the file's beginning.)
+ * ]| Into another program. (To write a file use filesink: fdsink writes from the file's beginning.)
  * |[
  * gst-launch-1.0 v4l2src ! csdtrack ! csdtrackenc ! tcpserversink host=127.0.0.1 port=4953
  * ]| Over the network. For CSV put `text/csv ! identity drop-buffer-flags=gap` before the sink: tcpserversink 1.22
@@ -51,7 +51,7 @@
  *   t. ! queue ! x264enc ! h264parse ! m. \
  *   t. ! csdtrackenc ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 ! m.subtitle_0
  * ]| The tracks as a subtitle track of the recording. The queue behind csdtrackenc must hold more time than the encoder
- * holds frames back, or the muxer waits for ever. With `mpegtsmux`, `out.ts` and `m.` for `m.subtitle_0` they are KLV.
+ * does, or the muxer waits forever. With `mpegtsmux`, `out.ts` and `m.` for `m.subtitle_0` they are KLV.
  *
  * Since: 0.1
  */
@@ -93,17 +93,17 @@ constexpr Offer offers[] = {{Format::ndjson, "application/x-ndjson"},
 using CapsPtr = std::unique_ptr<GstCaps, decltype(&gst_caps_unref)>;
 using StringPtr = std::unique_ptr<char, decltype(&g_free)>;
 
-/// What belongs to the stream. Only the streaming thread of the sink pad touches it, and the state change to READY when
-/// the pads are inactive.
+/// State of the stream. Only the sink pad's streaming thread uses it, and the state change to READY once the pads are
+/// inactive.
 struct Stream {
   GstSegment segment;
   const Offer *offer = nullptr;                       ///< null until negotiated
-  bool header_due = false;                            ///< of CSV
-  bool tags_due = true;                               ///< title and language, where the video has brought no tags
-  int width = 0, height = 0;                          ///< by the caps; 0: unknown
-  GstClockTime frame_duration = GST_CLOCK_TIME_NONE;  ///< by the framerate
-  std::string line;                                   ///< kept, so that its memory is
-  std::uint64_t count = 0;                            ///< of frames, for KLV
+  bool header_due = false;                            ///< CSV only
+  bool tags_due = true;                               ///< title and language, until the video brings tags
+  int width = 0, height = 0;                          ///< from the caps; 0: unknown
+  GstClockTime frame_duration = GST_CLOCK_TIME_NONE;  ///< from the framerate
+  std::string line;                                   ///< reused to avoid allocations
+  std::uint64_t count = 0;                            ///< frames so far, for KLV
 
   Stream() { gst_segment_init(&segment, GST_FORMAT_UNDEFINED); }
 };
@@ -114,7 +114,7 @@ struct _GstCsdTrackEnc {
   GstElement parent;
   GstPad *sinkpad;
   GstPad *srcpad;
-  gchar *source;            ///< never null; under the object lock
+  gchar *source;            ///< never null; guarded by the object lock
   GstCsdTrackEncRole role;  ///< likewise
   Stream *stream;
 };
@@ -155,7 +155,7 @@ static GstBuffer *new_csv_header() {
   return buffer;
 }
 
-/// The first of our formats that downstream takes; all of them while there is no downstream.
+/// Our first format that downstream accepts. Without downstream, all are accepted.
 static const Offer *choose(GstCsdTrackEnc *self) {
   const CapsPtr allowed(gst_pad_peer_query_caps(self->srcpad, nullptr), gst_caps_unref);
   for (const Offer &offer : offers) {
@@ -165,7 +165,7 @@ static const Offer *choose(GstCsdTrackEnc *self) {
   return nullptr;
 }
 
-/// Agrees with downstream and says so to it. Posts an error where there is nothing to agree on.
+/// Negotiates with downstream and sends the caps. Posts an error if there is no common format.
 static bool negotiate(GstCsdTrackEnc *self) {
   Stream &stream = *self->stream;
   const Offer *offer = choose(self);
@@ -192,7 +192,7 @@ static bool negotiate(GstCsdTrackEnc *self) {
   }
   const bool taken = gst_pad_push_event(self->srcpad, gst_event_new_caps(caps));
   gst_caps_unref(caps);
-  // An unlinked pad keeps the event. That the data flow has nowhere to go, the first push says.
+  // An unlinked pad keeps the event. The first push reports that it isn't linked.
   if (!taken && gst_pad_is_linked(self->srcpad)) {
     stream.offer = nullptr;
     return false;
@@ -204,7 +204,7 @@ static bool negotiate(GstCsdTrackEnc *self) {
 
 static bool set_caps(GstCsdTrackEnc *self, const GstCaps *caps) {
   Stream &stream = *self->stream;
-  // Read as fields: GstVideoInfo doesn't know every memory's formats, and nothing else of it is needed.
+  // Read as fields: GstVideoInfo doesn't know every memory's formats, and nothing else is needed.
   const GstStructure *s = gst_caps_get_structure(caps, 0);
   if (!gst_structure_get_int(s, "width", &stream.width)) stream.width = 0;
   if (!gst_structure_get_int(s, "height", &stream.height)) stream.height = 0;
@@ -216,8 +216,8 @@ static bool set_caps(GstCsdTrackEnc *self, const GstCaps *caps) {
 
 // --- frames ----------------------------------------------------------------------------------------------------------
 
-/// Tracks refer to the rectangle that was there when they were made. videocrop lays another one onto the frame where
-/// downstream allows, without touching pixels or tracks: then they refer to the whole frame, or to nothing we know.
+/// Tracks refer to the crop rectangle at the time of tracking. videocrop may add another one without touching pixels or
+/// tracks, if downstream allows: then they refer to the whole frame, or to an unknown one.
 static void lay_crop(csd::FrameRecord &record, GstBuffer *frame) {
   const GstVideoCropMeta *crop = gst_buffer_get_video_crop_meta(frame);
   GstCsdHeader header;
@@ -231,7 +231,7 @@ static void lay_crop(csd::FrameRecord &record, GstBuffer *frame) {
     record.tracks = nullptr;
 }
 
-/// The frame as text, in stream.line.
+/// Writes the frame as text to stream.line.
 static void write_frame(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
   GST_OBJECT_LOCK(self);
   const StringPtr source(g_strdup(self->source), g_free);
@@ -274,7 +274,7 @@ static void write_frame(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) 
   }
 }
 
-/// A buffer for the frame's `text`, with its time.
+/// A new buffer with `text` and the frame's time.
 static GstBuffer *new_frame_text(GstBuffer *frame, std::string_view text) {
   GstBuffer *buffer = new_text_buffer(text);
   GST_BUFFER_PTS(buffer) = GST_BUFFER_PTS(frame);
@@ -284,11 +284,11 @@ static GstBuffer *new_frame_text(GstBuffer *frame, std::string_view text) {
   return buffer;
 }
 
-/// As subtitles, or KLV. Pieces of a line divide the frame's time among them: of samples that begin together mp4mux
-/// loses the last ones, and in RTP one time is one KLV unit.
+/// Pushes subtitles or KLV. Pieces of a line divide the frame's time among them: mp4mux loses the last ones of several
+/// samples with one timestamp, and in RTP all packets of one timestamp are one KLV unit.
 static GstFlowReturn push_track(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
   const bool klv = stream.offer->format == Format::klv;
-  // A subtitle without a duration stays up until the next one, or for ever.
+  // A subtitle without a duration stays up until the next one, or forever.
   const GstClockTime duration =
       GST_BUFFER_DURATION_IS_VALID(frame) ? GST_BUFFER_DURATION(frame) : stream.frame_duration;
   const std::vector<std::string_view> pieces =
@@ -309,7 +309,7 @@ static GstFlowReturn push_track(GstCsdTrackEnc *self, GstBuffer *frame, Stream &
   return flow;
 }
 
-/// The header of CSV, once, before the first frame, or at the end of a stream that had none.
+/// Sends the CSV header once, before the first frame, or at the end of a stream without frames.
 static GstFlowReturn push_due_header(GstCsdTrackEnc *self) {
   Stream &stream = *self->stream;
   if (!stream.header_due) return GST_FLOW_OK;
@@ -318,8 +318,7 @@ static GstFlowReturn push_due_header(GstCsdTrackEnc *self) {
   return flow;
 }
 
-/// What a player lists the text track by, and that it is in no language: its menu of subtitles doesn't offer it for
-/// one.
+/// Sets the title a player shows for the text track, and no language, so that its menu doesn't offer it as a subtitle.
 static void name_track(GstTagList *tags) {
   gst_tag_list_add(tags, GST_TAG_MERGE_REPLACE, GST_TAG_TITLE, "csdtrack", GST_TAG_LANGUAGE_CODE, "zxx", nullptr);
 }
@@ -357,7 +356,7 @@ static GstFlowReturn gst_csd_track_enc_chain(GstPad *, GstObject *parent, GstBuf
 
 // --- events and queries ----------------------------------------------------------------------------------------------
 
-/// Another stream than the video's, with the same group and flags.
+/// A stream id different from the video's, with the same group and flags.
 static GstEvent *text_stream_start(GstEvent *video) {
   const gchar *video_id = nullptr;
   GstStreamFlags flags = GST_STREAM_FLAG_NONE;
@@ -373,7 +372,7 @@ static GstEvent *text_stream_start(GstEvent *video) {
   return text;
 }
 
-/// What the video's tags say of its coding, its title and its language isn't so of the text.
+/// Drops the video's codec, title and language tags, which don't apply to the text.
 static GstEvent *text_tags(GstEvent *video, Stream &stream) {
   static const char *const of_video[] = {
       GST_TAG_CODEC,           GST_TAG_VIDEO_CODEC,      GST_TAG_AUDIO_CODEC,     GST_TAG_BITRATE,
@@ -427,15 +426,15 @@ static gboolean gst_csd_track_enc_sink_event(GstPad *pad, GstObject *parent, Gst
   return gst_pad_event_default(pad, parent, event);
 }
 
-/// Lateness of who shows or sends the text must not make a decoder skip frames, which a recording beside it would lack.
+/// A late text branch must not make a decoder skip frames, which a recording beside it would lose.
 static gboolean gst_csd_track_enc_src_event(GstPad *pad, GstObject *parent, GstEvent *event) {
   if (GST_EVENT_TYPE(event) != GST_EVENT_QOS) return gst_pad_event_default(pad, parent, event);
   gst_event_unref(event);
   return TRUE;
 }
 
-/// As no pixel is looked at, any layout, cropping or overlay beside the pixels is welcome. Without this answer a tee
-/// would tell upstream that a branch knows none of them, and upstream would copy or blend for all.
+/// This element maps no pixels, so it accepts any layout, crop or overlay metas. Without this answer a tee would report
+/// them as unsupported, and upstream would copy or blend for all branches.
 static gboolean gst_csd_track_enc_sink_query(GstPad *pad, GstObject *parent, GstQuery *query) {
   if (GST_QUERY_TYPE(query) != GST_QUERY_ALLOCATION) return gst_pad_query_default(pad, parent, query);
   for (const GType api :
@@ -509,7 +508,7 @@ static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
   /**
    * GstCsdTrackEnc:role:
    *
-   * Whether it writes what csdtrack found, or the ground truth that csdsimsrc attached.
+   * Whether to write what csdtrack found, or the ground truth that csdsimsrc attached.
    *
    * Since: 0.1
    */
@@ -522,8 +521,7 @@ static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
   /**
    * GstCsdTrackEnc:source:
    *
-   * The name of the element whose tracks are written, where several have tracked the same frame. Empty: the one that
-   * tracked last.
+   * The name of the element whose tracks to write, when several have tracked the same frame. Empty: the last one.
    *
    * Since: 0.1
    */

@@ -5,9 +5,9 @@
  * @title: Track metadata
  * @short_description: reads and writes the metadata that csdtrack attaches to frames
  *
- * #GST_CSD_TRACK_META_NAME says where an element believes the tracked features to be, #GST_CSD_TRUTH_META_NAME where
- * a simulator knows them to be. Both are #GstCustomMeta of one structure; the bus message `csdtrack` has the same
- * fields, so gst_csd_structure_get_header() and gst_csd_structure_get_feature() also read gst_message_get_structure().
+ * #GST_CSD_TRACK_META_NAME holds the features as an element tracks them, #GST_CSD_TRUTH_META_NAME their true state from
+ * a simulator. Both are a #GstCustomMeta with the same structure. The bus message `csdtrack` has the same fields, so
+ * gst_csd_structure_get_header() and gst_csd_structure_get_feature() also read gst_message_get_structure().
  *
  * |[
  * GstCsdHeader header;
@@ -20,10 +20,10 @@
  *       g_print ("%u at %.3f,%.3f is %s\n", feature.id, feature.x, feature.y, feature.state);
  * ]|
  *
- * All functions are inline: a program needs this header and GStreamer >= 1.22, no library. The two names are known
- * once the plugin is loaded (`gst_plugin_load_by_name ("csdtrack")` does it, and so does making one of its elements).
+ * All functions are inline: a program needs this header and GStreamer >= 1.22, but no library. Loading the plugin
+ * registers the two names: `gst_plugin_load_by_name ("csdtrack")`, or creating one of its elements.
  *
- * The strings that are handed out belong to the buffer, or the message.
+ * Returned strings belong to the buffer or the message.
  */
 
 #ifndef GST_CSD_TRACK_META_H
@@ -33,36 +33,36 @@
 
 G_BEGIN_DECLS
 
-/** GST_CSD_TRACK_META_NAME: name of the meta with what a tracker says */
+/** GST_CSD_TRACK_META_NAME: name of a tracker's meta */
 #define GST_CSD_TRACK_META_NAME "GstCsdTrackMeta"
-/** GST_CSD_TRUTH_META_NAME: name of the meta with what a simulator knows */
+/** GST_CSD_TRUTH_META_NAME: name of a simulator's meta */
 #define GST_CSD_TRUTH_META_NAME "GstCsdTruthMeta"
 /**
  * GST_CSD_META_SCHEMA:
  *
- * The schema of the structure that this header writes, and the highest that it reads. Fields may be added within a
- * schema; it rises when the meaning of one changes.
+ * The schema version that this header writes, and the highest that it reads. New fields don't change it; a new meaning
+ * of a field does.
  */
 #define GST_CSD_META_SCHEMA 1
 
-/** GST_CSD_STATE_LEARNING: the descriptor is being learnt; the position is claimed */
+/** GST_CSD_STATE_LEARNING: the tracker is learning the descriptor; the position is claimed */
 #define GST_CSD_STATE_LEARNING "learning"
 /** GST_CSD_STATE_TRACKED: seen; the position is claimed */
 #define GST_CSD_STATE_TRACKED "tracked"
-/** GST_CSD_STATE_OCCLUDED: hidden since less than a second; the position is a prediction */
+/** GST_CSD_STATE_OCCLUDED: hidden for less than a second; the position is a prediction */
 #define GST_CSD_STATE_OCCLUDED "occluded"
 /** GST_CSD_STATE_LOST: hidden for longer; the position is the last claimed one */
 #define GST_CSD_STATE_LOST "lost"
 /** GST_CSD_STATE_OUT: left the picture; the position is the last claimed one */
 #define GST_CSD_STATE_OUT "out"
-/** GST_CSD_STATE_ENDED: reported this once, then no more; the position is the last claimed one */
+/** GST_CSD_STATE_ENDED: reported once and then dropped; the position is the last claimed one */
 #define GST_CSD_STATE_ENDED "ended"
 
 /**
  * GstCsdHeader:
  * @source: name of the element that wrote it
  * @algorithm: "csd", "csd-2012", "lk", …; "truth" in a truth meta
- * @frame: frames since that element left READY, the first is 0
+ * @frame: number of the frame since that element left READY, from 0
  * @width: width, in pixels, of the picture that x refers to
  * @height: height, in pixels, of the picture that y refers to
  * @tracked_width: width of the picture in which the features were tracked; unlike @width it doesn't change when the
@@ -70,7 +70,7 @@ G_BEGIN_DECLS
  * @tracked_height: height of the picture in which the features were tracked
  * @n_features: how many features there are
  *
- * What is said about a frame, beside its features.
+ * What the metadata says about a frame besides its features.
  */
 typedef struct {
   const gchar *source;
@@ -85,12 +85,12 @@ typedef struct {
 
 /**
  * GstCsdFeature:
- * @id: never given twice until the element goes to READY
+ * @id: not reused until the element goes to READY
  * @x: pixels; the centre of the leftmost pixel is 0
  * @y: pixels; the centre of the topmost pixel is 0
  * @state: one of the GST_CSD_STATE_ words; only "learning" and "tracked" claim a position
  * @confidence: probability that the feature is visible and near x,y: 0 to 1
- * @fresh: %FALSE where the feature had to wait for the next frame
+ * @fresh: %FALSE if the feature had to wait for the next frame
  *
  * One feature in one frame.
  */
@@ -109,7 +109,7 @@ typedef struct {
  * @iter: (inout): an iteration pointer, to be %NULL at first
  * @name: #GST_CSD_TRACK_META_NAME or #GST_CSD_TRUTH_META_NAME
  *
- * Each element that tracks adds its own meta: this goes through those called @name in the order they were added.
+ * Each tracking element adds its own meta. This iterates over those called @name in the order they were added.
  *
  * Returns: (transfer none) (nullable): the structure of the next one, %NULL after the last
  */
@@ -129,7 +129,7 @@ static inline const GstStructure *gst_buffer_iterate_csd_tracks(GstBuffer *buffe
  * @name: #GST_CSD_TRACK_META_NAME or #GST_CSD_TRUTH_META_NAME
  * @source: (nullable): name of the element that wrote it; %NULL or "" for any
  *
- * Returns: (transfer none) (nullable): the structure of the meta of that name and source which was added last, or %NULL
+ * Returns: (transfer none) (nullable): the structure of the last meta added with that name and source, or %NULL
  */
 static inline const GstStructure *gst_buffer_get_csd_tracks(GstBuffer *buffer, const gchar *name, const gchar *source) {
   const GstStructure *structure, *last = NULL;
@@ -146,8 +146,8 @@ static inline const GstStructure *gst_buffer_get_csd_tracks(GstBuffer *buffer, c
  * @structure: of a meta or of a `csdtrack` message
  * @header: (out caller-allocates): where to write
  *
- * Returns: %TRUE if @structure has all the fields of #GstCsdHeader and a schema that this header knows; else @header is
- *   left in an undefined state
+ * Returns: %TRUE if @structure has all the fields of #GstCsdHeader and a schema that this header knows; otherwise
+ *   @header is undefined
  */
 static inline gboolean gst_csd_structure_get_header(const GstStructure *structure, GstCsdHeader *header) {
   const GValue *features = gst_structure_get_value(structure, "features");
@@ -171,8 +171,7 @@ static inline gboolean gst_csd_structure_get_header(const GstStructure *structur
  * @i: which one, 0 to #GstCsdHeader.n_features - 1; features are sorted by ascending id
  * @feature: (out caller-allocates): where to write
  *
- * Returns: %TRUE if there is an @i-th feature with all the fields of #GstCsdFeature; else @feature is left in an
- *   undefined state
+ * Returns: %TRUE if there is an @i-th feature with all the fields of #GstCsdFeature; otherwise @feature is undefined
  */
 static inline gboolean gst_csd_structure_get_feature(const GstStructure *structure, guint i, GstCsdFeature *feature) {
   const GValue *value = gst_structure_get_value(structure, "features");
@@ -194,7 +193,7 @@ static inline gboolean gst_csd_structure_get_feature(const GstStructure *structu
  * @features: (array length=n_features): in ascending order of their ids
  * @n_features: how many
  *
- * Replaces the features, nothing else. Their states are interned: pass the GST_CSD_STATE_ words, not ever new strings.
+ * Replaces only the features. Their states are interned: pass the GST_CSD_STATE_ words, not ever new strings.
  */
 static inline void gst_csd_structure_set_features(GstStructure *structure, const GstCsdFeature *features,
                                                   guint n_features) {
@@ -208,7 +207,7 @@ static inline void gst_csd_structure_set_features(GstStructure *structure, const
     GstStructure *fields = gst_structure_new("feature", "id", G_TYPE_UINT, features[i].id, "x", G_TYPE_DOUBLE,
                                              features[i].x, "y", G_TYPE_DOUBLE, features[i].y, NULL);
 
-    /* Interned, for a copy of the meta then costs no string per feature. */
+    /* Interned: copying the meta then allocates no string per feature. */
     g_value_init(&state, G_TYPE_STRING);
     g_value_set_interned_string(&state, g_intern_string(features[i].state));
     gst_structure_take_value(fields, "state", &state);
@@ -246,7 +245,7 @@ static inline void gst_csd_structure_set(GstStructure *structure, const GstCsdHe
  * @header: what to write
  * @features: (array): in ascending order of their ids
  *
- * Adds a meta; those that are there stay.
+ * Adds a meta. Existing ones stay.
  *
  * Returns: (transfer none) (nullable): the new meta, %NULL if the plugin isn't loaded
  */

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
-// The enumerations of the elements' properties. What a value does is told by its description, which gst-inspect-1.0
-// shows, and by nothing else: glib-mkenums knows no descriptions, so their GTypes are written by hand.
+// The enumerations of the elements' properties. Only the description of a value documents it; gst-inspect-1.0 shows it.
+// The GTypes are written by hand because glib-mkenums doesn't support descriptions.
 #pragma once
 
 #include <glib-object.h>

@@ -26,7 +26,7 @@ void handle_frame_event(TrackQueue &queue, GstEvent *event, const GstSegment &se
       const GstSegment *next = nullptr;
       gst_event_parse_segment(event, &next);
       if (next->rate < 0)
-        queue.frames_end();  // text goes forward only
+        queue.frames_end();  // text only plays forward
       else
         queue.frames_segment();
       break;

@@ -9,10 +9,10 @@
 
 namespace csd {
 
-/// The group of a STREAM_START, 0 where it says none.
+/// The group-id of a STREAM_START; 0 without one.
 guint group_of(GstEvent *event);
 
-/// Tells `queue` what an event of the frames, in `segment`, means for it. `offset`: the lines' of their time.
+/// Applies an event of the frames, in `segment`, to `queue`. `offset`: the lines' time relative to the frames'.
 void handle_frame_event(TrackQueue &queue, GstEvent *event, const GstSegment &segment, std::int64_t offset);
 
 }  // namespace csd

@@ -9,13 +9,13 @@ namespace csd {
 
 namespace {
 
-/// When the clock of `element` shows the running time of `time`; nothing where that is not known or over max_time.
+/// The clock time of `element` at the running time of `time`; nothing if unknown or over max_time.
 std::optional<GstClockTime> clock_time(GstElement *element, const GstSegment &segment, GstClockTime time) {
   if (segment.format != GST_FORMAT_TIME || !GST_CLOCK_TIME_IS_VALID(time)) return std::nullopt;
   const GstClockTime running = gst_segment_to_running_time(&segment, GST_FORMAT_TIME, time);
   const GstClockTime base = gst_element_get_base_time(element);
   constexpr auto most = static_cast<GstClockTime>(max_time);
-  if (running > most || base > most - running) return std::nullopt;  // GST_CLOCK_TIME_NONE is more, too
+  if (running > most || base > most - running) return std::nullopt;  // includes GST_CLOCK_TIME_NONE
   return base + running;
 }
 

@@ -17,14 +17,14 @@ struct FrameLimit {
     void operator()(GstClock *clock) const { gst_object_unref(clock); }
   };
 
-  std::chrono::nanoseconds patience{0};    ///< from when it asks
-  std::unique_ptr<GstClock, Unref> clock;  ///< live: until it shows `time` instead
+  std::chrono::nanoseconds patience{0};    ///< without a clock: from the start of the wait
+  std::unique_ptr<GstClock, Unref> clock;  ///< live: wait until it reaches `time`
   GstClockTime time = GST_CLOCK_TIME_NONE;
-  bool by_latency = false;  ///< `time` is that of the latency, not of max-wait
+  bool by_latency = false;  ///< `time` comes from the latency, not from max-wait
 };
 
-/// Of the frame at `pts` in `segment`, which has come to `element` now. `latency`: that sinks reckon with, where the
-/// element plays; while paused, the clock is no measure.
+/// The limit for the frame at `pts` in `segment`, which has just reached `element`. `latency`: the one sinks use, if
+/// the element is playing; while paused, the clock doesn't apply.
 FrameLimit frame_limit(GstElement *element, const GstSegment &segment, GstClockTime pts,
                        const std::optional<UpstreamLatency::Latency> &latency, GstClockTime max_wait);
 

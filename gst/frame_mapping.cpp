@@ -11,8 +11,8 @@ namespace {
 void set_colour(FrameView &view, const GstVideoInfo &info) {
   GstVideoColorimetry colour = info.colorimetry;
   if (view.model != ColourModel::yuv || colour.matrix == GST_VIDEO_COLOR_MATRIX_UNKNOWN) {
-    // What GStreamer takes a Y'CbCr picture of this height for. RGB gets it too: so its luma weighs as it would after
-    // a converter.
+    // GStreamer's default colorimetry for a Y'CbCr picture of this height. Also for RGB, so its luma has the same
+    // weights as after a converter.
     GstVideoInfo usual;
     gst_video_info_set_format(&usual, GST_VIDEO_FORMAT_I420, info.width, info.height);
     colour.matrix = usual.colorimetry.matrix;
@@ -31,7 +31,7 @@ GstCaps *template_caps() {
   static constexpr char rest[] = ", width = " GST_VIDEO_SIZE_RANGE ", height = " GST_VIDEO_SIZE_RANGE
                                  ", framerate = " GST_VIDEO_FPS_RANGE CSD_VIDEO_FIELDS;
   static constexpr char composition[] = "(" GST_CAPS_FEATURE_META_GST_VIDEO_OVERLAY_COMPOSITION ")";
-  // Features with and without the word SystemMemory do not intersect, and elements of both spellings are about.
+  // Features with and without SystemMemory don't intersect, and elements use both spellings.
   static constexpr char system_composition[] =
       "(" GST_CAPS_FEATURE_MEMORY_SYSTEM_MEMORY ", " GST_CAPS_FEATURE_META_GST_VIDEO_OVERLAY_COMPOSITION ")";
   GstCaps *caps = gst_caps_new_empty();
@@ -45,7 +45,7 @@ GstCaps *template_caps() {
 }
 
 GstCaps *any_memory_caps() {
-  // The others first, or a source that can make every format would give one that nobody else takes.
+  // The common formats first: a source that supports all would pick one that nothing else accepts.
   GstCaps *caps = template_caps();
   gst_caps_append(caps, gst_caps_from_string("video/x-raw(ANY)" CSD_VIDEO_FIELDS));
   return caps;
@@ -80,14 +80,14 @@ GstCaps *complete_caps(GstCaps *caps) {
   return complete;
 }
 
-/// What gst_video_frame_map() takes for a bug of its caller.
+/// gst_video_frame_map() would treat this as a programming error.
 static bool contradicts(const GstVideoMeta &meta, const GstVideoInfo &info) {
   return meta.format != GST_VIDEO_INFO_FORMAT(&info) || meta.n_planes != GST_VIDEO_INFO_N_PLANES(&info) ||
          meta.width < static_cast<guint>(info.width) || meta.height < static_cast<guint>(info.height) ||
          meta.width > G_MAXINT || meta.height > G_MAXINT;
 }
 
-/// Bytes of a line of a component of a frame, from the plane's first.
+/// Bytes in a line of a component, from the plane's first byte.
 static gint64 line_bytes(const GstVideoFrame &frame, guint c) {
   const GstVideoFormatInfo &format = *frame.info.finfo;
   if (const SampleGroups *groups = sample_groups(format))
@@ -97,8 +97,8 @@ static gint64 line_bytes(const GstVideoFrame &frame, guint c) {
   return place.offset + (width - 1) * format.pixel_stride[c] + place.bytes;
 }
 
-/// Whether all lines lie in the mapped memory. GStreamer (1.22) asks a GstVideoMeta for its offsets and strides, and
-/// looks only whether a plane's first byte is there.
+/// Whether all lines lie in the mapped memory. GStreamer (1.22) takes offsets and strides from the GstVideoMeta but
+/// only checks that a plane's first byte is mapped.
 static bool holds_its_lines(const GstVideoFrame &frame) {
   for (guint c = 0; c < GST_VIDEO_FRAME_N_COMPONENTS(&frame); ++c) {
     const guint plane = GST_VIDEO_FRAME_COMP_PLANE(&frame, c);
@@ -116,7 +116,7 @@ MappedFrame::MappedFrame(const GstVideoInfo &info, GstBuffer *buffer, GstMapFlag
   const GstVideoMeta *meta = gst_buffer_get_video_meta(buffer);
   if (meta && contradicts(*meta, info))
     throw std::runtime_error("a frame's pixels can't be mapped: its GstVideoMeta is of another picture than its caps");
-  // NO_REF: a reference of ours would make the buffer unwritable.
+  // NO_REF: an extra reference would make the buffer read-only.
   const auto flags = static_cast<GstMapFlags>(access | static_cast<int>(GST_VIDEO_FRAME_MAP_FLAG_NO_REF));
   if (!gst_video_frame_map(&frame_, &info, buffer, flags))
     throw std::runtime_error("a frame's pixels can't be mapped: it is damaged, or smaller than its caps say");
@@ -139,10 +139,10 @@ bool is_empty_gap(GstBuffer *buffer) {
   return GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_GAP) && gst_buffer_get_size(buffer) == 0;
 }
 
-/// Of a frame of width×height pixels.
+/// For a frame of width×height pixels.
 static PictureArea area_of(int width, int height, const GstVideoInfo &caps, const GstVideoCropMeta *crop) {
   if (!crop) {
-    // A GstVideoMeta may be larger than the caps say (a decoder's padding); converters and sinks show the caps' size.
+    // A GstVideoMeta may exceed the caps' size (decoder padding); converters and sinks show the caps' size.
     return {0, 0, std::min(width, GST_VIDEO_INFO_WIDTH(&caps)), std::min(height, GST_VIDEO_INFO_HEIGHT(&caps))};
   }
   const auto clamp = [](guint from, guint length, int limit, int &at, int &size) {
@@ -175,13 +175,13 @@ Fields frame_fields(const GstVideoFrame &frame) {
     const GstVideoFieldOrder order = GST_VIDEO_INFO_FIELD_ORDER(&frame.info);
     if (order != GST_VIDEO_FIELD_ORDER_UNKNOWN) top_first = order == GST_VIDEO_FIELD_ORDER_TOP_FIELD_FIRST;
   } else if (mode != GST_VIDEO_INTERLACE_MODE_MIXED || !flagged) {
-    return Fields::progressive;  // mixed: flags alone say, frame by frame
+    return Fields::progressive;  // mixed: only the buffer's flags tell, frame by frame
   }
   return top_first ? Fields::top_first : Fields::bottom_first;
 }
 
 const guint8 *plane_end(const GstVideoFrame &frame, guint plane) {
-  // Planes are mapped one by one where a GstVideoMeta places them, else all at once (then the other maps are not set).
+  // With a GstVideoMeta planes are mapped one by one, otherwise all at once (the other maps are then unset).
   const GstMapInfo &map = frame.map[frame.meta ? plane : 0];
   const guint8 *end = map.data + map.size;
   const auto *first = static_cast<const guint8 *>(frame.data[plane]);
@@ -193,7 +193,7 @@ const guint8 *plane_end(const GstVideoFrame &frame, guint plane) {
 }
 
 SamplePlace sample_place(const GstVideoFormatInfo &format, guint c) {
-  // Of these GstVideoFormatInfo tells pixel strides and depths alone (seen, 1.22).
+  // For these formats GstVideoFormatInfo has only pixel strides and depths (seen, 1.22).
   static constexpr int y210[] = {0, 2, 6};                                   // bytes of Y0 U Y1 V
   static constexpr int y410[] = {10, 0, 20, 30}, bgr10[] = {20, 10, 0, 30};  // lowest bits
   switch (GST_VIDEO_FORMAT_INFO_FORMAT(&format)) {
@@ -210,7 +210,7 @@ SamplePlace sample_place(const GstVideoFormatInfo &format, guint c) {
   }
   const int offset = format.poffset[c], shift = static_cast<int>(format.shift[c]);
   if (format.depth[c] <= 8) return {.offset = offset, .shift = shift};
-  // V of P010 and P012 is declared at byte 1 (seen, 1.22): a 16-bit word can't be, it is word 1.
+  // GStreamer declares V of P010 and P012 at byte 1 (seen, 1.22). A 16-bit word can't start there: it is word 1.
   const bool host_endian = GST_VIDEO_FORMAT_INFO_FORMAT(&format) == GST_VIDEO_FORMAT_ARGB64;
   return {.offset = offset % 2 == 1 ? 2 * offset : offset,
           .bytes = 2,
@@ -230,8 +230,7 @@ const SampleGroups *sample_groups(const GstVideoFormatInfo &format) {
   }
 }
 
-/// Component `c` of a frame from its plane's first byte on. What lies in 32 bits is read as the 16 of them that hold
-/// it.
+/// Component `c` of a frame from its plane's first byte. For 32-bit words it selects the 16 bits that hold the sample.
 static Component whole_component(const GstVideoFrame &frame, guint c) {
   const GstVideoFormatInfo &format = *frame.info.finfo;
   const SamplePlace place = sample_place(format, c);
@@ -266,22 +265,22 @@ FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const
   view.height = view.rows = area.height;
   if (area.width == 0) return view;
 
-  int first_line = area.y;  // of the frame
+  int first_line = area.y;  // in the frame
   int line_step = 1;
-  // In a mixed stream a progressive frame is looked at as its top field: a tracker could not go on from frames of one
-  // size to frames of another.
+  // In a mixed stream the view of a progressive frame is its top field, because the tracker can't change the frame size
+  // between frames.
   const bool as_field =
       fields != Fields::progressive || GST_VIDEO_INFO_INTERLACE_MODE(&frame.info) == GST_VIDEO_INTERLACE_MODE_MIXED;
   if (as_field) {
-    // The field's lines of the frame are those of its parity; a crop that begins on an odd line swaps the parities.
+    // A field's lines have its parity in the frame; a crop that starts on an odd line swaps the parities.
     view.row_offset = (area.y & 1) == (fields == Fields::bottom_first ? 1 : 0) ? 0 : 1;
     if (view.row_offset < area.height) {
       view.row_step = line_step = 2;
-      // As many for both parities, for the same reason: of an odd height the last line is left out.
+      // The same count for both parities, for the same reason: with an odd height the last line is dropped.
       view.rows = std::max(area.height / 2, 1);
       first_line += view.row_offset;
     } else {
-      view.row_offset = 0;  // one line, of the other field: better than none
+      view.row_offset = 0;  // a single line, of the other field: better than none
     }
   }
 
@@ -295,7 +294,7 @@ FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const
     return view;
   }
 
-  const guint colours = view.model == ColourModel::gray ? 1 : 3;  // alpha is nobody's business here
+  const guint colours = view.model == ColourModel::gray ? 1 : 3;  // alpha isn't used
   for (guint c = 0; c < colours; ++c) {
     Component &out = view.component[c];
     out = whole_component(frame, c);
@@ -305,7 +304,7 @@ FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const
     int line = first_line >> out.sub_y;
     const bool in_both_fields = line_step == 2 && out.sub_y > 0 && fields == Fields::progressive;
     if (line_step == 2 && out.sub_y > 0 && !in_both_fields) {
-      // Interlaced 4:2:0: chroma lines alternate between the fields as luma lines do.
+      // Interlaced 4:2:0: chroma lines alternate between the fields like luma lines.
       line = ((first_line >> 1) >> out.sub_y) * 2 + (first_line & 1);
     }
     const std::ptrdiff_t column = (area.x >> out.sub_x) * out.pixel_stride;
@@ -313,12 +312,12 @@ FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const
     out.row_stride = stride * line_step;
 
     if (in_both_fields) {
-      // Progressive 4:2:0: each chroma line serves a line of either field.
+      // Progressive 4:2:0: each chroma line belongs to a line of both fields.
       out.row_stride = stride;
       out.sub_y = 0;
     } else if (line_step == 2 && out.sub_y > 0) {
-      // With 4n+2 lines the bottom field's last chroma line is one more than the picture needs. GStreamer's own layout
-      // has it; a GstVideoMeta's may not: then the view takes the chroma lines of both fields, one a row.
+      // With 4n+2 lines the bottom field's last chroma line is one more than the picture needs. GStreamer's default
+      // layout has it; a GstVideoMeta's may not: the view then uses the chroma lines of both fields, one per row.
       const int last = line + 2 * ((view.rows - 1) >> out.sub_y);
       const int needed = GST_VIDEO_FRAME_COMP_HEIGHT(&frame, c);
       const guint8 *last_byte =

@@ -9,8 +9,9 @@
 
 namespace csd {
 
-/// The raw formats that decoders and capture cards give, as a caps list. A test walks through it. The usual ones are a
-/// structure of their own, the first: within one the order is the source's, and videotestsrc begins with the deepest.
+/// The raw formats that decoders and capture cards usually produce, as a caps list. A test iterates over it. They have
+/// a structure of their own, which comes first: within a structure the source's order decides, and videotestsrc prefers
+/// the deepest format.
 #define CSD_USUAL_FORMATS                                                                                       \
   "I420, YV12, NV12, NV21, Y42B, Y444, YUY2, UYVY, GRAY8, RGB, BGR, RGBx, BGRx, xRGB, xBGR, RGBA, BGRA, ARGB, " \
   "ABGR, v210, I420_10LE, I422_10LE, Y444_10LE, P010_10LE"
@@ -23,26 +24,26 @@ namespace csd {
 /// is no picture). The caller owns the result.
 GstCaps *template_caps();
 
-/// The same for who doesn't map: after them every format in every memory, with every feature. The caller owns the
-/// result.
+/// The same for elements that don't map: followed by every format in every memory, with every feature. The caller owns
+/// the result.
 GstCaps *any_memory_caps();
 
-/// Whether frames of these caps can be mapped: they are of template_caps().
+/// Whether frames of these caps can be mapped: they are a subset of template_caps().
 bool can_map(GstCaps *caps);
 
-/// What caps say, of those that can't be mapped size and framerate alone: their formats GstVideoInfo may not know.
-/// False: not even these.
+/// Parses caps. Caps that can't be mapped give only size and framerate: GstVideoInfo may not know their formats.
+/// Returns false if even these are missing.
 bool read_caps(GstCaps *caps, GstVideoInfo &info);
 
-/// `caps` with interlace-mode=progressive where a structure lacks that field, which is what the lack means. Without it
-/// such caps are no subset of the template's and would be refused: GstBaseTransformClass.accept_caps asks about these
-/// instead. The caller owns the result.
+/// Adds interlace-mode=progressive to the structures of `caps` that lack the field, which is what the lack means.
+/// Without it they are no subset of the template's caps and would be refused, so GstBaseTransformClass.accept_caps
+/// checks these instead. The caller owns the result.
 GstCaps *complete_caps(GstCaps *caps);
 
-/// A buffer's pixels, mapped for as long as this lives.
+/// Maps a buffer's pixels for its lifetime.
 class MappedFrame {
  public:
-  /// Throws std::runtime_error if the buffer can't be mapped, or is not what the caps say.
+  /// Throws std::runtime_error if the buffer can't be mapped or doesn't match the caps.
   MappedFrame(const GstVideoInfo &info, GstBuffer *buffer, GstMapFlags access);
   ~MappedFrame() { gst_video_frame_unmap(&frame_); }
   MappedFrame(const MappedFrame &) = delete;
@@ -54,7 +55,7 @@ class MappedFrame {
   GstVideoFrame frame_;
 };
 
-/// A buffer's bytes, mapped for reading for as long as this lives.
+/// Maps a buffer's bytes for reading, for its lifetime.
 class MappedBytes {
  public:
   /// Throws std::runtime_error if the buffer can't be mapped.
@@ -69,60 +70,60 @@ class MappedBytes {
   GstMapInfo map_;
 };
 
-/// Left and right, or more views, come frame by frame in one stream, says its multiview-mode: frames that follow one
-/// another aren't pictures of one view.
+/// Whether multiview-mode says that the views (left and right, or more) alternate frame by frame: consecutive frames
+/// then show different views.
 bool views_take_turns(const GstVideoInfo &caps);
 
-/// Frames without pixels are legal where they are marked as a gap: there is nothing to see, and nothing wrong.
+/// A frame without pixels is legal if flagged as a gap: nothing to see, but no error.
 bool is_empty_gap(GstBuffer *buffer);
 
-/// A rectangle of a frame, in its pixels.
+/// A rectangle in pixels of a frame.
 struct PictureArea {
   int x = 0, y = 0, width = 0, height = 0;
   bool operator==(const PictureArea &) const = default;
 };
 
-/// What of `frame` is the picture: the size that `caps` says (a GstVideoMeta's may be larger: padding), or with `crop`
-/// (may be null) its rectangle, clamped to the frame. Width and height are 0 where nothing is left.
+/// The part of `frame` that is the picture: the caps' size (a GstVideoMeta's may be larger: padding), or the rectangle
+/// of `crop` (may be null), clamped to the frame. Width and height are 0 if nothing is left.
 PictureArea picture_area(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop);
 
-/// The same of a buffer that is not mapped: its GstVideoMeta and GstVideoCropMeta say.
+/// The same for an unmapped buffer, from its GstVideoMeta and GstVideoCropMeta.
 PictureArea picture_area(GstBuffer *buffer, const GstVideoInfo &caps);
 
-/// Whether a frame holds two fields, and which is first in time; the bottom one is the odd lines of the frame.
+/// Whether a frame holds two fields, and which comes first in time. The bottom field is the frame's odd lines.
 enum class Fields { progressive, top_first, bottom_first };
 Fields frame_fields(const GstVideoFrame &frame);
 
-/// A view of the picture in `frame`, or of the field that is first in time. `frame` must be mapped for reading (its
-/// plane pointers and strides are then those of a GstVideoMeta, where there is one) and outlive the view; `caps`
-/// is what it was mapped with, one of CSD_VIDEO_FORMATS. Nothing is copied. Coordinates are those of picture_area();
-/// where that is empty, the view has width, height and rows 0.
+/// A view of the picture in `frame`, or of the field that comes first in time. `frame` must be mapped for reading (its
+/// plane pointers and strides then follow its GstVideoMeta, if any) and outlive the view; `caps` is what it was mapped
+/// with, in one of CSD_VIDEO_FORMATS. Copies nothing. Coordinates are those of picture_area(); if that is empty, the
+/// view has width, height and rows 0.
 ///
-/// A crop or a field that begins within a chroma sample rounds that sample's origin down: colour is then off by at
+/// If a crop or a field starts within a chroma sample, that sample's origin is rounded down: colour is then off by at
 /// most one chroma sample, luma never.
 FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop = nullptr);
 
-/// Where the memory of plane `plane` ends: at the next plane, or with the memory it is mapped from.
+/// The end of the memory of plane `plane`: the next plane, or the end of the mapped memory.
 const guint8 *plane_end(const GstVideoFrame &frame, guint plane);
 
 /// Where the samples of a component lie in a line of their plane.
 struct SamplePlace {
-  int offset = 0;           ///< byte of the first
-  int bytes = 1;            ///< of the word that holds one: 1, 2 or 4
-  int shift = 0;            ///< its lowest bit in that word
-  bool big_endian = false;  ///< that word
+  int offset = 0;           ///< byte of the first sample
+  int bytes = 1;            ///< of the word that holds a sample: 1, 2 or 4
+  int shift = 0;            ///< the sample's lowest bit in the word
+  bool big_endian = false;  ///< the word's byte order
 };
 
-/// Of component `c` of a format that has no groups.
+/// For component `c` of an ungrouped format.
 SamplePlace sample_place(const GstVideoFormatInfo &format, guint c);
 
-/// Of formats that put several pixels into a group of bytes.
+/// For formats that pack several pixels into a group of bytes.
 struct SampleGroups {
   Packing packing;
   int pixels, bytes;
 };
 
-/// Null of formats whose pixels lie at strides.
+/// Null for ungrouped formats.
 const SampleGroups *sample_groups(const GstVideoFormatInfo &format);
 
 }  // namespace csd

@@ -10,20 +10,20 @@
 
 namespace csd {
 
-/// The stream time of `time`, which may lie before `segment`, in ns; nothing where it is not known or over max_time.
+/// The stream time of `time`, possibly before `segment`, in ns; nothing if unknown or over max_time.
 std::optional<std::int64_t> stream_time(const GstSegment &segment, GstClockTime time);
 
-/// Until which stream time, at most max_time, a GAP event says that nothing comes: its end, or its begin where it
-/// doesn't say how long it is. Nothing where that is not known.
+/// The stream time, at most max_time, up to which a GAP event announces no data: its end, or its start if it has no
+/// duration. Nothing if unknown.
 std::optional<std::int64_t> gap_end(const GstSegment &segment, GstEvent *gap);
 
 struct FrameTime {
-  std::optional<std::int64_t> time;  ///< of the stream
-  std::int64_t reach;                ///< half of how long the frame lasts; 20 ms where nothing says
+  std::optional<std::int64_t> time;  ///< stream time
+  std::int64_t reach;                ///< half the frame's duration; 20 ms if unknown
 };
 
-/// When a frame of raw video is. Where a seek leads into the middle of one, decoders cut off what lies before the
-/// segment: its end, and the framerate, tell then when it began.
+/// The time of a raw video frame. After a seek into the middle of a frame, decoders clip its part before the segment;
+/// its end and the framerate then give its start.
 FrameTime frame_time(const GstSegment &segment, const GstVideoInfo &info, GstBuffer *buffer);
 
 }  // namespace csd

@@ -6,7 +6,7 @@
 namespace csd {
 
 Failure describe_current_exception() noexcept {
-  // Where memory is short a string fails too, unless it is as short as the first.
+  // Out of memory, allocating a string fails too, unless it fits into the string object itself.
   constexpr const char *no_memory = "out of memory";
   Failure failure;
   try {
@@ -47,7 +47,7 @@ void Guard::post(gpointer element, const Failure &failure) const noexcept {
   GQuark domain = failure.domain;
   int code = failure.code;
   if (domain == 0) {
-    // Of want of memory RESOURCE, but not NO_SPACE_LEFT, which is a full disk's.
+    // Out of memory is a RESOURCE error, but not NO_SPACE_LEFT, which means a full disk.
     domain = failure.out_of_memory ? GST_RESOURCE_ERROR : GST_LIBRARY_ERROR;
     code = failure.out_of_memory ? static_cast<int>(GST_RESOURCE_ERROR_FAILED)
                                  : static_cast<int>(GST_LIBRARY_ERROR_FAILED);

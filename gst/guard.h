@@ -12,7 +12,7 @@
 
 namespace csd {
 
-/// What only the user can put right: an error of its own code, that says all there is to say.
+/// An error that only the user can fix. It has its own code and a complete message.
 struct Refusal : std::runtime_error {
   Refusal(GstResourceError number, const std::string &text)
       : std::runtime_error(text), domain(GST_RESOURCE_ERROR), code(number) {}
@@ -23,21 +23,21 @@ struct Refusal : std::runtime_error {
   int code;
 };
 
-/// What a caught exception means. What to do about it the element says, which knows what it was doing.
+/// What a caught exception means. The element adds what to do about it, because it knows the context.
 struct Failure {
-  std::string reason;  ///< a clause without its stop, or all of a Refusal's text; never empty
-  std::string detail;  ///< the same, with where it came from if that is known: for logs and a message's debug text
+  std::string reason;  ///< a clause without a full stop, or the whole text of a Refusal; never empty
+  std::string detail;  ///< the same with the exception's origin, if known: for logs and a message's debug text
   bool out_of_memory = false;
-  GQuark domain = 0;  ///< a Refusal's; 0: it is none
+  GQuark domain = 0;  ///< of a Refusal; 0: none
   int code = 0;
 };
 
-/// Words for the exception that is being handled; only to be called in a catch block. Does not throw.
+/// Describes the exception being handled. Call it only in a catch block. Does not throw.
 Failure describe_current_exception() noexcept;
 
-/// Runs `body`. No exception leaves: it is returned instead, and nothing if all went well. Every function that C code
-/// calls goes through here, for an exception that unwinds through C is the end of the process. Not the making
-/// of an element: without memory for that GLib ends the process by itself.
+/// Runs `body` and returns its exception, or nothing on success. Every function called from C code must use it, because
+/// an exception that unwinds through C ends the process. Only creating an element doesn't: without memory GLib aborts
+/// anyway.
 template <typename Body>
 std::optional<Failure> guarded(Body &&body) noexcept {
   try {
@@ -50,22 +50,22 @@ std::optional<Failure> guarded(Body &&body) noexcept {
 
 using Text = std::unique_ptr<gchar, decltype(&g_free)>;
 
-/// How the elements run what may throw, and how they tell what has failed.
+/// How the elements run code that may throw, and report failures.
 class Guard {
  public:
-  /// `category`: where the element keeps its own. `memory`: all that is said where memory is short. `failed`: what is
-  /// said before the reason, else; `advice`: a sentence after it, or "".
+  /// `category`: the element's debug category variable. `memory`: the whole message when out of memory. `failed`:
+  /// otherwise, the text before the reason; `advice`: a sentence after it, or "".
   constexpr Guard(GstDebugCategory *&category, const char *memory, const char *failed, const char *advice)
       : category_(&category), memory_(memory), failed_(failed), advice_(advice) {}
 
-  /// Runs `body`. False after an exception, which has become an error on the bus then.
+  /// Runs `body`. After an exception posts an error on the bus and returns false.
   template <typename Body>
   bool posted(gpointer element, Body &&body) const noexcept {
     const auto failure = guarded(std::forward<Body>(body));
     if (failure) post(element, *failure);
     return !failure;
   }
-  /// For where nothing can be done about a failure, and nobody has to know: the same, but it goes to the log.
+  /// The same, but only logs the failure. For failures that nothing can be done about.
   template <typename Body>
   bool logged(gpointer element, Body &&body) const noexcept {
     const auto failure = guarded(std::forward<Body>(body));
@@ -75,7 +75,7 @@ class Guard {
 
   void post(gpointer element, const Failure &failure) const noexcept;
   void log(gpointer element, const Failure &failure) const noexcept;
-  /// For the person who runs the pipeline.
+  /// For the user who runs the pipeline.
   Text text(const Failure &failure) const noexcept;
 
  private:

@@ -8,7 +8,7 @@
 namespace csd {
 
 // Values below 2^fraction_bits have a bucket each. Above, a bucket is the value's leading fraction_bits + 1 bits: the
-// octave by the number of bits shifted out, and the place in it by the bits after the leading one.
+// number of bits shifted out gives the octave, the bits after the leading one the position in it.
 std::size_t Latency::bucket_of(std::uint64_t ns) {
   const auto width = static_cast<unsigned>(std::bit_width(ns));
   if (width <= fraction_bits) return static_cast<std::size_t>(ns);
@@ -21,7 +21,7 @@ std::uint64_t Latency::last_of(std::size_t bucket) {
   if (bucket < 2 * octave) return bucket;
   const auto shift = static_cast<unsigned>(bucket / octave) - 1;
   const std::uint64_t leading = bucket - (std::uint64_t{shift} << fraction_bits);
-  return ((leading + 1) << shift) - 1;  // wraps to the largest value in the last bucket, as it should
+  return ((leading + 1) << shift) - 1;  // wraps to the largest value in the last bucket, as intended
 }
 
 void Latency::add(std::uint64_t ns) {

@@ -7,15 +7,15 @@
 
 namespace csd {
 
-/// How long frames took: percentiles of any number of frames in 8 KiB.
+/// Processing times of frames: percentiles of any number of frames in 8 KiB.
 ///
-/// Times are counted in buckets, 16 to an octave, so that a percentile is at most 1/16 (6 %) too high and never too
-/// low; the maximum is exact. A plain value: whoever shares it guards it.
+/// Times are counted in buckets, 16 per octave, so a percentile is at most 1/16 (6 %) too high and never too low; the
+/// maximum is exact. A plain value without locking.
 class Latency {
  public:
   void add(std::uint64_t ns);
 
-  /// The time in ns that the fraction `q`, 0…1, of all frames did not exceed. 0 if there was none.
+  /// The time in ns that a fraction `q`, 0…1, of all frames did not exceed. 0 without frames.
   std::uint64_t quantile(double q) const;
   std::uint64_t max() const { return max_; }
   std::uint64_t count() const { return count_; }

@@ -3,7 +3,7 @@
 
 #include <gst/gst.h>
 
-// ThreadSanitizer does not see GLib's futex locks. In its builds the wrapper tells it of them.
+// ThreadSanitizer does not see GLib's futex locks. In its builds the wrapper annotates them.
 #if defined(__SANITIZE_THREAD__)
 #define CSD_TSAN 1
 #elif defined(__has_feature)
@@ -21,8 +21,8 @@ void __tsan_release(void *addr);
 
 namespace csd {
 
-/// Holds the object lock of a GstObject for as long as it lives. Nothing that takes time, posts, or calls out into the
-/// pipeline happens while one of these is alive.
+/// Holds the object lock of a GstObject for its lifetime. Don't do anything slow meanwhile, post messages, or call out
+/// into the pipeline.
 class ObjectLock {
  public:
   explicit ObjectLock(gpointer object) : object_(GST_OBJECT_CAST(object)) {

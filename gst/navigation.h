@@ -10,18 +10,18 @@
 
 namespace csd {
 
-/// What a user wants who clicks into a video sink's window, or presses a key there.
+/// What a click or a key press in a video sink's window means.
 struct NavigationCommand {
   enum class Kind : std::uint8_t { add, remove, reset } kind;
-  double x = 0, y = 0;  ///< pixels of the picture that the event is about; none for reset
+  double x = 0, y = 0;  ///< pixels of the picture in the event; none for reset
 };
 
 const char *command_name(NavigationCommand::Kind kind);
 
-/// A press of the first button adds a point, of the third removes the nearest; the key `r` resets. All else is none.
+/// The first button adds a point, the third removes the nearest, the key `r` resets. Nothing for other events.
 std::optional<NavigationCommand> read_command(GstEvent *event);
 
-/// From the next frame on.
+/// Takes effect with the next frame.
 void apply(const NavigationCommand &command, Tracker &tracker);
 
 }  // namespace csd

@@ -19,7 +19,7 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:algorithm:
    *
-   * How features are followed. `csd`, the project's own, is meant for use; the others are there to compare with.
+   * How features are tracked. `csd`, the project's own method, is the one to use; the others are for comparison.
    *
    * Since: 0.1
    */
@@ -28,7 +28,7 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:max-features:
    *
-   * How many features detection keeps. Points that are given don't count. 0: no detection.
+   * The maximum number of detected features. Given points don't count. 0: no detection.
    *
    * Since: 0.1
    */
@@ -40,9 +40,9 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:points:
    *
-   * Points to track instead of what detection finds: `x,y;x,y;…` in pixels of the picture, centres at integers, with
-   * the ids 0, 1, 2… in that order; or `truth`, what csdsimsrc says is visible, under its ids. What can't be read is an
-   * error on the way to READY, or to PAUSED if it was set since.
+   * Points to track instead of detected features: `x,y;x,y;…` in pixels of the picture, centres at integers, with the
+   * ids 0, 1, 2… in that order; or `truth` for the points that csdsimsrc reports as visible, under its ids. Text that
+   * can't be parsed is an error on the way to READY, or to PAUSED if set later.
    *
    * Since: 0.1
    */
@@ -56,7 +56,7 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:replenish:
    *
-   * Whether new features, with new ids, take the place of those that ended. Only `csd` does so.
+   * Whether new features, with new ids, replace ended ones. Only `csd` supports it.
    *
    * Since: 0.1
    */
@@ -67,8 +67,8 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:forget-after:
    *
-   * A detected feature that has been lost or out for this long ends: it is reported once as ended and leaves the list.
-   * 0: never. Points that were given never end by this.
+   * Ends detected features that stay lost or out for this long: they are reported once as ended and then dropped. 0:
+   * never. Doesn't apply to given points.
    *
    * Since: 0.1
    */
@@ -80,7 +80,7 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:region:
    *
-   * Where detection may look: `x,y,w,h` in whole pixels of the picture. Features may leave it later. Empty: everywhere.
+   * Where to detect features: `x,y,w,h` in whole pixels of the picture. Features may leave it later. Empty: everywhere.
    *
    * Since: 0.1
    */
@@ -92,8 +92,8 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:content-area:
    *
-   * Whether the dark border of a scope's picture and graphics that are burnt into it are found and left alone by
-   * detection and learning.
+   * Whether detection and learning exclude the dark border of an endoscope's picture and burnt-in graphics, which the
+   * element then finds by itself.
    *
    * Since: 0.1
    */
@@ -103,7 +103,7 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:patch-size:
    *
-   * The side of the square that describes a feature, in pixels of the full picture. 0: from the picture's height.
+   * Side of the square patch of a feature, in pixels of the full picture. 0: depends on the picture's height.
    *
    * Since: 0.1
    */
@@ -114,8 +114,8 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:search-radius:
    *
-   * How far from where it was a feature is looked for, in pixels of the full picture. 0: from the picture's height.
-   * Only `csd-2012` and `csd-forest` use it.
+   * How far to search around a feature's last position, in pixels of the full picture. 0: depends on the picture's
+   * height. Only for `csd-2012` and `csd-forest`.
    *
    * Since: 0.1
    */
@@ -127,8 +127,8 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:training-time:
    *
-   * How long a feature is in state learning: `csd` gathers its anchor meanwhile, `csd-2012` and `csd-forest` follow it
-   * by Lucas-Kanade until their descriptor is there.
+   * How long a feature stays in state learning. `csd` collects its anchor meanwhile; `csd-2012` and `csd-forest` track
+   * it with Lucas-Kanade until their descriptor is ready.
    *
    * Since: 0.1
    */
@@ -141,8 +141,8 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:learning:
    *
-   * Whether frames wait for the learning that they cause. With `sync` and without a frame-budget results are the same
-   * on every run and for every number of threads; live video needs `async`.
+   * Whether a frame waits for the learning that it triggers. With `sync` and no frame-budget the results are the same
+   * on every run and for any number of threads; live video needs `async`.
    *
    * Since: 0.1
    */
@@ -153,7 +153,7 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:n-threads:
    *
-   * Threads of this element alone, below normal priority. 0: one fewer than the machine has processors, at least 1.
+   * Number of threads for this element, below normal priority. 0: one fewer than the number of processors, at least 1.
    *
    * Since: 0.1
    */
@@ -166,7 +166,7 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:frame-budget:
    *
-   * Past so many nanoseconds of a frame the least urgent features wait for the next one, and say so (`fresh`). The
+   * After this many nanoseconds in a frame the least urgent features wait for the next one, and are not `fresh`. The
    * frame itself never waits. 0: no limit.
    *
    * Since: 0.1
@@ -179,7 +179,7 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:seed:
    *
-   * Of every random choice that learning makes.
+   * Seeds every random choice in learning.
    *
    * Since: 0.1
    */
@@ -191,8 +191,8 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:overlay:
    *
-   * How features are shown: drawn into the pixels, or as a #GstVideoOverlayComposition beside them. Where downstream
-   * can't show the latter, one WARNING is posted and the pixels stay as they are.
+   * How features are shown: drawn into the pixels, or as a #GstVideoOverlayComposition beside them. If downstream can't
+   * show the latter, the element posts one WARNING and leaves the pixels as they are.
    *
    * Since: 0.1
    */
@@ -200,7 +200,7 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:attach-meta:
    *
-   * Whether each frame gets a `GstCsdTrackMeta` with all features.
+   * Whether to attach a `GstCsdTrackMeta` with all features to each frame.
    *
    * Since: 0.1
    */
@@ -210,8 +210,8 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:attach-roi:
    *
-   * Whether each frame also gets a #GstVideoRegionOfInterestMeta for each feature that claims a position, for elements
-   * that know only that.
+   * Whether to also attach a #GstVideoRegionOfInterestMeta to each frame for every feature that claims a position, for
+   * elements that only know that.
    *
    * Since: 0.1
    */
@@ -224,9 +224,9 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:attach-analytics:
    *
-   * Whether each frame also gets GstAnalytics metadata: a tracking for each feature, related to a detection where
-   * it is seen, and with GStreamer 1.30 to a key point. It is there where the plugin was built with
-   * gstreamer-analytics, 1.24 or later.
+   * Whether to also attach GstAnalytics metadata to each frame: a tracking per feature, related to a detection while
+   * the feature is seen, and with GStreamer 1.30 to a key point. Only if the plugin was built with gstreamer-analytics,
+   * 1.24 or later.
    *
    * Since: 0.1
    */
@@ -239,7 +239,7 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:post-messages:
    *
-   * When an element message `csdtrack` with all features is posted.
+   * When to post an element message `csdtrack` with all features.
    *
    * Since: 0.1
    */
@@ -249,8 +249,8 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:message-interval:
    *
-   * At least so much running time is between two messages. A change in between is posted when it has passed, or the
-   * stream ends.
+   * Minimum running time between two messages. A change in between is posted at the end of the interval or of the
+   * stream.
    *
    * Since: 0.1
    */
@@ -262,8 +262,8 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:on-error:
    *
-   * What becomes of a frame that can't be tracked: an error, or the frame as it came, with one WARNING from READY to
-   * READY.
+   * What to do with a frame that can't be tracked: post an error, or pass it on unchanged, with one WARNING from READY
+   * to READY.
    *
    * Since: 0.1
    */
@@ -272,8 +272,8 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:navigation:
    *
-   * Whether what is done in a video sink's window adds and removes points: a click adds one, a click with the third
-   * button removes the nearest feature, the key r resets.
+   * Whether input in a video sink's window adds and removes points: a click adds one, a click with the third button
+   * removes the nearest feature, the key r resets.
    *
    * Since: 0.1
    */
@@ -285,8 +285,8 @@ void install_properties(GObjectClass *klass) {
   /**
    * GstCsdTrack:stats:
    *
-   * What has been done since READY: counts of frames and features, times per frame, what learning took.
-   * docs/elements.md lists the fields.
+   * Statistics since READY: counts of frames and features, times per frame, learning. docs/elements.md lists the
+   * fields.
    *
    * Since: 0.1
    */

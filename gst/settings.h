@@ -10,8 +10,8 @@
 
 namespace csd {
 
-/// The properties of csdtrack by number. Those up to `last_structural` shape the tracker: they are taken over at
-/// READY→PAUSED and can't be set from PAUSED on; the rest may change with every frame.
+/// Ids of csdtrack's properties. Those up to `last_structural` shape the tracker: they take effect at READY→PAUSED and
+/// are read-only from PAUSED on; the others may change with every frame.
 enum Property : guint {
   prop_0,
   prop_algorithm,
@@ -31,7 +31,7 @@ enum Property : guint {
   prop_overlay,
   prop_attach_meta,
   prop_attach_roi,
-  prop_attach_analytics,  // installed where it is built
+  prop_attach_analytics,  // only installed if built
   prop_post_messages,
   prop_message_interval,
   prop_on_error,
@@ -40,7 +40,7 @@ enum Property : guint {
   last_structural = prop_seed
 };
 
-/// What may change with every frame; small, for it is copied once a frame.
+/// Settings that may change with every frame; small, because they are copied once per frame.
 struct LiveSettings {
   GstCsdTrackOverlay overlay = GST_CSD_TRACK_OVERLAY_NONE;
   bool attach_meta = true;
@@ -52,7 +52,7 @@ struct LiveSettings {
   bool navigation = false;
 };
 
-/// What the properties hold. A plain value: the element guards its own with the object lock.
+/// The values of the properties. A plain value: the element guards its own with the object lock.
 struct ElementSettings {
   GstCsdTrackAlgorithm algorithm = GST_CSD_TRACK_ALGORITHM_CSD;
   guint max_features = 50;
@@ -74,15 +74,15 @@ struct ElementSettings {
 /// Installs every property of `Property`, with the ranges, units and flags that gst-inspect-1.0 shows.
 void install_properties(GObjectClass *klass);
 
-/// False if `id` is none of those that can be set.
+/// Returns false if `id` is not a writable property.
 bool set_property(ElementSettings &settings, guint id, const GValue &value);
-/// False if `id` is none of those that these settings hold.
+/// Returns false if `id` is not a property of these settings.
 bool get_property(const ElementSettings &settings, guint id, GValue &value);
 
-/// The core's settings. With a text property that can't be read, `error` says what is wrong with it.
+/// The core's settings. If a text property can't be parsed, `error` says why.
 Settings core_settings(const ElementSettings &settings, std::string &error);
 
-/// How many threads `n-threads` stands for: 0 is one fewer than the processor has, but at least 1.
+/// The number of threads for `n-threads`: 0 is one fewer than the number of processors, at least 1.
 unsigned thread_count(guint n_threads);
 
 }  // namespace csd

@@ -37,7 +37,7 @@ using Sample = std::unique_ptr<GstSample, Unreffed<GstSample, gst_sample_unref>>
                               ". Name a picture that GStreamer can decode, of at most 8192 × 8192 pixels.");
 }
 
-/// What the pipeline's first error says.
+/// The pipeline's first error message.
 std::string error_of(GstElement *pipeline) {
   std::string text = "can't be decoded";
   GstBus *bus = gst_element_get_bus(pipeline);
@@ -52,8 +52,8 @@ std::string error_of(GstElement *pipeline) {
   return text;
 }
 
-/// The type of a picture, by how its file begins; none of what can't be read, which filesrc says better. Only pictures
-/// are decoded: a playlist would make decodebin open whatever it names, from a network too. Throws
+/// The type of a picture, from the start of its file; none for an unreadable file, which filesrc reports better.
+/// Accepts only pictures: decodebin would open whatever a playlist names, even from a network. Throws
 /// std::invalid_argument.
 Caps type_of(const std::string &file) {
   std::error_code none;
@@ -76,10 +76,10 @@ Caps type_of(const std::string &file) {
 
 cv::Mat load_picture(const std::string &file) {
   const Caps type = type_of(file);
-  // By GStreamer: the plugin links no image library of its own.
+  // Uses GStreamer: the plugin links no image library of its own.
   GError *error = nullptr;
   Pipeline pipeline(gst_parse_launch(
-      // A file of a few bytes may say that it is a picture of gigabytes.
+      // A file of a few bytes may claim to be a picture of gigabytes.
       "filesrc name=file ! decodebin name=decode ! video/x-raw(ANY),width=[1,8192],height=[1,8192] ! videoconvert"
       " ! video/x-raw,format=BGR ! appsink name=sink sync=false",
       &error));
@@ -97,7 +97,7 @@ cv::Mat load_picture(const std::string &file) {
   const GstStateChangeReturn prerolled =
       gst_element_get_state(pipeline.get(), nullptr, nullptr, longest_wait * GST_SECOND);
   if (prerolled == GST_STATE_CHANGE_ASYNC) {
-    // A decoder that never comes back, as GStreamer 1.22's jpegdec from some files: to stop it would be to wait for it.
+    // Leaks a decoder that never returns, like GStreamer 1.22's jpegdec on some files: stopping it would wait for it.
     (void)pipeline.release();
     fail(file,
          "is not decoded after " + std::to_string(longest_wait) + " s; the decoder is left behind, still at work");

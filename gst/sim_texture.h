@@ -7,8 +7,8 @@
 
 namespace csd {
 
-/// The first picture of a file that GStreamer can decode (an image, or a video), as CV_8UC3, B G R. Throws
-/// std::invalid_argument that says what is wrong with the file.
+/// The first picture of a file that GStreamer can decode (an image or a video), as CV_8UC3, B G R. Throws
+/// std::invalid_argument with the reason.
 cv::Mat load_picture(const std::string &file);
 
 }  // namespace csd

@@ -8,7 +8,7 @@
 
 namespace csd {
 
-/// What the property `stats` holds. The caller owns it.
+/// The structure of the property `stats`. The caller owns it.
 GstStructure *stats_structure(const Stats &stats, const Latency &latency, guint64 failed_frames);
 
 }  // namespace csd

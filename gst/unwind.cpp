@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Two libraries of a process may unwind C++ exceptions: libgcc_s, and libunwind, which GStreamer brings along and which
-// has functions of the same names. Python's `gi` makes it global: where a program imports cv2, then gi, libstdc++
-// throws by libgcc_s, and what is loaded later goes on by libunwind, at the first destructor on the way. The process
-// aborts or crashes (seen, Debian 12; Debian 13's GStreamer needs no libunwind). So going on is left to the library
-// that threw. Hidden: of the module that it is linked into alone.
+// A process may contain two C++ unwinders: libgcc_s, and libunwind, which GStreamer depends on and which exports
+// functions of the same names. Python's `gi` makes it global: if a program imports cv2, then gi, libstdc++ throws with
+// libgcc_s, but libraries loaded later resume with libunwind, at the first destructor on the way. The process aborts or
+// crashes (seen, Debian 12; Debian 13's GStreamer needs no libunwind). So this function resumes with the library that
+// threw. It is hidden: only the module it is linked into uses it.
 //
-// Which one throws is settled where libstdc++ is loaded, not where we are linked. What else was tried, in every order
-// of cv2, gi and a module of ours (tests/python/imports_test.py):
-// * No exception across a frame: one std::string between throw and catch is enough. The plugin goes on in 396 places.
-// * -static-libgcc, its symbols hidden: always libgcc's way. Right after cv2; aborts where gi came first.
-// * -static-libstdc++ as well: what OpenCV throws, by the other libstdc++, crashes in each order.
-// * -Bsymbolic, a version script, a dynamic list, libgcc_s first of the libraries: as without. What is global is looked
-//   up before them, and libunwind's functions, which have no versions, match any.
-// * Raising anew by _Unwind_Resume_or_Rethrow, without private fields: right after cv2, which brings libunwind itself.
-//   Crashes after any other module in C++: libstdc++ reads the context of the library that it was loaded with.
-// * An order to import in: gi first works, and cv2 first is the order of the alphabet.
-// Beyond help here: after another module in C++ and gi, OpenCV's own frames go on by libunwind.
-#ifndef __ARM_EABI__  // which has another way of going on
+// Which one throws is decided when libstdc++ is loaded, not when we are linked. What else was tried, with cv2, gi and a
+// module of ours in every order (tests/python/imports_test.py):
+// * No exception across a frame: one std::string between throw and catch is enough. The plugin resumes in 396 places.
+// * -static-libgcc with hidden symbols: always resumes with libgcc. Works after cv2; aborts after gi.
+// * -static-libstdc++ as well: OpenCV's exceptions come from the other libstdc++ and crash in each order.
+// * -Bsymbolic, a version script, a dynamic list, libgcc_s first in the link order: no effect. Global symbols are
+// looked
+//   up before them, and libunwind's functions are unversioned, so they match any version.
+// * _Unwind_Resume_or_Rethrow, which needs no private fields: works after cv2, which brings libunwind itself. Crashes
+//   after any other C++ module: libstdc++ reads the context of the library that it was loaded with.
+// * An import order: gi first works, but cv2 comes first in the alphabet.
+// Not fixed here: after another C++ module and gi, OpenCV's own frames resume with libunwind.
+#ifndef __ARM_EABI__  // which resumes in another way
 #include <dlfcn.h>
 
 #include <cstdint>
@@ -32,9 +33,9 @@ struct Header {
 };
 using Resume = void (*)(Header *);
 
-/// Where the exception will be caught is kept in private_2: libgcc_s keeps the frame's address, which is in no object
-/// file, libunwind the instruction's, which is in one. Forced unwinding, as of a thread that ends, keeps a function in
-/// private_1, and is libgcc_s's: glibc asks none other.
+/// private_2 stores where the exception will be caught: libgcc_s stores the frame's address, which is in no object
+/// file; libunwind stores the instruction's, which is in one. Forced unwinding, e.g. of an ending thread, has a
+/// function in private_1 and always uses libgcc_s, because glibc does.
 bool is_of_libunwind(const Header &header) {
   Dl_info info;
   return header.private_1 == 0 && dladdr(reinterpret_cast<const void *>(header.private_2), &info) != 0;

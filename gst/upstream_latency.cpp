@@ -25,7 +25,7 @@ std::optional<Latency> latency_above(GstPad *pad) {
 }
 
 Latency of_both(const Latency &a, const Latency &b) {
-  // GST_CLOCK_TIME_NONE, no limit, is the largest of all.
+  // GST_CLOCK_TIME_NONE, no limit, is the largest value.
   return {a.live || b.live, std::max(a.min, b.min), std::min(a.max, b.max)};
 }
 
@@ -54,12 +54,12 @@ void UpstreamLatency::expire() {
   expired_ = true;
 }
 
-/// Not under the lock: upstream may take its own.
+/// Called without the lock: upstream may take its own.
 std::optional<Latency> UpstreamLatency::ask(GstPad *first, GstPad *second) {
   GstClockTime least = 0;
   {
     const std::lock_guard lock(mutex_);
-    expired_ = false;  // what expires from now on is asked again
+    expired_ = false;  // from here on, expire() causes another query
     least = least_;
   }
   const auto a = latency_above(first), b = latency_above(second);
@@ -67,7 +67,7 @@ std::optional<Latency> UpstreamLatency::ask(GstPad *first, GstPad *second) {
   if (latency && latency->live && least > latency->min) {
     const GstClockTime more = least - latency->min;
     latency->min = least;
-    // As if upstream began earlier by so much, and held what comes meanwhile.
+    // As if upstream started earlier by this much and buffered the data.
     if (GST_CLOCK_TIME_IS_VALID(latency->max)) latency->max += std::min(more, GST_CLOCK_TIME_NONE - 1 - latency->max);
   }
   const std::lock_guard lock(mutex_);
@@ -92,7 +92,7 @@ std::optional<Latency> UpstreamLatency::current(GstElement *element, GstPad *fir
   if (const auto [expired, latency] = known(); !expired) return latency;
   const auto asked = ask(first, second);
   const auto latency = known().second;
-  // What downstream was told, unless it has just been told anew.
+  // Compares with what downstream last got, unless that has just changed.
   if (asked && latency && *asked != *latency)
     gst_element_post_message(element, gst_message_new_latency(GST_OBJECT(element)));
   return latency;

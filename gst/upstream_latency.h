@@ -8,8 +8,8 @@
 
 namespace csd {
 
-/// The latency of an element with two sink pads, as GstAggregator counts it: the larger minimum, the smaller maximum,
-/// live if either is. All functions may be called in any thread.
+/// The latency of an element with two sink pads, computed like GstAggregator's: the larger minimum, the smaller
+/// maximum, live if either is. All functions are thread-safe.
 class UpstreamLatency {
  public:
   struct Latency {
@@ -18,19 +18,19 @@ class UpstreamLatency {
     bool operator==(const Latency &) const = default;
   };
 
-  /// All is as new, but for the least.
+  /// Resets everything except the least.
   void start();
-  /// Live, the minimum is this at least: for what comes later than upstream says.
+  /// Live, the minimum is at least this: for data later than upstream reports.
   void set_least(GstClockTime least);
   GstClockTime least();
-  /// What upstream says may have changed: another link, another stream.
+  /// Upstream's answer may have changed: a new link or stream.
   void expire();
 
-  /// The answer to the LATENCY query from downstream, by what is upstream of the two pads. `second` may be null, and a
-  /// pad that gets no answer doesn't count; nothing where none does. `news`: it is another one than before.
+  /// Answers the LATENCY query from downstream with the latency upstream of both pads. `second` may be null. A pad
+  /// without an answer is ignored; nothing if neither has one. `news`: the answer has changed.
   std::optional<Latency> tell(GstPad *first, GstPad *second, bool &news);
-  /// What downstream was told last, for it reckons with that; what upstream says where it was told nothing yet. After
-  /// expire() upstream is asked again, and where that is news for downstream, `element` posts a LATENCY message.
+  /// The latency that downstream last got, because it uses that; without one, upstream's. After expire() it queries
+  /// upstream again, and posts a LATENCY message from `element` if downstream needs to know.
   std::optional<Latency> current(GstElement *element, GstPad *first, GstPad *second);
 
  private:

@@ -8,18 +8,18 @@
 
 namespace csd::motion {
 
-/// A rhythm of the scene, and what the features say to it.
+/// A rhythm of the scene and how many features agree with it.
 struct SceneRhythm {
   Rhythm rhythm;
-  std::size_t agreeing = 0;  ///< features that show it by themselves, as a rhythm or as a harmonic of one
-  std::size_t judged = 0;    ///< features long enough for that
+  std::size_t agreeing = 0;  ///< features that show it on their own, as a rhythm or a harmonic of one
+  std::size_t judged = 0;    ///< features tracked long enough to tell
 };
 
-/// All that csd-motion finds out.
+/// All results of csd-motion.
 struct Motion {
   Series series;
   SceneMotion scene;
-  std::vector<SceneRhythm> scene_rhythms;  ///< the greatest share of the variance first
+  std::vector<SceneRhythm> scene_rhythms;  ///< the largest share of the variance first
   std::vector<Rhythms> rhythms;            ///< one for each of Series::paths
 };
 

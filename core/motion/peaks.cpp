@@ -11,18 +11,18 @@ namespace csd::motion {
 namespace {
 
 constexpr double correlated = 1.5 * oversampling;  // places: Hann's noise bandwidth
-constexpr double own_share = 0.2;                  // of its frequency, to both sides, is a rhythm's own: rates wander
-constexpr double near_share = 0.3;                 // and what is found so near is its modulation, no other rhythm
-constexpr double own_width = 2;                    // and at least so many 1/window: Hann's peak
+constexpr double own_share = 0.2;   // of its frequency, on both sides: a rhythm's own band, because rates vary
+constexpr double near_share = 0.3;  // peaks this near are its modulation, not another rhythm
+constexpr double own_width = 2;     // and at least this many 1/window: Hann's peak
 constexpr double group_quantile = 0.75;
 constexpr std::size_t max_peaks = 8;
-constexpr double min_at_once = 0.1;      // of the greatest peak, or it is looked at later, when that has been taken out
-constexpr double share_in_a_step = 0.1;  // of its rate, that a rhythm changes from one window to the next
+constexpr double min_at_once = 0.1;      // of the greatest peak; smaller ones wait until that has been removed
+constexpr double share_in_a_step = 0.1;  // of its rate: the most that a rhythm changes from one window to the next
 constexpr double clear = 0.01;           // false-alarm probability of a rate in one window
-constexpr double worth_a_look = 300;     // times what is reported: false alarms, before the other peaks are taken out
+constexpr double worth_a_look = 300;     // times the reported false-alarm probability, for candidates
 
-/// The place of a peak between frequencies: of the parabola through the logarithms, as a Hann window's peak is nearly a
-/// Gaussian. `at` is neither the first place nor the last.
+/// The peak's position between grid frequencies, from a parabola through the logarithms: a Hann window's peak is nearly
+/// a Gaussian. `at` is neither the first place nor the last.
 double refined(const std::vector<double> &spectrum, std::size_t at) {
   const double l = spectrum[at - 1], m = spectrum[at], r = spectrum[at + 1];
   if (!(l > 0) || !(m > 0) || !(r > 0)) return static_cast<double>(at);
@@ -30,7 +30,7 @@ double refined(const std::vector<double> &spectrum, std::size_t at) {
   return static_cast<double>(at) + (bend < 0 ? std::clamp(0.5 * (below - above) / bend, -0.5, 0.5) : 0);
 }
 
-/// The places of local maxima, the highest first.
+/// The positions of local maxima, the highest first.
 std::vector<std::size_t> candidates(const std::vector<double> &mean) {
   std::vector<std::size_t> all;
   for (std::size_t i = 1; i + 1 < mean.size(); ++i)
@@ -62,7 +62,7 @@ void PeakSearch::combine(std::size_t window, const Eigen::MatrixXf &periodogram,
 
 void PeakSearch::search() {
   active_ = false;
-  // A coordinate of noise gives two degrees of freedom to each window; features move together, so they add nothing.
+  // Each window of a noise coordinate adds two degrees of freedom. Features move together, so they add none.
   dof_ = windows_ = 0;
   for (const View &view : views_) {
     if (view.spectrum.empty()) continue;
@@ -88,8 +88,8 @@ std::vector<double> PeakSearch::mean_spectrum() const {
   return mean;
 }
 
-/// Fitted together with all others, a peak stands against what remains: what gaps make of it would else seem to be
-/// noise around it, and what they make of others a peak.
+/// Compares each peak, fitted jointly with all others, with what remains. Otherwise the sidelobes from gaps would look
+/// like noise around the peak, and those of other peaks like a peak.
 void PeakSearch::judge(const std::vector<double> &remaining) {
   for (std::size_t p = 0; p < peaks_.size(); ++p) {
     Peak &peak = peaks_[p];
@@ -104,7 +104,7 @@ void PeakSearch::judge(const std::vector<double> &remaining) {
   std::erase_if(peaks_, [](const Peak &peak) { return !peak.confirmed; });
 }
 
-/// What mean_spectrum() would have at the peak, were there nothing else.
+/// The power at the peak in mean_spectrum() if there were nothing else.
 double PeakSearch::fitted_power(std::size_t peak) const {
   double sum = 0, count = 0;
   for (const View &view : views_) {
@@ -118,8 +118,8 @@ double PeakSearch::fitted_power(std::size_t peak) const {
   return sum / count;
 }
 
-/// How high, at most, the gaps' sidelobes of a peak are: if the share m is missing, the greatest of them has m/(1 − m)
-/// of its amplitude. Those of its mirror image at the negative frequency may add up with them.
+/// Upper bound of a peak's sidelobes from gaps: if the share m is missing, the greatest has m/(1 − m) of its amplitude.
+/// Those of its mirror image at the negative frequency may add up with them.
 double PeakSearch::sidelobes() const {
   double sum = 0, count = 0;
   for (const View &view : views_)
@@ -149,7 +149,7 @@ void PeakSearch::propose(const std::vector<double> &mean) {
   }
 }
 
-/// Places to each side of a peak that are its own.
+/// How many places on each side belong to a peak.
 std::size_t PeakSearch::own(std::size_t at) const {
   return static_cast<std::size_t>(
       std::max(own_width * oversampling, own_share * static_cast<double>(grid_.first + at)));
@@ -164,14 +164,14 @@ bool PeakSearch::taken(double frequency) const {
          std::any_of(rejected_.begin(), rejected_.end(), [&](double other) { return near(other, width); });
 }
 
-/// False if it is a peak that is known.
+/// Returns false if the peak is already known.
 bool PeakSearch::add(const std::vector<double> &mean, std::size_t at) {
   Peak peak;
   peak.frequency = grid_.frequency(refined(mean, at));
   peak.at = at;
   peak.by_window.assign(views_.size(), peak.frequency);
   peak.stands_out.assign(views_.size(), false);
-  // From the window in which it is clearest, to both ends: the rate of an hour's begin need not be that of its end.
+  // Tracks the rate from the clearest window towards both ends, because it may change over an hour.
   std::size_t clearest = 0;
   double least = 1;
   for (std::size_t w = 0; w < views_.size(); ++w)
@@ -190,7 +190,7 @@ bool PeakSearch::add(const std::vector<double> &mean, std::size_t at) {
   return true;
 }
 
-/// A rate that changes a good deal makes several peaks of the mean spectrum, which one path through the windows joins.
+/// A rate that varies a lot gives several peaks of the mean spectrum, which one path through the windows joins.
 bool PeakSearch::known_already(const Peak &peak) const {
   return std::any_of(peaks_.begin(), peaks_.end(), [&](const Peak &other) {
     std::size_t same = 0, all = 0;

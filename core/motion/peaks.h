@@ -10,30 +10,30 @@ namespace csd::motion {
 
 inline constexpr double oversampling = 2;  ///< frequencies per 1/window: Hann's peak is 4/window wide
 
-/// A sinusoid that was found.
+/// A detected sinusoid.
 struct Peak {
-  double frequency = 0;  ///< Hz; the median over the windows in which it stands out, if these are at least three
-  std::size_t at = 0;    ///< place in the grid of the mean spectrum's peak
+  double frequency = 0;  ///< Hz; the median over the windows in which it stands out, if at least three
+  std::size_t at = 0;    ///< position of the mean spectrum's peak in the grid
   double false_alarm = 1;
   bool confirmed = false;
   std::vector<double> by_window;  ///< Hz, the rate in each window
-  std::vector<bool> stands_out;   ///< whether it was seen in that window by itself; else its neighbour's rate is taken
+  std::vector<bool> stands_out;   ///< whether it was seen in that window itself; otherwise the rate is the neighbour's
 };
 
-/// What one window says of some features.
+/// What one window shows of some features.
 struct View {
-  std::vector<std::size_t> members;            ///< which of the features have enough in it
-  std::vector<double> missing;                 ///< 0…1, of each: the share of the window it lacks, by weight
+  std::vector<std::size_t> members;            ///< the features with enough data in it
+  std::vector<double> missing;                 ///< 0…1, of each: the share of the window that is missing, by weight
   std::vector<double> whole;                   ///< px², the variance of each without drift
-  std::vector<double> dimensions;              ///< 1…2, of each: as many as what remains moves in
-  std::vector<double> remainder;               ///< px², and without the peaks, too
+  std::vector<double> dimensions;              ///< 1…2, of each: the dimensions of the remaining motion
+  std::vector<double> remainder;               ///< px², without the peaks too
   std::vector<std::vector<Ellipse>> ellipses;  ///< [peak][member]
-  /// The power that remains, as a share of `whole`; over the members the upper quartile. Empty: no members.
+  /// The remaining power as a share of `whole`: upper quartile over the members. Empty: no members.
   std::vector<float> spectrum;
 };
 
-/// Finds the peaks of some features together. Round by round: fill in each window's view(), with frequencies() taken
-/// out, then search(), until there is nothing more to do.
+/// Finds the common peaks of some features. In each round, fill in each window's view() with frequencies() removed,
+/// then call search(), until it is done.
 class PeakSearch {
  public:
   PeakSearch(std::size_t windows, const Grid &grid, double false_alarm)
@@ -44,13 +44,13 @@ class PeakSearch {
   const std::vector<View> &views() const { return views_; }
   const std::vector<Peak> &peaks() const { return peaks_; }
 
-  /// Hz, of each peak, in a window.
+  /// The frequency of each peak in a window, Hz.
   std::vector<double> frequencies(std::size_t window) const;
 
-  /// Makes View::spectrum of its members' periodograms, which begin in row `row`.
+  /// Computes View::spectrum from its members' periodograms, which start in row `row`.
   void combine(std::size_t window, const Eigen::MatrixXf &periodogram, Eigen::Index row);
 
-  /// Judges the peaks that were proposed, and proposes further ones.
+  /// Judges the proposed peaks and proposes new ones.
   void search();
 
  private:
@@ -75,8 +75,8 @@ class PeakSearch {
   std::vector<double> rejected_;  // Hz
   Grid grid_;
   double false_alarm_;
-  double windows_ = 0;  // that say something
-  double dof_ = 0;      // of the mean spectrum: 2 or more for each window
+  double windows_ = 0;  // windows with data
+  double dof_ = 0;      // of the mean spectrum: 2 or more per window
   bool active_ = true;
 };
 

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double two_pi = 2 * std::numbers::pi;
 
-/// Columns with the same weights: features that are claimed in the same moments, and so most of them, share what
-/// depends on weights alone.
+/// Groups columns with the same weights: features claimed at the same moments, as most are, share everything that
+/// depends only on the weights.
 std::vector<std::vector<Eigen::Index>> alike(const Samples &samples, Eigen::Index begin, Eigen::Index end) {
   std::vector<std::vector<Eigen::Index>> groups;
   for (Eigen::Index column = begin; column < end; ++column) {
@@ -58,14 +58,14 @@ Eigen::MatrixXf waves(const Eigen::Ref<const Eigen::VectorXd> &times, double ste
   return table;
 }
 
-/// What the periodogram is made of, a row for each column of the samples, or each kind of weights.
+/// The sums for the periodogram, a row for each column of the samples, or each set of weights.
 struct Sums {
   Eigen::MatrixXf x, y;     // weighted positions times the waves of the grid
   Eigen::MatrixXf weights;  // weights times the waves of 0, 1, … to twice the grid's end
 };
 
 Sums sums_of(const Samples &samples, const std::vector<std::vector<Eigen::Index>> &kinds, const Grid &grid) {
-  constexpr Eigen::Index max_moments = 2048;  // at a time: bounds the waves' table, which a cache then may hold
+  constexpr Eigen::Index max_moments = 2048;  // at a time: limits the table of waves, so that it fits into a cache
   const std::size_t last = 2 * (grid.first + grid.count - 1);
   const auto searched = static_cast<Eigen::Index>(2 * grid.count);
   Sums sums;
@@ -116,7 +116,7 @@ std::vector<std::vector<Ellipse>> take_out(Samples &samples, Eigen::Index begin,
     const auto count = static_cast<Eigen::Index>(columns.size());
     const Eigen::MatrixXd weighted = samples.weights.col(columns.front()).asDiagonal() * terms;
     Eigen::MatrixXd normal = weighted.transpose() * terms;
-    // Keeps what a gap makes undetermined small, where it would be anything; changes the rest by 1e−9.
+    // Regularises what a gap leaves undetermined; changes the rest by 1e−9.
     normal.diagonal() *= 1 + 1e-9;
     Eigen::MatrixXd values(samples.times.size(), 2 * count);
     for (Eigen::Index i = 0; i < count; ++i) {
@@ -156,7 +156,7 @@ Eigen::MatrixXf periodogram(const Samples &samples, const Grid &grid) {
       }
       for (Eigen::Index i = 0; i < count; ++i) {
         const Eigen::Index k = 2 * (first + i);
-        // Their CC, SS, CS and D, by the double angle.
+        // CC, SS, CS and D, from the double angle.
         const double c = w[k] / whole, s = w[k + 1] / whole;
         const double cc = (1 + w[2 * k] / whole) / 2 - c * c, ss = (1 - w[2 * k] / whole) / 2 - s * s,
                      cs = w[2 * k + 1] / whole / 2 - c * s, determinant = cc * ss - cs * cs;

@@ -12,14 +12,14 @@
 namespace csd::motion {
 namespace {
 
-constexpr double min_periods = 2.5;     // in a window, of the slowest rhythm
-constexpr double max_of_rate = 0.4;     // of the frame rate, the fastest rhythm
-constexpr double min_coverage = 0.5;    // of a window, by weight, or a feature isn't looked at in it
-constexpr int min_moments = 24;         // and so many frames
+constexpr double min_periods = 2.5;     // of the slowest rhythm in a window
+constexpr double max_of_rate = 0.4;     // of the frame rate: the fastest rhythm
+constexpr double min_coverage = 0.5;    // of a window, by weight, to include a feature in it
+constexpr int min_moments = 24;         // and at least this many frames
 constexpr double min_explained = 1e-4;  // of the variance: a hundredth of the amplitude
 constexpr unsigned max_multiple = 4;
 constexpr double rate_tolerance = 0.02;  // of a multiple; at least half of 1/window
-constexpr double still = 1e-4;           // px: rounding
+constexpr double still = 1e-4;           // px: rounding errors
 
 struct Window {
   std::size_t begin, end;  // frames
@@ -39,7 +39,7 @@ std::vector<Window> windows_of(const Series &series, double length) {
     if (last - first >= min_moments)
       windows.push_back({static_cast<std::size_t>(first - series.times.begin()),
                          static_cast<std::size_t>(last - series.times.begin()), from + length / 2, length});
-    // However long nothing was recorded, there are no more windows than frames.
+    // Limits the number of windows to that of frames, however long a pause was.
     if (first == last && first != series.times.end())
       i = std::max(i, std::floor((*first - length - begin) / (whole - length) * steps) - 1);
   }
@@ -57,14 +57,14 @@ Grid grid_of(const Series &series, double window, const SearchOptions &options) 
   return grid;
 }
 
-/// Makes harmonics of what is a multiple of something slower. They fade one after the other: what rises again, or
-/// follows a hole, is a rhythm by itself.
+/// Turns multiples of a slower rhythm into its harmonics. Harmonics decrease one after the other: one that is stronger
+/// than the last, or follows a missing one, is a separate rhythm.
 std::vector<Rhythm> with_harmonics(std::vector<Rhythm> all, double window) {
   std::sort(all.begin(), all.end(), [](const Rhythm &a, const Rhythm &b) { return a.frequency < b.frequency; });
   for (std::size_t i = 0; i < all.size(); ++i) {
     double before = 2 * all[i].amplitude;
     for (unsigned multiple = 1; multiple <= max_multiple; ++multiple) {
-      // Several peaks of one multiple: what the path through the windows missed.
+      // Several peaks at one multiple: those that the path through the windows missed.
       const auto begin = all.begin() + static_cast<std::ptrdiff_t>(i) + 1;
       const auto belongs = std::stable_partition(begin, all.end(), [&](const Rhythm &a) {
         return !(a.amplitude < before && same_rate(a, all[i], multiple, window));
@@ -90,16 +90,16 @@ std::vector<Rhythm> with_harmonics(std::vector<Rhythm> all, double window) {
   return all;
 }
 
-/// Some features, and the search for what they have in common.
+/// Some features and the search for their common rhythms.
 struct Group {
   std::vector<std::size_t> paths;
-  std::size_t first, last;  // windows that they are in, from `first` to before `last`
+  std::size_t first, last;  // windows that contain them, from `first` to before `last`
   PeakSearch search;
 
   bool active(std::size_t window) const { return search.active() && window >= first && window < last; }
 };
 
-/// Amplitude, direction and share of the variance of peak p, from the fits.
+/// Sets amplitude, direction and share of the variance of peak p from the fits.
 void measure(const Group &group, std::size_t p, Rhythm &rhythm) {
   std::vector<std::vector<double>> amplitudes(group.paths.size());
   double xx = 0, xy = 0, yy = 0, explained = 0, count = 0;
@@ -176,7 +176,7 @@ class Search {
   }
 
  private:
-  /// The windows from the first to before the last that any of the paths has a frame in.
+  /// The range of windows, end excluded, in which any of the paths has a frame.
   std::pair<std::size_t, std::size_t> windows_with(const std::vector<std::size_t> &paths) const {
     std::size_t begin = series_.times.size(), end = 0;
     for (const std::size_t path : paths) {
@@ -233,8 +233,8 @@ class Search {
     }
   }
 
-  /// Of the covariance's eigenvalues, the square of the sum over the sum of the squares: 1 of motion along a line, 2 of
-  /// motion that is alike in all directions.
+  /// From the covariance's eigenvalues, the square of the sum over the sum of the squares: 1 for motion along a line, 2
+  /// for equal motion in all directions.
   static double dimensions_of(const Samples &samples, Eigen::Index c) {
     const Eigen::VectorXd x = samples.weights.col(c).cwiseProduct(samples.x.col(c));
     const double xx = x.dot(samples.x.col(c)), xy = x.dot(samples.y.col(c)),
@@ -243,7 +243,7 @@ class Search {
     return squares > 0 ? (xx + yy) * (xx + yy) / squares : 1;
   }
 
-  /// `column` is the view's first.
+  /// `column` is the first one of the view.
   static void take_out_of(View &view, Samples &samples, Eigen::Index column, const std::vector<double> &frequencies) {
     const Eigen::Index end = column + static_cast<Eigen::Index>(view.members.size());
     view.ellipses = take_out(samples, column, end, frequencies);
@@ -258,10 +258,10 @@ class Search {
       }
       view.remainder.push_back(variance < still * still ? 0 : variance);
     }
-    if (view.whole.empty()) view.whole = view.remainder;  // the first round: nothing but drift is out
+    if (view.whole.empty()) view.whole = view.remainder;  // the first round removes only drift
   }
 
-  /// The indices of a path's positions in a window.
+  /// The range of a path's positions in a window.
   static std::pair<std::size_t, std::size_t> places(const Path &path, const Window &window) {
     const auto first = std::lower_bound(path.frames.begin(), path.frames.end(), window.begin),
                last = std::lower_bound(first, path.frames.end(), window.end);
@@ -269,7 +269,7 @@ class Search {
             static_cast<std::size_t>(last - path.frames.begin())};
   }
 
-  /// The share of the window that a path lacks; none if that is too much.
+  /// The share of the window that is missing from a path; none if it is too large.
   std::optional<double> missing_of(const Path &path, const Window &window, const Eigen::VectorXd &weights) const {
     const auto [first, last] = places(path, window);
     double sum = 0;

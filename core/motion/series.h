@@ -10,7 +10,7 @@
 
 #include "score/types.h"
 
-/// How tracked tissue moves: displacement, velocity, and the rhythms in them. docs/motion.md has the definitions.
+/// Motion of tracked tissue: displacement, velocity, and their rhythms. docs/motion.md has the definitions.
 namespace csd::motion {
 
 using score::unknown;
@@ -20,29 +20,29 @@ inline bool known(const cv::Point2d &p) {
   return p.x == p.x;
 }
 
-/// Where one feature was claimed to be.
+/// The claimed positions of one feature.
 struct Path {
   FeatureId id = 0;
-  std::vector<std::size_t> frames;     ///< ascending: indices into Series::times of the frames in which it is claimed
-  std::vector<cv::Point2d> positions;  ///< px, in each of `frames`
+  std::vector<std::size_t> frames;     ///< ascending: indices into Series::times of the frames with a claim
+  std::vector<cv::Point2d> positions;  ///< px, one for each of `frames`
 
   const cv::Point2d &start() const { return positions.front(); }
 };
 
-/// A position of a path.
+/// A position on a path.
 struct Claim {
   std::size_t path = 0;   ///< index into Series::paths
   std::size_t place = 0;  ///< index into Path::positions
 };
 
-/// What is claimed, by time.
+/// The claimed positions by time.
 struct Series {
   std::vector<double> times;          ///< s, ascending: the frames' pts
-  std::vector<std::uint64_t> frames;  ///< their numbers
-  std::vector<Path> paths;            ///< ascending ids; only features that claim something
-  double interval = 0;                ///< s, the median from a frame to the next; 0 of one frame
+  std::vector<std::uint64_t> frames;  ///< frame numbers
+  std::vector<Path> paths;            ///< ascending ids; only features with claims
+  double interval = 0;                ///< s, the median time between frames; 0 for one frame
 
-  /// The longest step, s, over which a difference is a velocity: two frames, and a half for jitter.
+  /// The longest step, s, over which a difference counts as a velocity: two frames, and half a frame for jitter.
   double longest_step() const { return 2.5 * interval; }
 };
 
@@ -60,30 +60,29 @@ class ClaimsByFrame {
 };
 
 struct Span {
-  std::optional<double> from, to;  ///< s of the frames' pts, both included; none: the file's begin or end
-  double fps = 0;                  ///< frames a second, where the file has no pts
+  std::optional<double> from, to;  ///< s of the frames' pts, inclusive; none: start or end of the file
+  double fps = 0;                  ///< frames per second, if the file has no pts
 };
 
-/// Throws score::InputError if no frame has a time (and Span::fps is 0), times go back, no frame is in the span,
-/// nothing is claimed in it, or a position is a million pixels off. Frames without a time among frames that have one
-/// are left out.
+/// Throws score::InputError if no frame has a time (and Span::fps is 0), times go back, the span has no frame or no
+/// claims, or a position is a million pixels off. Drops frames without a time if others have one.
 Series series_of(const score::Recording &tracks, const Span &span = {});
 
-/// px/s, one for each of the path's positions: the slope, in a frame, of the parabola through the positions in the
-/// frame before, in it and in the frame after; of the line through two where one of those is not claimed, or is more
-/// than longest_step() away; unknown where neither is.
+/// px/s, for each of the path's positions: the slope of the parabola through the positions in the frame and its two
+/// neighbours. If one neighbour has no claim or is more than longest_step() away, the slope of the line to the other;
+/// unknown if neither is usable.
 std::vector<cv::Point2d> velocities(const Series &series, const Path &path);
 
-/// What the features do together, a value for each frame.
+/// The common motion of the features, a value for each frame.
 struct SceneMotion {
-  std::vector<cv::Point2d> displacement;  ///< px from the first claims on: the sum of the median steps
+  std::vector<cv::Point2d> displacement;  ///< px since the first claims: the sum of the median steps
   std::vector<cv::Point2d> velocity;      ///< px/s, the median of the features'
-  std::vector<std::size_t> features;      ///< how many claim a position
+  std::vector<std::size_t> features;      ///< number of features that claim a position
 };
 
-/// Medians are by coordinate, of the features that claim a position in both frames of a step; so a feature that begins,
-/// ends or is found again elsewhere moves nothing. What happens while nothing is claimed is left out; displacement and
-/// velocity are unknown then.
+/// Medians are per coordinate, over the features that claim a position in both frames of a step, so a feature that
+/// starts, ends or is found again elsewhere has no effect. Times without claims are skipped; displacement and velocity
+/// are unknown there.
 SceneMotion scene_motion(const Series &series);
 
 }  // namespace csd::motion

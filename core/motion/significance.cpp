@@ -10,7 +10,7 @@
 namespace csd::motion {
 namespace {
 
-constexpr double min_lengths = 10;  ///< correlation lengths, to each side
+constexpr double min_lengths = 10;  ///< correlation lengths on each side
 constexpr double median_efficiency =
     0.4;  // of the median's variance, by the mean's: 0.48 of an exponential; to be safe
 

@@ -5,9 +5,9 @@
 
 namespace csd::programs {
 
-/// Adds a note if the tracks lack what must be there: csdtrackenc lists each feature in every frame from its first to
-/// the one in which it has `ended`, so a feature that is absent in between, or from the last frame on, was lost with a
-/// part of the file. Frames that were written without metadata say nothing of features.
+/// Adds a note if features are missing from the tracks. csdtrackenc lists each feature in every frame from its first to
+/// the one in which it has `ended`, so a gap, or an early end, means that a part of the file was lost. Frames written
+/// without metadata don't count.
 void note_absent(const score::Recording &tracks, std::vector<std::string> &notes);
 
 }  // namespace csd::programs

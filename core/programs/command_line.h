@@ -16,7 +16,7 @@
 
 namespace csd::programs {
 
-/// A program was called wrongly; exit code 2.
+/// Wrong usage of a program; exit code 2.
 struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -25,8 +25,8 @@ struct FreeOptionContext {
   void operator()(GOptionContext *context) const { g_option_context_free(context); }
 };
 
-/// Fills in what `entries` point to. `usage` and `description` are for --help, which ends the program, as --version
-/// does. Throws UsageError.
+/// Parses options into `entries`. `usage` and `description` are for --help, which exits, like --version. Throws
+/// UsageError.
 inline void parse_options(int argc, char **argv, const GOptionEntry *entries, const char *usage,
                           const char *description) {
   gboolean version = FALSE;
@@ -40,24 +40,24 @@ inline void parse_options(int argc, char **argv, const GOptionEntry *entries, co
   if (g_option_context_parse(context.get(), &argc, &argv, &error)) {
     if (!version) return;
     std::printf("%s %s\n", g_get_prgname(), CSDTRACK_VERSION);
-    std::exit(0);  // NOLINT(concurrency-mt-unsafe): there is one thread yet
+    std::exit(0);  // NOLINT(concurrency-mt-unsafe): there is only one thread yet
   }
   const std::string message = error->message;
   g_error_free(error);
   throw UsageError(message);
 }
 
-/// Standard output took not all; errno says why.
+/// Standard output couldn't be written in full; errno has the reason.
 [[noreturn]] inline void throw_unwritten() {
   throw std::runtime_error("the output can't be written: " + std::generic_category().message(errno));
 }
 
-/// What a program's main() returns: 0, 1 if `run` throws, 2 for a UsageError. `run(notes)` leaves in `notes` what its
-/// user should know; they and what is wrong go to stderr, a line each.
+/// A program's main(): returns 0, 1 if `run` throws, 2 for a UsageError. `run(notes)` adds notes for the user; they and
+/// errors go to stderr, one per line.
 template <class Run>
 int run_command(const char *name, Run run) {
   std::vector<std::string> notes;
-  // Copies nothing: where memory is short that would fail, too.
+  // Copies nothing, because that would fail too when out of memory.
   const auto told = [&](int code, const char *problem) {
     for (const std::string &note : notes) std::fprintf(stderr, "%s: note: %s\n", name, note.c_str());
     if (problem) std::fprintf(stderr, "%s: %s\n", name, problem);

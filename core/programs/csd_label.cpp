@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// csd-label: truth by clicks. docs/metrics.md tells how.
+// csd-label: ground truth by hand. docs/metrics.md explains how.
 #include <glib.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -56,7 +56,7 @@ Options parse(int argc, char **argv) {
   return options;
 }
 
-/// Whole or not at all: the old file stays until the new one is written.
+/// Atomic: the old file stays until the new one is complete.
 void save(const LabelSession &session, const std::string &file) {
   const std::string text = session.csv();
   GError *error = nullptr;
@@ -68,12 +68,12 @@ void save(const LabelSession &session, const std::string &file) {
   throw std::runtime_error(file + ": can't be written: " + why);
 }
 
-/// Throws where no window can be opened, in a way that can be caught: Qt ends the process that finds no display,
-/// whatever the reason (no $DISPLAY, no server, no leave). So a child tries first. It holds its connection until this
-/// object is gone, as an X server that loses its last client resets and closes the connections that have just come.
+/// Throws if no window can be opened. Without a usable display (no $DISPLAY, no server, no permission) Qt ends the
+/// process, so a child tries first. It keeps its connection until this object is destroyed, because an X server that
+/// loses its last client resets and closes new connections.
 class Display {
  public:
-  /// To be made while the process has one thread: only that one is copied.
+  /// Create it while the process has one thread: fork() copies only the calling thread.
   Display() {
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0 || (child_ = fork()) < 0)
@@ -99,10 +99,10 @@ class Display {
   [[noreturn]] static void hold(int socket) {
     const rlimit no_core{0, 0};
     setrlimit(RLIMIT_CORE, &no_core);
-    if (!std::freopen("/dev/null", "w", stderr)) _exit(1);  // what Qt says is said better above
+    if (!std::freopen("/dev/null", "w", stderr)) _exit(1);  // the error above is clearer than Qt's
     cvInitSystem(0, nullptr);
     char byte = 1;
-    if (write(socket, &byte, 1) == 1) (void)!read(socket, &byte, 1);  // until the other end is closed
+    if (write(socket, &byte, 1) == 1) (void)!read(socket, &byte, 1);  // blocks until the other end is closed
     _exit(0);
   }
 
@@ -129,7 +129,7 @@ class Window {
   Window(const Window &) = delete;
   Window &operator=(const Window &) = delete;
 
-  /// Until all is labelled, or the user has enough.
+  /// Runs until everything is labelled or the user quits.
   void run() {
     for (;;) {
       const cv::Mat frame = frames_.at(session_.frame()).bgr;
@@ -143,11 +143,11 @@ class Window {
   }
 
  private:
-  /// Until the frame is another; false: enough.
+  /// Runs until the frame changes; returns false to quit.
   bool ask(const cv::Mat &frame) {
     cv::setWindowTitle(window_name, std::string(window_name) + ": frame " + std::to_string(session_.frame()));
     const std::uint64_t number = session_.frame();
-    clicked_ = false;  // what was meant for the frame before
+    clicked_ = false;  // it was for the previous frame
     while (session_.frame() == number) {
       const bool was_choosing = session_.choosing();
       cv::imshow(window_name, draw_label_window(view_, frame, first_, session_, mouse_, message()));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// csd-motion: how tracked tissue moves. docs/motion.md has the definitions.
+// csd-motion: motion of tracked tissue. docs/motion.md has the definitions.
 #include <glib.h>
 #include <unistd.h>
 
@@ -24,7 +24,7 @@ struct Options {
   bool json = false, csv = false, series = false, progress = false;
 };
 
-constexpr gdouble absent = -INFINITY;  // of an option
+constexpr gdouble absent = -INFINITY;  // the option wasn't given
 
 Options parse(int argc, char **argv) {
   Options options;
@@ -83,7 +83,7 @@ Options parse(int argc, char **argv) {
   return options;
 }
 
-/// Truth as tracks: what is visible is claimed.
+/// Converts truth to tracks: visible points are claimed.
 score::Recording as_tracks(const score::Truth &truth) {
   score::Recording tracks;
   tracks.file = truth.file;
@@ -108,7 +108,7 @@ motion::Series read_series(const Options &options, std::vector<std::string> &not
   return series_of(std::get<score::Recording>(input), options.span);
 }
 
-/// At most a line a second.
+/// Prints at most one line per second.
 class Progress {
  public:
   void say(const std::string &what) {

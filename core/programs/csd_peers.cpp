@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// csd-peers: trackers of today on the same points, for csd-score.
+// csd-peers: current trackers on the same points, for csd-score.
 #include <glib.h>
 #include <unistd.h>
 
@@ -24,7 +24,7 @@ using Clock = std::chrono::steady_clock;
 struct Options {
   const PeerKind *tracker = nullptr;
   std::string points, out, video;
-  std::uint64_t features = G_MAXINT64, frames = G_MAXINT64;  ///< at most
+  std::uint64_t features = G_MAXINT64, frames = G_MAXINT64;  ///< maximum
   bool progress = false;
 };
 

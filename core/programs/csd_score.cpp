@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// csd-score: tracks against ground truth. docs/metrics.md has the definitions.
+// csd-score: scores tracks against ground truth. docs/metrics.md has the definitions.
 #include <glib.h>
 
 #include <algorithm>
@@ -142,7 +142,7 @@ std::string name_of(const score::Recording &tracks) {
   return printable(tracks.algorithm.empty() ? std::filesystem::path(tracks.file).stem().string() : tracks.algorithm);
 }
 
-/// Reads the files, and lays each clip's tracks beside its truth.
+/// Reads the files and aligns each clip's tracks with its truth.
 class Reader {
  public:
   explicit Reader(const Options &options) : options_(options) {}
@@ -193,7 +193,7 @@ class Reader {
     first_clip_ = false;
   }
 
-  /// Two runs of one algorithm are told apart by their files' names.
+  /// Names two runs of one algorithm after their files.
   void disambiguate() {
     if (!options_.names.empty()) {
       if (options_.names.size() != names.size())

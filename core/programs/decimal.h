@@ -7,7 +7,7 @@
 
 namespace csd::programs {
 
-/// With a dot in every locale; `nothing` for what isn't finite.
+/// Decimal point in every locale; `nothing` for a non-finite value.
 inline std::string decimal(double value, int digits, const char *nothing) {
   if (!std::isfinite(value)) return nothing;
   if (std::abs(value) < 0.5 * std::pow(10.0, -digits)) value = 0;  // never "-0.000"

@@ -11,7 +11,7 @@
 
 namespace csd::programs {
 
-/// json-glib's builder with C++ types. What is not finite is null.
+/// json-glib's builder with C++ types. Non-finite numbers become null.
 class JsonWriter {
  public:
   JsonWriter() : builder_(json_builder_new()) {}
@@ -35,7 +35,7 @@ class JsonWriter {
     json_builder_add_int_value(builder_.get(), static_cast<gint64>(number));
     return *this;
   }
-  /// A file name need not be UTF-8; JSON is.
+  /// A file name may be any bytes, but JSON is UTF-8.
   JsonWriter &text(const std::string &string) {
     gchar *const valid = g_utf8_make_valid(string.c_str(), static_cast<gssize>(string.size()));
     json_builder_add_string_value(builder_.get(), valid);

@@ -11,7 +11,7 @@ constexpr int loupe_side = 240, loupe_zoom = 8, look_zoom = 4;
 constexpr int text_height = 28, text_width = 680;
 const cv::Scalar black(0, 0, 0), white(255, 255, 255), yellow(0, 255, 255), green(0, 255, 0);
 
-/// A part of a picture, `zoom` times as large, with `centre` in the middle of the target.
+/// A part of a picture, magnified by `zoom`, with `centre` in the middle of the target.
 void enlarge(const cv::Mat &picture, cv::Point2d centre, double zoom, cv::Mat target) {
   const int middle_x = target.cols / 2, middle_y = target.rows / 2;
   const cv::Matx23d back(1 / zoom, 0, centre.x - middle_x / zoom, 0, 1 / zoom, centre.y - middle_y / zoom);
@@ -19,7 +19,7 @@ void enlarge(const cv::Mat &picture, cv::Point2d centre, double zoom, cv::Mat ta
 }
 
 void draw_cross(cv::Mat &image, cv::Point at, const cv::Scalar &colour) {
-  // Open in the middle: what is labelled stays in sight. Dark edges, for bright tissue.
+  // A cross open in the middle, so that the labelled point stays visible. Dark edges, for bright tissue.
   for (const auto &[line_colour, width] : {std::pair(black, 3), std::pair(colour, 1)})
     for (const cv::Point direction : {cv::Point(1, 0), cv::Point(-1, 0), cv::Point(0, 1), cv::Point(0, -1)})
       cv::line(image, at + 3 * direction, at + 9 * direction, line_colour, width);
@@ -76,7 +76,7 @@ cv::Mat draw_label_window(const LabelView &view, const cv::Mat &frame, const cv:
   enlarge(frame, view.to_picture(mouse), loupe_zoom, loupe);
   draw_cross(loupe, loupe_middle, yellow);
   if (!session.choosing()) {
-    // Where it was seen last is where to look for it; how it looked in frame 0 is what to look for.
+    // Shows the surroundings of the last position, and the point's look in frame 0.
     const cv::Point2d last = session.last_seen(session.point()).position;
     cv::circle(shown, rounded(view.to_screen(last)), 24, yellow, 1, cv::LINE_AA);
     enlarge(first, session.labels()[session.point()].position, look_zoom, look);

@@ -18,7 +18,7 @@ using motion::Rhythm;
 
 constexpr std::size_t piece = 1 << 16;
 
-/// What a feature does as a whole.
+/// A feature's motion over the whole recording.
 struct Summary {
   double claimed = 0;                        // s
   cv::Point2d rest = motion::unknown_point;  // px
@@ -42,7 +42,7 @@ Summary summary_of(const motion::Series &series, const Path &path) {
   return summary;
 }
 
-/// 3.2e-16, 0.004: in few characters, whatever the size.
+/// 3.2e-16, 0.004: few characters for any magnitude.
 std::string probability(double p) {
   if (p == 0 || p >= 0.001) return decimal(p, p == 0 ? 0 : 3, "");
   char buffer[32];
@@ -108,7 +108,7 @@ void add_array(Buffer &out, std::string_view key, const Values &values, Text tex
   out << "]";
 }
 
-/// Of points, x and y as two arrays.
+/// Adds points as two arrays, x and y.
 void add_points(Buffer &out, const char *x, const char *y, const std::vector<cv::Point2d> &points, cv::Point2d origin) {
   add_array(out, x, points, [&](const cv::Point2d &p) { return decimal(p.x - origin.x, 3, "null"); });
   add_array(out, y, points, [&](const cv::Point2d &p) { return decimal(p.y - origin.y, 3, "null"); });
@@ -126,7 +126,7 @@ void write_series_json(const Motion &motion, Buffer &out) {
   out << ",\"features\":[";
   bool first = true;
   for (const Path &path : motion.series.paths) {
-    // Dense, from its first frame to its last: null where it isn't claimed.
+    // Dense, from its first frame to its last: null where it has no claim.
     const auto velocity = motion::velocities(motion.series, path);
     const std::size_t begin = path.frames.front(), end = path.frames.back() + 1;
     std::vector<cv::Point2d> positions(end - begin, motion::unknown_point), speeds = positions;
@@ -270,7 +270,7 @@ void write_json(const MotionReport &report, bool with_series, const Sink &write)
   out.end_array().end_object();
   std::string text = out.finish();
   if (!with_series) return write(text);
-  // The series is as large as the recording is long: it is written as it is made, as the last member of the object.
+  // The series is as large as the recording is long, so it is written piece by piece, as the last member of the object.
   text.resize(text.rfind('}'));
   while (text.back() == '\n' || text.back() == ' ') text.pop_back();
   write(text + ",\n \"series\": ");

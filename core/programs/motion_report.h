@@ -10,10 +10,10 @@
 
 namespace csd::programs {
 
-/// All that csd-motion writes. docs/motion.md describes it.
+/// All output of csd-motion. docs/motion.md describes it.
 struct MotionReport {
   std::string tracks;  ///< the file
-  double window = 0;   ///< s, as asked for
+  double window = 0;   ///< s, requested
   motion::Motion motion;
   std::vector<std::string> notes;
 };
@@ -21,13 +21,13 @@ struct MotionReport {
 /// Takes the next piece of a text: an hour's series is hundreds of megabytes.
 using Sink = std::function<void(std::string_view)>;
 
-/// Tables of the rhythms.
+/// The rhythms as tables.
 std::string as_text(const MotionReport &report);
-/// The rhythms, a row each; `feature` is empty for the scene's. What is unknown is empty.
+/// The rhythms, one row each; `feature` is empty for the scene's. Unknown values are empty.
 std::string as_csv(const MotionReport &report);
-/// Displacement and velocity, a row for the scene (`feature` is empty) and for each feature that is claimed, by frame.
+/// Displacement and velocity, one row per frame for the scene (`feature` is empty) and for each claimed feature.
 void write_series_csv(const MotionReport &report, const Sink &write);
-/// The rhythms, and with `series` displacement and velocity. What is unknown is null.
+/// The rhythms and, with `series`, displacement and velocity. Unknown values are null.
 void write_json(const MotionReport &report, bool series, const Sink &write);
 
 }  // namespace csd::programs

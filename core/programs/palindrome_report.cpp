@@ -29,7 +29,7 @@ struct Mean {
   std::array<double, shares.size()> values{};
 };
 
-/// Of each tracker that has several rows, each clip counting as much as any other.
+/// For each tracker with several rows, all clips weighted equally.
 std::vector<Mean> means(const PalindromeReport &report) {
   std::vector<Mean> all;
   for (const PalindromeRow &first : report) {

@@ -8,17 +8,17 @@
 
 namespace csd::programs {
 
-/// What csd-score --palindrome found out: a row for each file of tracks.
+/// The results of csd-score --palindrome: a row for each file of tracks.
 struct PalindromeRow {
   std::string tracks, tracker;
   score::PalindromeScore score;
 };
 using PalindromeReport = std::vector<PalindromeRow>;
 
-/// Where a tracker has several rows, its mean comes below.
+/// Below, adds the mean of each tracker with several rows.
 std::string as_text(const PalindromeReport &report);
 std::string as_markdown(const PalindromeReport &report);
-/// docs/metrics.md describes it. What is unknown is null.
+/// docs/metrics.md describes it. Unknown values are null.
 std::string as_json(const PalindromeReport &report);
 
 }  // namespace csd::programs

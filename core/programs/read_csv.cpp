@@ -15,8 +15,8 @@ namespace {
 
 using score::InputError;
 
-/// The fields of a row. Quotation marks around a field are taken off: no field of ours needs them, but some programs
-/// write them.
+/// The fields of a row. Removes quotation marks around a field: our fields don't need them, but some programs write
+/// them.
 std::vector<std::string_view> split(std::string_view row) {
   std::vector<std::string_view> fields;
   for (;;) {
@@ -38,12 +38,12 @@ bool has_column(const TextFile &file, std::string_view name) {
   return std::find(columns.begin(), columns.end(), name) != columns.end();
 }
 
-/// Rows of a table, by the names in its header.
+/// Rows of a table, by the column names in its header.
 class Table {
  public:
   explicit Table(const TextFile &file) : file_(file), columns_(header(file)), lines_(file.lines()) {}
 
-  /// The column of a name. Throws if there is none.
+  /// The index of a column. Throws if it is missing.
   std::size_t column(std::string_view name) const {
     const auto found = std::find(columns_.begin(), columns_.end(), name);
     if (found == columns_.end())
@@ -55,7 +55,7 @@ class Table {
     return column(name);
   }
 
-  /// Goes to the next row; false after the last. A header again (csdtrackenc's after a flush) is skipped.
+  /// Advances to the next row; returns false after the last. Skips a repeated header (csdtrackenc's after a flush).
   bool next() {
     for (; at_ < lines_.size(); ++at_) {
       row_ = split(lines_[at_].text);

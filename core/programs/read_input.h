@@ -9,8 +9,8 @@ namespace csd::programs {
 
 using Input = std::variant<score::Truth, score::Recording>;
 
-/// Reads truth or tracks, told apart by what the file holds, not by its name. Adds to `notes` what is left out. Throws
-/// score::InputError.
+/// Reads truth or tracks, detected from the file's contents, not its name. Adds notes on skipped data to `notes`.
+/// Throws score::InputError.
 Input read_input(const std::string &path, std::vector<std::string> &notes);
 
 }  // namespace csd::programs

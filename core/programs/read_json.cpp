@@ -54,7 +54,7 @@ void add_tracks(score::Recording &tracks, TrackLine &&line, std::size_t number) 
 
 bool is_jsonl(const TextFile &file) {
   const std::string_view first = file.first().text;
-  if (first.starts_with("{\"schema\"")) return true;  // also where the rest of the line is damaged
+  if (first.starts_with("{\"schema\"")) return true;  // even if the rest of the line is damaged
   JsonText json;
   JsonNode *const root = json.parse(first, max_line_values);
   return is_object(root) && json_object_has_member(json_node_get_object(root), "features");

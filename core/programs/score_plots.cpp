@@ -18,24 +18,23 @@
 namespace csd::programs {
 namespace {
 
-/// More points than this in a line are drawn as means of neighbours.
+/// Lines with more points are drawn as means of neighbours.
 constexpr std::size_t max_points = 200;
 
-/// A string of gnuplot's: '' is a quotation mark. It ends with the line, and the next line is a command: names must be
-/// printable().
+/// A gnuplot string: '' is a quotation mark. A newline would end it and start a command, so names must be printable().
 std::string quoted(const std::string &text) {
   std::string out = "'";
   for (const char c : text) out += c == '\'' ? "''" : std::string(1, c);
   return out + "'";
 }
 
-/// A title as it is: without gnuplot's enhanced text.
+/// A literal title, without gnuplot's enhanced text.
 std::string titled(const std::string &name) {
   return "title " + quoted(name) + " noenhanced";
 }
 
 std::string style(std::size_t i) {
-  // Colours that the colour-blind can tell apart (Okabe and Ito), of different lightness; dashes and marks for grey.
+  // Colour-blind safe colours (Okabe and Ito) of different lightness; dashes and marks for greyscale.
   constexpr const char *colours[] = {"#000000", "#0072b2", "#d55e00", "#56b4e9",
                                      "#009e73", "#e69f00", "#cc79a7", "#777777"};
   return "dt " + std::to_string(1 + i % 5) + " pt " + std::to_string(4 + i % 10) + " lc rgb '" +
@@ -50,11 +49,11 @@ std::string block(const std::string &name, const Points &points) {
   return text + "EOD\n";
 }
 
-/// One curve for each tracker, drawn into the panel that the commands before set up.
+/// One curve for each tracker, drawn into the panel that was set up before.
 std::string curves(const ScoreReport &report, const std::string &panel, const std::vector<Points> &points) {
   std::string data, plot;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    // gnuplot fails where a panel has no point at all.
+    // gnuplot fails on a panel without points.
     if (std::none_of(points[i].begin(), points[i].end(), [](const auto &p) { return std::isfinite(p.second); }))
       continue;
     const std::string name = panel + std::to_string(i);
@@ -66,7 +65,7 @@ std::string curves(const ScoreReport &report, const std::string &panel, const st
   return plot.empty() ? "" : data + plot + "\n";
 }
 
-/// How many frames make a point of a curve over time.
+/// The number of frames per point of a curve over time.
 std::size_t frames_a_point(const ScoreReport &report) {
   std::set<std::uint64_t> frames;
   for (const auto &clip : report.clips)
@@ -74,7 +73,7 @@ std::size_t frames_a_point(const ScoreReport &report) {
   return std::max<std::size_t>(1, (frames.size() + max_points - 1) / max_points);
 }
 
-/// The mean over clips of a score of a frame, against the frame's number.
+/// A per-frame score against the frame number: the mean over clips.
 Points over_time(const ScoreReport &report, const score::TrackerScore &tracker, double (score::Counts::*of)() const) {
   std::map<std::uint64_t, std::vector<double>> frames;
   for (std::size_t c = 0; c < report.clips.size(); ++c)
@@ -140,7 +139,7 @@ std::string reliability_script(const ScoreReport &report) {
                 }));
 }
 
-/// In the folder, so that its name, whatever is in it, is no part of the commands.
+/// Runs in the folder, so that no part of its name gets into the commands.
 void run_gnuplot(const std::string &folder, const std::string &file) {
   std::string program = "gnuplot", argument = file;
   char *arguments[] = {program.data(), argument.data(), nullptr};
@@ -158,7 +157,7 @@ void run_gnuplot(const std::string &folder, const std::string &file) {
   if (!problem.empty()) throw std::runtime_error("no plots (gnuplot is in Debian's gnuplot-nox): " + problem);
 }
 
-/// What gnuplot is given to draw a figure.
+/// The gnuplot script of a figure.
 std::string plot_script(const ScoreReport &report, const std::string &figure, const std::string &terminal,
                         const std::string &file) {
   return "set encoding utf8\nset terminal " + terminal + "\nset output " + quoted(file) +

@@ -5,9 +5,9 @@
 
 namespace csd::programs {
 
-/// Draws over-time, over-threshold and reliability, each as .svg and .png, into a folder, which it makes; plots.gp
-/// there is what gnuplot was told. Curves are told apart by dashes and marks too, so that grey will do. Throws
-/// std::runtime_error if gnuplot is not there or fails.
+/// Creates a folder and draws over-time, over-threshold and reliability into it, each as .svg and .png; plots.gp is the
+/// gnuplot script. Dashes and marks keep curves distinct in greyscale. Throws std::runtime_error if gnuplot is missing
+/// or fails.
 void draw_plots(const ScoreReport &report, const std::string &folder);
 
 }  // namespace csd::programs

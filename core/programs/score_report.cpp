@@ -7,7 +7,7 @@
 namespace csd::programs {
 namespace {
 
-/// Any fixed number: every run gives the same intervals.
+/// Fixed, so that every run gives the same intervals.
 constexpr std::uint64_t bootstrap_seed = 1;
 
 /// A field of CSV (RFC 4180).

@@ -8,14 +8,14 @@
 
 namespace csd::programs {
 
-/// All that csd-score found out.
+/// All results of csd-score.
 struct ScoreReport {
   struct ClipFacts {
     std::string truth;
     int width, height;
     std::size_t features;
-    std::vector<score::Moment> moments;  ///< the labelled frames
-    std::vector<std::string> tracks;     ///< one for each tracker
+    std::vector<score::Moment> moments;  ///< labelled frames
+    std::vector<std::string> tracks;     ///< one per tracker
   };
   struct Pair {
     std::size_t tracker;  ///< compared with tracker 0
@@ -34,9 +34,9 @@ ScoreReport make_report(const std::vector<std::string> &names, const std::vector
 
 std::string as_text(const ScoreReport &report);
 std::string as_markdown(const ScoreReport &report);
-/// tracker,clip,metric,threshold,value,low,high: `clip` is empty for what is over all clips; what is unknown is empty.
+/// tracker,clip,metric,threshold,value,low,high: `clip` is empty for values over all clips; unknown values are empty.
 std::string as_csv(const ScoreReport &report);
-/// docs/metrics.md describes it. What is unknown, or infinite, is null.
+/// docs/metrics.md describes it. Unknown or infinite values are null.
 std::string as_json(const ScoreReport &report);
 
 }  // namespace csd::programs

@@ -24,7 +24,7 @@ std::string share(std::size_t part, std::size_t whole) {
   return std::to_string(part) + " of " + std::to_string(whole);
 }
 
-/// "5" at 576 lines or less, else what it comes to in each clip.
+/// "5" at 576 lines or less, else the value in each clip.
 std::string tau_text(const ScoreReport &report) {
   std::string text;
   for (const auto &clip : report.clips) {

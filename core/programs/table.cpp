@@ -6,7 +6,7 @@
 namespace csd::programs {
 namespace {
 
-/// Characters on the screen: bytes that begin one.
+/// The displayed width in characters: counts the bytes that start one.
 std::size_t width(const std::string &text) {
   return static_cast<std::size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));

@@ -11,7 +11,7 @@ struct Table {
   std::vector<std::vector<std::string>> rows;  ///< the first is the header
 };
 
-/// For a terminal: columns aligned, the first at the left, the others at the right.
+/// For a terminal: aligned columns, the first one left, the others right.
 std::string as_text(const Table &table);
 std::string as_markdown(const Table &table);
 

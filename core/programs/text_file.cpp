@@ -13,7 +13,7 @@ namespace csd::programs {
 
 namespace {
 
-/// Takes the next line off `rest`, with its newline if it has one.
+/// Removes the next line from `rest` and returns it, with its newline if any.
 std::string_view next_line(std::string_view &rest) {
   const std::string_view line = rest.substr(0, rest.find('\n') == rest.npos ? rest.npos : rest.find('\n') + 1);
   rest.remove_prefix(line.size());
@@ -41,12 +41,12 @@ TextFile::Line TextFile::first() const {
 
 namespace {
 
-/// All of it, unless a line is longer than any may be: what isn't text is refused before it fills the memory.
+/// Reads the whole file, but stops at a line that is too long: this rejects binary files before they fill the memory.
 std::string content_of(const std::string &name) {
   errno = 0;
   std::ifstream in(name, std::ios::binary);
   std::string content;
-  std::size_t number = 1, begin = 0;  // of the line that is being read
+  std::size_t number = 1, begin = 0;  // of the current line
   for (std::vector<char> chunk(1 << 20); in;) {
     in.read(chunk.data(), static_cast<std::streamsize>(chunk.size()));
     const auto size = static_cast<std::size_t>(in.gcount());
@@ -69,7 +69,7 @@ std::string content_of(const std::string &name) {
 
 TextFile read_text_file(const std::string &name) {
   TextFile file{name, content_of(name), false};
-  if (file.content.starts_with("\xef\xbb\xbf")) file.content.erase(0, 3);  // labels.json is no lines
+  if (file.content.starts_with("\xef\xbb\xbf")) file.content.erase(0, 3);  // labels.json has no lines
   if (file.content.find_first_not_of(line_blanks) == std::string::npos) throw score::InputError(name, 0, "is empty");
   file.torn = !file.content.ends_with('\n');
   return file;

@@ -7,17 +7,17 @@
 
 namespace csd::programs {
 
-/// Collects labels in any order, as readers come upon them.
+/// Collects labels in any order.
 class TruthTable {
  public:
   explicit TruthTable(std::string file) : file_(std::move(file)) {}
 
-  /// A label of a frame. Throws score::InputError if the frame has one of this feature already.
+  /// Adds a label of a frame. Throws score::InputError if the frame already has one of this feature.
   void add(std::uint64_t frame, std::int64_t pts, FeatureId id, const score::TruthPoint &point, std::size_t line);
-  /// A frame's picture size, where it is known. Throws score::InputError if it changes.
+  /// Sets a frame's picture size, if known. Throws score::InputError if it changes.
   void size(int width, int height, std::size_t line);
 
-  /// All of it; frames without a label are left out. Throws score::InputError if nothing is left.
+  /// The whole truth, without unlabelled frames. Throws score::InputError if nothing is left.
   score::Truth take();
 
  private:

@@ -24,7 +24,7 @@ std::int64_t nanoseconds(GstClockTime time) {
   return GST_CLOCK_TIME_IS_VALID(time) ? static_cast<std::int64_t>(time) : -1;
 }
 
-/// A mapped frame, BGR or Y444, as BGR of its own memory.
+/// Copies a mapped frame, BGR or Y444, to BGR.
 cv::Mat to_bgr(const GstVideoFrame &frame) {
   const GstVideoInfo &info = frame.info;
   const auto row = [&frame](guint plane, int y) {
@@ -56,11 +56,11 @@ struct VideoFrames::Pipeline {
     if (pipeline) gst_element_set_state(pipeline.get(), GST_STATE_NULL);
   }
 
-  /// The next frame; null at the end. Throws what the bus tells, if anything went wrong.
+  /// The next frame; null at the end. Throws the error on the bus, if any.
   std::unique_ptr<GstSample, UnrefSample> pull(const std::string &file) const {
     const std::unique_ptr<GstBus, Unref> bus(gst_element_get_bus(pipeline.get()));
     for (;;) {
-      // A pipeline that fails to start wakes nobody who waits at the sink.
+      // A pipeline that fails to start doesn't wake a thread that waits at the sink.
       GstSample *const sample = gst_app_sink_try_pull_sample(GST_APP_SINK(sink.get()), GST_SECOND / 10);
       if (sample) return std::unique_ptr<GstSample, UnrefSample>(sample);
       if (GstMessage *const message = gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR)) {
@@ -79,7 +79,7 @@ struct VideoFrames::Pipeline {
 VideoFrames::VideoFrames(std::string file) : file_(std::move(file)) {
   gst_init(nullptr, nullptr);
   open();
-  at(0);  // an error shows with the first frame
+  at(0);  // reports errors with the first frame
 }
 
 VideoFrames::~VideoFrames() = default;
@@ -88,7 +88,7 @@ void VideoFrames::open() {
   pipeline_ = std::make_unique<Pipeline>();
   GError *error = nullptr;
   pipeline_->pipeline.reset(
-      // videoconvert's own way to 8-bit BGR is dark by up to 4 (1.22): YUV stays what it is.
+      // videoconvert's conversion to 8-bit BGR is too dark by up to 4 (1.22), so YUV isn't converted here.
       gst_parse_launch("filesrc name=file ! decodebin ! videoconvert ! video/x-raw,format={Y444,BGR} ! appsink "
                        "name=sink sync=false max-buffers=2",
                        &error));

@@ -12,17 +12,17 @@ namespace {
 constexpr std::size_t absent = std::numeric_limits<std::size_t>::max();
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Where a labelled frame stands among those of the tracks.
+/// The position of a labelled frame among the tracks' frames.
 struct Place {
-  std::size_t index = absent;  ///< of the frame; absent: one without features, which the file has no rows for
-  std::size_t end = 0;         ///< so many frames of the tracks are not later than it
+  std::size_t index = absent;  ///< of the frame; absent: it has no features, so the file has no rows for it
+  std::size_t end = 0;         ///< number of frames of the tracks that are not later
 };
 
 std::string where(const Truth &truth, const TruthFrame &frame) {
   return truth.file + (frame.line ? std::string(":").append(std::to_string(frame.line)) : "");
 }
 
-/// Finds frames of the tracks by their pts or number.
+/// Finds frames of the tracks by pts or number.
 class Finder {
  public:
   Finder(const Truth &truth, const Recording &tracks, bool by_frame)
@@ -68,7 +68,7 @@ class Finder {
     Map unique;
     for (std::size_t i = 0; i < tracks_.frames.size(); ++i)
       if (tracks_.frames[i].pts != no_time) insert(unique, tracks_.frames[i].pts, i, "pts ");
-    step_ = 1;  // of a single frame: the very pts
+    step_ = 1;  // a single frame: exact pts
     for (auto a = by_pts_.begin(), b = std::next(a); b != by_pts_.end(); ++a, ++b)
       step_ = a == by_pts_.begin() ? b->first - a->first : std::min(step_, b->first - a->first);
   }
@@ -106,7 +106,7 @@ void set_size(Clip &clip, const Truth &truth, const Recording &tracks, const Ali
                      "says nothing of the picture's size, nor does " + truth.file + " (--size WxH tells)");
 }
 
-/// The truth's columns that are scored; fills clip.ids.
+/// The truth's columns to score; fills clip.ids.
 std::vector<std::size_t> choose(Clip &clip, const Truth &truth, const std::vector<FeatureId> &wanted) {
   std::vector<std::size_t> columns;
   for (std::size_t i = 0; i < truth.ids.size(); ++i)
@@ -127,7 +127,7 @@ class LastReports {
   LastReports(const std::vector<FeatureId> &ids, const Recording &tracks)
       : ids_(ids), tracks_(tracks), reports_(ids.size()) {}
 
-  /// Goes on until `end` frames have been seen.
+  /// Advances to `end` frames.
   void advance(std::size_t end) {
     for (; seen_ < end; ++seen_)
       for (const Feature &feature : tracks_.frames[seen_].features) {
@@ -146,7 +146,7 @@ class LastReports {
   };
   const Report &operator[](std::size_t i) const { return reports_[i]; }
 
-  /// Once all frames were seen.
+  /// Call after all frames.
   void check_all_mentioned(const Truth &truth) const {
     std::string missing;
     std::size_t count = 0;
@@ -180,7 +180,7 @@ Sample compare(const TruthPoint &point, const LastReports::Report &report, std::
   return sample;
 }
 
-/// Tracks that begin elsewhere are those of another clip, or under other ids.
+/// Notes tracks with other start positions: they belong to another clip, or have other ids.
 void note_start(const Clip &clip, std::vector<std::string> &notes) {
   std::vector<double> distances;
   for (std::size_t f = 0; f < clip.ids.size(); ++f)

@@ -99,7 +99,7 @@ Comparison compare(double a, std::span<const Headlines> draws_a, double b, std::
   }
   Comparison comparison{a - b, {}, unknown};
   if (differences.empty()) return comparison;
-  // One is added to both, so that no p is 0: the data themselves are one of the draws (Davison and Hinkley 1997, §4.2).
+  // Adds one to both, so that no p is 0: the data themselves are one of the draws (Davison and Hinkley 1997, §4.2).
   const double count = static_cast<double>(differences.size());
   const double least = std::exp2(1 - static_cast<double>(features));
   comparison.p = std::clamp(2 * (1 + static_cast<double>(std::min(at_most_0, at_least_0))) / (1 + count),

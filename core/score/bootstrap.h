@@ -17,10 +17,10 @@ namespace csd::score {
 enum class Headline : std::uint8_t { sensitivity, k, delta_avg, aj, oa, survival };
 inline constexpr std::size_t headline_count = 6;
 using Headlines = std::array<double, headline_count>;
-/// "sensitivity", "k", "delta_avg", … : the words of the JSON.
+/// "sensitivity", "k", "delta_avg", …: as in the JSON.
 std::string_view headline_name(std::size_t headline);
 
-/// What the headline scores of a clip are made of, by feature.
+/// The data for a clip's headline scores, by feature.
 struct ClipStatistics {
   explicit ClipStatistics(const Clip &clip);
   Outcomes outcomes;
@@ -28,22 +28,22 @@ struct ClipStatistics {
   std::vector<SurvivalSums> survival;
 };
 
-/// The headline scores of the clips as they are.
+/// The headline scores of the given clips.
 Headlines headlines(std::span<const ClipStatistics> clips);
 
-/// The headline scores of `resamples` draws: as many clips as there are, with replacement, of each as many features as
-/// it has, with replacement. The draws depend on nothing but `seed` and how many clips and features there are, so that
-/// those of two trackers on the same truth are pairs.
+/// The headline scores of `resamples` draws. Each draws as many clips as there are, and as many features from each as
+/// it has, with replacement. The draws depend only on `seed` and the numbers of clips and features, so those of two
+/// trackers on the same truth are paired.
 std::vector<Headlines> bootstrap(std::span<const ClipStatistics> clips, unsigned resamples, std::uint64_t seed);
 
-/// 95 % by percentiles. Unknown where there is but one clip with one feature: nothing varies.
+/// 95 % by percentiles. Unknown for a single clip with a single feature: nothing varies.
 struct Interval {
   double low = unknown, high = unknown;
 };
 Interval interval(std::span<const Headlines> draws, std::size_t headline);
 
-/// a − b on the same truth. `p` is two-sided: twice the smaller share of draws on which the difference is ≤ 0 or ≥ 0,
-/// and at least 2^(1 − features): no exact paired test of so many features could give less.
+/// a − b on the same truth. `p` is two-sided: twice the smaller share of draws with a difference ≤ 0 or ≥ 0, and at
+/// least 2^(1 − features), the least of an exact paired test of so many features.
 struct Comparison {
   double difference = unknown;
   Interval confidence;

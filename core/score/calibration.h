@@ -10,9 +10,9 @@ namespace csd::score {
 
 inline constexpr std::size_t confidence_bins = 10;
 
-/// The reliability diagram: `confidence` should be how often the feature is visible and within τ of the position
-/// reported. Each report on a labelled frame counts, also those that claim nothing. Bin i is [i/10, (i+1)/10), the last
-/// with 1.
+/// The reliability diagram: `confidence` should be the frequency with which the feature is visible and within τ of the
+/// reported position. Includes every report on a labelled frame, even without a claim. Bin i is [i/10, (i+1)/10), the
+/// last includes 1.
 struct Reliability {
   struct Bin {
     std::uint64_t reports = 0, true_ones = 0;
@@ -25,7 +25,7 @@ struct Reliability {
   std::array<Bin, confidence_bins> bins{};
 
   void add(const Clip &clip, double tau);
-  /// Expected calibration error: |mean confidence − frequency| of the bins, weighed by their reports.
+  /// Expected calibration error: |mean confidence − frequency| of the bins, weighted by their reports.
   double ece() const;
 };
 

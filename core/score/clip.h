@@ -9,13 +9,13 @@
 
 namespace csd::score {
 
-/// One feature in one labelled frame: the truth, and what was reported.
+/// The truth and the report on one feature in one labelled frame.
 struct Sample {
   Presence presence = Presence::unlabelled;
-  bool reported = false;  ///< the tracker's list had it in this very frame
+  bool reported = false;  ///< the tracker listed it in exactly this frame
   bool claimed = false;   ///< the tracker claimed a position
-  /// Reported − true position in pixels. Of a feature that claims nothing it is the position reported last. Infinite
-  /// where either is unknown.
+  /// Reported − true position in pixels. Without a claim it uses the last reported position. Infinite if either is
+  /// unknown.
   double dx = std::numeric_limits<double>::infinity(), dy = dx;
   double confidence = 0;
 
@@ -29,16 +29,16 @@ struct Moment {
   std::int64_t pts = no_time;
 };
 
-/// A tracker's reports on one clip beside its truth.
+/// A tracker's reports on one clip with its truth.
 struct Clip {
   std::string truth, tracks;  ///< file names
   int width = 0, height = 0;
   std::vector<FeatureId> ids;
-  std::vector<Moment> moments;  ///< the labelled frames, ascending; empty where the truth knows no identities
+  std::vector<Moment> moments;  ///< the labelled frames, ascending; empty if the truth has no identities
   std::vector<Sample> samples;  ///< ids × moments
 
   std::vector<cv::Point2d> starts;  ///< the points visible in the first labelled frame, …
-  std::vector<cv::Point2d> ends;    ///< … those visible in the last, in no order that speaks of the first …
+  std::vector<cv::Point2d> ends;    ///< … those visible in the last, in an unrelated order …
   std::vector<cv::Point2d>
       reports_last;  ///< … and where the tracker says that each of `starts` went (infinite: nowhere)
 
@@ -46,7 +46,7 @@ struct Clip {
   const Sample &at(std::size_t feature, std::size_t moment) const { return samples[feature * moments.size() + moment]; }
 };
 
-/// `pixels` at 576 lines or less, in proportion above (docs/metrics.md: τ).
+/// `pixels` at 576 lines or less, scaled up above (docs/metrics.md: τ).
 inline double tolerance(int height, double pixels) {
   return pixels * std::max(1.0, height / 576.0);
 }

@@ -7,12 +7,12 @@
 
 namespace csd::score {
 
-/// Distances in pixels of the positions claimed of visible features, in moments begin…end−1.
+/// Errors in pixels of the claims on visible features, in moments begin…end−1.
 std::vector<double> claimed_errors(const Clip &clip, std::size_t begin, std::size_t end);
 std::vector<double> claimed_errors(const Clip &clip);
 
-/// Errors of the first and of the last fifth of the labelled frames (rounded up): drift is by how much the second's
-/// median is above the first's.
+/// Errors in the first and the last fifth of the labelled frames (rounded up): drift is the median of the second minus
+/// that of the first.
 struct DriftErrors {
   std::vector<double> first, last;
 };

@@ -12,7 +12,7 @@ namespace csd::score {
 inline constexpr std::size_t jaccard_thresholds = 5;
 using Thresholds = std::array<double, jaccard_thresholds>;
 
-/// Sums of which TAP-Vid's and STIR's measures are made. They add up over features and clips.
+/// The sums behind TAP-Vid's and STIR's measures. They are additive over features and clips.
 struct JaccardSums {
   std::uint64_t evaluated = 0;  ///< samples
   std::uint64_t agreed = 0;     ///< claimed ⇔ visible

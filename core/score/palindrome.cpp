@@ -6,7 +6,7 @@
 namespace csd::score {
 namespace {
 
-/// The feature's claim in this frame; null if there is none.
+/// The feature's claim in this frame; null without one.
 const Feature *claim_of(const TrackFrame &frame, FeatureId id) {
   const auto found = std::lower_bound(frame.features.begin(), frame.features.end(), id,
                                       [](const Feature &feature, FeatureId wanted) { return feature.id < wanted; });
@@ -17,7 +17,7 @@ double distance(const Feature &a, const Feature &b) {
   return std::hypot(a.x - b.x, a.y - b.y);
 }
 
-/// A frame too few would pair each image with another one.
+/// A missing frame would pair each image with another one.
 void check(const Recording &tracks) {
   if (tracks.sparse)
     throw InputError(tracks.file, 0, "doesn't say how many frames there were; a palindrome wants csdtrackenc's .jsonl");

@@ -10,7 +10,7 @@
 namespace csd::score {
 
 /// The q-quantile, 0…1, of values that may be infinite, interpolated between neighbours (R's type 7, numpy's default).
-/// Unknown of no values.
+/// Unknown without values.
 inline double quantile(std::vector<double> values, double q) {
   if (values.empty()) return unknown;
   const double at = q * static_cast<double>(values.size() - 1);
@@ -22,7 +22,7 @@ inline double quantile(std::vector<double> values, double q) {
   return below == above ? below : below + part * (above - below);
 }
 
-/// The mean of what is known; unknown if nothing is.
+/// The mean of the known values; unknown without any.
 inline double mean_of_known(const std::vector<double> &values) {
   double sum = 0;
   std::size_t count = 0;

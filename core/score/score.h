@@ -23,7 +23,7 @@ struct ClipScore {
   std::vector<Counts> frames;  ///< one for each of Clip::moments
 };
 
-/// Everything that is said of one tracker. Scores that nothing speaks for are unknown.
+/// All scores of one tracker. Scores without data are unknown.
 struct TrackerScore {
   std::string name;
 
@@ -47,7 +47,7 @@ struct TrackerScore {
 
   std::size_t returns = 0, recovered = 0;    ///< of hidden features
   double recovery_median_frames = unknown;   ///< infinite: most never recover
-  double recovery_median_seconds = unknown;  ///< unknown also where the truth has no pts
+  double recovery_median_seconds = unknown;  ///< also unknown if the truth has no pts
 
   Reliability reliability;
   std::vector<ClipScore> clips;

@@ -9,22 +9,22 @@
 
 namespace csd::score {
 
-/// What the paper counts in a frame (§3): a match is correct if it is at most τ from the truth.
+/// The paper's counts in a frame (§3): a match is correct if it is at most τ from the truth.
 struct Counts {
   std::uint64_t correct = 0;
   std::uint64_t wrong = 0;      ///< the feature is visible, the claim too far off
   std::uint64_t missed = 0;     ///< the feature is visible, nothing is claimed
-  std::uint64_t on_hidden = 0;  ///< a position is claimed of what is hidden or outside
+  std::uint64_t on_hidden = 0;  ///< a position is claimed for a hidden feature, or one outside
   std::uint64_t quiet = 0;      ///< hidden or outside, and nothing is claimed
 
   Counts &operator+=(const Counts &other);
-  double sensitivity() const;     ///< correct / visible; unknown where nothing is visible
-  double k() const;               ///< 1 − precision: (wrong + on_hidden) / claimed; unknown where nothing is claimed
+  double sensitivity() const;     ///< correct / visible; unknown if nothing is visible
+  double k() const;               ///< 1 − precision: (wrong + on_hidden) / claimed; unknown if nothing is claimed
   double k_visible() const;       ///< the same without on_hidden
   double hidden_claimed() const;  ///< on_hidden / hidden
 };
 
-/// Of each sample of a clip whether it is visible, claimed, correct: 0 or 1, features × moments.
+/// For each sample of a clip, whether it is visible, claimed, correct: 0 or 1, features × moments.
 struct Outcomes {
   Outcomes(const Clip &clip, double tau);
   std::size_t features, moments;
@@ -35,14 +35,14 @@ struct Outcomes {
 /// Counts of each labelled frame.
 std::vector<Counts> count_frames(const Outcomes &outcomes);
 
-/// Sensitivity and K of a clip: the means over its frames. A frame where nothing is visible has no sensitivity, one
-/// where nothing is claimed no K: it is left out.
+/// Sensitivity and K of a clip: means over its frames. Excludes frames without visible features from sensitivity, and
+/// frames without claims from K.
 struct PaperScore {
   double sensitivity = unknown, k = unknown, k_visible = unknown;
 };
 PaperScore paper_score(std::span<const Counts> frames);
 
-/// The same with each feature counted `weights` times: what the bootstrap asks ten thousand times. k_visible stays
+/// The same with each feature counted `weights` times; the bootstrap calls it ten thousand times. k_visible stays
 /// unknown.
 PaperScore paper_score(const Outcomes &outcomes, std::span<const std::uint32_t> weights);
 

@@ -8,8 +8,9 @@
 
 namespace csd::score {
 
-/// Survival (PointOdyssey, CoTracker): a feature lives until, in a frame where it is visible, its position is more than
-/// 50 pixels off in a picture scaled by 255/(W−1), 255/(H−1). The share of samples alive, hidden ones included.
+/// Survival (PointOdyssey, CoTracker): a feature survives until a frame where it is visible but its position is more
+/// than 50 pixels off, in a picture scaled by 255/(W−1), 255/(H−1). The share of surviving samples, including hidden
+/// ones.
 inline constexpr double survival_pixels = 50;
 
 struct SurvivalSums {

@@ -6,8 +6,8 @@
 namespace csd::score {
 
 /// TAP-Vid (Doersch et al. 2022, `compute_tapvid_metrics`, query mode "first"): distances in a picture scaled to
-/// 256×256, strictly below the threshold; of each feature the labelled frames after the one where it is first visible.
-/// Of the mean over videos the caller takes care.
+/// 256×256, strictly below the threshold, in each feature's labelled frames after the one where it is first visible.
+/// The caller takes the mean over videos.
 inline constexpr Thresholds tap_vid_pixels{1, 2, 4, 8, 16};
 
 /// One for each feature.

@@ -8,7 +8,7 @@
 
 namespace csd {
 
-/// The state of a word of the schema; none if it isn't one.
+/// The state for a word of the schema; none for other words.
 inline std::optional<FeatureState> state_of(std::string_view word) {
   for (std::size_t i = 0; i < feature_states; ++i)
     if (state_name(static_cast<FeatureState>(i)) == word) return static_cast<FeatureState>(i);

@@ -17,12 +17,12 @@ bool is_digit(char c) {
   return c >= '0' && c <= '9';
 }
 
-/// Goes once through a text, and knows no more of it than where its strings and numbers are.
+/// Scans a text once; only knows where its strings and numbers are.
 class Guard {
  public:
   Guard(std::string_view text, std::size_t max_values) : text_(text), max_values_(max_values) {}
 
-  /// What is wrong with the text; "" if json-glib may read it.
+  /// What is wrong with the text; "" if json-glib can read it safely.
   std::string problem() {
     if (text_.find_first_not_of(" \t\r\n") == std::string_view::npos) refuse("it is empty");
     while (at_ < text_.size() && problem_.empty()) {
@@ -58,10 +58,10 @@ class Guard {
     if (at_ - begin > max_digits) return refuse("a number has more than 19 digits");
     if (at_ - begin > 1 && text_[begin] == '0') return refuse("a number begins with 0");
     const std::size_t end = at_;
-    // The rest is json-glib's to judge.
+    // json-glib judges the rest.
     constexpr std::string_view rest = "0123456789.eE+-";
     while (at_ < text_.size() && rest.find(text_[at_]) != std::string_view::npos) ++at_;
-    // Of these json-glib makes others: the sign turns (1.6), or the nearest of 64 bits (1.10).
+    // json-glib changes these: it flips the sign (1.6), or takes the nearest 64-bit value (1.10).
     std::int64_t value = 0;
     if (at_ == end && std::from_chars(sign, text_.data() + end, value).ec == std::errc::result_out_of_range)
       refuse("a whole number of more than 64 bits");
@@ -73,7 +73,7 @@ class Guard {
       const bool printable = c > 0x20 && c < 0x7f;
       return refuse(printable ? std::string("unexpected character '") + c + "'" : "an unexpected character");
     }
-    // Members of an object, elements of an array: one more than it has commas.
+    // An object has one more member, an array one more element, than commas.
     if ((c == ',' || c == '{' || c == '[') && ++values_ > max_values_)
       problem_ = "holds more than " + std::to_string(max_values_) + " values";
     if (c == '{' || c == '[') {
@@ -101,7 +101,7 @@ JsonNode *JsonText::parse(std::string_view text, std::size_t max_values) {
   GError *error = nullptr;
   if (json_parser_load_from_data(parser_.get(), text.data(), static_cast<gssize>(text.size()), &error))
     return json_parser_get_root(parser_.get());
-  // json-glib quotes the text: half a surrogate pair (\ud800) becomes bytes that are no UTF-8, which a message must be.
+  // json-glib quotes the text: half a surrogate pair (\ud800) becomes invalid UTF-8, which a message can't contain.
   gchar *valid = g_utf8_make_valid(error->message, -1);
   error_ = std::string("is no JSON: ") + valid;
   g_free(valid);

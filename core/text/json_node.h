@@ -8,7 +8,7 @@
 
 namespace csd {
 
-// What a node is. A null node is a member that isn't there.
+// Typed access to nodes. A null node is a missing member.
 
 inline bool is_object(JsonNode *node) {
   return node && JSON_NODE_HOLDS_OBJECT(node);

@@ -23,7 +23,7 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
-/// std::from_chars knows no locale. It takes no plus sign; people write one.
+/// Like std::from_chars, independent of the locale, but also accepts a plus sign.
 template <typename Number>
 std::optional<Number> number(std::string_view text) {
   text = trimmed(text);

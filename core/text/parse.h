@@ -9,8 +9,8 @@
 
 namespace csd {
 
-/// What a text property holds, or why it holds nothing: one of the two is set. `error` shows the part that is wrong and
-/// says what to write instead.
+/// The value of a text property, or an error: exactly one is set. `error` quotes the wrong part and says what to write
+/// instead.
 template <typename T>
 struct Parsed {
   T value{};
@@ -19,8 +19,8 @@ struct Parsed {
   explicit operator bool() const { return error.empty(); }
 };
 
-/// "x,y;x,y;…" in pixels of the picture, decimal point whatever the locale, blanks allowed, one `;` at the end too.
-/// Empty text is no points. At most csd::max_points, all finite. A point may lie outside the picture.
+/// "x,y;x,y;…" in pixels of the picture, decimal point in every locale, blanks allowed, one trailing `;` allowed. Empty
+/// text is no points. At most csd::max_points, all finite. Points may lie outside the picture.
 Parsed<std::vector<cv::Point2d>> parse_points(std::string_view text);
 
 /// Whether `points` is the word "truth".

@@ -12,13 +12,13 @@ namespace {
 
 constexpr std::size_t max_name = 1000;  // bytes of a name
 
-/// An object, for what it says and what is wrong with that.
+/// Reads the members of an object and checks them.
 class Members {
  public:
   explicit Members(JsonObject *object) : object_(object) {}
 
   JsonNode *node(const char *name) const { return json_object_get_member(object_, name); }
-  /// A whole number from 0 to `most`; none if it is null or not there.
+  /// A whole number from 0 to `most`; none if null or missing.
   std::optional<std::int64_t> whole(const char *name, std::int64_t most = G_MAXINT64) const {
     JsonNode *const value = node(name);
     if (is_null(value)) return std::nullopt;
@@ -44,7 +44,7 @@ class Members {
     if (!is_value(value, G_TYPE_STRING)) throw LineError(std::string("`") + name + "` is no string");
     const std::string_view word = json_node_get_string(value);
     if (word.size() > max_name) throw LineError(std::string("`") + name + "` is longer than 1000 bytes");
-    // Half a surrogate pair (\ud800), which json-glib may let through. Metas and messages are UTF-8.
+    // Half a surrogate pair (\ud800), which json-glib may let through. Metas and messages must be UTF-8.
     if (!g_utf8_validate(word.data(), static_cast<gssize>(word.size()), nullptr))
       throw LineError(std::string("`") + name + "` holds half a character");
     return word;
@@ -54,7 +54,7 @@ class Members {
     if (!is_array(value)) throw LineError(std::string("`") + name + "` is no array");
     return json_node_get_array(value);
   }
-  /// True where it is not there.
+  /// True if missing.
   bool unless_false(const char *name) const {
     JsonNode *const value = node(name);
     if (is_null(value)) return true;

@@ -12,28 +12,27 @@
 
 namespace csd {
 
-/// What one line may hold: more than csdtrack writes (10000 points and as many features, each of which may end in the
-/// frame in which another begins), less than would harm who reads it.
+/// Limits of a line: more than csdtrack writes (10000 points and as many features, each of which may end in the frame
+/// in which another starts), less than would harm a reader.
 inline constexpr std::size_t max_line_bytes = 8 << 20;
 inline constexpr std::size_t max_line_features = 1 << 16;
-inline constexpr std::size_t max_line_values = 1 << 19;  ///< of that many features with 7 members each
-inline constexpr int max_pixels = 1 << 20;               ///< of a picture's side; |x| and |y| are no larger either
-/// ns: what is added to stream times, or taken from them, can't overflow.
+inline constexpr std::size_t max_line_values = 1 << 19;  ///< for that many features with 7 members each
+inline constexpr int max_pixels = 1 << 20;               ///< of a picture's side; also the limit of |x| and |y|
+/// ns: adding or subtracting stream times can't overflow.
 inline constexpr std::int64_t max_time = std::numeric_limits<std::int64_t>::max() / 2;
 
-/// What a line may end with, or be made of where it is none: blanks, and zeros, which subtitles end with, and which a
-/// file system leaves where the power failed.
+/// What may end a line, or make up an empty one: blanks, and the zeros that end subtitles and that a file system leaves
+/// after a power failure.
 inline constexpr std::string_view line_blanks{" \t\r\n\0", 5};
 
-/// A line without them, and without a byte order mark. Empty: there is no line, whoever reads it.
+/// A line without them and without a byte order mark. Empty: not a line for any reader.
 std::string_view line_text(std::string_view bytes);
 
-/// Text as it may be shown: control characters (C0, DEL, C1 in UTF-8), which a terminal or gnuplot would obey, become
-/// '?'.
+/// Text that is safe to show: control characters (C0, DEL, C1 in UTF-8), which a terminal or gnuplot would interpret,
+/// become '?'.
 std::string printable(std::string_view text);
 
-/// Why a line is refused: words that follow a file's name and the line's number. What it quotes of the line is
-/// printable().
+/// Why a line is refused: text to follow a file's name and the line's number. Quotes from the line are printable().
 struct LineError : std::runtime_error {
   explicit LineError(const std::string &words) : std::runtime_error(printable(words)) {}
 };
@@ -42,15 +41,15 @@ struct LineError : std::runtime_error {
 struct TrackLine {
   bool truth = false;  ///< its role: truth, else track
   std::string source, algorithm;
-  bool numbered = false;  ///< has a `frame`: some element has tracked this frame
-  /// Nanoseconds; no_time where the line says null or nothing.
+  bool numbered = false;  ///< has a `frame`: an element has tracked this frame
+  /// Nanoseconds; no_time if null or missing.
   std::int64_t pts = no_time, duration = no_time, stream_time = no_time;
-  Tracks tracks;  ///< width and height may be 0 where it is not numbered
+  Tracks tracks;  ///< width and height may be 0 if not numbered
 };
 
-/// Reads a line, as line_text() leaves it, of at most max_line_bytes. Fields that aren't known are skipped. Throws
-/// LineError for all that is no such line, however it was made: `json` is spared what would overflow its stack or fill
-/// the memory, and what it would read as another number than is written.
+/// Reads a line, processed by line_text(), of at most max_line_bytes. Skips unknown fields. Throws LineError for any
+/// other input, even malicious: protects `json` from text that would overflow its stack, fill the memory or be read as
+/// other numbers.
 TrackLine read_track_line(JsonText &json, std::string_view text);
 
 }  // namespace csd

@@ -16,7 +16,7 @@ void append_integer(std::string &out, Integer value) {
   out.append(buffer, std::to_chars(buffer, buffer + max_number, value).ptr);
 }
 
-/// 3 decimals: a thousandth of a pixel is below what any tracker resolves. `unknown` stands for what isn't finite.
+/// 3 decimals: a thousandth of a pixel is below any tracker's resolution. `unknown` is for non-finite values.
 void append_decimal(std::string &out, double value, std::string_view unknown) {
   if (!std::isfinite(value)) {
     out += unknown;
@@ -64,7 +64,7 @@ void append_string(std::string &out, std::optional<std::string_view> text) {
   out += '"';
 }
 
-/// A field of CSV (RFC 4180): in quotation marks where it must be.
+/// A CSV field (RFC 4180), quoted if necessary.
 void append_csv_field(std::string &out, std::string_view text) {
   if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
     out += text;

@@ -10,9 +10,9 @@
 
 namespace csd {
 
-/// What is written of a frame: docs/metadata.md has the schema. What is unknown is null in JSON and empty in CSV.
+/// What is written about a frame: docs/metadata.md has the schema. Unknown values are null in JSON and empty in CSV.
 ///
-/// Numbers have a dot and JSON's form in every locale. x, y and confidence have 3 decimals.
+/// Numbers have a decimal point and JSON's form in every locale. x, y and confidence have 3 decimals.
 struct LineHead {
   std::optional<std::string_view> source, algorithm;
   std::string_view role = "track";
@@ -31,11 +31,11 @@ struct LineFeature {
   bool fresh = true;
 };
 
-/// What each feature in a line of JSON begins with, and nothing else in it: in a name there is a backslash before each
+/// Each feature in a JSON line starts with this, and nothing else in it does: in names a backslash precedes each
 /// quotation mark.
 inline constexpr std::string_view json_feature_begin = "{\"id\":";
 
-/// Appends a frame as one JSON object, without a newline: the head, what is added, the end.
+/// Appends a frame as one JSON object, without a newline: the head, the features, the end.
 class JsonLine {
  public:
   JsonLine(std::string &out, const LineHead &head);
@@ -47,7 +47,7 @@ class JsonLine {
   bool first_ = true;
 };
 
-/// The names of the columns of CsvRows, with their newline.
+/// The header of CsvRows, with its newline.
 inline constexpr std::string_view csv_header = "frame,pts,stream_time,id,x,y,state,confidence,fresh\n";
 
 /// Appends a row for each feature of a frame, each with its newline.
@@ -58,7 +58,7 @@ class CsvRows {
 
  private:
   std::string &out_;
-  std::string frame_;  ///< the columns that all rows of a frame share
+  std::string frame_;  ///< the columns shared by all rows of a frame
 };
 
 }  // namespace csd

@@ -18,7 +18,7 @@ constexpr std::size_t per_feature = 3;
 constexpr std::size_t per_feature = 2;
 #endif
 
-/// The buffer's relation meta; one with room for all, where it has none.
+/// The buffer's relation meta, or a new one with room for all features.
 GstAnalyticsRelationMeta *relations(GstBuffer *buffer, std::size_t features) {
   if (auto *there = gst_buffer_get_analytics_relation_meta(buffer)) return there;
   GstAnalyticsRelationMetaInitParams room{per_feature * features, 64 * per_feature * features};
@@ -62,7 +62,7 @@ void Analytics::attach(GstBuffer *buffer, const PatchBoxes &boxes, const Tracks 
   if (!meta) throw std::runtime_error("no room for a GstAnalyticsRelationMeta");
   for (const auto &f : tracks.features) {
     const auto before = seen_.find(f.id);
-    // After a flush times begin anew; of points=truth ids do so too.
+    // Times restart after a flush; with points=truth ids do too.
     const bool known = before != seen_.end() && before->second.last <= running_time;
     Seen &times = seen[f.id] = known ? before->second : Seen{running_time, running_time};
     if (claims_position(f.state)) times.last = running_time;

@@ -10,15 +10,15 @@
 
 namespace csd {
 
-/// Tracks as GstAnalytics metadata (gstreamer-analytics ≥ 1.24; key points ≥ 1.30), for elements that know only that.
-/// Of one stream.
+/// Writes tracks as GstAnalytics metadata (gstreamer-analytics ≥ 1.24; key points ≥ 1.30), for elements that only know
+/// that. One object per stream.
 class Analytics {
  public:
-  /// Adds to the buffer's relation meta, or a new one, for each feature a tracking of the feature's id: since when it
-  /// is known here and when it last claimed a position (else the former), in running time, and lost unless it may still
-  /// be in the picture. One that claims a position has also a detection of type `csdtrack`, its box and its confidence;
-  /// the two relate to each other. So do, with key points, the tracking and the feature's point: visible where a
-  /// position is claimed; occluded, and projected, where it is predicted.
+  /// Adds to the buffer's relation meta, or a new one, a tracking for each feature, with its id and in running time
+  /// when it was first seen and last claimed a position (until then, the former). It is lost unless the feature may
+  /// still be in the picture. A feature that claims a position also gets a detection of type `csdtrack`, with its box
+  /// and confidence, related to the tracking. With key points the tracking also relates to the feature's point: visible
+  /// while a position is claimed; occluded and projected while it is predicted.
   void attach(GstBuffer *buffer, const PatchBoxes &boxes, const Tracks &tracks, GstClockTime running_time);
 
  private:

@@ -10,7 +10,7 @@
 
 namespace csd {
 
-/// When a frame is, in the four ways that GStreamer's analysers say it. GST_CLOCK_TIME_NONE where unknown.
+/// The four times of a frame, as in GStreamer's analysis messages. GST_CLOCK_TIME_NONE where unknown.
 struct FrameTimes {
   GstClockTime timestamp = GST_CLOCK_TIME_NONE;
   GstClockTime stream_time = GST_CLOCK_TIME_NONE;
@@ -20,15 +20,15 @@ struct FrameTimes {
 
 FrameTimes frame_times(const GstSegment &segment, GstBuffer *buffer);
 
-/// Decides which frames get a message: one policy, whoever posts.
+/// Decides which frames get a message: one policy for all posters.
 class MessageGate {
  public:
-  /// To be asked once a frame, in order. `changed`: a feature is new or its state another. A change that falls into the
-  /// interval is not forgotten: it comes due with the interval's end. Frames without a running time are always due, and
-  /// so is the first after time went back.
+  /// Call once per frame, in order. `changed`: a feature is new or has a new state. A change within the interval is
+  /// posted when the interval ends. Frames without a running time are always due, and so is the first after time went
+  /// back.
   bool due(GstCsdTrackPostMessages mode, GstClockTime interval, bool changed, GstClockTime running_time);
 
-  /// A change waits for the interval's end.
+  /// A change waits for the end of the interval.
   bool pending() const { return pending_; }
 
  private:
@@ -36,13 +36,14 @@ class MessageGate {
   GstClockTime last_ = GST_CLOCK_TIME_NONE;
 };
 
-/// Posts the element message `csdtrack` of the frames that MessageGate says. `algorithm` is the name that it shows.
+/// Posts the element message `csdtrack` for the frames that MessageGate selects. `algorithm` is the name in the
+/// message.
 class TrackMessages {
  public:
-  /// To be told once a frame, in order.
+  /// Call once per frame, in order.
   void frame(GstElement *element, const char *algorithm, const LiveSettings &live, const Tracks &tracks,
              const FrameTimes &times);
-  /// The stream has ended: a change that waits is posted now, as the last frame had it.
+  /// End of stream: posts a waiting change now, as of the last frame.
   void end(GstElement *element, const char *algorithm, const LiveSettings &live);
 
  private:

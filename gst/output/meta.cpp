@@ -28,15 +28,15 @@ const char *state_word(FeatureState state) {
   return GST_CSD_STATE_LOST;
 }
 
-/// How a pixel's coordinates change when the picture is scaled: x' = (x + ½)·s − ½, for pixel centres are at integers.
+/// How a pixel's coordinates scale with the picture: x' = (x + ½)·s − ½, because pixel centres are at integers.
 struct Scale {
   double x, y;
   static double apply(double centre, double scale) { return (centre + 0.5) * scale - 0.5; }
 };
 
-/// True if the whole input fills the whole output. Where the display aspects differ the scaler has either distorted the
-/// picture or put it between borders, and the transform doesn't say which. An aspect that differs by less than a row or
-/// a column of the output is the rounding of the output's size: no border fits in there, in either case.
+/// True if the whole input fills the whole output. If the display aspects differ, the scaler has either distorted the
+/// picture or added borders, and the transform doesn't say which. A difference of less than a row or a column of the
+/// output comes from rounding its size: no border fits in there.
 bool fills(const GstVideoInfo &in, const GstVideoInfo &out) {
   int in_n, in_d, n, d;
   if (in.width <= 0 || in.height <= 0 || out.width <= 0 || out.height <= 0) return false;
@@ -48,7 +48,7 @@ bool fills(const GstVideoInfo &in, const GstVideoInfo &out) {
   return height <= out.height ? height == out.height : width == out.width;
 }
 
-/// A feature of the array, its position scaled, whatever other fields it has kept.
+/// A copy of the feature with its position scaled and all other fields kept.
 GstStructure *scaled_feature(const GstStructure *feature, const Scale &scale) {
   double x, y;
   GstStructure *copy = gst_structure_copy(feature);
@@ -73,7 +73,7 @@ void set_scaled_features(GstStructure *to, const GValue *from, const Scale &scal
   gst_structure_take_value(to, "features", &array);
 }
 
-/// Adds a meta with all the fields of `from`; features only where `features` is set.
+/// Adds a meta with all the fields of `from`, but features only if `features` is set.
 GstStructure *add_copy(GstBuffer *buffer, const GstMetaInfo *info, const GstStructure *from, bool features) {
   GstCustomMeta *meta = gst_buffer_add_custom_meta(buffer, g_type_name(info->type));
   if (!meta) return nullptr;
@@ -94,7 +94,7 @@ gboolean copy_scaled(GstBuffer *to, const GstMetaInfo *info, const GstStructure 
   if (!features || !GST_VALUE_HOLDS_ARRAY(features) || !gst_structure_get_int(from, "width", &width) ||
       !gst_structure_get_int(from, "height", &height))
     return FALSE;
-  // x,y are of a part that starts elsewhere than the pixels that the scaler reads.
+  // x,y refer to a part that doesn't start where the scaler starts reading.
   const GstVideoCropMeta *crop = gst_buffer_get_video_crop_meta(buffer);
   const bool moved = crop && (crop->x != 0 || crop->y != 0);
   if (moved || width != in.width || height != in.height || !fills(in, out)) return FALSE;
@@ -106,11 +106,11 @@ gboolean copy_scaled(GstBuffer *to, const GstMetaInfo *info, const GstStructure 
   return TRUE;
 }
 
-/// Right or absent: what isn't known to leave the coordinates right doesn't get the meta.
+/// Correct or absent: drops the meta unless the coordinates are known to stay right.
 gboolean transform_meta(GstBuffer *to, GstCustomMeta *meta, GstBuffer *buffer, GQuark type, gpointer data, gpointer) {
   const GstMetaInfo *info = GST_META_CAST(meta)->info;
   const GstStructure *from = gst_custom_meta_get_structure(meta);
-  // Of a region of the bytes, too: parsers and encoders cut headers off so, and bytes are no coordinates.
+  // Also for a region of the bytes: parsers and encoders cut off headers that way, which doesn't affect coordinates.
   if (GST_META_TRANSFORM_IS_COPY(type)) return add_copy(to, info, from, true) != nullptr;
   if (GST_VIDEO_META_TRANSFORM_IS_SCALE(type))
     return copy_scaled(to, info, from, buffer, *static_cast<const GstVideoMetaTransform *>(data));
@@ -118,7 +118,7 @@ gboolean transform_meta(GstBuffer *to, GstCustomMeta *meta, GstBuffer *buffer, G
 }
 
 bool register_once(const char *name) {
-  if (gst_meta_get_info(name)) return true;  // by another copy of this code in the process
+  if (gst_meta_get_info(name)) return true;  // registered by another copy of this code in the process
   const char *tags[] = {GST_META_TAG_VIDEO_STR, GST_META_TAG_VIDEO_ORIENTATION_STR, GST_META_TAG_VIDEO_SIZE_STR,
                         nullptr};
   return gst_meta_register_custom(name, tags, transform_meta, nullptr, nullptr) != nullptr;
@@ -133,7 +133,7 @@ bool register_track_metas() {
 
 namespace {
 
-/// All that may throw: before there is a structure or a meta that would be lost, or left without its fields.
+/// Does everything that may throw, before there is a structure or meta to leak or to leave incomplete.
 std::vector<GstCsdFeature> features_of(const Tracks &tracks) {
   std::vector<GstCsdFeature> features;
   features.reserve(tracks.features.size());
@@ -145,7 +145,7 @@ std::vector<GstCsdFeature> features_of(const Tracks &tracks) {
 void set(GstStructure *structure, const std::vector<GstCsdFeature> &features, const Tracks &tracks, const char *source,
          const char *algorithm) {
   GstCsdHeader header{};
-  // GstStructure refuses what isn't UTF-8, and an element may be called anything.
+  // GstStructure refuses invalid UTF-8, and an element's name may be any bytes.
   const std::unique_ptr<char, decltype(&g_free)> name(g_utf8_make_valid(source, -1), g_free);
   header.source = name.get();
   header.algorithm = algorithm;
@@ -197,7 +197,7 @@ std::optional<std::vector<StartPoint>> visible_truth(GstBuffer *buffer, int widt
 }
 
 bool scale_tracks(Tracks &tracks, int width, int height) {
-  if (tracks.width == width && tracks.height == height) return true;  // to the bit
+  if (tracks.width == width && tracks.height == height) return true;  // exact, without rounding
   GstVideoInfo in, out;
   gst_video_info_init(&in);
   gst_video_info_init(&out);

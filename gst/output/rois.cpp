@@ -9,7 +9,7 @@
 namespace csd {
 namespace {
 
-/// Of a feature's patch, in pixels of the picture; the working image has at most WorkFrame::max_lines.
+/// Side of a feature's patch in pixels of the picture. The working image has at most WorkFrame::max_lines.
 double patch_side(unsigned asked, int height) {
   if (asked > 0) return asked;
   const int lines = std::min(height, WorkFrame::max_lines);
@@ -26,7 +26,7 @@ PatchBoxes::PatchBoxes(const GstVideoInfo &info, const GstVideoCropMeta *crop, i
       side_(patch_side(patch_size, lines)) {}
 
 std::optional<Box> PatchBoxes::around(double x, double y) const {
-  // Pixel i reaches from i - ½ to i + ½; a box that starts at pixel i, w wide, ends with pixel i + w - 1.
+  // Pixel i covers i - ½ to i + ½; a box of width w that starts at pixel i ends with pixel i + w - 1.
   const auto begin = [this](double centre) { return std::max(0., std::round(centre - (side_ - 1) / 2)); };
   const auto end = [this](double centre, int limit) {
     return std::min<double>(limit, std::round(centre - (side_ - 1) / 2) + side_);

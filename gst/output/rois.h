@@ -14,16 +14,16 @@ struct Box {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
-/// Where the patches of features lie in a frame.
+/// The boxes of feature patches in a frame.
 class PatchBoxes {
  public:
-  /// In the frame that `info` describes. `crop` may be null; `lines`: the picture's height, which is the crop
-  /// rectangle's. `patch_size` is the setting, in pixels of the picture; 0: the default for its height.
+  /// For the frame described by `info`. `crop` may be null; `lines`: height of the picture, which is the crop
+  /// rectangle's. `patch_size` is the property, in pixels of the picture; 0: the default for its height.
   PatchBoxes(const GstVideoInfo &info, const GstVideoCropMeta *crop, int lines, unsigned patch_size);
 
-  /// The square around a point of the picture, clipped to the frame. Nothing where it lies outside.
+  /// The square around a point of the picture, clipped to the frame. Nothing if it lies outside.
   std::optional<Box> around(double x, double y) const;
-  /// The pixel of the frame that a point of the picture lies in. Nothing where it lies outside.
+  /// The pixel of the frame that contains a point of the picture. Nothing if it lies outside.
   std::optional<cv::Point> pixel(double x, double y) const;
 
  private:
@@ -31,8 +31,8 @@ class PatchBoxes {
   double left_, top_, side_;
 };
 
-/// Attaches a GstVideoRegionOfInterestMeta of type `csdtrack` to `buffer` for each feature that claims a position: its
-/// box.
+/// Attaches a GstVideoRegionOfInterestMeta of type `csdtrack` with its box to `buffer` for each feature that claims a
+/// position.
 void attach_rois(GstBuffer *buffer, const PatchBoxes &boxes, const Tracks &tracks);
 
 }  // namespace csd

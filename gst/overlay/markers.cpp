@@ -11,7 +11,7 @@ namespace csd {
 
 namespace {
 
-/// Drawn so many times larger and then averaged: sharper at few pixels than OpenCV's own anti-aliasing.
+/// Supersampling factor: drawn larger and averaged, which is sharper at few pixels than OpenCV's anti-aliasing.
 constexpr int fine = 8;
 
 struct Style {
@@ -19,7 +19,7 @@ struct Style {
   float opacity;
 };
 
-/// Okabe and Ito's yellow, sky blue and orange; greys for what claims nothing and shall not distract.
+/// Okabe and Ito's yellow, sky blue and orange; unobtrusive greys for features that claim no position.
 Style style_of(FeatureState state) {
   switch (state) {
     case FeatureState::learning:
@@ -73,7 +73,7 @@ void paste(const cv::Mat1f &from, cv::Mat1f &to, cv::Point at) {
 
 }  // namespace
 
-/// Coverage, 0…1, of a shape and of the shape grown by the halo.
+/// Coverage, 0…1, of a shape with and without its halo.
 Markers::Glyph Markers::draw(cv::Size size, int stroke,
                              const std::function<void(cv::Mat1b &, int thickness)> &shape) const {
   const auto cover = [&](int thickness) {
@@ -95,7 +95,7 @@ Markers::Markers(int lines) : lines_(std::max(1, lines)) {
   radius_ = part(80, 4);
   halo_ = part(600, 1);
   text_height_ = part(54, 8);
-  // Strokes in fine pixels: at few lines they are broken pixels.
+  // Stroke width in fine pixels; with few lines it is a fraction of a pixel.
   stroke_ = std::max(fine * 5 / 4, static_cast<int>(std::lround(fine * lines_ / 400.0)));
   const int text_stroke = std::max(fine * 9 / 8, stroke_ * 8 / 10);
 
@@ -127,7 +127,7 @@ bool Markers::text_left(FeatureId id, double x, int width) const {
   const auto digits = static_cast<int>(std::to_string(id).size());
   const int side = shapes_[0].core.cols;
   const int reach = side / 2 - digit_advance_ / 4 + digits_[0].core.cols + digit_advance_ * (digits - 1);
-  // Not where the left side is no better.
+  // Unless the left side is no better.
   return x + reach >= width && x - reach >= 0;
 }
 
@@ -136,7 +136,7 @@ Sprite Markers::sprite(FeatureState state, FeatureId id, bool text_left) const {
   const std::string text = std::to_string(id);
   const cv::Size digit = digits_[0].core.size();
   const int side = shape.core.rows;
-  // The text stands beside the shape, upper right, so that it hides as little of the feature as may be.
+  // The text is at the upper right of the shape, so that it hides as little of the feature as possible.
   const int text_x = side - digit_advance_ / 4, text_y = std::max(0, side / 2 - digit.height);
   const int above = std::max(0, digit.height - side / 2);
   Sprite out;

@@ -12,28 +12,28 @@
 
 namespace csd {
 
-/// A marker with its id beside it, for one state: what both overlays show.
+/// A marker for one state with its id beside it, used by both overlays.
 struct Sprite {
   cv::Mat4b rgba;                  ///< R G B A, colour premultiplied by alpha
-  cv::Point origin;                ///< the pixel of the sprite that lies on the feature
-  std::vector<cv::Range> covered;  ///< per row, columns that are not wholly transparent; may be empty
+  cv::Point origin;                ///< the sprite's pixel that lies on the feature
+  std::vector<cv::Range> covered;  ///< per row, the columns that aren't fully transparent; may be empty
 };
 
-/// The look of the overlay, for pictures of one height. State is told by colour (Okabe and Ito's palette, told apart in
-/// all common forms of colour blindness) and by shape; a dark halo keeps it legible on bright tissue:
-/// learning a yellow diamond, tracked a sky-blue circle with a dot, occluded an orange square, lost a small grey cross,
-/// out a small grey triangle. An ended feature has no marker.
+/// The look of the overlay for one picture height. Colour (Okabe and Ito's palette, distinct in all common forms of
+/// colour blindness) and shape show the state; a dark halo keeps it legible on bright tissue: learning a yellow
+/// diamond, tracked a sky-blue circle with a dot, occluded an orange square, lost a small grey cross, out a small grey
+/// triangle. An ended feature has no marker.
 class Markers {
  public:
-  /// Digits are rasterised here, once. `lines` is the picture's height, ≥ 1.
+  /// Rasterises the digits once. `lines` is the picture's height, ≥ 1.
   explicit Markers(int lines);
 
   int lines() const { return lines_; }
-  /// Drawn at each call: SpriteCache keeps them. `state` must not be ended.
+  /// Draws at each call; SpriteCache caches the results. `state` must not be ended.
   Sprite sprite(FeatureState state, FeatureId id, bool text_left = false) const;
-  /// Whether the id must stand left of a feature at `x` to be read in a picture of `width` pixels.
+  /// Whether the id must be left of a feature at `x` to be legible in a picture of `width` pixels.
   bool text_left(FeatureId id, double x, int width) const;
-  /// A key for caches of sprites: one for each that sprite() can give.
+  /// A cache key, unique for each sprite() result.
   static std::uint64_t key(FeatureState state, FeatureId id, bool text_left);
 
  private:

@@ -10,9 +10,9 @@ namespace csd {
 void Overlay::set_up(GstBaseTransform *element) {
   gst_base_transform_set_in_place(element, TRUE);
   gst_base_transform_set_gap_aware(element, TRUE);
-  // Else the base class tries the input's caps first, and never offers the feature that overlay=meta needs.
+  // Otherwise the base class tries the input's caps first and never offers the feature that overlay=meta needs.
   gst_base_transform_set_prefer_passthrough(element, FALSE);
-  // GstVideoFilter turns it on; then a late frame is dropped before it gets here, and a recording has a hole.
+  // GstVideoFilter turns it on, which drops late frames before they get here and leaves a hole in a recording.
   gst_base_transform_set_qos_enabled(element, FALSE);
 }
 
@@ -46,7 +46,7 @@ GstCaps *Overlay::transform_caps(GstBaseTransform *element, GstPadDirection dire
     gst_caps_unref(other);
     other = both;
   };
-  // Upstream is offered what can be drawn into. What comes all the same isn't refused here: can_show() says why.
+  // Offers upstream only what can be drawn into. Other caps aren't refused here: can_show() reports why.
   if (draws_ && direction == GST_PAD_SRC) {
     GstCaps *mappable = template_caps();
     narrow(other, mappable);

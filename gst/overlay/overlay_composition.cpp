@@ -29,7 +29,7 @@ struct UnrefComposition {
 };
 using Composition = std::unique_ptr<GstVideoOverlayComposition, UnrefComposition>;
 
-/// A sprite as overlay rectangles take it: premultiplied, in the byte order of a native 32-bit ARGB word.
+/// A sprite in the format of overlay rectangles: premultiplied, in the byte order of a native 32-bit ARGB word.
 Pixels to_pixels(const Sprite &sprite) {
   const auto width = static_cast<guint>(sprite.rgba.cols), height = static_cast<guint>(sprite.rgba.rows);
   Pixels out(gst_buffer_new_allocate(nullptr, gsize{4} * width * height, nullptr));
@@ -86,7 +86,7 @@ void OverlayComposition::attach(GstBuffer *buffer, const Tracks &tracks, int lef
     const Impl::Entry &entry = impl_->entry(feature, tracks.width);
     const int x = static_cast<int>(std::lround(feature.x)) - entry.origin.x;
     const int y = static_cast<int>(std::lround(feature.y)) - entry.origin.y;
-    // What lies outside altogether is left out; whoever renders clips the rest.
+    // Skips sprites outside the picture; renderers clip the others.
     if (x >= tracks.width || y >= tracks.height || x + entry.size.width <= 0 || y + entry.size.height <= 0) continue;
     GstVideoOverlayRectangle *rectangle = gst_video_overlay_rectangle_new_raw(
         entry.pixels.get(), left + x, top + y, static_cast<guint>(entry.size.width),
@@ -100,7 +100,7 @@ void OverlayComposition::attach(GstBuffer *buffer, const Tracks &tracks, int lef
   }
   if (!composition) return;
   if (earlier) {
-    // Elements that render look at the first composition of a buffer only.
+    // Renderers only look at the first composition of a buffer.
     gst_video_overlay_composition_unref(earlier->overlay);
     earlier->overlay = composition.release();
   } else {
@@ -127,7 +127,7 @@ GstCaps *OverlayNegotiation::transform_caps(GstPadDirection direction, GstCaps *
       add(without, gst_caps_features_copy(features));
     } else if (gst_caps_features_contains(features, feature_name)) {
       add(with, gst_caps_features_copy(features));
-      // We can add what upstream lacks.
+      // We can add the feature if upstream lacks it.
       if (direction == GST_PAD_SRC && !refused) {
         GstCapsFeatures *plain = gst_caps_features_copy(features);
         gst_caps_features_remove(plain, feature_name);
@@ -137,7 +137,7 @@ GstCaps *OverlayNegotiation::transform_caps(GstPadDirection direction, GstCaps *
       if (direction == GST_PAD_SINK && !refused) {
         GstCapsFeatures *more = gst_caps_features_copy(features);
         gst_caps_features_add(more, feature_name);
-        // Of system memory both spellings are about and do not intersect: GL has the first, some sinks the second.
+        // Elements use both spellings of system memory, which don't intersect: GL the first, some sinks the second.
         if (gst_caps_features_is_equal(features, GST_CAPS_FEATURES_MEMORY_SYSTEM_MEMORY)) {
           add(with, gst_caps_features_new(GST_CAPS_FEATURE_MEMORY_SYSTEM_MEMORY, feature_name, nullptr));
           gst_caps_features_remove(more, GST_CAPS_FEATURE_MEMORY_SYSTEM_MEMORY);
@@ -147,7 +147,7 @@ GstCaps *OverlayNegotiation::transform_caps(GstPadDirection direction, GstCaps *
       add(without, gst_caps_features_copy(features));
     }
   }
-  // Downstream the feature is preferred; upstream plain caps are, for then this element decides.
+  // Prefers the feature downstream and plain caps upstream, so that this element decides.
   return direction == GST_PAD_SINK ? gst_caps_merge(with, without) : gst_caps_merge(without, with);
 }
 
@@ -206,7 +206,7 @@ void OverlayNegotiation::settle(GstBaseTransform *element) {
       gst_caps_unref(caps);
     }
   const std::lock_guard lock(mutex_);
-  // The answer of a downstream that is no more: the next frame asks again.
+  // The answer came from an old downstream: the next frame asks again.
   if (gst_pad_needs_reconfigure(src)) return;
   settled_ = true;
   may_attach_ = renders;

@@ -14,8 +14,8 @@ namespace csd {
 
 namespace {
 
-/// A sprite in the picture's own colour model: alpha, and per component 16 times the 8-bit code value times alpha/255,
-/// in one row after another. Of a premultiplied colour every linear map is premultiplied too.
+/// A sprite in the picture's colour model: alpha, and per component 16 times the 8-bit code value times alpha/255, row
+/// by row. A linear map of a premultiplied colour stays premultiplied.
 struct NativeSprite {
   int width = 0, height = 0;
   cv::Point origin;
@@ -55,12 +55,12 @@ NativeSprite to_native(const Sprite &sprite, const FrameView &view) {
       }
       for (std::size_t k = 0; k < 3; ++k)
         out.value[k][i] = static_cast<std::uint16_t>(std::lround(std::clamp(c[k], 0.0, 255.0) * fraction));
-      out.value[3][i] = static_cast<std::uint16_t>(p[3] * fraction);  // alpha of the picture: opaque
+      out.value[3][i] = static_cast<std::uint16_t>(p[3] * fraction);  // the picture's alpha: opaque
     }
   return out;
 }
 
-/// Samples of one row, in place. get() and set() are of the sample's own depth.
+/// Accesses the samples of a row in place. get() and set() use the sample's own depth.
 struct ByteRow {
   guint8 *line;
   int pixel_stride, shift;
@@ -69,7 +69,7 @@ struct ByteRow {
   void set(int x, unsigned v) const { line[x * pixel_stride] = static_cast<guint8>(v); }
 };
 
-/// Wherever it lies: GStreamer's GST_READ_UINT16_LE takes a pointer for an aligned one, and a GstVideoMeta may have odd
+/// Works on unaligned data: GStreamer's GST_READ_UINT16_LE assumes an aligned pointer, and a GstVideoMeta may have odd
 /// strides.
 template <typename Word, bool big_endian = false>
 Word read_word(const guint8 *from) {
@@ -84,7 +84,7 @@ void write_word(guint8 *to, Word word) {
     to[i] = static_cast<guint8>(word >> (8 * (big_endian ? sizeof word - 1 - i : i)));
 }
 
-/// Writes `v` over the `most`+1 values from bit `shift` on, and nothing else.
+/// Writes `v` to the bits of `most`, from bit `shift` on, and nothing else.
 template <typename Word, bool big_endian = false>
 void write_bits(guint8 *at, int shift, unsigned most, unsigned v) {
   const auto rest = static_cast<Word>(read_word<Word, big_endian>(at) & ~(static_cast<Word>(most) << shift));
@@ -100,13 +100,13 @@ struct WordRow {
   void set(int x, unsigned v) const {
     guint8 *at = line + x * pixel_stride;
     if constexpr (sizeof(Word) == 2)
-      write_word<Word, big_endian>(at, static_cast<Word>(v << shift));  // of one sample alone
+      write_word<Word, big_endian>(at, static_cast<Word>(v << shift));  // the word holds only one sample
     else
       write_bits<Word, big_endian>(at, shift, most, v);
   }
 };
 
-/// Three samples of 10 bit to a little-endian word of 32, from its low bits up.
+/// Three 10-bit samples per 32-bit little-endian word, from the low bits up.
 struct Gray10Row {
   guint8 *line;
   int pixel_stride, shift;
@@ -116,7 +116,7 @@ struct Gray10Row {
   void set(int x, unsigned v) const { write_bits<guint32>(word(x), 10 * (x % 3), most, v); }
 };
 
-/// v210: six pixels are 12 such samples, U0 Y0 V0 Y1 U1 Y2 V1 Y3 U2 Y4 V2 Y5.
+/// v210: six pixels are 12 samples of that kind: U0 Y0 V0 Y1 U1 Y2 V1 Y3 U2 Y4 V2 Y5.
 template <int component>
 struct V210Row {
   guint8 *line;
@@ -132,7 +132,7 @@ struct V210Row {
   void set(int x, unsigned v) const { all().set(position(x), v); }
 };
 
-/// A component of the whole frame, to be written.
+/// A component of the whole frame, to write to.
 struct Target {
   guint8 *data = nullptr;
   const guint8 *end = nullptr;
@@ -140,29 +140,29 @@ struct Target {
   SamplePlace place;
   int pixel_stride = 0, sub_x = 0, sub_y = 0;
   int columns = 0;
-  unsigned most = 255;  ///< that a sample can be
-  unsigned one = 255;   ///< 255 of 8 bit in the sample's depth
+  unsigned most = 255;  ///< maximum of a sample
+  unsigned one = 255;   ///< 8-bit 255 in the sample's depth
   bool fields = false;  ///< chroma lines alternate between the fields
 
-  /// The component's line that frame line `y` belongs to.
+  /// The component line for frame line `y`.
   int line_of(int y) const {
     if (sub_y == 0) return y;
     return fields ? (y >> 2) * 2 + (y & 1) : y >> 1;
   }
-  /// Frame line number `n` of those that component line `line` serves.
+  /// The `n`-th frame line that component line `line` covers.
   int frame_line(int line, int n) const {
     if (sub_y == 0) return line;
     return fields ? (line >> 1) * 4 + (line & 1) + 2 * n : 2 * line + n;
   }
 };
 
-/// Where a sprite lies and what may be drawn of it, in pixels of the frame.
+/// Where a sprite lies and its drawable part, in pixels of the frame.
 struct Placement {
   int x, y;
   cv::Rect clip;
 };
 
-/// Blends component line `line`. Instantiated for each subsampling, so that divisions are by constants.
+/// Blends component line `line`. Instantiated for each subsampling, so divisors are constants.
 template <int sub_x, int sub_y, class Row>
 void blend_line(const Row &row, const Target &target, const NativeSprite &sprite, std::size_t component, int line,
                 const Placement &at) {
@@ -182,7 +182,7 @@ void blend_line(const Row &row, const Target &target, const NativeSprite &sprite
     value[static_cast<std::size_t>(n)] = sprite.value[component].data() + (y - at.y) * sprite.width;
   }
   if (begin >= end) return;
-  const unsigned most = target.most, one = target.one;  // bytes that are written might be the target's
+  const unsigned most = target.most, one = target.one;  // local, because written bytes might alias the target
   for (int column = begin >> sub_x; column <= (end - 1) >> sub_x; ++column) {
     unsigned a = 0, v = 0;
     for (std::size_t n = 0; n < down; ++n) {
@@ -195,7 +195,7 @@ void blend_line(const Row &row, const Target &target, const NativeSprite &sprite
       }
     }
     if (a == 0) continue;
-    // old·(1 − a) + v, with v's 16ths and the pixels that share the sample divided out, rounded.
+    // old·(1 − a) + v, rounded, with v's 16ths and the pixels per sample divided out.
     const unsigned old = row.get(column) * (whole - a) * fraction;
     const unsigned sum = old + v * one;
     row.set(column, std::min((sum + whole * fraction / 2) / (whole * fraction), most));
@@ -205,7 +205,7 @@ void blend_line(const Row &row, const Target &target, const NativeSprite &sprite
 template <class Row>
 void blend(const Target &target, const NativeSprite &sprite, std::size_t component, const Placement &at) {
   const int first = target.line_of(at.clip.y), last = target.line_of(at.clip.y + at.clip.height - 1);
-  // Fields: the last line but one may have its chroma below the last one's.
+  // Fields: the chroma of the last line but one may lie below that of the last.
   const int beyond = target.fields && target.sub_y ? 1 : 0;
   for (int line = std::max(0, first - beyond); line <= last + beyond; ++line) {
     const Row row{target.data + line * target.stride, target.pixel_stride, target.place.shift, target.most};
@@ -225,7 +225,7 @@ void blend(const Target &target, const NativeSprite &sprite, std::size_t compone
 struct OverlayPainter::Impl {
   std::optional<Markers> markers;
   SpriteCache<NativeSprite> sprites;
-  FrameView colours;  ///< what the sprites are made for
+  FrameView colours;  ///< what the cached sprites are made for
 
   const NativeSprite &sprite(const Feature &feature, int width) {
     const bool left = markers->text_left(feature.id, feature.x, width);
@@ -277,7 +277,7 @@ void OverlayPainter::draw(GstVideoFrame &frame, const GstVideoInfo &caps, const 
 
   const cv::Rect picture(area.x, area.y, area.width, area.height);
   for (const Feature &feature : tracks.features) {
-    // Far outside nothing shows, and the sums below must not overflow.
+    // Markers far outside are invisible, and would overflow the sums below.
     if (feature.state == FeatureState::ended || !(std::abs(feature.x) < 1e6) || !(std::abs(feature.y) < 1e6)) continue;
     const NativeSprite &sprite = impl_->sprite(feature, area.width);
     Placement at;

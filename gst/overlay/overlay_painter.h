@@ -9,19 +9,18 @@
 
 namespace csd {
 
-/// overlay=draw: the markers of Markers, blended into the picture in the format that it has.
+/// overlay=draw: the markers of Markers, blended into the picture in its own format.
 ///
-/// Each component is blended on its own grid: a luma sample by the alpha of its pixel, a chroma sample by the mean of
-/// the pixels that it colours. Samples that no marker pixel touches are not even written.
-/// One object belongs to one thread.
+/// Each component is blended on its own grid: a luma sample with its pixel's alpha, a chroma sample with the mean alpha
+/// of its pixels. Samples that no marker covers are not written. One object per thread.
 class OverlayPainter {
  public:
   OverlayPainter();
   ~OverlayPainter();
 
-  /// Draws all features but `ended` ones. `frame` is mapped for reading and writing with `caps`, of any format of
-  /// CSD_VIDEO_FORMATS; positions are those of picture_area(frame, caps, crop), and nothing outside it is drawn.
-  /// Sprites are kept from frame to frame, until the picture's height, the format's kind or its colorimetry changes.
+  /// Draws all features except `ended` ones. `frame` is mapped for reading and writing with `caps`, in any format of
+  /// CSD_VIDEO_FORMATS. Positions refer to picture_area(frame, caps, crop), and nothing outside it is drawn. Sprites
+  /// are cached until the picture's height, the kind of format or the colorimetry changes.
   void draw(GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop, const Tracks &tracks);
 
  private:

@@ -8,20 +8,20 @@
 
 namespace csd {
 
-/// Markers in the form that one overlay needs, kept from frame to frame. `T` has a size: bytes().
+/// Caches markers in the form that one overlay needs. `T` has a size: bytes().
 ///
-/// Those that the last 60 frames did not show are dropped, by frame 120: ids are not used twice, so they are mostly of
-/// features that have ended. What is shown is bounded in bytes: one to be drawn takes 17 kB at 480 lines and 230 kB at
-/// 2160. What finds no room is made for each frame anew, and the next frame drops what the last one did not show: a
-/// frame that shows more than fits costs time (250 µs a marker at 2160 lines), not memory.
+/// Drops sprites unused for 60 frames, at the latest after 120: ids are not reused, so most belong to ended features.
+/// The cache is bounded in bytes: a sprite to draw takes 17 kB at 480 lines and 230 kB at 2160. Sprites that don't fit
+/// are made anew for each frame, and the next frame drops those that the last one did not show. So a frame with too
+/// many markers costs time (250 µs a marker at 2160 lines), not memory.
 template <class T>
 class SpriteCache {
  public:
   static constexpr std::size_t max_bytes = 32 << 20;
 
-  static constexpr std::uint64_t min_frames = 60;  ///< that do not show a sprite, until it is dropped
+  static constexpr std::uint64_t min_frames = 60;  ///< without a sprite before it is dropped
 
-  /// To be called before the first sprite of each frame.
+  /// Call before the first sprite of each frame.
   void next_frame() {
     if (std::exchange(full_, false))
       drop_unseen_for(1);
@@ -30,7 +30,7 @@ class SpriteCache {
     ++frame_;
   }
 
-  /// The sprite of that key; where there is none it is made by make(). Valid until the next call.
+  /// The sprite for `key`, made by make() if missing. Valid until the next call.
   template <class Make>
   const T &get(std::uint64_t key, Make make) {
     if (const auto found = kept_.find(key); found != kept_.end()) {
@@ -55,7 +55,7 @@ class SpriteCache {
  private:
   struct Kept {
     T sprite;
-    std::uint64_t frame;  ///< the last one that shows it
+    std::uint64_t frame;  ///< the last one that showed it
   };
   void drop_unseen_for(std::uint64_t frames) {
     std::erase_if(kept_, [=, this](const auto &item) {
@@ -67,8 +67,8 @@ class SpriteCache {
 
   std::unordered_map<std::uint64_t, Kept> kept_;
   std::size_t bytes_ = 0;  ///< of kept_
-  T homeless_;             ///< the last that found no room
-  bool full_ = false;      ///< one found no room in this frame
+  T homeless_;             ///< the last that didn't fit
+  bool full_ = false;      ///< a sprite didn't fit in this frame
   std::uint64_t frame_ = 0;
 };
 

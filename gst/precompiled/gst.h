@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What most sources of the plugin include, compiled once (meson's b_pch). Each file still includes what it
-// needs: `tests/more clang` compiles without this one.
+// The headers that most plugin sources include, precompiled (meson's b_pch). Each file still includes what it needs:
+// `tests/more clang` compiles without this one.
 #include <gst/base/gstbasetransform.h>
 #include <gst/video/video.h>
 

@@ -8,7 +8,7 @@
 
 namespace csd {
 
-/// A file's name in quotation marks, for a message: a name is any bytes, a message UTF-8.
+/// A file's name in quotation marks, for a message: the name may be any bytes, but a message is UTF-8.
 inline std::string quoted(const std::string &path) {
   const std::unique_ptr<gchar, decltype(&g_free)> name(g_filename_display_name(path.c_str()), g_free);
   return std::string("\"") + name.get() + "\"";

@@ -10,9 +10,9 @@ namespace csd {
 namespace {
 
 constexpr std::size_t key_bytes = 16;
-constexpr std::string_view label_begin = klv_label.substr(0, 4);  // that of every label
+constexpr std::string_view label_begin = klv_label.substr(0, 4);  // common to all labels
 
-/// The length of a value and where that begins, out of the bytes of a packet. `value` is 0 while bytes are missing.
+/// Length and start of a packet's value. `value` is 0 while bytes are missing.
 struct Head {
   std::size_t value = 0, length = 0;
   bool possible = true;
@@ -34,7 +34,7 @@ Head head(std::string_view packet) {
 
 std::string klv_packet(std::string_view piece, std::uint64_t line, std::size_t number, std::size_t count) {
   std::string packet(klv_label);
-  packet += static_cast<char>(count == 1 ? 0 : line % 127 + 1);  // bytes of a label are below 128
+  packet += static_cast<char>(count == 1 ? 0 : line % 127 + 1);  // label bytes are below 128
   packet += static_cast<char>((count - 1 - number) % 128);
   std::string length;
   for (std::size_t rest = piece.size(); rest > 0; rest >>= 8) length.insert(length.begin(), static_cast<char>(rest));
@@ -49,7 +49,7 @@ KlvSplitter::Found KlvSplitter::next() {
   const std::string_view bytes = bytes_;
   if (!inside_) {
     const std::size_t begin = bytes.find(klv_label, used_);
-    if (begin == bytes.npos) {  // the last of them may begin a label
+    if (begin == bytes.npos) {  // the last bytes may start a label
       used_ = std::max(used_, bytes.size() - std::min(bytes.size(), klv_label.size() - 1));
       return Found::nothing;
     }

@@ -7,7 +7,7 @@
 
 namespace csd {
 
-/// `time`: of the buffer that is this line or begins it, where that has one.
+/// `time`: of the buffer that holds this line or its start, if that has one.
 bool TextLines::take_line(std::string_view text, std::optional<std::int64_t> time, TrackQueue &queue) {
   text = line_text(text);
   if (text.empty()) return true;
@@ -28,7 +28,7 @@ bool TextLines::take_piece(std::string_view text, const Part &part, TrackQueue &
   if (text.empty()) return true;
   const bool rest = is_rest_of_line(text);
   if (!rest || part.discont) drop_pieces();
-  if (rest && begun_.empty()) return true;  // its begin lies before a seek, or is lost
+  if (rest && begun_.empty()) return true;  // its start was before a seek, or is lost
   if (!rest && part.outside) {
     ++count_;
     return true;
@@ -47,8 +47,8 @@ bool TextLines::take_packet(std::string_view text, bool follows, Part part, Trac
   ours_ = true;
   part.discont = !follows;
   part.time = std::exchange(packet_time_, std::nullopt);
-  // As ffmpeg -c copy leaves it (seen with 5.1). Its own time is not that of the transport stream, and a frame would
-  // wait for what nobody can tell.
+  // ffmpeg -c copy leaves such packets (seen with 5.1). Their time is not that of the transport stream, and frames
+  // would wait for nothing.
   if (part.untimed) {
     lose_line("it has no timestamp");
     queue.end();
@@ -126,7 +126,7 @@ void TextLines::handle(GstEvent *event, TrackQueue &queue) {
       if (segment_.format == GST_FORMAT_TIME) last_.reset();
       break;
     case GST_EVENT_GAP:
-      // Between the pieces of a line it says nothing of its frame.
+      // Between the pieces of a line a gap says nothing about its frame.
       if (const auto end = gap_end(segment_, event); end && !unfinished()) queue.gap(*end);
       break;
     case GST_EVENT_FLUSH_START:
@@ -136,7 +136,7 @@ void TextLines::handle(GstEvent *event, TrackQueue &queue) {
       queue.flush_lines(false);
       gst_segment_init(&segment_, GST_FORMAT_UNDEFINED);
       begin_anew();
-      take_dropped();  // what a seek leaves is no loss
+      take_dropped();  // lines dropped by a seek are no loss
       break;
     case GST_EVENT_EOS:
       begin_anew();

@@ -9,11 +9,10 @@
 
 namespace csd {
 
-/// A text track holds a line as a sample, and MP4 says in 16 bits how long a text is: mp4mux writes what is longer as
-/// if it were shorter, and says nothing. So a longer line is several samples, and these, one after the other, are the
-/// line. Nothing is added by which to know them: a line is cut behind commas between features, so that a piece that is
-/// not its line's last one ends in a comma, which no line does, and one that is not the first begins as a feature does,
-/// and no line.
+/// A text track stores a line as a sample. MP4 stores a text's length in 16 bits, and mp4mux silently writes a wrong
+/// one for longer texts. So a longer line becomes several samples whose concatenation is the line. The pieces need no
+/// markers: a line is split after commas between features. So every piece but the last ends in a comma, unlike any
+/// line, and every piece but the first starts like a feature, unlike any line.
 inline constexpr std::size_t max_piece_bytes = 65535;
 
 /// Whether `text` is a piece of a line, but not the first.
@@ -26,8 +25,8 @@ inline bool goes_on(std::string_view text) {
   return text.ends_with(',');
 }
 
-/// A line of append_json() in as few pieces as may be, of `most` bytes at most, but where a single feature, or what
-/// stands before the features, is longer. They point into the line.
+/// Splits a line of append_json() into as few pieces as possible, of at most `most` bytes, unless a single feature, or
+/// the part before the features, is longer. The pieces point into the line.
 std::vector<std::string_view> text_pieces(std::string_view line, std::size_t most = max_piece_bytes);
 
 }  // namespace csd

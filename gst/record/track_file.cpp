@@ -20,7 +20,7 @@ namespace csd {
 namespace {
 
 constexpr std::size_t chunk = 64 << 10;
-/// A frame that is so much later than the last is looked for by bisection: some 50 lines, read in 10 ms.
+/// For a jump of more than this TrackFile finds a frame by bisection: it reads some 50 lines in 10 ms.
 constexpr std::int64_t jump = 2 * second;
 
 std::string system_words(int error) {
@@ -61,7 +61,7 @@ std::string unescape_markup(std::string_view markup) {
       const bool hex = name[1] == 'x';
       const char *const last = name.data() + name.size();
       const auto read = std::from_chars(name.data() + (hex ? 2 : 1), last, code, hex ? 16 : 10);
-      // Only what GLib escapes so: characters that XML can't hold, one byte each.
+      // Only the codes GLib escapes: characters that XML can't hold, one byte each.
       is_code = read.ec == std::errc() && read.ptr == last && code > 0 && code < 0x80;
     }
     if (known != std::end(names))
@@ -76,9 +76,9 @@ std::string unescape_markup(std::string_view markup) {
 }
 
 TrackFile::TrackFile(const std::string &path) : path_(path) {
-  // Not blocking: opening a pipe would wait for who writes into it.
+  // Non-blocking: opening a pipe would wait for its writer.
   fd_ = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  const int error = errno;  // GLib's functions set it, too
+  const int error = errno;  // GLib's functions set errno too
   if (fd_ < 0)
     throw Refusal(error == ENOENT ? GST_RESOURCE_ERROR_NOT_FOUND : GST_RESOURCE_ERROR_OPEN_READ,
                   "The file of tracks " + quoted(path) + " can't be read: " + system_words(error) +
@@ -96,7 +96,7 @@ TrackFile::~TrackFile() {
 }
 
 void TrackFile::refuse(std::int64_t offset, const std::string &what) const {
-  // Lines are counted only now: after a seek nobody knows the number of the line that is read.
+  // Counts lines only now: after a seek the number of the current line is unknown.
   std::int64_t number = 1;
   std::string bytes(chunk, '\0');
   for (std::int64_t at = 0; at < offset;) {
@@ -132,7 +132,7 @@ void TrackFile::go_to(std::int64_t offset) {
   offset_ = offset;
 }
 
-/// Appends what comes next in the file. False at its end.
+/// Appends the next part of the file. Returns false at its end.
 bool TrackFile::fill() {
   bytes_.erase(0, used_);
   offset_ += static_cast<std::int64_t>(used_);
@@ -145,7 +145,7 @@ bool TrackFile::fill() {
   return got > 0;
 }
 
-/// The next line that has its newline. Valid until the next call.
+/// The next complete line. Valid until the next call.
 bool TrackFile::next_text(std::string_view &text) {
   const auto check = [this](std::size_t size) {
     if (size > max_line_bytes) refuse(offset_ + static_cast<std::int64_t>(used_), "is longer than 8 MiB");
@@ -163,8 +163,8 @@ bool TrackFile::next_text(std::string_view &text) {
   return true;
 }
 
-/// The next line that has a time. False at the end of the file, or after 4 MiB without one: a frame can't wait until
-/// gigabytes of them are read. The next call goes on behind them.
+/// The next line with a time. Returns false at the end of the file, or after 4 MiB without one: a frame can't wait for
+/// gigabytes. The next call continues after them.
 bool TrackFile::next_line(TimedLine &line) {
   constexpr std::int64_t max_untimed = 4 << 20;
   const auto here = [this] { return offset_ + static_cast<std::int64_t>(used_); };
@@ -188,9 +188,9 @@ bool TrackFile::next_line(TimedLine &line) {
   return false;
 }
 
-/// To a line from which reading forward comes by all that is near `time`.
+/// Moves to a line from which reading forward finds everything near `time`.
 void TrackFile::seek(std::int64_t time) {
-  std::int64_t early = 0, late = size();  // the line that begins after `early` is before `time`, or it is the first
+  std::int64_t early = 0, late = size();  // the line that starts after `early` is before `time`, or the first
   TimedLine line;
   std::string_view rest;
   while (late - early > static_cast<std::int64_t>(chunk)) {

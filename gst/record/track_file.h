@@ -10,32 +10,31 @@
 
 namespace csd {
 
-/// A line and when it is, in ns of stream time.
+/// A line and its stream time in ns.
 struct TimedLine {
   std::int64_t time = 0;
   TrackLine line;
 };
 
-/// Of `before` (the last line before a frame) and `after` (the first that is not), which may be null, the one that is
-/// the frame's: the nearer one, and no further than `reach` ns away. The earlier one if both are as near.
+/// Chooses the line of a frame from `before` (the last line before it) and `after` (the first that is not), which may
+/// be null: the nearer one within `reach` ns. The earlier one if both are equally near.
 const TimedLine *nearest(const TimedLine *before, const TimedLine *after, std::int64_t time, std::int64_t reach);
 
-/// Tracks in a file of JSON lines (docs/metadata.md), by stream time. Read forward, a line at a time; where time jumps,
-/// the place is found by bisection, so an hour is sought in as fast as a minute. Holds two lines and one of bytes.
+/// Tracks in a file of JSON lines (docs/metadata.md), by stream time. Reads forward line by line; finds the place of a
+/// time jump by bisection, so seeking in an hour is as fast as in a minute. Holds two lines and the bytes of one.
 ///
-/// Lines without a stream time belong to no frame and are passed over. A last line without its newline may be torn: it
-/// is not read until its newline is there. A file that grows is read as far as it goes.
+/// Skips lines without a stream time, which belong to no frame. A last line without its newline may be torn: it is read
+/// once the newline is there. A growing file is read up to its current end.
 class TrackFile {
  public:
-  /// Throws Refusal if that is no file that can be read.
+  /// Throws Refusal if the file can't be read.
   explicit TrackFile(const std::string &path);
   ~TrackFile();
   TrackFile(const TrackFile &) = delete;
   TrackFile &operator=(const TrackFile &) = delete;
 
-  /// The line of the frame at `time`, no further than `reach` ns away; each line is given once, unless time goes back.
-  /// Throws Refusal, with the line's number, for the first line on the way that is none, or is earlier than
-  /// the one before it.
+  /// The line of the frame at `time`, at most `reach` ns away; returns each line once, unless time goes back. Throws
+  /// Refusal, with the line's number, for the first line on the way that is invalid, or earlier than the one before it.
   std::optional<TimedLine> at(std::int64_t time, std::int64_t reach);
 
  private:
@@ -52,21 +51,21 @@ class TrackFile {
   std::string path_;
   int fd_ = -1;
   JsonText json_;
-  std::string bytes_;            ///< of the file, from `offset_` on
-  std::size_t used_ = 0;         ///< of bytes_
+  std::string bytes_;            ///< the file's contents from `offset_` on
+  std::size_t used_ = 0;         ///< in bytes_
   std::size_t searched_ = 0;     ///< bytes_ has no newline in [used_, searched_)
-  std::int64_t offset_ = 0;      ///< in the file, of bytes_[0]
-  std::int64_t line_begin_ = 0;  ///< in the file, of the line that next_text() gave
+  std::int64_t offset_ = 0;      ///< position of bytes_[0] in the file
+  std::int64_t line_begin_ = 0;  ///< position in the file of the line that next_text() returned
   std::optional<TimedLine> before_, after_;
-  std::optional<std::int64_t> last_time_;  ///< of the last line that was read since the last seek
-  std::optional<std::int64_t> asked_;      ///< the last time that at() was asked for
+  std::optional<std::int64_t> last_time_;  ///< of the last line since the last seek
+  std::optional<std::int64_t> asked_;      ///< the last time passed to at()
 };
 
-/// Bytes into lines, as they come in pieces. Holds one unfinished line.
+/// Splits chunks of bytes into lines. Holds one unfinished line.
 class LineSplitter {
  public:
-  /// Appends `piece` and calls `take(text, whole)` for each line that it ends; `whole`: the piece is that line and
-  /// nothing else. Throws LineError if a line is longer than any may be.
+  /// Appends `piece` and calls `take(text, whole)` for each line that it completes; `whole`: the piece is exactly that
+  /// line. Throws LineError if a line is longer than allowed.
   template <class Take>
   void add(std::string_view piece, Take take) {
     const bool whole = rest_.empty() && piece.find('\n') == piece.size() - 1;
@@ -78,7 +77,7 @@ class LineSplitter {
     append(piece);
   }
   void clear() { rest_ = {}; }
-  /// Whether a line has begun that isn't empty.
+  /// Whether a non-empty line has begun.
   bool unfinished() const;
 
  private:
@@ -89,7 +88,7 @@ class LineSplitter {
   std::string rest_;
 };
 
-/// Undoes the escaping of Pango markup: &quot; &amp; &lt; &gt; &apos; and numbers, &#39; &#x27;. Anything else stays.
+/// Unescapes Pango markup: &quot; &amp; &lt; &gt; &apos; and numbers, &#39; &#x27;. Anything else stays.
 std::string unescape_markup(std::string_view markup);
 
 }  // namespace csd

@@ -16,7 +16,7 @@ std::optional<std::string_view> known(const char *text) {
   return text ? std::optional<std::string_view>(text) : std::nullopt;
 }
 
-/// `n_features`: how many the meta has; 0 where there is no meta, or one that can't be read.
+/// `n_features`: number of features in the meta; 0 if it is missing or unreadable.
 LineHead head_of(const FrameRecord &record, guint &n_features) {
   LineHead head;
   head.role = record.role;

@@ -10,10 +10,10 @@
 
 namespace csd {
 
-/// What GStreamer knows of a frame that is written.
+/// What GStreamer knows about a frame to be written.
 struct FrameRecord {
-  const GstStructure *tracks = nullptr;  ///< of a track or truth meta; null: the frame has none
-  /// A rectangle that was laid onto the frame after it was tracked; null: none. What is written refers to it.
+  const GstStructure *tracks = nullptr;  ///< of a track or truth meta; null: none
+  /// A crop added to the frame after tracking; null: none. The output refers to it.
   const GstVideoCropMeta *crop = nullptr;
   const char *role = "track";
   /// Nanoseconds, GST_CLOCK_TIME_NONE where unknown.
@@ -21,13 +21,13 @@ struct FrameRecord {
                stream_time = GST_CLOCK_TIME_NONE;
   const char *reference_caps = nullptr;  ///< of a GstReferenceTimestampMeta; null: none
   GstClockTime reference_time = GST_CLOCK_TIME_NONE;
-  int width = 0, height = 0;  ///< of the frame where `tracks` is null; 0: unknown
+  int width = 0, height = 0;  ///< of the frame if `tracks` is null; 0: unknown
 };
 
 /// Appends the frame as a JsonLine.
 void append_json(std::string &out, const FrameRecord &record);
 
-/// Appends the frame's CsvRows: nothing where there is no feature.
+/// Appends the frame as CsvRows; nothing without features.
 void append_csv(std::string &out, const FrameRecord &record);
 
 }  // namespace csd

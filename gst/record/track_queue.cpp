@@ -6,7 +6,7 @@
 
 namespace csd {
 
-/// Wakes who waits, on either side.
+/// Wakes waiters on either side.
 void TrackQueue::changed() {
   changed_.notify_all();
   if (alarm_) gst_clock_id_unschedule(alarm_);
@@ -152,7 +152,7 @@ bool TrackQueue::running() {
   return running_;
 }
 
-/// How many lines lie before `time` in the pass of the frames. Those of passes gone by are among them.
+/// The number of lines before `time` in the pass of the frames. Includes those of earlier passes.
 std::size_t TrackQueue::earlier(std::int64_t time) const {
   const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const Entry &entry) {
     return entry.pass > frames_.pass || (entry.pass == frames_.pass && entry.line.time >= time);
@@ -160,7 +160,7 @@ std::size_t TrackQueue::earlier(std::int64_t time) const {
   return static_cast<std::size_t>(found - entries_.begin());
 }
 
-/// Drops what no frame from `time` on can want: all but the last line before it.
+/// Drops what no frame from `time` on can need: all but the last line before it.
 void TrackQueue::drop_before(std::int64_t time) {
   const std::size_t before = earlier(time);
   for (std::size_t i = 1; i < before; ++i) pop();
@@ -168,7 +168,7 @@ void TrackQueue::drop_before(std::int64_t time) {
   if (before > 0) changed();
 }
 
-/// Drops the lines from `time` on in the pass of the lines, and those of later ones.
+/// Drops the lines from `time` on in the pass of the lines, and those of later passes.
 void TrackQueue::drop_from(std::int64_t time) {
   while (!entries_.empty() && (entries_.back().pass > lines_.pass ||
                                (entries_.back().pass == lines_.pass && entries_.back().line.time >= time))) {
@@ -177,21 +177,21 @@ void TrackQueue::drop_from(std::int64_t time) {
   }
 }
 
-/// Whether nothing that is yet to come can be the line of the frame at `time`.
+/// Whether no future line can be that of the frame at `time`.
 bool TrackQueue::is_known(std::int64_t time, std::int64_t reach) const {
   return !linked_ || lines_.ended || earlier(time) < entries_.size() ||
          (lines_.pass == frames_.pass && known_until_ > time + reach);
 }
 
-/// Until `ends`, which is asked after each change. False: the limit is reached.
+/// Waits for `ends`, which is called after each change. Returns false at the limit.
 bool TrackQueue::wait(std::unique_lock<std::mutex> &lock, const FrameLimit &limit, const std::function<bool()> &ends) {
   if (!limit.clock) {
-    // Not wait_until() a time that may be centuries away: that overflows.
+    // Not wait_until(), which overflows for a time centuries away.
     constexpr std::chrono::hours day(24);
     return changed_.wait_for(lock, std::min<std::chrono::nanoseconds>(limit.patience, day), ends);
   }
-  // As GstAggregator waits: the clock may be any, and what comes unschedules the alarm. Unscheduled before it is waited
-  // for, it doesn't wait.
+  // Waits like GstAggregator: on any clock, until a new line or event unschedules the clock id. An id unscheduled
+  // before the wait doesn't wait.
   while (!ends()) {
     if (gst_clock_get_time(limit.clock.get()) >= limit.time) return false;
     const GstClockID alarm = alarm_ = gst_clock_new_single_shot_id(limit.clock.get(), limit.time);
@@ -222,7 +222,7 @@ TrackQueue::Match TrackQueue::match(std::int64_t time, std::int64_t reach, const
   }
   late_ = !known;
 
-  const std::size_t before = earlier(time);  // 0 or 1: the rest was dropped
+  const std::size_t before = earlier(time);  // 0 or 1: the others were dropped
   const bool next = before < entries_.size() && entries_[before].pass == frames_.pass;
   const TimedLine *const found =
       nearest(before > 0 ? &entries_[0].line : nullptr, next ? &entries_[before].line : nullptr, time, reach);

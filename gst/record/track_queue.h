@@ -14,68 +14,67 @@
 
 namespace csd {
 
-/// Lines between the thread that brings them and the thread of the video, which takes for each frame its own. Bounded:
-/// who brings waits while it is full. It is never full for ever: a frame that waits drops all that is too old for it.
+/// Passes lines from the thread that brings them to the video's thread, which takes one for each frame. Bounded: the
+/// writer blocks while it is full. It can't stay full, because a waiting frame drops all lines that are too old for it.
 ///
-/// Times are of the stream, ascending within a pass; a pass ends where time goes back without a flush (a segment loop).
-/// All functions may be called in any thread.
+/// Times are stream times, ascending within a pass; a pass ends when time goes back without a flush (a segment loop).
+/// All functions are thread-safe.
 class TrackQueue {
  public:
   static constexpr std::size_t max_lines = 256;         ///< 10 s at 25 frames a second
-  static constexpr std::size_t max_features = 1 << 18;  ///< of all lines together; one line may have more
+  static constexpr std::size_t max_features = 1 << 18;  ///< of all lines together; a single line may have more
 
   enum class Outcome {
-    known,    ///< the frame's line, or that there is none, is known
-    late,     ///< nothing came in time: what is there was looked through
-    again,    ///< by rethink(): the limit may be another one
-    flushing  ///< the frame need not go on
+    known,    ///< the frame's line, or its absence, is known
+    late,     ///< nothing came in time: the result is from the lines so far
+    again,    ///< rethink() was called: the limit may have changed
+    flushing  ///< the frame may be dropped
   };
   struct Match {
     Outcome outcome;
     std::optional<TimedLine> line;
   };
 
-  // The side that brings.
+  // The writing side.
 
-  /// Waits while the queue is full. False: flushing, or nobody will ask for it.
+  /// Waits while the queue is full. Returns false if it is flushing, or if no frame will need the line.
   bool push(TimedLine line);
-  /// There will be no line before `time`.
+  /// No line will come before `time`.
   void gap(std::int64_t time);
   void end();
-  /// Another stream of lines begins, of the group-id `group` (0: of none). Where the frames go over to that group, too,
-  /// sooner or later, its lines are for them, as after segment(). Else it is the lines alone that begin anew (they were
-  /// linked or connected again): they may be of any time, and replace what waits from the first one's time on.
+  /// Starts another stream of lines with the group-id `group` (0: none). If the frames switch to that group too, sooner
+  /// or later, its lines belong to them, as after segment(). Otherwise only the lines restart (they were relinked or
+  /// reconnected): they may have any time, and replace the queued lines from the first one's time on.
   void lines_begin(unsigned group);
   /// A new segment: the next lines may go back in time.
   void segment();
-  /// A flush of what brings begins (nothing waits or is taken any more), or ends (all is forgotten).
+  /// Starts a flush of the lines (nothing waits or is accepted any more), or ends it (the queue is empty).
   void flush_lines(bool begin);
 
-  // The side that asks.
+  // The reading side.
 
-  /// The line of the frame at `time`, no further than `reach` away. Waits until it is known, but no longer than the
-  /// limit, which was reckoned after thoughts() said `thought`. While it is `late` it doesn't wait at all where there
-  /// is no clock, until a line of a later frame's time is there again: each of many would wait in vain. By a clock none
-  /// of them goes on later than the first.
+  /// The line of the frame at `time`, at most `reach` away. Waits until it is known, or until the limit, which must
+  /// have been computed after thoughts() returned `thought`. After `late` it doesn't wait without a clock until a line
+  /// catches up with the frames, or each frame would wait in vain. With a clock no frame leaves later than the first.
   Match match(std::int64_t time, std::int64_t reach, const FrameLimit &limit, unsigned thought);
-  /// Nothing will be asked for before `time`.
+  /// No frame will come before `time`.
   void skip(std::int64_t time);
-  /// Another stream of frames begins, of that group-id.
+  /// Starts another stream of frames with that group-id.
   void frames_begin(unsigned group);
   /// A new segment: the next frames may go back in time.
   void frames_segment();
   void frames_end();
   void flush_frames(bool begin);
 
-  // Both.
+  // Both sides.
 
-  /// Limits are to be reckoned anew.
+  /// Makes waiting frames recompute their limits.
   void rethink();
   unsigned thoughts();
-  /// Without a link nothing will come: no frame waits. What comes with another link begins anew, as in lines_begin().
+  /// Without a link nothing will come: no frame waits. Lines of a new link restart, as in lines_begin().
   void set_linked(bool linked);
   bool linked();
-  /// Stopped: nobody waits. Started: all is as new.
+  /// Stopped: nothing waits. Started: everything is reset.
   void start();
   void stop();
   bool running();
@@ -85,10 +84,10 @@ class TrackQueue {
     TimedLine line;
     unsigned pass;
   };
-  /// What one side knows of where it is.
+  /// The position of one side.
   struct Side {
     unsigned pass = 0;
-    std::optional<std::int64_t> last;  ///< the time of its last line or frame in this pass
+    std::optional<std::int64_t> last;  ///< time of its last line or frame in this pass
     bool new_segment = false, ended = false, flushing = false;
     void at(std::int64_t time) {
       if (new_segment && last && time < *last) ++pass;
@@ -109,16 +108,16 @@ class TrackQueue {
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  // All guarded by mutex_.
-  GstClockID alarm_ = nullptr;  ///< of the frame that waits by a clock
+  // Guarded by mutex_.
+  GstClockID alarm_ = nullptr;  ///< of the frame that waits on a clock
   unsigned thoughts_ = 0;
   std::deque<Entry> entries_;
-  std::size_t features_ = 0;  ///< of entries_
+  std::size_t features_ = 0;  ///< in entries_
   Side lines_, frames_;
   unsigned lines_group_ = 0, frames_group_ = 0;
-  std::int64_t known_until_ = no_time;  ///< by gaps, in the pass of lines_
+  std::int64_t known_until_ = no_time;  ///< from gaps, in the pass of lines_
   bool linked_ = false, running_ = false;
-  bool late_ = false;  ///< a frame has waited in vain, and nothing has caught up since
+  bool late_ = false;  ///< a frame has waited in vain, and no line has caught up since
 };
 
 }  // namespace csd

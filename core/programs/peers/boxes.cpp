@@ -16,7 +16,7 @@ cv::Point2d centre(const cv::Rect2d &box) {
   return {box.x + (box.width - 1) / 2, box.y + (box.height - 1) / 2};
 }
 
-/// A tracker for each point. After a frame in which it fails it is asked again in the next: some recover.
+/// One tracker per point. After a failure it is called again in the next frame: some recover.
 class Boxes final : public Peer {
  public:
   using Make = cv::Ptr<cv::legacy::Tracker> (*)();
@@ -50,13 +50,13 @@ class Boxes final : public Peer {
 
  private:
   struct Box {
-    cv::Ptr<cv::legacy::Tracker> tracker;  ///< null: could not begin
+    cv::Ptr<cv::legacy::Tracker> tracker;  ///< null: initialisation failed
     cv::Rect2d box;
     cv::Point2d offset;  ///< from the box's centre to the point
-    cv::Point2d last;    ///< reported
+    cv::Point2d last;    ///< last reported position
   };
 
-  // At the picture's edge some throw.
+  // Some throw at the picture's edge.
   template <class Action>
   static bool attempt(Action action) {
     try {

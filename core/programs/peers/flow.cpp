@@ -33,7 +33,7 @@ class Flow {
     cv::buildOpticalFlowPyramid(gray, out, window_, levels);
     return out;
   }
-  /// Moves points from one picture to another; `guess`, if not empty, says about where to.
+  /// Tracks points from one picture to another; `guess`, if not empty, has approximate positions.
   Points track(const Pyramid &from, const Pyramid &to, const Points &points, Found &found, Points guess = {}) const {
     std::vector<float> error;
     const int flags = guess.empty() ? 0 : cv::OPTFLOW_USE_INITIAL_FLOW;
@@ -49,14 +49,14 @@ class Flow {
 
 bool inside(cv::Point2f p, cv::Size size) {
   return p.x >= -0.5f && p.y >= -0.5f && p.x < static_cast<float>(size.width) - 0.5f &&
-         p.y < static_cast<float>(size.height) - 0.5f;  // not so with NaN
+         p.y < static_cast<float>(size.height) - 0.5f;  // false for NaN
 }
 
 Points floats(const std::vector<cv::Point2d> &points) {
   return {points.begin(), points.end()};
 }
 
-/// From frame to frame; a point that does not come home is dropped, for ever.
+/// Tracks from frame to frame; drops a point for good if tracking it back doesn't return to the start.
 class CheckedFlow final : public Peer {
   void start(const programs::Picture &picture, const std::vector<cv::Point2d> &points) override {
     const auto &bgr = picture.bgr;
@@ -90,7 +90,7 @@ class CheckedFlow final : public Peer {
   std::vector<bool> alive_;
 };
 
-/// From frame to frame for a guess, which the first frame's patch is aligned to; seen where that looks alike.
+/// Tracks from frame to frame for a guess, then aligns the first frame's patch to it; seen if similar enough there.
 class AnchoredFlow final : public Peer {
   void start(const programs::Picture &picture, const std::vector<cv::Point2d> &points) override {
     const auto &bgr = picture.bgr;

@@ -9,7 +9,7 @@ namespace csd::peers {
 
 namespace {
 
-/// What every other tracker has to beat.
+/// The trivial baseline: the points never move.
 class Still final : public Peer {
   void start(const programs::Picture &, const std::vector<cv::Point2d> &points) override {
     for (const auto &p : points) reports_.push_back({p, true});

@@ -10,23 +10,23 @@
 
 #include "programs/video_frames.h"
 
-/// Trackers of today, to compare with: not part of the plugin (docs/baselines.md says how each is set).
+/// Current trackers for comparison; not part of the plugin (docs/baselines.md has their settings).
 namespace csd::peers {
 
-/// What a tracker says of one point in one frame.
+/// A tracker's result for one point in one frame.
 struct Report {
-  cv::Point2d position;  ///< pixels, centres at integers; where it is not seen, the last one or a guess
+  cv::Point2d position;  ///< pixels, centres at integers; if not seen, the last one or a guess
   bool seen = false;
 };
 
-/// A tracker of points.
+/// A point tracker.
 class Peer {
  public:
   virtual ~Peer() = default;
 
-  /// The points are in this picture. Called once, first.
+  /// Starts with points in this picture. Called once, first.
   virtual void start(const programs::Picture &picture, const std::vector<cv::Point2d> &points) = 0;
-  /// Where they are in the next picture, which has the same size: one report for each, in the same order.
+  /// Tracks into the next picture, of the same size: one report for each point, in the same order.
   virtual std::vector<Report> follow(const programs::Picture &picture) = 0;
 };
 
@@ -37,10 +37,10 @@ struct PeerKind {
 };
 
 std::span<const PeerKind> peer_kinds();
-/// Null if there is none of that name.
+/// Null for an unknown name.
 const PeerKind *find_peer(std::string_view name);
 
-/// All lengths are told for pictures of up to 576 lines; in larger ones they grow with the lines.
+/// Lengths are for pictures of up to 576 lines; they scale with the lines of larger ones.
 double picture_scale(const cv::Mat &picture);
 /// The odd number of pixels nearest to `length` at that scale.
 int odd_length(double length, const cv::Mat &picture);

@@ -14,7 +14,7 @@ namespace csd::peers {
 
 namespace {
 
-/// Of the first frame, what is visible by the truth, or claimed by a tracker.
+/// The points visible in the truth, or claimed by a tracker, in the first frame.
 StartPoints first_of(const score::Truth &truth) {
   if (truth.frames.empty() || truth.frames.front().frame != 0) throw score::InputError(truth.file, 0, "has no frame 0");
   StartPoints points{{}, {}, truth.width, truth.height};
@@ -45,7 +45,7 @@ StartPoints read_start_points(const std::string &text_or_file) {
   StartPoints points;
   std::error_code ignored;
   if (std::filesystem::exists(text_or_file, ignored)) {
-    std::vector<std::string> notes;  // what is left out is for who scores
+    std::vector<std::string> notes;  // notes on skipped data only matter for scoring
     points = std::visit([](const auto &input) { return first_of(input); }, programs::read_input(text_or_file, notes));
   } else {
     auto parsed = parse_points(text_or_file);

@@ -14,12 +14,12 @@ namespace csd::peers {
 struct StartPoints {
   std::vector<FeatureId> ids;
   std::vector<cv::Point2d> positions;  ///< in the first frame, pixels
-  int width = 0, height = 0;           ///< of the picture that they are in; 0: unknown
+  int width = 0, height = 0;           ///< of their picture; 0: unknown
 };
 
-/// "x,y;x,y;…" (ids 0, 1, 2…), or the name of a file with ground truth or tracks: of its first frame, which must be
-/// frame 0, the points that are visible, under their ids. Files are those that csd-score reads.
-/// Throws std::runtime_error that says what is wrong where.
+/// "x,y;x,y;…" (ids 0, 1, 2…), or the name of a file with ground truth or tracks: the points visible in its first
+/// frame, which must be frame 0, under their ids. Accepts the same files as csd-score. Throws std::runtime_error that
+/// says what is wrong where.
 StartPoints read_start_points(const std::string &text_or_file);
 
 /// At most `most` of them (0: all), spread evenly over the list: detection lists the best first.

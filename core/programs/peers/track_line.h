@@ -13,8 +13,8 @@
 
 namespace csd::peers {
 
-/// A line of JSON as csdtrackenc writes it (docs/metadata.md), with its newline. `ids` and `reports` go together. A
-/// point that is not seen is `lost`, or `out` where its position is outside the picture.
+/// A JSON line as csdtrackenc writes it (docs/metadata.md), with its newline. `ids` and `reports` correspond. A point
+/// that is not seen is `lost`, or `out` if its position is outside the picture.
 std::string track_line(std::string_view algorithm, std::uint64_t frame, const Picture &picture,
                        std::span<const FeatureId> ids, std::span<const Report> reports);
 

@@ -31,8 +31,8 @@ int whole(std::string_view text, std::string_view what) {
   return value;
 }
 
-/// A line of the header, or before a frame; nothing at the end. What begins otherwise than `begin` is cut off after
-/// `longest_line`. Without an allocation: a stream would take one that fails for its end.
+/// A line of the header, or before a frame; nothing at the end. Stops after `longest_line` if the line doesn't start
+/// with `begin`. Avoids allocations, because a stream treats a failed one as its end.
 std::optional<std::string> line_of(std::istream &in, std::string_view begin) {
   std::array<char, longest_line + 1> text;
   in.getline(text.data(), text.size());
@@ -115,7 +115,7 @@ class Y4m final : public VideoSource {
     if (p == "XCOLORRANGE=FULL") full_range_ = true;
   }
 
-  /// Of the n-th frame, rounded down as GStreamer does.
+  /// The time of the n-th frame, rounded down like GStreamer.
   std::int64_t time(std::int64_t n) const {
     const auto whole_seconds = n * per_ / rate_, rest = n * per_ % rate_;
     return whole_seconds * second + rest * second / rate_;
