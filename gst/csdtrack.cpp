@@ -27,7 +27,7 @@
  *   t. ! queue ! x264enc ! mp4mux ! filesink location=copy.mp4 \
  *   t. ! csdtrackenc ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 \
  *   ! filesink location=tracks.jsonl buffer-mode=unbuffered
- * Records the unmodified video with its tracks beside it. The second queue must hold as much as the encoder holds back.
+ * ]| Records the unmodified video and its tracks beside it. The second queue must hold what the encoder holds back.
  *
  * ## The message
  *

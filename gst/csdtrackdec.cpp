@@ -26,8 +26,8 @@
  *   ! videoconvert ! autovideosink \
  *   d.video_0 ! queue ! decodebin ! r.sink \
  *   d.subtitle_0 ! queue max-size-time=0 max-size-buffers=1000 ! r.text
- * ]| The same of a recording that holds its tracks as a text track. Both queues are needed: a frame waits for its text.
- * ]| The same for a recording with a text track. Both queues are needed: a frame waits for its text.
+ * ]| The same for tracks in a recording's text track. Both queues are needed: a frame waits for its text.
+ *
  * Since: 0.1
  */
 #include "csdtrackdec.h"

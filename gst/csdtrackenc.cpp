@@ -51,7 +51,7 @@
  *   t. ! queue ! x264enc ! h264parse ! m. \
  *   t. ! csdtrackenc ! queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 ! m.subtitle_0
  * ]| The tracks as a subtitle track of the recording. The queue behind csdtrackenc must hold more time than the encoder
- * does, or the muxer waits forever. With `mpegtsmux`, `out.ts` and `m.` for `m.subtitle_0` they are KLV.
+ * holds back, or the muxer waits forever. With `mpegtsmux`, `out.ts` and `m.` for `m.subtitle_0` they are KLV.
  *
  * Since: 0.1
  */

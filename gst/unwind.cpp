@@ -10,9 +10,8 @@
 // * No exception across a frame: one std::string between throw and catch is enough. The plugin resumes in 396 places.
 // * -static-libgcc with hidden symbols: always resumes with libgcc. Works after cv2; aborts after gi.
 // * -static-libstdc++ as well: OpenCV's exceptions come from the other libstdc++ and crash in each order.
-// * -Bsymbolic, a version script, a dynamic list, libgcc_s first in the link order: no effect. Global symbols are
-// looked
-//   up before them, and libunwind's functions are unversioned, so they match any version.
+// * -Bsymbolic, a version script, a dynamic list, libgcc_s linked first: no effect. Global symbols are looked up
+//   before them, and libunwind's functions are unversioned, so they match any version.
 // * _Unwind_Resume_or_Rethrow, which needs no private fields: works after cv2, which brings libunwind itself. Crashes
 //   after any other C++ module: libstdc++ reads the context of the library that it was loaded with.
 // * An import order: gi first works, but cv2 comes first in the alphabet.

@@ -11,10 +11,10 @@ namespace {
 
 constexpr std::uint64_t stream_sway = 100, stream_jerk = 110, stream_black = 120;
 constexpr double base_tilt = 0.035;                            // turns: tissue is rarely seen straight from above
-constexpr double farthest_hollow = 0.7, nearest_hollow = 1.6;  // zoom; walls that end would be seen beyond
+constexpr double farthest_hollow = 0.7, nearest_hollow = 1.6;  // zoom; beyond these the ends of the walls would show
 constexpr double min_descent = 0.15;
 
-/// A curve through (phase, value) points, level at each of them; `phase` in 0…1.
+/// A curve through (phase, value) points, with zero slope at each; `phase` in 0…1.
 template <std::size_t N>
 double through(const double (&points)[N][2], double phase) {
   for (std::size_t i = 1; i < N; ++i) {
@@ -31,7 +31,7 @@ double cycle(double time) {
   return c - floor_of(c);
 }
 
-/// Sudden moves: every few seconds from one random value to another, within a fraction of a second.
+/// Sudden moves: every few seconds to a new random value, within a fraction of a second.
 double jerked(double time, std::uint64_t seed, std::uint64_t axis) {
   constexpr double every = 2.7;
   const double k = floor_of(time / every);
@@ -62,7 +62,7 @@ Camera camera_at(double time, const Effects &effects, std::uint64_t seed, cv::Si
   double zoom = zoom_at(time, effects[Effect::zoom]);
 
   if (hollow > 0) {
-    // Forth and back along it, and sideways.
+    // Back and forth along the axis, and sideways.
     const double begun = std::min(hollow, 1.5) * smoothstep(time / 1.5);
     zoom *= 1 + 0.24 * begun * sin_turns(time / 7.3);
     target[0] += 36 * begun * sin_turns(time / 10.7);
@@ -71,7 +71,7 @@ Camera camera_at(double time, const Effects &effects, std::uint64_t seed, cv::Si
   }
   if (sway > 0) {
     const auto drift = [&](std::uint64_t axis) {
-      // A slow drift, and the tremor of a hand. All of it starts from rest, where the features are chosen.
+      // A slow drift plus hand tremor. Both start from rest, because features are chosen in the first frame.
       const double slow = wander(seed, stream_sway + axis, time / 2.3);
       const double fast = wander(seed, stream_sway + 5 + axis, time * 4);
       return sway * smoothstep(time / 2) * (slow + 0.05 * fast);
@@ -89,7 +89,7 @@ Camera camera_at(double time, const Effects &effects, std::uint64_t seed, cv::Si
     zoom *= 1 + std::min(0.08 * jerk, 0.3) * jerked(time, seed, 3);
   }
   if (effects[Effect::black] > 0) {
-    // While there is no picture the view moves on: each time to another place near the first.
+    // During a blackout the view moves on, each time to another place near the first.
     const BlackOut black = black_out(time, effects[Effect::black]);
     const auto place = [&](std::uint64_t axis, std::int64_t n) {
       return n < 0 ? 0.0 : 2 * hashed(seed, stream_black + axis, n) - 1;
@@ -106,7 +106,7 @@ Camera camera_at(double time, const Effects &effects, std::uint64_t seed, cv::Si
   Camera c;
   const double cx = cos_turns(tilt_x), sx = sin_turns(tilt_x), cy = cos_turns(tilt_y), sy = sin_turns(tilt_y);
   const double cr = cos_turns(roll), sr = sin_turns(roll);
-  // Tilted about the picture's x, then its y; then rolled about the axis.
+  // Tilts about the picture's x, then its y, then rolls about the axis.
   const cv::Vec3d forward{-sy * cx, -sx, -cy * cx}, right0{cy, 0, -sy};
   const cv::Vec3d down0 = right0.cross(forward);
   c.forward = forward;

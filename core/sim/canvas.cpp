@@ -11,7 +11,7 @@ namespace {
 
 std::vector<float> gaussian_weights(double sigma) {
   const int radius = static_cast<int>(std::ceil(2.5 * sigma));
-  std::vector<float> w(static_cast<std::size_t>(radius) + 1);  // from the middle outwards
+  std::vector<float> w(static_cast<std::size_t>(radius) + 1);  // from the centre outwards
   double sum = 0;
   for (int i = 0; i <= radius; ++i) {
     const double value = exp_of(-i * i / (2 * sigma * sigma));
@@ -22,7 +22,7 @@ std::vector<float> gaussian_weights(double sigma) {
   return w;
 }
 
-/// out[i] = w·in[i] (begin) or += w·(a[i] + b[i]): loops that compilers turn into vectors.
+/// out[i] = w·in[i] (begin) or += w·(a[i] + b[i]): loops that compilers vectorise.
 void scale_row(const float *in, float w, float *out, int n) {
   for (int i = 0; i < n; ++i) out[i] = w * in[i];
 }

@@ -9,8 +9,7 @@
 
 namespace csd::sim {
 
-/// A picture on its way through the optics: B, G, R in planes of floats, 0…255 where the sensor can see, more in
-/// highlights.
+/// A picture inside the optics: planes B, G, R of floats, 0…255 within the sensor's range, more in highlights.
 class Canvas {
  public:
   void resize(cv::Size size) {
@@ -28,7 +27,7 @@ class Canvas {
   std::array<std::vector<float>, 3> planes_;
 };
 
-/// Gaussian of `sigma` pixels on one channel; the border is replicated. Nothing happens below a sigma of 0.2.
+/// Gaussian blur of one channel by `sigma` pixels, with replicated borders. Does nothing below a sigma of 0.2.
 void blur(Canvas &canvas, std::size_t channel, double sigma, std::vector<float> &scratch);
 
 }  // namespace csd::sim

@@ -10,14 +10,14 @@
 namespace csd::sim {
 namespace {
 
-// Depth falls from `nearest` + `farther` on the axis, to half of the latter at `half_radius`. At strength 1: 2.1 there,
-// 0.6 in the picture's corners.
+// Depth is `nearest` + `farther` at radius 0, half a `farther` less at `half_radius`. At strength 1 it is 2.1 on the
+// axis, due to `blunt`, and 0.6 in the picture's corners.
 constexpr double nearest = 0.25, farther = 2.35, half_radius = 70, blunt = 20;
-constexpr double deepest = 1.15;  // of strengths; more would bring the walls behind the scope
+constexpr double deepest = 1.15;  // strength limit; more would put the walls behind the scope
 
-// The rings: each 1.8 times as far out as the one before; so they are evenly spaced along the tube.
+// Each ring is 1.8 times as far out as the one before, so they are evenly spaced along the tube.
 constexpr double spacing_log2 = 0.84799690655495, ring_height = 0.22, innermost = 35, fully = 140;
-constexpr double turning = 0.37;  // turns from one to the next
+constexpr double turning = 0.37;  // turns from one ring to the next
 
 double softened(double u, double v) {
   return std::sqrt(u * u + v * v + blunt * blunt);
@@ -33,7 +33,7 @@ double Cavity::depth(double radius) const {
 cv::Vec3d Cavity::at(double u, double v, double relief) const {
   const double radius = softened(u, v), far = depth(radius);
   const double c = u / radius, s = v / radius;
-  // Not round; and crescents more than rings: each is highest on another side than its neighbours.
+  // Not circular, and crescents rather than rings: each is highest on another side than its neighbours.
   const double at = log2_of(radius / 230) * (1 / spacing_log2) + 0.14 * c + 0.1 * 2 * s * c + 0.006 * relief;
   const double side = c * cos_turns(turning * at) + s * sin_turns(turning * at);
   const double height = std::min(strength_, deepest) * ring_height * (0.62 + 0.38 * side) *
@@ -43,7 +43,7 @@ cv::Vec3d Cavity::at(double u, double v, double relief) const {
 }
 
 double Cavity::facing(double u, double v) const {
-  // The ray's angle to the curve (radius·depth, depth) of the wall.
+  // The angle between the ray and the wall's curve (radius·depth, depth).
   const double radius = softened(u, v), far = depth(radius), step = 0.5;
   const double slope = (depth(radius + step) - depth(radius - step)) / (2 * step);
   const cv::Vec2d wall(far + radius * slope, nominal_distance * slope), ray(radius, nominal_distance);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int glyph_width = 5, glyph_height = 7, advance = 6, margin = 2, letters = 14;
 
-// 5 × 7 dots each, a row a byte, the leftmost dot in bit 4.
+// 5 × 7 dots each, one byte per row, the leftmost dot in bit 4.
 constexpr std::uint8_t glyphs[][glyph_height] = {
     {14, 17, 19, 21, 25, 17, 14}, {4, 12, 4, 4, 4, 4, 14},      {14, 17, 1, 2, 4, 8, 31},    {31, 2, 4, 2, 1, 17, 14},
     {2, 6, 10, 18, 31, 2, 2},     {31, 16, 30, 1, 1, 17, 14},   {6, 8, 16, 30, 17, 17, 14},  {31, 1, 2, 4, 8, 8, 8},

@@ -7,13 +7,13 @@
 
 #include "sim/ieee_math.h"
 
-/// When things happen, in seconds from the start. All of it is a function of time, so that any frame can be rendered
-/// first.
+/// Times of events, in seconds from the start. Everything is a function of time, so frames can be rendered in any
+/// order.
 namespace csd::sim {
 
-inline constexpr double cycle_seconds = 20;  ///< of zoom, rotation, smoke and what comes again
+inline constexpr double cycle_seconds = 20;  ///< of zoom, rotation, smoke and all repeating events
 
-/// 0…1: how far a thing that lasts from `begin` to `end` of each cycle is there.
+/// 0…1: the presence of something that lasts from `begin` to `end` of each cycle.
 inline double each_cycle(double time, double begin, double rise, double end, double fall) {
   return window(time - cycle_seconds * floor_of(time / cycle_seconds), begin, rise, end, fall);
 }
@@ -23,16 +23,16 @@ inline double smoke_density(double time) {
   return each_cycle(time, 2.5, 1.5, 8, 3) + 0.85 * each_cycle(time, 11.5, 1, 18, 4);
 }
 
-/// Another scene is shown, 4…6 s and 13…14.5 s into each cycle.
+/// Another scene shows 4…6 s and 13…14.5 s into each cycle.
 inline bool is_cut(double time) {
   const double t = time - cycle_seconds * floor_of(time / cycle_seconds);
   return (t >= 4 && t < 6) || (t >= 13 && t < 14.5);
 }
 
 struct BlackOut {
-  std::int64_t index = -1;  ///< the last that has begun; −1: none
-  bool dark = false;        ///< now
-  double moved = 0;         ///< 0…1: how far the view has moved on since it began
+  std::int64_t index = -1;  ///< the last one that has begun; −1: none
+  bool dark = false;        ///< whether it is dark now
+  double moved = 0;         ///< 0…1: progress of the view's move since it began
 };
 
 /// Black for 2.5·√strength s, first after 6 s, then in each cycle.
@@ -44,8 +44,8 @@ inline BlackOut black_out(double time, double strength) {
   return {static_cast<std::int64_t>(k), since < length, smoothstep(since / length)};
 }
 
-/// 0…1 with `progress`, in six uneven steps, as tissue gives way to a pull: it creeps, then slips. The steps' sizes
-/// belong to the three numbers.
+/// 0…1 with `progress`, in six uneven steps, like tissue under tension: it creeps, then slips. The three numbers
+/// determine the step sizes.
 inline double stick_slip(double progress, std::uint64_t seed, std::uint64_t stream, std::int64_t index) {
   constexpr int steps = 6;
   const auto size = [&](int i) { return 0.4 + 1.2 * hashed(seed, stream, steps * index + i); };
@@ -60,11 +60,11 @@ inline double stick_slip(double progress, std::uint64_t seed, std::uint64_t stre
 }
 
 struct Wipe {
-  double cover = -1;  ///< where the cloth's middle is, 0…1 across the picture; outside −0.5…1.5 there is none
-  double smear = 0;   ///< 0…1: how blurred the picture is
+  double cover = -1;  ///< centre of the cloth, 0…1 across the picture; outside −0.5…1.5 there is none
+  double smear = 0;   ///< 0…1: blur of the picture
 };
 
-/// 5 s into each cycle, and 15 s: a cloth passes in 0.6 s and leaves a wet lens that clears in 1.5 s.
+/// 5 s and 15 s into each cycle a cloth passes in 0.6 s and leaves a wet lens that clears in 1.5 s.
 inline Wipe wipe_at(double time) {
   const double t = time - 10 * floor_of(time / 10) - 5;
   if (t < 0 || t > 2.2) return {};

@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::uint64_t stream_place = 400, stream_edge = 401;
 
-// Seconds into each cycle: the places bleed one after another; when all do, water runs over them together; then they
-// are wiped one after another.
+// Seconds into each cycle: the places bleed one after another, then water runs over all of them together, then they are
+// wiped one after another.
 constexpr double bleeds = 3, next_bleeds = 1.5, oozes = 5, rinsed = 11, rinsing = 3.5, wiped = 13, next_wiped = 1,
                  wiping = 2;
 constexpr double edge = 7, soft_edge = 22;  // units
@@ -49,20 +49,20 @@ void Fluids::wet(double time, double u, double v, Fragment &corner) const {
   for (std::size_t i = 0; i < places_.size(); ++i) {
     const double du = u - places_[i].u, dv = v - places_[i].v, r = std::sqrt(du * du + dv * dv);
     if (r > 2 * radius_) continue;
-    // How far inside the place, units; its edge is ragged.
+    // The radius of the place in this direction, units; its edge is ragged.
     const double inside =
         radius_ * (1 + 0.35 * noise(seed_ + i, u / 55, v / 55) + 0.1 * noise(seed_ + i, u / 17, v / 17));
-    // What wipes or rinses comes from above.
+    // Wiping and rinsing go from top to bottom.
     const auto turn = static_cast<double>(i);
     const double begin = blood_ > 0 ? wiped + next_wiped * turn : rinsed, takes = blood_ > 0 ? wiping : rinsing;
     const double front = lerp(-1.6, 1.6, clamp01((t - begin) / takes)) * radius_;
-    const double clean = t < begin ? -1e3 : front - dv;  // > 0: has been wiped
+    const double clean = t < begin ? -1e3 : front - dv;  // > 0: already wiped
     if (blood_ > 0) {
       const double spread = smoothstep((t - bleeds - next_bleeds * turn) / oozes);
       if (spread > 0) blood = std::max(blood, std::min(inside * spread - r, -clean) / edge);
     }
     if (flows > 0) water = std::max(water, std::min(1.35 * inside * flows - r, 60.0) / (2 * edge));
-    // The first time changes its look, for good.
+    // The first time changes its look permanently.
     changed = std::max(changed, std::min(0.95 * inside - r, time < cycle_seconds ? clean : 1e3) / soft_edge);
   }
   corner[Fragment::blood] = static_cast<float>(std::clamp(blood, -2.0, 2.0));

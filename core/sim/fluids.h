@@ -11,10 +11,11 @@
 
 namespace csd::sim {
 
-/// Blood that oozes and is wiped away, water that runs over the tissue: both leave places that look different for good.
-/// There are four places, one in each quarter of the picture at the start. In each cycle they bleed one after another,
-/// from 3 s on; water runs over all of them from 11 s to 14.5 s; by 18 s they are clean. At strength 1 of both most of
-/// the picture is covered for a while, as the paper's third occlusion sequence (§3.2.2) is after 300 frames.
+/// Blood that oozes and is wiped away, and water that runs over the tissue; both permanently change the look of the
+/// places they covered. There are four places, one in each quarter of the initial picture. In each cycle they bleed one
+/// after another, from 3 s on; water runs over all of them from 11 s to 14.5 s; by 18 s they are clean. At strength 1
+/// of both most of the picture is covered for a while, like in the paper's third occlusion sequence (§3.2.2) after 300
+/// frames.
 class Fluids {
  public:
   Fluids(const Effects &effects, std::uint64_t seed);
@@ -34,7 +35,7 @@ class Fluids {
   std::uint64_t seed_;
 };
 
-/// How far a value of Fluids covers a pixel, 0…1.
+/// The coverage of a pixel, 0…1, from a value of Fluids.
 inline float cover(float level) {
   const float x = level + 0.5F;
   return x <= 0 ? 0 : x >= 1 ? 1 : x * x * (3 - 2 * x);

@@ -9,7 +9,7 @@
 namespace csd::sim {
 namespace {
 
-constexpr int bits = 8;  // of a pixel's fraction: neighbours then agree exactly on their common edge
+constexpr int bits = 8;  // of a pixel's fraction: fixed point, so that neighbours share exact edges
 constexpr int one = 1 << bits;
 
 int snap(double x) {
@@ -20,7 +20,7 @@ int ceil_pixel(int x) {
   return (x + one - 1) >> bits;
 }
 
-/// Twice the area to the left of the edge from a to b at a point; a pixel on the edge belongs to one side alone.
+/// Twice the signed area between a point and the edge from a to b; a pixel on a shared edge belongs to one side only.
 struct Edge {
   std::int64_t value, dx, dy;  // at the first pixel, and per pixel
 };
@@ -48,7 +48,7 @@ void Fragments::draw_triangle(std::size_t ia, std::size_t ib, std::size_t ic, co
   std::int64_t area =
       static_cast<std::int64_t>(b.x - a.x) * (c.y - a.y) - static_cast<std::int64_t>(b.y - a.y) * (c.x - a.x);
   if (area == 0) return;
-  if (area < 0) {  // seen from behind, inside a fold: still what hides or is hidden
+  if (area < 0) {  // a back face, inside a fold: it still hides or is hidden
     std::swap(b, c);
     std::swap(ib, ic);
     area = -area;
@@ -62,7 +62,7 @@ void Fragments::draw_triangle(std::size_t ia, std::size_t ib, std::size_t ic, co
   const cv::Point first{left * one, top * one};
   Edge e0 = edge(a, b, first), e1 = edge(b, c, first), e2 = edge(c, a, first);
 
-  // Each value is linear in x and y over the triangle.
+  // Values are linear in x and y over the triangle.
   constexpr std::size_t n = 4 * Groups;
   std::array<float, n> start, along_x, along_y;
   const float scale = static_cast<float>(one) / static_cast<float>(area);
@@ -123,7 +123,7 @@ void Fragments::draw(int columns, int rows, const std::vector<Fragment> &corners
           draw_triangle<Groups, false>(i0, i1, i2, corners, part);
         }
       };
-      // Diagonals by turns: what linear interpolation gets wrong then has no direction.
+      // Alternates the diagonals, so that interpolation errors have no preferred direction.
       if ((i + j) % 2 == 0) {
         triangle(a, b, d);
         triangle(a, d, c);

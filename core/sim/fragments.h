@@ -11,7 +11,7 @@
 
 namespace csd::sim {
 
-/// What a pixel shows of the surface, or a corner of the mesh knows about it. Floats alone: all are interpolated alike.
+/// The surface seen by a pixel, or at a corner of the mesh. Only floats, so that all are interpolated alike.
 struct Fragment {
   enum Value : std::size_t {
     depth,  ///< units along the camera's axis
@@ -19,13 +19,13 @@ struct Fragment {
     v,         ///< the surface's coordinates, units
     level,     ///< log₂ of units per pixel
     gain,      ///< of the light
-    normal_x,  ///< of the surface, along the picture's axes; 0,0 faces the camera's axis
+    normal_x,  ///< of the surface, in the picture's axes; 0,0 faces along the camera's axis
     normal_y,
-    sheet,     ///< which of Sheets it is; negative: the bed
-    blood,     ///< how far inside the pool, in widths of its edge: covered from 0.5 on, free at −0.5
+    sheet,     ///< number of its sheet; negative: the bed
+    blood,     ///< distance into the pool, in widths of its edge: covered from 0.5 on, free at −0.5
     water,     ///< likewise
-    changed,   ///< likewise, of tissue that looks different for good
-    motion_x,  ///< pixels that the surface moves while the shutter is open
+    changed,   ///< likewise, for permanently changed tissue
+    motion_x,  ///< motion of the surface during the exposure, pixels
     motion_y,
     count
   };
@@ -35,24 +35,24 @@ struct Fragment {
   float &operator[](Value i) { return value[i]; }
 };
 
-/// A part of a grid: what belongs to one sheet.
+/// The part of a grid that belongs to one sheet.
 struct Part {
   static constexpr std::uint8_t nobody = 255;
 
   const std::vector<std::uint8_t> &owners;  ///< of each corner; a cell with a corner of `nobody` is not drawn
-  std::uint8_t owner;                       ///< whose part it is
-  std::function<bool(float u, float v)> belongs = {};  ///< within the cells that several share; none: all of each
+  std::uint8_t owner;                       ///< the sheet of the part
+  std::function<bool(float u, float v)> belongs = {};  ///< tests points in shared cells; none: these are drawn whole
 };
 
 /// The nearest surface for each pixel.
 class Fragments {
  public:
-  static constexpr float nothing = 1e9F;  ///< depth where there is no surface
+  static constexpr float nothing = 1e9F;  ///< depth of empty pixels
 
   void reset(cv::Size size);
 
-  /// Draws a grid of corners, `columns` × `rows`, as triangles. `image` holds their positions in pixels, `corners` the
-  /// rest. Only the first `used` (rounded up to 4) values are interpolated. With a `part` only that is drawn.
+  /// Draws a grid of corners, `columns` × `rows`, as triangles. `image` has their positions in pixels, `corners` all
+  /// other values. Interpolates only the first `used` (rounded up to 4) values. With a `part` draws only that.
   void draw_grid(int columns, int rows, const std::vector<cv::Point2d> &image, const std::vector<Fragment> &corners,
                  std::size_t used, const Part *part = nullptr);
 
@@ -71,7 +71,7 @@ class Fragments {
 
   cv::Size size_;
   std::vector<Fragment> data_;
-  std::vector<cv::Point> snapped_;  // the corners' positions in 1/256 pixel
+  std::vector<cv::Point> snapped_;  // corner positions in 1/256 pixel
 };
 
 }  // namespace csd::sim

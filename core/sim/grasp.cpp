@@ -11,13 +11,13 @@ namespace csd::sim {
 namespace {
 
 constexpr std::uint64_t stream_grasp = 220;
-constexpr double every = 5;  // seconds
-// Seconds after each time's beginning.
+constexpr double every = 5;  // seconds between grasps
+// Seconds from the start of each grasp.
 constexpr double comes = 0.1, there = 0.5, closed = 0.65, pulls = 0.7, pulled = 2.7, lets_go = 3.5, gone = 4.5;
-constexpr double springs_back = 0.16;  // seconds, until it swings through its place
+constexpr double springs_back = 0.16;  // seconds, until it first swings back through its rest position
 
 constexpr double far_sideways = 38, far_up = 18, sigma = 62;  // units at strength 1
-constexpr double tip = 9;                                     // units: a jaw's, on which the tissue is held as a whole
+constexpr double tip = 9;                                     // units: size of a jaw, which holds the tissue as a whole
 
 struct Port {
   double x, y;
@@ -25,7 +25,7 @@ struct Port {
 };
 constexpr Port ports[] = {{1.4, 0.9, true}, {-0.4, 0.75, false}, {1.25, -0.35, false}, {-0.25, 1.35, true}};
 
-/// 1 while it is held, then back to 0, and a little beyond.
+/// 1 while held, then a damped oscillation to 0.
 double held(double since) {
   if (since <= 0) return 1;
   const double x = since / springs_back;
@@ -36,7 +36,7 @@ double held(double since) {
 
 cv::Vec3d Grasp::at(double u, double v) const {
   const double du = u - hold.x, dv = v - hold.y;
-  // A cusp, but for the jaws' own width.
+  // A cusp, blunted by the width of the jaws.
   const double r = std::sqrt(du * du + dv * dv + tip * tip) - tip;
   return exp_of(-r / sigma) * pull;
 }
@@ -55,7 +55,7 @@ Grasp grasp_at(double time, double strength, std::uint64_t seed) {
   g.open = 1 - smoothstep((t - there) / (closed - there)) + smoothstep((t - lets_go) / 0.1);
   g.sigma = sigma * std::max(strength, 1.0);
 
-  // Towards where it comes from, more or less; what it has pulled it moves about.
+  // Pulls roughly towards its port, then moves the tissue about.
   const double turns = 0.16 * random(3) - 0.08 + 0.05 * sin_turns((t - pulled) / 1.3) * smoothstep((t - pulled) / 0.5);
   const cv::Vec2d d(g.port.x - 0.5, 0.75 * (g.port.y - 0.5));
   const double c = cos_turns(turns), s = sin_turns(turns), length = std::sqrt(d.dot(d));

@@ -11,7 +11,7 @@ namespace csd::sim {
 namespace {
 
 constexpr int side = 256;
-constexpr float texels_per_unit = 0.5F;  // so it repeats every 512 units
+constexpr float texels_per_unit = 0.5F;  // so the relief repeats every 512 units
 constexpr float steepest = 0.3F;         // of the fine relief
 constexpr float glow_width = 2.2F;       // of a core's radius
 
@@ -52,7 +52,7 @@ Highlights::Slope Highlights::relief(float u, float v) const {
 
 Highlights::Value Highlights::at(const Fragment &f, float slope_x, float slope_y, float gloss) const {
   if (radius_ <= 0) return {};
-  // Towards the camera the normal has the components −slope/√(1+slope²).
+  // In camera coordinates the normal has the components −slope/√(1+slope²).
   const float w = 1 / std::sqrt(1 + slope_x * slope_x + slope_y * slope_y);
   float x = f[Fragment::normal_x] + slope_x * w, y = f[Fragment::normal_y] + slope_y * w;
   if (x * x + y * y > reach_ * reach_) return {};

@@ -8,16 +8,16 @@
 
 namespace csd::sim {
 
-/// Specular highlights of wet tissue under a lamp at the camera: there where the surface, with its fine relief, faces
-/// the lamp.
+/// Specular highlights of wet tissue with the lamp at the camera: where the surface, with its fine relief, faces the
+/// lamp.
 class Highlights {
  public:
-  /// `strength` 0: there are none.
+  /// No highlights with `strength` 0.
   Highlights(double strength, std::uint64_t seed);
 
   struct Value {
-    float core = 0;  ///< how much of the pixel is blinded, 0…1
-    float glow = 0;  ///< the light around it, 0…1
+    float core = 0;  ///< saturated share of the pixel, 0…1
+    float glow = 0;  ///< light around it, 0…1
   };
 
   /// `slope` is the pixel's offset from the principal point over the focal length; `gloss` 0…1.

@@ -8,14 +8,15 @@
 
 #include "track/random.h"
 
-/// Elementary functions from +, −, ×, ÷ and square root alone, which IEEE 754 rounds exactly: the same bits on every
-/// machine, where libm's differ between versions and instruction sets. The room is compiled with -ffp-contract=off.
+/// Elementary functions from +, −, ×, ÷ and square root only, which IEEE 754 rounds exactly: they give the same bits on
+/// every machine, while libm's differ between versions and instruction sets. core/sim is compiled with
+/// -ffp-contract=off.
 namespace csd::sim {
 
 inline constexpr double pi = 3.14159265358979323846;
 
 inline double floor_of(double x) {
-  return std::floor(x);  // exact, and so the same everywhere
+  return std::floor(x);  // exact, so the same on every machine
 }
 
 /// sin(2π·turns), error below 1e−11.
@@ -48,7 +49,7 @@ inline double exp_of(double x) {
   if (!(x >= -700)) return x < -700 ? 0 : x;  // a NaN has no exponent to convert
   const double k = floor_of(x * 1.44269504088896340736 + 0.5);
   const double r = (x - k * 0.693147180369123816490) - k * 1.90821492927058770002e-10;  // |r| ≤ ½·ln 2
-  // Taylor, to r¹¹; in pairs, which don't wait for one another.
+  // Taylor series up to r¹¹, in independent pairs.
   const double r2 = r * r, r4 = r2 * r2;
   const double p01 = 1 + r, p23 = 0.5 + r * (1.0 / 6), p45 = 1.0 / 24 + r * (1.0 / 120);
   const double p67 = 1.0 / 720 + r * (1.0 / 5040), p89 = 1.0 / 40320 + r * (1.0 / 362880);
@@ -79,7 +80,7 @@ inline float clamp01(float x) {
   return x < 0 ? 0 : x > 1 ? 1 : x;
 }
 
-/// 0 up to x = 0, 1 from x = 1 on, level at both ends.
+/// 0 up to x = 0, 1 from x = 1 on, with zero slope at both ends.
 inline double smoothstep(double x) {
   x = clamp01(x);
   return x * x * (3 - 2 * x);
@@ -98,7 +99,7 @@ inline double window(double t, double start, double rise, double end, double fal
   return smoothstep((t - start) / rise) * smoothstep((end - t) / fall);
 }
 
-/// A number in [0,1) that belongs to three numbers: random access to randomness.
+/// A number in [0,1) from a hash of three numbers: random access to random numbers.
 inline double hashed(std::uint64_t seed, std::uint64_t stream, std::int64_t index) {
   return Random(seed + 0x632be59bd9b4e019u * stream, static_cast<std::uint64_t>(index)).uniform();
 }

@@ -15,7 +15,7 @@ constexpr float cloth_colour[3] = {188, 196, 208};  // B, G, R
 constexpr float cloth_half = 0.32F;                 // of the picture's width
 constexpr float veil = 0.25F;                       // how much light a wet lens scatters
 
-/// Out of focus twice in each cycle, and a breath of it always.
+/// Defocus: twice in each cycle, and always a trace.
 double out_of_focus(double time) {
   return 0.15 + 0.85 * (each_cycle(time, 4.5, 1.2, 8, 1) + each_cycle(time, 13, 0.6, 16, 1.5));
 }

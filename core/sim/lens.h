@@ -10,14 +10,13 @@
 
 namespace csd::sim {
 
-/// Focus, and what a lens wipe does to it, at one moment.
+/// Focus, and the effect of a lens wipe, at one moment.
 class Lens {
  public:
   Lens(double time, const Effects &effects, cv::Size size);
 
   void draw(Canvas &canvas, std::vector<float> &scratch) const;
-  /// How much is lost at a place (pixels): 1 under the cloth, and where the wet lens blurs by 3.5 pixels (at 480
-  /// lines).
+  /// The loss of visibility at a pixel: 1 under the cloth, and where the wet lens blurs by 3.5 pixels (at 480 lines).
   float lost(cv::Point2d pixel) const;
 
  private:
@@ -25,7 +24,7 @@ class Lens {
 
   cv::Size size_;
   double sigma_ = 0;               // of the blur, pixels
-  double most_ = 1;                // beyond this everything is lost
+  double most_ = 1;                // maximum blur: beyond it everything is lost
   float cloth_at_ = -1, wet_ = 0;  // 0…1 across the picture; 0…1
 };
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint64_t stream_light = 300, stream_exposure = 310;
 
-/// A wet, soft body: never quite dark where it turns away. `c` is the cosine to the lamp.
+/// Shading of a wet, soft body: never fully dark where it faces away. `c` is the cosine to the lamp.
 double lambert(double c) {
   c = std::max(c, 0.0);
   return 0.25 + 0.75 * c * c * c;
@@ -39,7 +39,7 @@ Light::Light(double time, const Effects &effects, std::uint64_t seed, const Came
   lamp_ = camera.centre;
   const auto drift = [&](std::uint64_t i) { return smoothstep(time / 2) * wander(seed, stream_light + i, time / 1.7); };
   if (light > 0) {
-    // The lamp is led beside the scope and turned with it.
+    // The lamp moves beside the scope and rolls with it.
     lamp_ += light * camera.distance * 0.22 * (drift(0) * camera.right + drift(1) * camera.down);
     const double power = 1 + 0.2 * light * drift(2), warmth = 0.05 * light * drift(3);
     gain_ = cv::Vec3d(1 - warmth, 1, 1 + warmth) * std::max(power, 0.2);
@@ -50,19 +50,19 @@ Light::Light(double time, const Effects &effects, std::uint64_t seed, const Came
 }
 
 double Light::on(const cv::Vec3d &rest_normal, const cv::Vec3d &normal, const cv::Vec3d &position) const {
-  // At rest the lamp is straight above; relief is exaggerated, as oblique light does.
+  // At rest the lamp is straight above; relief is exaggerated, like under oblique light.
   const double rest = lambert(rest_normal[2]);
   double gain = rest;
   if (follows_ > 0 || falloff_ > 0) {
     const cv::Vec3d to_lamp = lamp_ - position;
     const double distance = std::sqrt(to_lamp.dot(to_lamp));
     if (follows_ > 0) gain = lerp(rest, lambert(normal.dot(to_lamp) / distance), follows_);
-    // Inverse square, made steeper by the tissue's own turning away; against the distance of the middle, since
-    // exposure follows the scope's.
+    // Inverse square, made steeper because the tissue faces away; relative to the centre's distance, because exposure
+    // compensates for the scope's.
     if (falloff_ > 0) gain *= exp_of(-3.5 * 0.69314718055994531 * falloff_ * log2_of(distance / reference_));
   }
   if (hollow_ > 0) {
-    // A far end gets half of the light of the near walls: what scopes' exposure leaves to be seen.
+    // The far end gets half the light of the near walls, like with a scope's auto-exposure.
     const cv::Vec3d to_lamp = lamp_ - position;
     gain *= lerp(1, 2.1 / (1 + std::sqrt(to_lamp.dot(to_lamp)) / nominal_distance), hollow_);
   }

@@ -10,14 +10,14 @@
 namespace csd::sim {
 namespace {
 
-constexpr double hollow_finer = 0.6;  // rings are narrower than what else is bent
+constexpr double hollow_finer = 0.6;  // rings are narrower than other deformations
 
-/// A rectangle of pixels, before deformation, that shows all tissue which deformation may bring into the picture.
+/// A rectangle of pixels, before deformation, with all tissue that deformation may bring into the picture.
 struct Extent {
   double left, top, right, bottom;
 };
 
-/// Shrinks each side from `bound` pixels outside the picture as long as what lies there stays out of sight.
+/// Starts `bound` pixels outside the picture and moves each side inwards while what it cuts off stays out of sight.
 class ExtentFinder {
  public:
   ExtentFinder(const Surface &surface, const Surface::Moment &moment, const Camera &camera, cv::Size size, double step)
@@ -55,7 +55,7 @@ class ExtentFinder {
 
 void Mesh::build(const Surface &surface, const Surface::Moment &moment, const Camera &camera, cv::Size size) {
   const double scale = size.height / units_high, step = cell * scale * (surface.hollow() ? hollow_finer : 1);
-  // What lies below the plane appears nearer to the middle than its place on the plane.
+  // Points below the plane appear nearer to the middle than on the plane.
   const double half = 0.5 * std::sqrt(1.0 * size.width * size.width + 1.0 * size.height * size.height);
   const double bound =
       std::min(surface.reach() * camera.magnification + half * (surface.hollow() ? 1.6 : 0.6), 3.0 * half);
@@ -104,7 +104,7 @@ void Mesh::find_slopes() {
       Point &p = points[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(i)];
       const cv::Vec3d n = (right.position - left.position).cross(down.position - up.position);
       p.normal = n / std::max(std::sqrt(n.dot(n)), 1e-9);
-      // The squared length, in units, that a pixel covers along each of the grid's directions.
+      // The squared length, in units, that a pixel covers along each grid direction.
       const auto covered = [](const Point &a, const Point &b) {
         const double du = a.place.u - b.place.u, dv = a.place.v - b.place.v, dx = a.image.x - b.image.x,
                      dy = a.image.y - b.image.y;

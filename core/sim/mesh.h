@@ -11,9 +11,8 @@
 
 namespace csd::sim {
 
-/// The part of the surface that a camera may see, as a grid of points. Its cells are about `Mesh::cell` pixels wide
-/// wherever the surface lies flat, however near the scope is: the error of linear interpolation between the points
-/// stays some hundredths of a pixel.
+/// The part of the surface that a camera may see, as a grid of points. Cells are about `Mesh::cell` pixels wide on flat
+/// tissue at any distance, so linear interpolation between the points is accurate to some hundredths of a pixel.
 struct Mesh {
   static constexpr double cell = 5;  ///< pixels at 480 lines
 
@@ -22,17 +21,17 @@ struct Mesh {
     cv::Vec3d position;     ///< in the scene, units
     cv::Point3d image;      ///< pixels, and depth in units
     cv::Vec3d normal;       ///< towards the scope, length 1
-    double units_log2 = 0;  ///< log₂ of units per pixel, along the direction in which they are most
+    double units_log2 = 0;  ///< log₂ of units per pixel, in the direction with the most
   };
 
   int columns = 0, rows = 0;
   std::vector<Point> points;  ///< row by row
 
-  /// Makes the mesh of what `camera` sees in a picture of `size`; memory is reused.
+  /// Builds the mesh for `camera` and a picture of `size`; reuses memory.
   void build(const Surface &surface, const Surface::Moment &moment, const Camera &camera, cv::Size size);
-  /// Moves the points of a built mesh as if all of them belonged to `sheet`.
+  /// Moves the points of a mesh as if all of them belonged to `sheet`.
   void move_with(std::uint8_t sheet, const Surface::Moment &moment, const Camera &camera);
-  /// Lays the mesh onto the bed under the tissue.
+  /// Moves the mesh to the bed under the tissue.
   void lay_on_bed(const Surface::Moment &moment, const Camera &camera);
 
  private:

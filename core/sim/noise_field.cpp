@@ -9,7 +9,7 @@
 namespace csd::sim {
 
 NoiseField NoiseField::doubled() const {
-  // A cubic B-spline's own refinement: new samples are [1 6 1]/8 on the old ones and [1 1]/2 between them.
+  // Cubic B-spline subdivision: new samples are [1 6 1]/8 on the old ones and [1 1]/2 between them.
   const int n = side_;
   NoiseField across(2 * n), result(2 * n);
   for (int y = 0; y < n; ++y) {
@@ -46,14 +46,14 @@ void NoiseField::normalise() {
 }
 
 NoiseField fractal_noise(int side, const std::vector<Octave> &octaves, std::uint64_t seed, std::uint64_t stream) {
-  // Coarse to fine: at each resolution the blobs of about four samples are added.
+  // Coarse to fine: each resolution adds the blobs of about four samples.
   Random random(seed, stream);
   NoiseField field(std::min(side, 4));
   for (;; field = field.doubled()) {
     const double sample = static_cast<double>(side) / field.side();
     for (const Octave &o : octaves) {
       const double blob = o.size / sample;  // in samples of this resolution
-      // A lattice of random numbers, smoothed, has blobs of about two samples.
+      // A smoothed lattice of random numbers has blobs of about two samples.
       if ((blob >= 1.4142 && blob < 2.8284) || (field.side() == side && blob < 1.4142)) {
         for (float &x : field.values()) x += static_cast<float>(o.weight * random.normal());
       }
@@ -65,7 +65,7 @@ NoiseField fractal_noise(int side, const std::vector<Octave> &octaves, std::uint
 }
 
 Cells cells(int side, double size, double jitter, std::uint64_t seed, std::uint64_t stream) {
-  const int n = 2 * std::max(1, static_cast<int>(floor_of(side / size / 2 + 0.5)));  // even: its rows go by pairs
+  const int n = 2 * std::max(1, static_cast<int>(floor_of(side / size / 2 + 0.5)));  // even, because rows come in pairs
   const auto pitch = static_cast<float>(side) / static_cast<float>(n);
   struct Site {
     float x, y, value;
@@ -74,7 +74,7 @@ Cells cells(int side, double size, double jitter, std::uint64_t seed, std::uint6
   Random random(seed, stream);
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < n; ++i) {
-      // Every second row is shifted by half: cells of six neighbours, as lobules are.
+      // Shifts every second row by half a cell: cells get six neighbours, like lobules.
       const double x = i + 0.25 + 0.5 * (j % 2) + jitter * (random.uniform() - 0.5);
       const double y = j + 0.5 + jitter * (random.uniform() - 0.5);
       sites[static_cast<std::size_t>(j * n + i)] = {static_cast<float>(x), static_cast<float>(y),

@@ -6,7 +6,7 @@
 
 namespace csd::sim {
 
-/// A square field of floats that repeats in both directions.
+/// A square field of floats, periodic in both directions.
 class NoiseField {
  public:
   explicit NoiseField(int side = 1, float value = 0)
@@ -20,10 +20,10 @@ class NoiseField {
   std::vector<float> &values() { return data_; }
   const std::vector<float> &values() const { return data_; }
 
-  /// Twice as many samples a side, by cubic B-splines.
+  /// Doubles the resolution with cubic B-splines.
   NoiseField doubled() const;
 
-  /// Shifted and scaled to mean 0 and deviation 1 (a constant field to 0).
+  /// Shifts and scales to mean 0 and deviation 1 (a constant field to 0).
   void normalise();
 
  private:
@@ -36,16 +36,16 @@ struct Octave {
   double weight;  ///< its share of the deviation
 };
 
-/// Smooth noise of blobs of several sizes, mean 0 and deviation 1. `side` is a power of two. The sizes are met within a
-/// factor √2.
+/// Smooth noise with blobs of several sizes, mean 0 and deviation 1. `side` is a power of two. Sizes are approximate
+/// within a factor √2.
 NoiseField fractal_noise(int side, const std::vector<Octave> &octaves, std::uint64_t seed, std::uint64_t stream);
 
 struct Cells {
-  NoiseField edge;   ///< 0 at the border between two cells, rising to about 1 in a cell's middle
+  NoiseField edge;   ///< 0 at the border between two cells, about 1 in the middle of a cell
   NoiseField value;  ///< a random number in 0…1 for each cell
 };
 
-/// A plane divided among random points (Worley 1996), about `size` samples apart; `jitter` 0 (a lattice) … 1.
+/// Voronoi cells of random points (Worley 1996), about `size` samples apart; `jitter` 0 (a lattice) … 1.
 Cells cells(int side, double size, double jitter, std::uint64_t seed, std::uint64_t stream);
 
 }  // namespace csd::sim

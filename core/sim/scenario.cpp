@@ -26,7 +26,8 @@ using Set = std::initializer_list<std::pair<Effect, double>>;
 
 Set effects_of(Scenario scenario) {
   using E = Effect;
-  // The paper's simulation (§3.1): cardiac and respiratory deformation and noise; no highlights, no change of light.
+  // The paper's simulation (§3.1): cardiac and respiratory deformation and noise, without highlights or changes of
+  // light.
   static constexpr Set deformation = {{E::heart_mild, 1}, {E::liver, 0.5}};
   static constexpr Set occlusion = {{E::tools, 1}, {E::heart_mild, 0.7}, {E::liver, 0.5}, {E::specular, 0.5}};
   static constexpr Set zoom = {{E::zoom, 1}, {E::heart_mild, 0.5}, {E::sway, 0.4}, {E::specular, 0.4}};
@@ -92,7 +93,7 @@ std::string_view trim(std::string_view text) {
 double parse_strength(std::string_view name, std::string_view text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed);
-  // (The comparison is false for NaN as well.)
+  // The comparison is false for NaN too.
   if (error != std::errc{} || end != text.data() + text.size() || !(value >= 0 && value <= strongest)) {
     fail("the strength of " + std::string(name) + " must be a number from 0 to 4, not " + shown_text(text));
   }

@@ -12,19 +12,19 @@ namespace {
 
 constexpr std::uint64_t stream_noise = 800, stream_reservoir = 801;
 
-// Rows of noise begin anywhere in the reservoir; a row of a 4K picture takes 3 · 3840 of its numbers.
+// A row of noise starts at a random place in the reservoir; a row of a 4K picture takes 3 · 3840 numbers.
 constexpr std::size_t reservoir = std::size_t{1} << 18;
 
-// Luma's deviation at strength 1 is that of the paper's and the project's clips, 2 grey levels in mid-grey; it grows
-// with the signal as shot noise does: σ² = 4·(0.4 + 0.6·luma/128).
-constexpr float shared = 0.95F, own = 0.5F;  // what R, G and B have in common after demosaicing, and what not
+// Luma's deviation at strength 1 matches the paper's and the project's clips, 2 grey levels in mid-grey; it grows with
+// the signal like shot noise: σ² = 4·(0.4 + 0.6·luma/128).
+constexpr float shared = 0.95F, own = 0.5F;  // noise common to R, G and B after demosaicing, and the rest
 constexpr float sigma = 2.02F;
 
-constexpr float kb = 0.114F, kr = 0.299F;  // any weights would do: only to take luma apart and put it together again
+constexpr float kb = 0.114F, kr = 0.299F;  // any weights would do: luma is only separated and put back
 
 constexpr double chroma_sigma = 1.4;  // pixels at 480 lines
 
-/// A sample of the sensor as a byte.
+/// Rounds a sensor sample to a byte.
 std::uint8_t to_byte(float x) {
   // NOLINTNEXTLINE(bugprone-incorrect-roundings): never negative, and a call of lround for each sample would be slow
   return static_cast<std::uint8_t>(static_cast<int>(std::clamp(x, 0.0F, 255.0F) + 0.5F));
@@ -83,7 +83,7 @@ void Sensor::expose(Canvas &canvas, const cv::Vec3d &gain, std::uint64_t moment,
       const auto k = static_cast<float>(gain[static_cast<int>(c)]);
       for (int x = 0; x < width; ++x) {
         const float value = plane[c][x] * (k * falls[static_cast<std::size_t>(x)]);
-        plane[c][x] = std::min(value, 300.0F);  // a photosite holds so much: glare doesn't spread in what follows
+        plane[c][x] = std::min(value, 300.0F);  // a photosite saturates, so glare doesn't spread in the next steps
       }
     }
     if (noise_ > 0) add_noise(plane[0], plane[1], plane[2], width, moment, y);

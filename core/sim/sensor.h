@@ -11,17 +11,17 @@
 
 namespace csd::sim {
 
-/// From light to bytes: vignette, exposure, noise, soft chroma, the field stop, burnt-in text.
+/// Converts light to bytes: vignette, exposure, noise, soft chroma, the field stop, burnt-in text.
 class Sensor {
  public:
   Sensor(const Effects &effects, std::uint64_t seed);
 
-  /// `picture` becomes CV_8UC3, B G R. `gain` is exposure (for B, G, R), `moment` numbers the exposures: another
-  /// moment, other noise. The canvas is used up.
+  /// `picture` becomes CV_8UC3, B G R. `gain` is exposure (for B, G, R). `moment` is the number of the exposure, which
+  /// selects the noise. Uses up the canvas.
   void expose(Canvas &canvas, const cv::Vec3d &gain, std::uint64_t moment, cv::Mat &picture,
               std::vector<float> &scratch) const;
 
-  /// Outside the field stop there is no picture: how much of it is lost at a place (pixels), 0…1.
+  /// The loss of visibility at a pixel, 0…1: there is no picture outside the field stop.
   float stopped(cv::Point2d pixel, cv::Size size) const;
 
  private:

@@ -13,16 +13,16 @@ namespace {
 
 constexpr std::uint64_t stream_sheets = 210, stream_opening = 215;
 
-// Sliding. Units, and seconds; all at strength 1.
+// Sliding. Units and seconds at strength 1.
 constexpr double slides = 30, slide_period = 3.1, covers = 18, cover_period = 4.7;
-constexpr double min_overlap = 22;  // more than the edge's waves are deep: nothing gapes
+constexpr double min_overlap = 22;  // more than the depth of the edge's waves, so no gap opens
 constexpr double thickness = 9, curl = 14;
 
 // The cut.
 constexpr double half_length = 120, opening = 23, max_open = 68, falloff = 80;  // opening < falloff: nothing folds
 constexpr double opens_at = 0.8, opens_for = 2.2, lip_height = 6;
 
-/// No edge of tissue is straight.
+/// An irregular edge: no edge of tissue is straight.
 double wave(double along) {
   return 5 * sin_turns(along / 170) + 2 * sin_turns(along / 61 + 0.3);
 }
@@ -31,7 +31,7 @@ cv::Point2d direction(double turns) {
   return {cos_turns(turns), sin_turns(turns)};
 }
 
-/// To the left of a direction in the picture, to its right in the plane: y points down.
+/// Left of a direction in the picture, right in the plane, because y points down.
 cv::Point2d beside_of(cv::Point2d d) {
   return {-d.y, d.x};
 }
@@ -39,7 +39,7 @@ cv::Point2d beside_of(cv::Point2d d) {
 }  // namespace
 
 Sheets::Sheets(const Effects &effects, std::uint64_t seed) : slide_(effects[Effect::slide]) {
-  // Each number of its own: neither effect changes the other's.
+  // Independent random numbers, so that the effects don't change each other.
   const auto random = [&](std::int64_t i) { return 2 * hashed(seed, stream_sheets, i) - 1; };
   edge_ = {50 * random(0), 35 * random(1)};
   edge_along_ = direction((random(2) < 0 ? 0.08 : 0.42) + 0.03 * random(3));
@@ -76,7 +76,7 @@ Sheets::Moment Sheets::at(double time) const {
     m.slid = {by.x, by.y, 0};
   }
   if (gape_ > 0) {
-    // Torn open bit by bit; then it gapes with each breath.
+    // Tears open in steps, then gapes with each breath.
     const double torn = stick_slip((time - opens_at) / opens_for, 7, stream_opening, 0);
     const double breath = 1 + 0.12 * smoothstep((time - opens_at - opens_for) / 2) * sin_turns(breath_rate * time);
     m.gape = gape_ * torn * breath;
@@ -113,7 +113,7 @@ double Sheets::shade(const Moment &moment, const Place &place, int sheet) const 
   if ((sheet & upper) != 0) {
     gain = 0.72 + 0.28 * smoothstep(place.inside / 9);
   } else if (moment.has_upper) {
-    // The upper sheet's edge has brought its waves along.
+    // The waves of the upper sheet's edge move with it.
     const double bare = -(place.inside - wave(place.along) + moment.over + wave(place.along - moment.along));
     gain = 1 - 0.5 * exp_of(-std::max(bare, 0.0) / 15);
   }

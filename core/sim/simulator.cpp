@@ -23,11 +23,11 @@
 namespace csd::sim {
 namespace {
 
-constexpr double picture_units = 1.25 * units_high;  // the height of a given texture
+constexpr double picture_units = 1.25 * units_high;  // height of a user's texture
 constexpr double hiding_smoke = 0.75;
 constexpr double highlight_radius = 5;  // pixels at 480 lines
-constexpr double last_moment = 1e9;  // seconds; the scene stands still then: positions in its noise stay whole numbers
-constexpr int widest = 16;           // times as wide as high, or as high as wide: as textures
+constexpr double last_moment = 1e9;     // seconds; the scene is still from then on: noise positions stay whole numbers
+constexpr int widest = 16;              // maximum aspect ratio, wide or high: as for textures
 
 const SimSettings &checked(const SimSettings &s) {
   if (s.size.width < 16 || s.size.height < 16 || s.size.width > 8192 || s.size.height > 8192) {
@@ -50,17 +50,17 @@ FrameView view_of(const cv::Mat &bgr) {
   return v;
 }
 
-/// That of the scene which a cut shows: one of the first five, which are unlike one another.
+/// The style of the scene after a cut: one of the first five, which look different from one another.
 Style other_style(Style style) {
   const auto i = static_cast<std::size_t>(style);
   constexpr std::size_t unlike = static_cast<std::size_t>(Style::fat) + 1;
   return static_cast<Style>((i < unlike ? i + 2 : i + 1) % unlike);
 }
 
-/// Lines of the textures: at 576 lines and below 1.6 texels for a pixel.
+/// Lines of the textures: 1.6 texels per pixel at 576 lines and below.
 int texture_side(cv::Size size) {
 #ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
-  if (size.height <= 32) return 256;  // else a scene takes seconds to make, and fuzzing makes a hundred thousand
+  if (size.height <= 32) return 256;  // else creating a scene takes seconds, and fuzzing creates a hundred thousand
 #endif
   return size.height <= 576 ? 2048 : 4096;
 }
@@ -69,7 +69,7 @@ int texture_side(cv::Size size) {
 
 struct Simulator::Impl {
   explicit Impl(const SimSettings &s) : settings(checked(s)), sensor(s.effects, s.seed) {
-    // Pattern fades by three quarters at strength 1.
+    // The pattern loses three quarters of its contrast at strength 1.
     const double contrast = 1 / (1 + 3 * s.effects[Effect::low_texture]);
     const int side = texture_side(s.size);
     TextureMap map;
@@ -81,7 +81,7 @@ struct Simulator::Impl {
     }
     tissue.emplace(s.effects, s.seed, std::move(map));
     if (s.effects[Effect::cut] > 0) {
-      // Elsewhere: another organ, which moves in its own way.
+      // The scene of a cut: another organ with its own motion.
       elsewhere.emplace(s.effects, s.seed + 1,
                         tissue_texture(other_style(s.style), s.seed + 1, std::max(side / 2, 256)));
     }
@@ -152,18 +152,18 @@ void Simulator::Impl::expose(double t, std::uint64_t moment, cv::Mat &bgr) {
 
 cv::Point2d Simulator::Impl::surface_at(double t, cv::Point2d pixel) const {
   const cv::Size size = settings.size;
-  const auto off = [&](cv::Point2d uv) {  // pixels; infinite behind the camera
+  const auto off = [&](cv::Point2d uv) {  // error in pixels; infinite behind the camera
     const cv::Point3d at = tissue->project(t, size, uv);
     return at.z > 0 ? std::hypot(at.x - pixel.x, at.y - pixel.y) : std::numeric_limits<double>::infinity();
   };
   const cv::Point2d nearest(std::floor(pixel.x + 0.5), std::floor(pixel.y + 0.5));
   std::optional<cv::Point2d> found;
   if (const Fragment *f = shown_at(nearest)) {
-    if ((*f)[Fragment::sheet] >= 0) {  // what lies bare in a wound is nobody's
+    if ((*f)[Fragment::sheet] >= 0) {  // the bed in a wound has no surface points
       const cv::Point2d shown((*f)[Fragment::u], (*f)[Fragment::v]);
       const auto sheet = static_cast<std::uint8_t>((*f)[Fragment::sheet]);
       const cv::Point2d uv = newton(t, pixel, shown, sheet);
-      // On the edge of a fold a pixel shows two places, and Newton's method may swing between them.
+      // At the edge of a fold a pixel shows two places, and Newton's method may alternate between them.
       if (off(uv) < 1e-6) {
         found = uv;
       } else if (off(shown) < 1) {
@@ -183,7 +183,7 @@ cv::Point2d Simulator::Impl::surface_at(double t, cv::Point2d pixel) const {
   throw std::invalid_argument(text.str());
 }
 
-/// What a pixel shows of the surface; null outside the picture and where there is nothing.
+/// The fragment at a pixel; null outside the picture and in empty pixels.
 const Fragment *Simulator::Impl::shown_at(cv::Point2d nearest) const {
   if (!nearest.inside(cv::Rect2d({}, cv::Size2d(settings.size)))) return nullptr;
   const Fragment &f = fragments.at(static_cast<int>(nearest.x), static_cast<int>(nearest.y));
@@ -213,8 +213,8 @@ cv::Point2d Simulator::Impl::newton(double t, cv::Point2d pixel, cv::Point2d uv,
   return uv;
 }
 
-/// Whether the fragment that is `beside` a point (pixels) shows another part of the surface. What rings hide lies close
-/// to their edges in the picture: it takes the surface's own slope to tell it from them.
+/// Whether the fragment `beside` a point (pixels) shows another part of the surface. Parts hidden by rings are close to
+/// the rings' edges in the picture, so only the surface's own slope tells them apart.
 bool Simulator::Impl::behind_a_ring(double t, cv::Point2d uv, const Fragment &shown, cv::Point2d beside) const {
   constexpr double step = 0.01, most = 1.5;  // pixels
   const auto at = [&](double u, double v) { return tissue->project(t, settings.size, {u, v}); };
@@ -225,11 +225,11 @@ bool Simulator::Impl::behind_a_ring(double t, cv::Point2d uv, const Fragment &sh
   return std::hypot(u * du.x + v * dv.x - beside.x, u * du.y + v * dv.y - beside.y) > most;
 }
 
-/// Whether another part of the surface is what the pixels around show.
+/// Whether the surrounding pixels show another part of the surface.
 bool Simulator::Impl::folded(double t, cv::Point2d uv, cv::Point2d pixel) const {
   const cv::Size size = settings.size;
   const int x = static_cast<int>(std::floor(pixel.x + 0.5)), y = static_cast<int>(std::floor(pixel.y + 0.5));
-  // Where the tissue is cut, a pixel shows either sheet.
+  // At a cut, a pixel shows either sheet.
   const auto sheet = static_cast<float>(tissue->sheet_of(uv));
   const Fragment *shown = shown_at(cv::Point2d(x, y));
   if (tissue->sheets().any() && shown && (*shown)[Fragment::sheet] != sheet) return true;
@@ -306,7 +306,7 @@ std::vector<cv::Point2d> Simulator::detect(std::size_t wanted) {
   const int patch = default_patch_size(frame.size().height), half = patch / 2;
   for (int y = 0; y < forbidden.rows; ++y) {
     for (int x = 0; x < forbidden.cols; ++x) {
-      // A patch must not reach over the field stop or into the text.
+      // Keeps patches away from the field stop and the text.
       for (const cv::Point corner : {cv::Point(-half, -half), {half, -half}, {-half, half}, {half, half}}) {
         const cv::Point2d at = frame.to_picture(cv::Point2d(x + corner.x, y + corner.y));
         const bool text = impl_->strength(Effect::text) > 0 && cv::Rect2d(clock_box(picture.size())).contains(at);

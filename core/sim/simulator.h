@@ -14,38 +14,38 @@
 
 namespace csd::sim {
 
-/// All that a simulation is made from.
+/// The settings of a simulation.
 struct SimSettings {
   Effects effects = scenario_effects(Scenario::deformation);
   std::uint64_t seed = 1;
   Style style = Style::heart;
-  /// CV_8UC3, B G R: the surface's texture instead of the style's, one and a quarter times as high as the picture at
-  /// the start, mirrored beyond its edges. Empty: the style's.
+  /// CV_8UC3, B G R: the surface's texture instead of the style's, 1.25 times as high as the initial picture, mirrored
+  /// beyond its edges. Empty: the style's.
   cv::Mat texture;
   cv::Size size{640, 480};
-  double rate = 25;  ///< frames a second
+  double rate = 25;  ///< frames per second
 };
 
 enum class Visibility : std::uint8_t {
   visible,
-  hidden,  ///< by a tool, a fold, a fluid, smoke or a highlight; or there is no picture of it: field stop, text, cut
+  hidden,  ///< by a tool, a fold, a fluid, smoke or a highlight, or not in the picture: field stop, text, cut
   out      ///< outside the frame
 };
 
 struct TruthPoint {
   FeatureId id = 0;
-  double x = 0, y = 0;  ///< pixels, centres at integers: where the point is, seen or not
+  double x = 0, y = 0;  ///< pixels, centres at integers: the true position, visible or not
   Visibility visibility = Visibility::visible;
 };
 
-/// Simulated tissue with exact ground truth (§3.1): renders any frame, and says where each point of the surface is in
+/// Simulated tissue with exact ground truth (§3.1): renders any frame and gives the position of each surface point in
 /// it.
 ///
-/// A frame is a function of the settings and its number: frames may be asked for in any order. The same settings give
-/// the same bytes on every machine of an architecture. Not thread safe; simulators share nothing.
+/// A frame depends only on the settings and its number, so frames may be requested in any order. The same settings give
+/// the same bytes on every machine of an architecture. Not thread-safe; simulators share nothing.
 class Simulator {
  public:
-  /// Throws std::invalid_argument on a size outside 16×16…8192×8192, a rate that isn't above 0, or a texture of
+  /// Throws std::invalid_argument for a size outside 16×16…8192×8192, a rate that isn't above 0, or a texture of
   /// another type.
   explicit Simulator(const SimSettings &settings);
   ~Simulator();
@@ -57,19 +57,19 @@ class Simulator {
   /// Renders frame `n`: `bgr` becomes CV_8UC3 of the size.
   void render(std::uint64_t n, cv::Mat &bgr);
 
-  /// Features that core/detect finds on frame 0, best first: pixels.
+  /// The features that core/detect finds in frame 0, best first: pixels.
   std::vector<cv::Point2d> detect(std::size_t wanted);
 
-  /// The points of the surface (units) that the pixels of frame `n` show; behind a tool or a fluid, the tissue there.
-  /// The surface goes on beyond the picture, but not everywhere: throws std::invalid_argument that names a pixel where
-  /// there is none of it.
+  /// The surface points (units) under the pixels of frame `n`; under a tool or a fluid, those of the tissue there. The
+  /// surface extends beyond the picture, but not without limit: throws std::invalid_argument that names a pixel without
+  /// surface.
   std::vector<cv::Point2d> on_surface(std::uint64_t n, std::span<const cv::Point2d> pixels);
-  /// The point of the surface that a pixel of `settings().texture` colours. Throws std::logic_error without one.
+  /// The surface point coloured by a pixel of `settings().texture`. Throws std::logic_error without a texture.
   cv::Point2d of_texture(cv::Point2d pixel) const;
 
-  /// Where points of the surface are in frame `n`; ids are their indices. With interlacing that of the first field.
-  /// What is hidden: at least half covered at the point, smoke of density 0.75 and more; a highlight where it blinds
-  /// half of a disc of 5 pixels' radius (at 480 lines).
+  /// The positions of surface points in frame `n`; ids are their indices. With interlacing they are those of the first
+  /// field. A point is hidden if it is at least half covered, under smoke of density 0.75 and more, or if a highlight
+  /// saturates half of a disc of 5 pixels' radius (at 480 lines).
   std::vector<TruthPoint> truth(std::uint64_t n, std::span<const cv::Point2d> surface);
 
  private:

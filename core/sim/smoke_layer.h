@@ -10,14 +10,14 @@
 
 namespace csd::sim {
 
-/// Smoke between the scope and the tissue at one moment: P' = (1−d)·P + d·C, as Eq. 1 means it, with a density d that
-/// varies smoothly over the picture and drifts.
+/// Smoke between the scope and the tissue at one moment: P' = (1−d)·P + d·C, the meaning of Eq. 1, with a density d
+/// that varies smoothly over the picture and drifts.
 class SmokeLayer {
  public:
   SmokeLayer(double time, double strength, std::uint64_t seed, cv::Size size);
 
   void draw(Canvas &canvas) const;
-  /// d at a place (pixels), 0…0.97.
+  /// d at a pixel, 0…0.97.
   float density(cv::Point2d pixel) const;
 
  private:

@@ -12,19 +12,19 @@ namespace {
 
 constexpr std::uint64_t stream_relief = 200, stream_pulse = 201, stream_beat = 202;
 
-// The fold: a ridge across the picture above its middle, which leans towards +v over the tissue there.
+// The fold: a ridge across the picture above its middle that leans towards +v over the tissue there.
 constexpr double fold_v = -95, fold_across = 46, fold_along = 190, fold_height = 85, fold_lean = 135;
 
 double gaussian(double du, double dv, double inverse) {
   const double x = (du * du + dv * dv) * inverse;
-  return x > 32 ? 0 : exp_of(-x);  // 1e−14: nothing, even in units of a thousandth of a pixel
+  return x > 32 ? 0 : exp_of(-x);  // 1e−14: nothing, even in thousandths of a pixel
 }
 
 double inverse_of(double sigma) {
   return 1 / (2 * sigma * sigma);
 }
 
-/// The ventricle's: a quick contraction and a slow filling. About −1…1; `turns` of the period.
+/// The ventricle: a quick contraction and a slow filling. About −1…1; `turns` of the period.
 double heartbeat(double turns) {
   return 0.75 * sin_turns(turns) + 0.3 * sin_turns(2 * turns + 0.06) + 0.1 * sin_turns(3 * turns + 0.2);
 }
@@ -34,7 +34,7 @@ double breathing(double turns) {
 }
 
 double fold_at(double u, double v) {
-  // The ridge runs a little aslant.
+  // The ridge is slightly oblique.
   const double du = u - 20, dv = v - fold_v - 0.12 * du;
   return exp_of(-du * du * inverse_of(fold_along) - dv * dv * inverse_of(fold_across));
 }
@@ -48,7 +48,7 @@ Surface::Surface(const Effects &effects, std::uint64_t seed)
       grasp_(effects[Effect::grasp]),
       seed_(seed) {
   Random random(seed, stream_relief);
-  // A jittered 4 × 3 grid, up and down by turns: no seed gives a flat scene.
+  // A jittered 4 × 3 grid, alternating up and down, so that no seed gives a flat scene.
   for (int i = 0; i < bumps; ++i) {
     const int column = i % 4, row = i / 4;
     const double u = (column - 1.5) * 250 + random.uniform(-90, 90), v = (row - 1) * 250 + random.uniform(-90, 90);
@@ -89,7 +89,7 @@ Surface::Surface(const Effects &effects, std::uint64_t seed)
 
 Surface::Moment Surface::at(double time) const {
   Moment moment;
-  // Neither beats nor breaths are all alike: their rates and depths wander a little.
+  // Beats and breaths vary: their rates and depths wander a little.
   const double beats = heart_rate * time + 0.12 * wander(seed_, stream_beat, 0.4 * time);
   const double breaths = breath_rate * time + 0.05 * wander(seed_, stream_beat + 1, 0.15 * time);
   const double depth = 1 + 0.1 * wander(seed_, stream_beat + 2, 0.3 * time);
@@ -132,7 +132,7 @@ cv::Vec3d Surface::Moment::bed(const Place &place) const {
 cv::Vec3d Surface::Moment::whole(const Place &place, std::uint8_t sheet) const {
   cv::Vec3d p = place.rest + shift_ + place.fold * fold_;
   for (std::size_t i = 0; i < push_.size(); ++i) p += place.pulse[i] * push_[i];
-  // What is grasped of one sheet does not pull at the other; the two lips of a cut hang together.
+  // A grasp on one sheet doesn't pull at the other; the two lips of a cut move together.
   if (grasped_ && ((sheet ^ grasped_sheet_) & Sheets::upper) == 0) p += grasp_.at(place.u, place.v);
   return p;
 }
@@ -175,7 +175,7 @@ Surface::Place Surface::place(double u, double v) const {
   const cv::Vec3d n = along_u.cross(along_v);
   p.normal = n / std::sqrt(n.dot(n));
   if (cavity_.any()) {
-    // Walls are seen aslant: folds show by how they differ from a wall without.
+    // Walls are seen obliquely: shades folds relative to a wall without.
     const cv::Vec3d lamp = cv::Vec3d(0, 0, nominal_distance) - p.rest;
     const double faces = p.normal.dot(lamp) / std::sqrt(lamp.dot(lamp));
     p.normal = {0, 0, std::clamp(0.77 * faces / cavity_.facing(u, v), 0.6, 1.0)};

@@ -12,10 +12,10 @@
 namespace csd::sim {
 namespace {
 
-// Sharper than the theory of the pyramid asks for: its levels are smooth already.
+// Sharper than the pyramid's theory requires, because its levels are already smooth.
 constexpr double sharpen_levels = 0.35;
 
-/// Halves a picture that repeats with the binomial [1 3 3 1]², which is centred where the four texels meet.
+/// Halves a periodic picture with the binomial [1 3 3 1]², centred where four texels meet.
 cv::Mat halved(const cv::Mat &in) {
   const int w = in.cols / 2, h = in.rows / 2;
   cv::Mat out(h, w, CV_8UC4);
@@ -36,7 +36,7 @@ cv::Mat halved(const cv::Mat &in) {
   return out;
 }
 
-/// Weights of a resampling from `from` to `to` pixels: four taps a pixel, Catmull–Rom, in 1/1024.
+/// Weights to resample from `from` to `to` pixels: four taps per pixel, Catmull–Rom, in 1/1024.
 struct Taps {
   std::vector<int> first, weight;
 };
@@ -109,7 +109,7 @@ void scale_pattern(cv::Mat &texture, double size, double contrast) {
   const int radius = std::max(1, static_cast<int>(size / 2)), width = texture.cols, height = texture.rows;
   const std::int64_t area = static_cast<std::int64_t>(2 * radius + 1) * (2 * radius + 1);
   const auto k = static_cast<int>(floor_of(contrast * 256 + 0.5));
-  // The mean over a box, with running sums: of columns, and of those along a row.
+  // Box filter with running sums over columns, then along each row.
   const cv::Mat original = texture.clone();
   std::vector<std::int64_t> columns(3 * static_cast<std::size_t>(width), 0);
   const auto wrap = [](int i, int n) { return ((i % n) + n) % n; };
@@ -139,14 +139,14 @@ void scale_pattern(cv::Mat &texture, double size, double contrast) {
   }
 }
 
-constexpr int longest_side = 16;  // of a picture, against the other
+constexpr int longest_side = 16;  // of a picture: maximum aspect ratio
 
 PictureTexture texture_of_picture(const cv::Mat &bgr, double units, double texels_per_unit, std::uint8_t gloss,
                                   double contrast) {
   if (bgr.type() != CV_8UC3 || bgr.empty()) {
     throw std::invalid_argument("the texture must be a picture of 8-bit B, G, R (CV_8UC3) that isn't empty");
   }
-  // A line of 30000 pixels would be made a texture of gigabytes.
+  // A line of 30000 pixels would become a texture of gigabytes.
   if (bgr.cols / longest_side >= bgr.rows || bgr.rows / longest_side >= bgr.cols)
     throw std::invalid_argument("the texture must be less than " + std::to_string(longest_side) +
                                 " times as wide as high, and as high as wide");
@@ -183,7 +183,7 @@ PictureTexture texture_of_picture(const cv::Mat &bgr, double units, double texel
       }
       for (const int yy : {y, -1 - y})
         for (const int xx : {x, -1 - x}) {
-          // The picture's middle becomes the texture's.
+          // The picture's centre becomes the texture's.
           mirrored.at<cv::Vec4b>((yy + h / 2 + 2 * h) % (2 * h), (xx + w / 2 + 2 * w) % (2 * w)) = texel;
         }
     }

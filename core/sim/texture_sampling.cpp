@@ -10,7 +10,7 @@ HWY_BEFORE_NAMESPACE();
 namespace csd::sim {
 namespace HWY_NAMESPACE {
 
-#if HWY_TARGET == HWY_SCALAR  // a machine with less than SSSE3: the plain twin
+#if HWY_TARGET == HWY_SCALAR  // a machine with less than SSSE3: use the scalar version
 
 void SampleRow(const TextureMap::Level *levels, std::size_t level_count, float bias, const Fragment *fragments,
                std::size_t n, std::array<float, 4> *out) {
@@ -21,7 +21,7 @@ void SampleRow(const TextureMap::Level *levels, std::size_t level_count, float b
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// A texel is a vector: texels lie anywhere, but each of them in one piece.
+// A texel is a vector: texels are scattered, but each is contiguous.
 using Texel = hn::FixedTag<float, 4>;
 using Vector = hn::Vec<Texel>;
 
@@ -32,7 +32,7 @@ HWY_INLINE Vector Load(const std::uint8_t *texel) {
   return hn::ConvertTo(d, hn::PromoteTo(d32, hn::LoadU(d8, texel)));
 }
 
-// Products and sums apart, in the twin's order: fused, they would round otherwise.
+// Multiplies and adds separately, in the scalar version's order: fused operations would round differently.
 HWY_INLINE Vector Bilinear(const TexelPlace &p) {
   const Texel d;
   const float w11 = p.fx * p.fy, w10 = p.fy - w11, w01 = p.fx - w11, w00 = 1 - p.fx - w10;

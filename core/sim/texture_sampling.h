@@ -9,16 +9,16 @@
 /// Trilinear sampling of a texture pyramid for a row of fragments.
 namespace csd::sim {
 
-/// B, G, R, gloss of each of `n` fragments; a fragment that shows nothing may get anything. `bias` is added to their
-/// levels. Runs on the machine's best vectors (Highway).
+/// B, G, R, gloss of each of `n` fragments; the result for an empty fragment is undefined. Adds `bias` to their levels.
+/// Uses the machine's best vector instructions (Highway).
 void sample_vectors(const TextureMap::Level *levels, std::size_t level_count, float bias, const Fragment *fragments,
                     std::size_t n, std::array<float, 4> *out);
 
-/// The same with plain arithmetic: the same bits.
+/// The scalar version, with identical bits.
 void sample_scalar(const TextureMap::Level *levels, std::size_t level_count, float bias, const Fragment *fragments,
                    std::size_t n, std::array<float, 4> *out);
 
-/// Where a fragment falls on a level.
+/// A fragment's place on a level.
 struct TexelPlace {
   const std::uint8_t *upper, *lower;  ///< two texels each
   float fx, fy;
@@ -33,7 +33,7 @@ inline TexelPlace texel_place(const TextureMap::Level &l, float u, float v) {
   float x = u * l.per_unit + l.middle_x, y = v * l.per_unit + l.middle_y;
   x -= floor_float(x * l.inverse_width) * static_cast<float>(l.width);
   y -= floor_float(y * l.inverse_height) * static_cast<float>(l.height);
-  // Rounding may have left them just outside.
+  // Rounding may have moved them just outside.
   int ix = static_cast<int>(x), iy = static_cast<int>(y);
   ix = ix < 0 ? 0 : ix >= l.width ? l.width - 1 : ix;
   iy = iy < 0 ? 0 : iy >= l.height ? l.height - 1 : iy;
@@ -41,7 +41,7 @@ inline TexelPlace texel_place(const TextureMap::Level &l, float u, float v) {
   return {p, p + l.stride, x - static_cast<float>(ix), y - static_cast<float>(iy)};
 }
 
-/// Which two levels a fragment lies between, and how far from the first to the second.
+/// The two levels around a fragment, and how far it is from the first to the second.
 struct LevelPlace {
   std::size_t fine, coarse;
   float f;

@@ -12,14 +12,14 @@ namespace {
 
 constexpr float blood_colour[3] = {20, 14, 122};  // B, G, R
 constexpr float water_tint[3] = {1.08F, 1.06F, 1.0F};
-constexpr float stain[3] = {0.62F, 0.6F, 0.82F};      // what washed tissue keeps of its colour
-constexpr float displaced_u = 173, displaced_v = 91;  // where its new pattern comes from, units
-constexpr double bed_u = 400, bed_v = 300;            // likewise of the tissue under a wound
+constexpr float stain[3] = {0.62F, 0.6F, 0.82F};      // colour that washed tissue keeps
+constexpr float displaced_u = 173, displaced_v = 91;  // origin of its new pattern, units
+constexpr double bed_u = 400, bed_v = 300;            // likewise for the tissue under a wound
 constexpr float bed_tint[3] = {0.5F, 0.46F, 0.8F};
-constexpr double nearest_seen = 20;  // units before the camera
+constexpr double nearest_seen = 20;  // units in front of the camera
 constexpr float blood_gloss = 1.3F, water_gloss = 1.5F;
 
-/// A pixel on the edge of a sheet shows a little of either.
+/// Blends the sheets in the pixels along their edges.
 void soften_edges(const Fragments &fragments, Canvas &canvas) {
   struct Softened {
     int x, y;
@@ -56,7 +56,7 @@ Tissue::Tissue(const Effects &effects, std::uint64_t seed, TextureMap texture)
       fluids_(effects, seed),
       highlights_(effects[Effect::specular], seed) {}
 
-/// A moment, and what moves while the shutter is open then.
+/// A moment, and the motion during its exposure.
 struct Tissue::View {
   View(const Tissue &tissue, double at, cv::Size size, double shutter)
       : time(at),
@@ -96,7 +96,7 @@ void Tissue::find(double time, cv::Size size, double shutter, Fragments &fragmen
     owners_.clear();
     for (const Mesh::Point &p : mesh_.points) owners_.push_back(owner_of(p));
   };
-  // In a cavity some of the walls are beside or behind the scope.
+  // In a cavity some walls are beside or behind the scope.
   owned_by([&](const Mesh::Point &p) { return p.image.z > nearest_seen ? p.place.sheet : Part::nobody; });
   sheets().each([&](std::uint8_t sheet) {
     mesh_.move_with(sheet, view.now, view.camera);
@@ -106,7 +106,7 @@ void Tissue::find(double time, cv::Size size, double shutter, Fragments &fragmen
   });
   if (!sheets().any()) return;
   owned_by([&](const Mesh::Point &p) {
-    // Sheets that slide in a cavity gape where its walls bend.
+    // In a cavity sliding sheets gape where the walls bend.
     const bool bare = p.image.z > nearest_seen && (surface_.hollow() || Sheets::bared(view.now.cuts(), p.place.cuts));
     return static_cast<std::uint8_t>(bare ? 0 : Part::nobody);
   });
@@ -128,7 +128,7 @@ void Tissue::draw(const View &view, int sheet, const Part *part, Fragments &frag
     const Mesh::Point &p = mesh_.points[i];
     Fragment &c = corners_[i];
     image_.emplace_back(p.image.x, p.image.y);
-    if (part && !touches(*part, i)) continue;  // no cell of the part has this corner
+    if (part && !touches(*part, i)) continue;  // not in any cell of the part
     const double nearer = !bed && (sheet & Sheets::upper) != 0 ? Sheets::hides : 0;
     c[Fragment::depth] = static_cast<float>(p.image.z - nearer);
     c[Fragment::u] = static_cast<float>(p.place.u + (bed ? bed_u : 0));
@@ -203,7 +203,7 @@ void Tissue::paint_row(double time, const Camera &camera, const Fragments &fragm
   const auto inverse = static_cast<float>(1 / camera.focal);
   const float slope_y = (static_cast<float>(y) - static_cast<float>(camera.principal.y)) * inverse;
   const auto principal_x = static_cast<float>(camera.principal.x);
-  // Water bends the light: where it runs, texels are looked up anew below.
+  // Water refracts the light: looks up texels again below where it runs.
   const auto width = static_cast<std::size_t>(canvas.size().width);
   std::vector<std::array<float, 4>> texels(width);
   texture_.sample_row(row, width, texels.data());
@@ -231,7 +231,7 @@ void Tissue::paint_row(double time, const Camera &camera, const Fragments &fragm
         }
       }
       if (const float blood = cover(f[Fragment::blood]); blood > 0) {
-        // Thin at its edge, where tissue shines through.
+        // Thin at the edge, where tissue shines through.
         const float depth = blood * (0.8F + 0.15F * clamp01(f[Fragment::blood] * 0.5F));
         for (std::size_t c = 0; c < 3; ++c) texel[c] += depth * (blood_colour[c] - texel[c]);
       }
@@ -245,7 +245,7 @@ void Tissue::paint_row(double time, const Camera &camera, const Fragments &fragm
     const float slope_x = (static_cast<float>(x) - principal_x) * inverse;
     const auto light = highlights_.at(f, slope_x, slope_y, gloss_of(texel[3], f, Wet));
     if (light.glow > 0) {
-      constexpr float glow[3] = {95, 70, 80}, core[3] = {330, 320, 320};  // a little violet, as sensors clip
+      constexpr float glow[3] = {95, 70, 80}, core[3] = {330, 320, 320};  // slightly violet, like a sensor's clipping
       for (std::size_t c = 0; c < 3; ++c) {
         texel[c] += light.glow * glow[c];
         texel[c] += light.core * (core[c] - texel[c]);
@@ -280,10 +280,10 @@ void blur_motion(const Fragments &fragments, Canvas &canvas, Canvas &copy) {
       if (f[Fragment::depth] >= Fragments::nothing) continue;
       const float mx = f[Fragment::motion_x], my = f[Fragment::motion_y];
       const float length = std::max(std::abs(mx), std::abs(my));
-      // What is as near as the lens has no motion that can be told: it is huge, or no number.
+      // Points as near as the lens have no usable motion: it is huge, or not a number.
       constexpr float most = 8192;
       if (!(length >= 0.5F && length <= most && std::abs(my) <= most)) continue;
-      // As far to one side as to the other, so that nothing shifts.
+      // The same to both sides, so that nothing shifts.
       const int pairs = std::min(8, 1 + static_cast<int>(length / 2));
       float sum[3] = {copy.row(0, y)[x], copy.row(1, y)[x], copy.row(2, y)[x]};
       for (int k = 1; k <= pairs; ++k) {

@@ -26,18 +26,18 @@ class Tissue {
  public:
   Tissue(const Effects &effects, std::uint64_t seed, TextureMap texture);
 
-  /// What each pixel of the picture shows at `time`. With `shutter` > 0 (seconds) also how far it moves meanwhile.
+  /// Finds the fragment of each pixel at `time` and, with `shutter` > 0 (seconds), its motion during the exposure.
   void find(double time, cv::Size size, double shutter, Fragments &fragments);
-  /// Its colours. `fragments` are of the same time.
+  /// Colours the fragments, which must be of the same time.
   void paint(double time, const Fragments &fragments, Canvas &canvas) const;
 
-  /// Where the surface point (u, v), units, is at `time`: pixels, and depth.
+  /// Projects the surface point (u, v), units, at `time`: pixels and depth.
   cv::Point3d project(double time, cv::Size size, cv::Point2d uv) const;
-  /// The same if it moved with another of the sheets.
+  /// The same as if it moved with another sheet.
   cv::Point3d project(double time, cv::Size size, cv::Point2d uv, std::uint8_t sheet) const;
-  /// The instrument that grasps at `time`, if one is near the picture.
+  /// The grasping instrument at `time`, if it is near the picture.
   std::optional<Tools::Grip> grip(double time, cv::Size size) const;
-  /// How much of a pixel a highlight blinds, 0…1.
+  /// The share of a pixel saturated by a highlight, 0…1.
   float blinded(const Camera &camera, const Fragments &fragments, cv::Point pixel) const;
 
   /// Whether blood or water covers the point (u, v), units.
@@ -45,16 +45,16 @@ class Tissue {
 
   const Sheets &sheets() const { return surface_.sheets(); }
   bool hollow() const { return surface_.hollow(); }
-  /// Which sheet (u, v) belongs to.
+  /// The sheet of (u, v).
   std::uint8_t sheet_of(cv::Point2d uv) const { return Sheets::sheet_of(sheets().place(uv.x, uv.y)); }
 
   Camera camera(double time, cv::Size size) const { return camera_at(time, effects_, seed_, size); }
 
  private:
   struct View;
-  /// Draws what the mesh has of a sheet, or of the bed.
+  /// Draws the mesh's part of a sheet, or the bed.
   void draw(const View &view, int sheet, const Part *part, Fragments &fragments);
-  /// Whether a corner of the mesh is one of the part's or beside one.
+  /// Whether a corner of the mesh belongs to the part or is next to it.
   bool touches(const Part &part, std::size_t corner) const;
   template <bool Wet>
   void paint_row(double time, const Camera &camera, const Fragments &fragments, int y, Canvas &canvas) const;
@@ -72,7 +72,7 @@ class Tissue {
   std::vector<std::uint8_t> owners_;  // of the corners
 };
 
-/// Blurs what moved while the shutter was open, along its motion. `copy` is scratch.
+/// Blurs along the motion during the exposure. `copy` is scratch.
 void blur_motion(const Fragments &fragments, Canvas &canvas, Canvas &copy);
 
 }  // namespace csd::sim

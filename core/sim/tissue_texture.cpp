@@ -18,12 +18,12 @@ namespace {
 constexpr double period = 1280;  // units
 constexpr std::uint64_t stream_texture = 900;
 
-// Deviation of the luma of a patch of 21 units, exceeded by a fifth of the texture: there features are found. In the
-// pictures it is less by the light's gain and what the pyramid smooths.
+// Luma deviation in a patch of 21 units, exceeded by a fifth of the texture: features are detected there. In the
+// pictures it is less, because of the light's gain and the pyramid's smoothing.
 constexpr double pattern_deviation = 17.8;
 constexpr double pattern_share = 0.8;
 constexpr int patch_units = 21;
-constexpr double form_units = 30;  // forms larger than this are not the pattern
+constexpr double form_units = 30;  // larger forms don't count as pattern
 
 constexpr std::array<std::string_view, style_count> names = {"heart",  "liver",  "peritoneum", "bowel",  "fat",
                                                              "retina", "mucosa", "lobes",      "charred"};
@@ -40,12 +40,12 @@ Colour mix(Colour a, Colour b, float f) {
   return {a.b + f * (b.b - a.b), a.g + f * (b.g - a.g), a.r + f * (b.r - a.r)};
 }
 
-/// 0…1 around `middle` of a field of deviation 1.
+/// 0…1 around `middle`, for a field of deviation 1.
 float above(float x, float middle, float width) {
   return smoothstep((x - middle) / width + 0.5F);
 }
 
-/// Makes the fields of one texture; lengths in units.
+/// Creates the fields of one texture; lengths in units.
 class Loom {
  public:
   Loom(std::uint64_t seed, int side) : seed_(seed), side_(side), per_unit_(side / period) {}
@@ -56,7 +56,7 @@ class Loom {
     for (Octave &o : octaves) o.size *= per_unit_;
     return fractal_noise(side_, octaves, seed_, stream_++);
   }
-  /// Cells whose borders are not straight: looked up where noise of up to about `warp` points.
+  /// Cells with irregular borders: displaced by noise of up to about `warp`.
   Cells cells_of(double size, double jitter, double warp) {
     const Cells straight = cells(side_, size * per_unit_, jitter, seed_, stream_++);
     const NoiseField dx = noise({{0.8 * size, 1}, {0.3 * size, 0.5}}), dy = noise({{0.8 * size, 1}, {0.3 * size, 0.5}});
@@ -83,8 +83,7 @@ class Loom {
     }
     return field;
   }
-  /// A fibrous field: noise drawn out, `along` times as long as it is wide (a power of two), and warped so that it
-  /// isn't straight.
+  /// A fibrous field: noise stretched to `along` times its width (a power of two) and bent by a warp.
   NoiseField fibres(double width, int along, double warp) {
     const NoiseField source = noise({{width * along, 1}, {width * along / 2, 0.6}}),
                      bend = noise({{420, 1}, {140, 0.2}, {30, 0.03}});
@@ -158,11 +157,11 @@ cv::Mat liver(Loom &loom, std::uint8_t gloss) {
   return weave(loom.side(), gloss, [&](int x, int y) {
     const float n = fine.row(y)[x], patchy = blotch.row(y)[x];
     Colour c = mix({40, 32, 104}, {70, 60, 148}, clamp01(0.5F + 0.25F * form.row(y)[x] + 0.14F * patchy));
-    // Each lobule is dark in its middle and pale where they meet, not everywhere alike.
+    // Each lobule is dark in its middle and pale at its border, unevenly across the texture.
     const float lobe = smoothstep(1.6F * lobules.edge.row(y)[x]), net = clamp01(0.65F + 0.3F * patchy);
     c = (1.12F - 0.3F * net * lobe + 0.16F * (lobules.value.row(y)[x] - 0.5F) + 0.06F * n) * c;
     c = mix(c, {60, 36, 84}, 0.5F * veins.row(y)[x]);
-    // Vessels of the capsule, and where it is thicker.
+    // Vessels of the capsule, and its thicker parts.
     c = mix(c, {104, 100, 186}, 0.5F * threads.row(y)[x]);
     return mix(c, {150, 150, 200}, 0.35F * above(patchy + 0.5F * n, 2.4F, 1.4F));
   });
@@ -178,7 +177,7 @@ cv::Mat peritoneum(Loom &loom, std::uint8_t gloss) {
     const float n = fine.row(y)[x];
     Colour c = mix({58, 98, 184}, {140, 148, 222}, clamp01(0.5F + 0.32F * form.row(y)[x]));
     c = (1 + 0.03F * n + 0.02F * blots.row(y)[x]) * c;
-    // Fascia: whitish strands, in sheets.
+    // Fascia: whitish strands in sheets.
     const float strands = clamp01(0.45F + 0.35F * fibre.row(y)[x]) * above(sheet.row(y)[x], 0.7F, 1.6F);
     c = mix(c, {196, 200, 230}, 0.42F * strands);
     c = mix(c, {132, 92, 138}, 0.5F * veins.row(y)[x]);
@@ -211,7 +210,7 @@ cv::Mat fat(Loom &loom, std::uint8_t gloss) {
                    clamp01(0.5F + 0.3F * form.row(y)[x] + 0.2F * (middle.value.row(y)[x] - 0.5F)));
     const float lobe = smoothstep(3 * lobes.edge.row(y)[x]), part = smoothstep(2 * middle.edge.row(y)[x]);
     const float grain = smoothstep(2 * grains.edge.row(y)[x]);
-    // Deep between the lobes, where it is red; shallow between their parts.
+    // Deep and red between the lobes, shallow between their parts.
     c = mix({34, 82, 178}, c, 0.3F + 0.5F * lobe + 0.2F * part);
     c = (0.87F + 0.07F * part + 0.06F * grain + 0.1F * (grains.value.row(y)[x] - 0.5F) + 0.025F * n) * c;
     return mix(c, {46, 46, 176}, 0.65F * small.row(y)[x]);
@@ -242,7 +241,7 @@ cv::Mat mucosa(Loom &loom, std::uint8_t gloss) {
   return weave(loom.side(), gloss, [&](int x, int y) {
     const float n = fine.row(y)[x];
     Colour c = mix({142, 134, 216}, {194, 190, 240}, clamp01(0.5F + 0.3F * form.row(y)[x]));
-    // Folds: long soft swellings, and creases between them.
+    // Folds: long soft swellings with creases between them.
     const float fold = folds.row(y)[x];
     c = (1 + 0.07F * std::clamp(fold, -2.0F, 2.0F)) * c;
     c = mix(c, {98, 84, 178}, 0.5F * smoothstep(1 - 1.1F * std::abs(fold + 0.9F)));
@@ -260,7 +259,7 @@ cv::Mat lobes(Loom &loom, std::uint8_t gloss) {
   return weave(loom.side(), gloss, [&](int x, int y) {
     const float n = fine.row(y)[x], own = large.value.row(y)[x], part = parts.value.row(y)[x];
     Colour c = mix({56, 158, 226}, {126, 206, 248}, clamp01(0.5F + 0.25F * form.row(y)[x] + 0.5F * (own - 0.5F)));
-    // Round: bright on top, darker down to the seam.
+    // Round: bright on top, darker towards the seam.
     const float up = clamp01(1.5F * large.edge.row(y)[x]), round = std::sqrt(up * (2 - up));
     const float inner = clamp01(1.8F * parts.edge.row(y)[x]), swell = std::sqrt(inner * (2 - inner));
     c = (0.66F + 0.24F * round + 0.13F * swell + 0.08F * (part - 0.5F) + 0.025F * n) * c;
@@ -279,7 +278,7 @@ cv::Mat charred(Loom &loom, std::uint8_t gloss) {
     const float n = fine.row(y)[x], b = burnt.row(y)[x] + 0.08F * n, wet = bleeding.row(y)[x] + 0.05F * n;
     Colour c = mix({66, 66, 158}, {104, 112, 196}, clamp01(0.5F + 0.3F * form.row(y)[x]));
     c = mix((1 + 0.05F * n) * c, {44, 36, 146}, 0.55F * trees.row(y)[x]);
-    // Towards the crust tissue is cooked pale, then brown, then black and cracked.
+    // Towards the crust tissue is pale from heat, then brown, then black and cracked.
     c = mix(c, (1 + 0.04F * n) * Colour{140, 166, 208}, 0.8F * above(b, 0.15F, 0.5F));
     c = mix(c, (1 + 0.1F * n) * Colour{44, 66, 112}, above(b, 0.62F, 0.35F));
     const float flake = smoothstep(3.5F * flakes.edge.row(y)[x]);
@@ -290,12 +289,12 @@ cv::Mat charred(Loom &loom, std::uint8_t gloss) {
   });
 }
 
-/// The retina's patches hold little but a thin vessel each.
+/// The retina's patches contain little more than a thin vessel each.
 double deviation_of(Style style) {
   return style == Style::retina ? 1.14 * pattern_deviation : pattern_deviation;
 }
 
-/// What a fifth of the patches all over the texture exceed: the deviation of luma within a patch of 21 units.
+/// The value exceeded by a fifth of all patches: the deviation of luma within a patch of 21 units.
 double strong_deviation(const cv::Mat &texture) {
   const double per_unit = texture.cols / period;
   const int step = std::max(1, static_cast<int>(floor_of(per_unit + 0.5)));  // about every unit

@@ -27,11 +27,11 @@ std::string_view style_name(Style style);
 /// Throws std::invalid_argument that lists the names.
 Style parse_style(std::string_view name);
 
-/// How the tissue of a style reflects: 0…255, for textures that a user gives too.
+/// The gloss of a style's tissue, 0…255, also for a user's textures.
 std::uint8_t gloss_of(Style style);
 
-/// A procedural texture that repeats every 1280 units, with `side` texels (a power of two, at least 256) for them.
-/// `contrast` 1 is ordinary tissue; its pattern fades with less, the large forms stay.
+/// A procedural texture that repeats every 1280 units, with `side` texels (a power of two, at least 256) per period.
+/// `contrast` 1 is ordinary tissue; lower values fade the pattern but keep the large forms.
 TextureMap tissue_texture(Style style, std::uint64_t seed, int side, double contrast = 1);
 
 }  // namespace csd::sim

@@ -12,10 +12,10 @@ namespace csd::sim {
 namespace {
 
 constexpr std::uint64_t stream_tools = 600;
-constexpr float gripping = 17;  // pixels at 480 lines: the radius of what grasps
+constexpr float gripping = 17;  // pixels at 480 lines: the radius of a grasping instrument
 constexpr float shadow_x = 13, shadow_y = 17, shadow_soft = 22, shadow_depth = 0.5F;  // pixels at 480 lines
 
-// Pixels. What is thinner covers nothing to speak of, and its rods' lengths drown in the last digit of their ends.
+// Pixels. Thinner rods cover next to nothing, and their lengths get lost in rounding errors.
 constexpr float thinnest = 0.05F;
 
 /// 0…1 over an edge of one pixel.
@@ -23,12 +23,12 @@ float coverage(float outside) {
   return clamp01(0.5F - outside);
 }
 
-/// Where an instrument comes from and what it does there. Places are shares of the picture's width and height.
+/// An instrument's entry point and movements. Positions are fractions of the picture's width and height.
 struct Instrument {
   double port_x, port_y;  // far outside the picture
   double begin, end;      // in each cycle, seconds
-  double from_x, to_x;    // its tip sweeps between them…
-  double from_y, to_y;    // …and reaches
+  double from_x, to_x;    // range of its tip's sweep…
+  double from_y, to_y;    // …and of its reach
   double phase;           // of its movements, in half turns
   bool coloured;
 };
@@ -36,7 +36,7 @@ constexpr Instrument instruments[] = {{1.35, 1.0, 1.2, 11, 0.12, 0.8, 0.2, 0.85,
                                       {-0.35, 0.75, 8.5, 18.5, 0.85, 0.2, 0.2, 0.85, 1, false},
                                       {0.75, -0.5, 4, 14, 0.25, 0.75, 0.55, 0.95, 0.6, false},
                                       {0.2, 1.5, 6, 16, 0.8, 0.3, 0.1, 0.45, 1.5, true}};
-constexpr std::size_t ordinary = 2;  // so many up to strength 1; the others come farther in the stronger it is, up to 2
+constexpr std::size_t ordinary = 2;  // this many up to strength 1; the others come in further as it rises to 2
 
 cv::Point2f direction(double turns) {
   return {static_cast<float>(cos_turns(turns)), static_cast<float>(sin_turns(turns))};
@@ -52,7 +52,7 @@ Tools::Tools(double time, double strength, std::uint64_t seed, cv::Size size, co
   const double thickness = strength <= 1 ? std::sqrt(strength) : std::min(strength, 2.0);
   const auto radius = static_cast<float>(29 * thickness) * scale_;
   if (radius < thinnest) return;
-  // By turns, overlapping; each sweeps to and fro while it is in.
+  // In turns, overlapping; each sweeps to and fro while it is in.
   for (std::size_t i = 0; i < std::size(instruments); ++i) {
     const Instrument &it = instruments[i];
     const auto stream = stream_tools + 10 * i;
@@ -142,8 +142,8 @@ void Tools::draw(Canvas &canvas) const {
     visit(rod, 1, size, [&](int x, int y, const Hit &h) {
       const float alpha = coverage(h.outside);
       if (alpha <= 0) return;
-      // A cylinder under a lamp at the camera: bright along its middle, a stripe of highlight beside it, tissue
-      // mirrored at its edges.
+      // A cylinder with the lamp at the camera: bright along its middle, a highlight beside it, reflected tissue at its
+      // edges.
       const float round = std::sqrt(std::max(0.0F, 1 - h.across * h.across));
       const float stripe_at = (h.across + 0.25F) * (rod.material == Material::steel ? 5.0F : 7.0F);
       const float stripe = std::max(0.0F, 1 - stripe_at * stripe_at);
@@ -165,7 +165,7 @@ void Tools::draw(Canvas &canvas) const {
           shine = 45;
           break;
       }
-      // Rings turned into the shaft, so that it isn't featureless.
+      // Turned rings in the shaft, so that it has texture.
       const float ring = h.along * 14 - std::floor(h.along * 14);
       if (rod.material != Material::steel && ring < 0.06F) base *= 0.72F;
       const float grey = base + shine * stripe * stripe, red = mirror * (1 - round);

@@ -11,27 +11,27 @@
 
 namespace csd::sim {
 
-/// Instruments between the scope and the tissue at one moment: a shaft that comes in from outside the picture, a steel
-/// neck, two jaws. Two of them, by turns, up to strength 1; from there to 2 two more come in. The stronger, the
-/// thicker.
+/// Instruments between the scope and the tissue at one moment: a shaft that enters from outside the picture, a steel
+/// neck, two jaws. Two of them, in turns, up to strength 1; two more come in up to strength 2. Thickness grows with
+/// strength.
 class Tools {
  public:
-  /// What grasps the tissue: an instrument more.
+  /// The instrument that grasps the tissue, in addition to the others.
   struct Grip {
-    cv::Point2d tip, port;  ///< pixels: where its jaws end, and far outside the picture
-    double open = 0;        ///< 0…1: the jaws
+    cv::Point2d tip, port;  ///< pixels: end of the jaws, and a point far outside the picture
+    double open = 0;        ///< 0…1: opening of the jaws
     bool coloured = false;
   };
   Tools(double time, double strength, std::uint64_t seed, cv::Size size, const std::optional<Grip> &grip = {});
 
   /// Draws the shadows on the tissue, then the instruments.
   void draw(Canvas &canvas) const;
-  /// How much of the picture they cover at a place (pixels), 0…1.
+  /// The instruments' coverage of a pixel, 0…1.
   float cover(cv::Point2d pixel) const;
 
  private:
   enum class Material : std::uint8_t { steel, black, plastic };
-  /// A piece of a rod that gets thicker or thinner.
+  /// A tapered piece of a rod.
   struct Rod {
     cv::Point2f a, b;
     float radius_a, radius_b;
@@ -43,7 +43,7 @@ class Tools {
     float along;    // 0…1
   };
 
-  /// An instrument from `port` to `tip`, whose jaws are open by `open` turns each.
+  /// Adds an instrument from `port` to `tip`; each of its jaws is open by `open` turns.
   void add(cv::Point2f port, cv::Point2f tip, float radius, double open, bool coloured);
   static Hit hit(const Rod &rod, float x, float y);
   template <class Paint>

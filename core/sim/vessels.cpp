@@ -21,7 +21,7 @@ void stamp(NoiseField &field, double x, double y, double radius) {
     float *row = field.row(((j % n) + n) % n);
     for (int i = static_cast<int>(floor_of(x - reach)); i <= x + reach; ++i) {
       const double d = std::sqrt((i - x) * (i - x) + (j - y) * (j - y));
-      // Round in section, and no thinner than a sample: thin vessels get fainter instead.
+      // A round cross-section, at least a sample wide: thinner vessels get fainter instead.
       const double edge = std::max(radius, 1.0), inside = clamp01(1 - d / (edge + 0.5));
       const auto value = static_cast<float>(smoothstep(1.6 * inside) * std::min(1.0, 0.35 + 0.65 * radius));
       float &f = row[((i % n) + n) % n];
@@ -40,7 +40,7 @@ void draw_vessels(NoiseField &field, const VesselOptions &options, std::uint64_t
     todo.push_back({random.uniform(0, field.side()), random.uniform(0, field.side()), random.uniform(),
                     options.width * random.uniform(0.7, 1.15), options.length * random.uniform(0.7, 1.2)});
   }
-  constexpr std::size_t most = 20000;  // whatever the options: an end
+  constexpr std::size_t most = 20000;  // limits the number for any options
   for (std::size_t next = 0; next < todo.size() && next < most; ++next) {
     Vessel v = todo[next];
     const double chance = options.branches / std::max(v.length, 1.0);  // of a branch, per sample
