@@ -9,7 +9,6 @@
 #include <set>
 #include <thread>
 
-#include "csd2012/learn/appearance.h"
 #include "csd2012/search.h"
 #include "csd2012/smoothed.h"
 #include "image/convert.h"
@@ -158,29 +157,6 @@ TEST_F(LearningAFeature, EachAppearanceModelTeachesItsCopies) {
     learner.learn(snapshot_, at_);
     EXPECT_EQ(tree_of(learner)->features(), 73u) << model;
   }
-}
-
-// Other highlights than those of the lesson, at other places.
-TEST_F(LearningAFeature, WhatItLearntUnderHighlightsItKnowsUnderOthers) {
-  const auto recognised = [&](double highlights) {
-    auto options = without_warps();
-    options.choices.highlights = highlights;
-    FeatureLearner learner(options, Random(1), counters_);
-    learner.learn(snapshot_, at_);
-    Random random(2);
-    int count = 0;
-    for (int i = 0; i < 200; ++i) {
-      cv::Mat shiny, channel;
-      sample_patch(snapshot_.bgr, at_, learner.grown(), shiny);
-      add_highlight(shiny, 1, random);
-      to_space(shiny, learner.published()->space(), channel);
-      csd2012::smooth(channel, choices_.smoothing, channel);
-      count += learner.published()->probability(channel.clone()) > 0;
-    }
-    return count;
-  };
-  const int without = recognised(0);
-  EXPECT_GT(recognised(8), without + (200 - without) / 3) << without;
 }
 
 TEST_F(LearningAFeature, InTheColourSpaceThatTheChoicesName) {
