@@ -33,7 +33,7 @@ class Results:
 
     def rows(self, header, after=""):
         """The first table whose header begins with these cells, behind this text: [{column: cell}]."""
-        begin = self.text.find(f"{after}")
+        begin = self.text.find(after)
         at = self.text.find(f"\n| {' | '.join(header)} |", begin) if begin >= 0 else -1
         if at < 0:
             raise builds.Failure(f"{self.path} has no table '{' | '.join(header)}'{f' below {after.strip()!r}' if after else ''}")
@@ -170,7 +170,7 @@ class Evaluation:
         right = figures.Panel("pictures of real tissue: csd", "", "sensitivity", f"set yrange [0:1.03]; {categories(row['scene'] for row in self.scenes)}", "points",
                               "inside left bottom samplen 1")
         for name, style, of in (("to reach", "pt 1 ps 1 lc rgb '#000000'", lambda row: float(re.match(r"≥ ([\d.]+)", row["to reach: sensitivity / K"])[1])),
-                                ("mean", POINTS["csd"], lambda row: float(row["sensitivity / K"].split(" ")[0])),
+                                ("mean", POINTS["csd"], lambda row: float(first(row["sensitivity / K"]))),
                                 ("worst tissue", "pt 6 ps 0.9 lc rgb '#762a83'", lambda row: float(first(row["worst tissue"])))):
             right.add(name, style, [(i, of(row)) for i, row in enumerate(self.scenes)])
         figures.draw(path, [left, right], 2, 320)

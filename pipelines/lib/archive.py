@@ -179,7 +179,7 @@ def compare(options, index, version, text):
             why = f"'{path_shown}' is no UTF-8: rename it"
         elif not found:
             why = f"there is no file '{path}': correct the list, or bring it back"
-        elif not os.path.isfile(path) and not os.path.isdir(path):
+        elif command.is_pipe(path):
             why = f"'{path}' {command.PIPE}"
         elif not found[0]:
             why = f"'{path}' is empty: copy it again, or remove it"
@@ -193,16 +193,15 @@ def compare(options, index, version, text):
 # ---- Being told to end ---------------------------------------------------------------------------------------------
 
 
-def heed(handler):
-    """What a wish to end does."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        if signal.getsignal(number) != signal.SIG_IGN:  # nohup
-            signal.signal(number, handler)
+def on_end(handler):
+    """What a signal to end does."""
+    for number in command.heard(signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, handler)
 
 
 def interrupted(*_):
     # Once: a second signal would leave GNU parallel alone, and it may already be here. Of such a one SIG_IGN would make Python complain.
-    heed(lambda *_: None)
+    on_end(lambda *_: None)
     raise KeyboardInterrupt
 
 
@@ -363,7 +362,7 @@ def run(options, own, locked, version, text, properties, begun):
         except (KeyboardInterrupt, command.Full) as error:
             ended = error
         finally:
-            heed(signal.SIG_IGN)  # up to the exit
+            on_end(signal.SIG_IGN)  # up to the exit
             why = progress.look()  # before they are told to end
             left = machines.stop(isinstance(ended, command.Full))
             if left is None:
@@ -421,7 +420,7 @@ def main():
     options.out = pathlib.Path(os.path.abspath(options.out))
     command.check_name(str(options.out))  # with the folder that it is in
     version, text, properties = settings(options.preset, options.set)
-    heed(interrupted)
+    on_end(interrupted)
     own = options.out / ".archive"
     made = [path for path in (options.out / "index.sqlite", own / "lock", own / "progress", own, options.out, *options.out.parents)
             if not os.path.exists(path)]

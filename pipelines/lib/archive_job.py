@@ -94,13 +94,13 @@ class Job(runner.Run):
             tell(min(self.position / self.length, 1))
         return GLib.SOURCE_CONTINUE
 
-    def _heed(self, message):
+    def _handle(self, message):
         if message.type == Gst.MessageType.ELEMENT and message.has_name("missing-plugin"):
             self._missing.append(message.get_structure().get_string("name"))
         if message.type == Gst.MessageType.EOS:
             self._ask_length()
         if message.type != Gst.MessageType.ERROR:
-            super()._heed(message)
+            super()._handle(message)
             return
         error, debug = message.parse_error()
         factory = message.src.get_factory() if isinstance(message.src, Gst.Element) else None

@@ -65,6 +65,16 @@ def check_name(text):
 PIPE = "is no file but a pipe or a device: save it as a file first"  # after what was to be read, more than once or out of order
 
 
+def is_pipe(path):
+    """Or a device."""
+    return os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path)
+
+
+def heard(*numbers):
+    """Those of these signals that are not ignored: after nohup SIGHUP is."""
+    return [number for number in numbers if signal.getsignal(number) != signal.SIG_IGN]
+
+
 def options(parse):
     """The arguments as `parse` reads them. With --check first, that is all: the program ends."""
     for word in sys.argv[1:]:

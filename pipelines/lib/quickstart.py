@@ -4,7 +4,6 @@
 VIDEO may be --simulate and three PROPERTY=VALUE of csdsimsrc; or quickstart.py --properties"""
 
 import contextlib
-import io
 import os
 import pathlib
 import shutil
@@ -54,9 +53,8 @@ def main():
     else:
         source, rest = pathlib.Path(sys.argv[1]), sys.argv[2:]
     out = pathlib.Path(rest[0])
-    for number in (signal.SIGTERM, signal.SIGHUP):  # until the job runs, which ends in its own way
-        if signal.getsignal(number) != signal.SIG_IGN:  # nohup
-            signal.signal(number, interrupted)
+    for number in command.heard(signal.SIGTERM, signal.SIGHUP):  # until the job runs, which ends in its own way
+        signal.signal(number, interrupted)
     with unfinished(out) as folder:
         job = tracking.Job(source, out, folder, rest[1:])
         with report.Progress(source.name) as progress:
@@ -71,9 +69,7 @@ def main():
     for text in filter(None, (*job.warnings, job.cut_short)):
         command.told(f"quickstart: {text}", sys.stderr)
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
-    with contextlib.redirect_stdout(io.StringIO()) as table:
-        report.table(job, out)
-    command.told(table.getvalue(), sys.stdout, end="")
+    command.told("\n".join(report.table(job, out)), sys.stdout)
 
 
 try:

@@ -175,6 +175,8 @@ def properties(specs):
 
 
 def table(job, out):
+    """Its lines."""
+
     def number(field):
         return job.stats.get_value(field) if job.stats and job.stats.has_field(field) else None
 
@@ -184,28 +186,28 @@ def table(job, out):
 
     rows, ids, outside = features(out / "tracks.csv")
     total = sum(rows.values())
-    print(f"frames      {job.frames} of {job.picture}, in {job.seconds:.1f} s: {job.frames / job.seconds:.1f} fps with "
+    yield (f"frames      {job.frames} of {job.picture}, in {job.seconds:.1f} s: {job.frames / job.seconds:.1f} fps with "
           f"{'simulating' if job.simulated else 'decoding'} and encoding")
     tracker = job.track.get_property("algorithm").value_nick
-    print(f"tracker     {tracker}" + (", the paper's, as printed; the project's own: --algorithm csd" if tracker == "csd-2012" else ""))
-    print(f"features    {ids} in all, {total / job.frames:.1f} a frame" if ids else
+    yield f"tracker     {tracker}" + (", the paper's, as printed; the project's own: --algorithm csd" if tracker == "csd-2012" else "")
+    yield (f"features    {ids} in all, {total / job.frames:.1f} a frame" if ids else
           f"features    none: {why_none(job.track)}; --points tracks what you choose")
     for state, marker in STATES.items():
         if rows[state]:
-            print(f"  {state:9} {rows[state] / total:6.1%}  {rows[state] / job.frames:6.1f} a frame   {marker}")
+            yield f"  {state:9} {rows[state] / total:6.1%}  {rows[state] / job.frames:6.1f} a frame   {marker}"
     if outside:
-        print(f"outside     {len(outside)} of {ids} points lie outside the picture of {job.picture.split()[0]}: "
+        yield (f"outside     {len(outside)} of {ids} points lie outside the picture of {job.picture.split()[0]}: "
               f"{'; '.join(outside[:5])}{'; …' if len(outside) > 5 else ''}")
-    print(f"cost        p50 {milliseconds('time-p50')}, p95 {milliseconds('time-p95')} a frame, tracking and learning")
+    yield f"cost        p50 {milliseconds('time-p50')}, p95 {milliseconds('time-p95')} a frame, tracking and learning"
     if job.simulated:
         for label, text in score(out):
-            print(f"{label:11} {text}")
+            yield f"{label:11} {text}"
     else:
-        print(f"sound       {', '.join(job.sound) or 'none'}")
+        yield f"sound       {', '.join(job.sound) or 'none'}"
     if job.turned:
-        print("turned      overlay.mp4 only, as the file asks: tracks are in pixels of the picture as it is stored")
+        yield "turned      overlay.mp4 only, as the file asks: tracks are in pixels of the picture as it is stored"
     for name in results(job):
         if (out / name).exists():
-            print(f"{out / name}   {RESULTS[name]}")
+            yield f"{out / name}   {RESULTS[name]}"
     if (out / "page").is_dir():
-        print(f"{out / 'page' / 'index.html'}   opens in a browser: the video with its points, and how each moves")
+        yield f"{out / 'page' / 'index.html'}   opens in a browser: the video with its points, and how each moves"

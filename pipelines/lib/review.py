@@ -156,7 +156,7 @@ def begin_of(tracks):
 def main():
     options = command.options(parse)
     for file, what in ((options.video, "the path of a video"), (options.tracks, "the path of its tracks")):
-        if os.path.exists(file) and not os.path.isfile(file) and not os.path.isdir(file):
+        if command.is_pipe(file):
             raise command.Failure(f"'{file}' {command.PIPE}")
         if not os.path.isfile(file):
             raise command.Failure(f"there is no file '{file}': give {what}")

@@ -100,11 +100,11 @@ class Run:
         GLib.timeout_add_seconds(self.SILENCE, listen)
         bus = self.pipeline.get_bus()
         bus.add_signal_watch()
-        bus.connect("message", lambda _, message: self._heed(message))
+        bus.connect("message", lambda _, message: self._handle(message))
         for number in (signal.SIGINT, signal.SIGTERM):
             GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, self._tell)
-        if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # nohup
-            GLib.unix_signal_add(GLib.PRIORITY_HIGH, signal.SIGHUP, self._hang_up)
+        for number in command.heard(signal.SIGHUP):
+            GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, self._hang_up)
         # A live source has no picture before it plays: that is how it is told from a file.
         paused = self.pipeline.set_state(Gst.State.PAUSED)
         if paused == Gst.StateChangeReturn.NO_PREROLL:
@@ -164,7 +164,7 @@ class Run:
         return found
 
     def _cut(self):
-        """A source that doesn't heed its end (avdemux_gif seeks none, it reads on for ever) is cut off where it gives buffers away: what it has
+        """A source that doesn't end when told to (avdemux_gif seeks none, it reads on for ever) is cut off where it gives buffers away: what it has
         given is not lost. It is what nothing pushes buffers into: a source, or a demuxer that fetches them."""
         for element in self._elements():
             if all(pad.mode == Gst.PadMode.PULL for pad in element.sinkpads):
@@ -215,7 +215,7 @@ class Run:
             GLib.timeout_add(int(seconds * 1000), self.end)
         return Gst.PadProbeReturn.OK
 
-    def _heed(self, message):
+    def _handle(self, message):
         if message.type == Gst.MessageType.EOS:
             self.over = not self.ending
             self._loop.quit()

@@ -16,6 +16,8 @@ import threading
 import time
 
 import gi
+
+import command
 from caps import first_structure
 from failure import NO_VIDEO, Failure, Misuse, no_video, of_filesink
 from properties import check_start, choices, set_from_text, settable
@@ -269,9 +271,8 @@ class Job:
         bus = self.pipeline.get_bus()
         bus.add_signal_watch()
         bus.connect("message", self._message)
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:  # nohup
-                GLib.unix_signal_add(GLib.PRIORITY_DEFAULT, number, self._interrupted)
+        for number in (signal.SIGINT, signal.SIGTERM, *command.heard(signal.SIGHUP)):
+            GLib.unix_signal_add(GLib.PRIORITY_DEFAULT, number, self._interrupted)
         GLib.timeout_add(200, self._tick, progress)
         self._started = started = time.monotonic()
         self.pipeline.set_state(Gst.State.PLAYING)

@@ -186,22 +186,22 @@ class Page:
     def _features(self, content):
         return {f["id"]: f for f in json.loads(content)["features"] if f["state"] != "ended"}
 
-    def heed(self, wish):
-        """Does what a click wishes; the answer. Raises Refused."""
+    def answer(self, click):
+        """Does what a click asks for; what to answer. Raises Refused."""
         with self._lock:
             newest = next(reversed(self._lines.values()), None)
-            clicked = self._lines.get(wish.get("time"))
-        if set(wish) == {"remove"}:
-            if newest is None or wish["remove"] not in self._features(newest):
+            clicked = self._lines.get(click.get("time"))
+        if set(click) == {"remove"}:
+            if newest is None or click["remove"] not in self._features(newest):
                 raise Refused(404, "that point is there no more")
-            removed = int(wish["remove"])
+            removed = int(click["remove"])
             self._track.emit("remove-point", removed)
             return {"removed": removed}
-        if set(wish) != {"x", "y", "time"}:
+        if set(click) != {"x", "y", "time"}:
             raise Refused(400, "neither a point to add nor one to remove")
         if clicked is None:
             raise Refused(409, "the picture that was clicked is too old: click again")
-        line, (x, y) = json.loads(clicked), (wish["x"], wish["y"])
+        line, (x, y) = json.loads(clicked), (click["x"], click["y"])
         if not (-0.5 <= x < line["width"] - 0.5 and -0.5 <= y < line["height"] - 0.5):
             raise Refused(400, "outside the picture")
         # The tissue has moved on since that frame: as its nearest points have.
@@ -337,9 +337,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
         if not length.isdecimal() or len(length) > 9 or int(length) > REQUEST:
             raise Refused(400, "too long")
         try:
-            wish = json.loads(self.rfile.read(int(length)))
+            click = json.loads(self.rfile.read(int(length)))
         except ValueError as error:
             raise Refused(400, "no JSON") from error
-        if not isinstance(wish, dict) or not all(type(value) in (int, float) for value in wish.values()):
+        if not isinstance(click, dict) or not all(type(value) in (int, float) for value in click.values()):
             raise Refused(400, "neither a point to add nor one to remove")
-        self._send(200, "application/json", json.dumps(self.server.page.heed(wish)).encode())
+        self._send(200, "application/json", json.dumps(self.server.page.answer(click)).encode())

@@ -355,15 +355,20 @@ class Archive(harness.Case):
         self.assertEqual((process.returncode, said), (130, "archive: ended: 0 of 1 videos are done, the same command does the rest\n"))
         self.check_ended("long.mkv")
 
-    def test_what_a_killed_run_left_can_be_ended(self):
-        videos = self.copy()
-        shutil.copy(self.long, videos)
+    def kill_the_command(self, videos):
+        """While a job of long.mkv, which then stands still, is at work; the next run is refused. Returns the job."""
         process = start(*FEW, videos, self.out)
         job = machines.job_at_work(self.out, "long.mkv")
         self.hold(job)
         process.kill()
         process.communicate()
         self.refused(videos)
+        return job
+
+    def test_what_a_killed_run_left_can_be_ended(self):
+        videos = self.copy()
+        shutil.copy(self.long, videos)
+        job = self.kill_the_command(videos)
         os.kill(int(self.kill), signal.SIGTERM)
         machines.wait(lambda: not pathlib.Path(f"/proc/{job}").exists() and not pathlib.Path(f"/proc/{self.kill}").exists())
         self.assertFalse((self.out / "long.mkv.jsonl").exists())
@@ -374,12 +379,7 @@ class Archive(harness.Case):
         videos = self.copy()
         # So long that its job still works when it is stopped again.
         subprocess.run(["ffmpeg", "-v", "error", "-stream_loop", "5", "-i", self.long, "-c", "copy", videos / "long.mkv"], check=True)
-        process = start(*FEW, videos, self.out)
-        job = machines.job_at_work(self.out, "long.mkv")
-        self.hold(job)
-        process.kill()
-        process.communicate()
-        self.refused(videos)
+        job = self.kill_the_command(videos)
         os.kill(job, signal.SIGCONT)  # one that stands still is told to hang up when the leader of its session is gone
         os.kill(int(self.kill), signal.SIGKILL)
         machines.wait(lambda: not pathlib.Path(f"/proc/{self.kill}").exists())
