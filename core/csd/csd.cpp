@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "track/find_id.h"
 #include "track/patch_side.h"
 
 namespace csd {
@@ -104,15 +105,12 @@ Claim::Kind Csd::begin(FeatureId id, cv::Point2d position, const FrameContext &c
 }
 
 void Csd::end(FeatureId id) {
-  const auto at =
-      std::lower_bound(queries_.begin(), queries_.end(), id, [](const Query &q, FeatureId i) { return q.id < i; });
-  if (at != queries_.end() && at->id == id) ended_.push_back(id);
+  if (find_id(queries_, id, &Query::id) != queries_.end()) ended_.push_back(id);
 }
 
 std::optional<Csd::Judged> Csd::judged(FeatureId id) const {
-  const auto at =
-      std::lower_bound(queries_.begin(), queries_.end(), id, [](const Query &q, FeatureId i) { return q.id < i; });
-  if (at == queries_.end() || at->id != id || at->turn == Followed::Turn::waits || !at->point.evidence()) return {};
+  const auto at = find_id(queries_, id, &Query::id);
+  if (at == queries_.end() || at->turn == Followed::Turn::waits || !at->point.evidence()) return {};
   return Judged{*at->point.evidence(), at->judged_at};
 }
 

@@ -8,6 +8,7 @@
 #include "csd2012/learn/negatives.h"
 #include "csd2012/search.h"
 #include "csd2012/smoothed.h"
+#include "track/find_id.h"
 #include "track/patch_side.h"
 
 namespace csd {
@@ -72,9 +73,8 @@ Csd2012::Csd2012(const Settings &settings, Executor &executor, const Choices &ch
 Csd2012::~Csd2012() = default;
 
 Csd2012::Follower *Csd2012::find(FeatureId id) {
-  const auto at = std::lower_bound(followers_.begin(), followers_.end(), id,
-                                   [](const auto &follower, FeatureId wanted) { return follower->id < wanted; });
-  return at != followers_.end() && (*at)->id == id ? at->get() : nullptr;
+  const auto at = find_id(followers_, id, [](const auto &follower) { return follower->id; });
+  return at != followers_.end() ? at->get() : nullptr;
 }
 
 Claim::Kind Csd2012::begin(FeatureId id, cv::Point2d position, const FrameContext &context) {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "score/quantile.h"
+#include "track/find_id.h"
 
 namespace csd::score {
 namespace {
@@ -131,9 +132,8 @@ class LastReports {
   void advance(std::size_t end) {
     for (; seen_ < end; ++seen_)
       for (const Feature &feature : tracks_.frames[seen_].features) {
-        const auto id = std::lower_bound(ids_.begin(), ids_.end(), feature.id);
-        if (id != ids_.end() && *id == feature.id)
-          reports_[static_cast<std::size_t>(id - ids_.begin())] = {feature, seen_};
+        const auto id = find_id(ids_, feature.id, std::identity{});
+        if (id != ids_.end()) reports_[static_cast<std::size_t>(id - ids_.begin())] = {feature, seen_};
       }
   }
 

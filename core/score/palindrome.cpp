@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "score/palindrome.h"
 
-#include <algorithm>
+#include "track/find_id.h"
 
 namespace csd::score {
 namespace {
 
 /// The feature's claim in this frame; null without one.
 const Feature *claim_of(const TrackFrame &frame, FeatureId id) {
-  const auto found = std::lower_bound(frame.features.begin(), frame.features.end(), id,
-                                      [](const Feature &feature, FeatureId wanted) { return feature.id < wanted; });
-  return found != frame.features.end() && found->id == id && claims_position(found->state) ? &*found : nullptr;
+  const auto found = find_id(frame.features, id, &Feature::id);
+  return found != frame.features.end() && claims_position(found->state) ? &*found : nullptr;
 }
 
 double distance(const Feature &a, const Feature &b) {

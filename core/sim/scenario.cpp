@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "track/shown_text.h"
+#include "track/setting_text.h"
 
 namespace csd::sim {
 namespace {
@@ -80,12 +80,6 @@ std::optional<std::size_t> find(const std::array<std::string_view, N> &names, st
   return static_cast<std::size_t>(at - names.begin());
 }
 
-std::string_view trim(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t\n");
-  if (begin == text.npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t\n") + 1 - begin);
-}
-
 [[noreturn]] void fail(const std::string &what) {
   throw std::invalid_argument(what);
 }
@@ -109,18 +103,18 @@ std::string_view effect_name(Effect effect) {
 void Effects::set(std::string_view text) {
   auto result = strength_;
   std::array<bool, effect_count> named{};
-  if (trim(text).empty()) return;
+  if (trimmed(text).empty()) return;
   for (bool more = true; more;) {
     const auto comma = text.find(',');
     more = comma != text.npos;
-    const std::string_view item = trim(text.substr(0, comma));
+    const std::string_view item = trimmed(text.substr(0, comma));
     if (more) text.remove_prefix(comma + 1);
     const auto equals = item.find('=');
-    const std::string_view name = trim(item.substr(0, equals));
+    const std::string_view name = trimmed(item.substr(0, equals));
     const auto effect = find(effect_names, name);
     if (!effect) fail("no effect " + shown_text(name) + "; there are " + list(effect_names));
     if (std::exchange(named[*effect], true)) fail("the effect " + std::string(name) + " is named twice");
-    result[*effect] = equals == item.npos ? 1 : parse_strength(name, trim(item.substr(equals + 1)));
+    result[*effect] = equals == item.npos ? 1 : parse_strength(name, trimmed(item.substr(equals + 1)));
   }
   strength_ = result;
 }
@@ -130,7 +124,7 @@ std::string_view scenario_name(Scenario scenario) {
 }
 
 Scenario parse_scenario(std::string_view name) {
-  const auto index = find(scenario_names, trim(name));
+  const auto index = find(scenario_names, trimmed(name));
   if (!index) fail("no scenario " + shown_text(name) + "; there are " + list(scenario_names));
   return static_cast<Scenario>(*index);
 }

@@ -6,22 +6,15 @@
 #include <optional>
 #include <system_error>
 
-#include "track/shown_text.h"
+#include "track/setting_text.h"
 #include "track/types.h"
 
 namespace csd {
 namespace {
 
-constexpr std::string_view blanks = " \t\r\n";
 constexpr std::string_view points_help =
     "Write pixels with a decimal point, and a semicolon between points: \"100,50;210.5,80\".";
 constexpr std::string_view region_help = "Write x,y,width,height in whole pixels: \"40,0,560,480\".";
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(blanks);
-  if (first == text.npos) return {};
-  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
-}
 
 /// Like std::from_chars, independent of the locale, but also accepts a plus sign.
 template <typename Number>

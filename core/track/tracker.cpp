@@ -14,6 +14,7 @@
 #include "image/pyramid.h"
 #include "image/work_frame.h"
 #include "track/algorithm.h"
+#include "track/find_id.h"
 #include "track/life.h"
 #include "track/patch_side.h"
 #include "track/requests.h"
@@ -100,9 +101,8 @@ void Tracker::Impl::take_requests() {
   asked.reset = false;
   for (const auto id : asked.removed) {
     std::erase_if(asked.added, [id](const StartPoint &p) { return p.id == id; });
-    const auto life =
-        std::lower_bound(lives.begin(), lives.end(), id, [](const Life &l, FeatureId i) { return l.feature.id < i; });
-    if (life != lives.end() && life->feature.id == id) end(*life);
+    const auto life = find_id(lives, id, [](const Life &l) { return l.feature.id; });
+    if (life != lives.end()) end(*life);
   }
   asked.removed.clear();
 }

@@ -3,12 +3,6 @@
 
 namespace csd {
 
-std::string_view state_name(FeatureState state) {
-  static constexpr std::array<std::string_view, feature_states> names{"learning", "tracked", "occluded",
-                                                                      "lost",     "out",     "ended"};
-  return names[static_cast<std::size_t>(state)];
-}
-
 std::string_view algorithm_name(AlgorithmKind kind) {
   switch (kind) {
     case AlgorithmKind::csd:

@@ -19,9 +19,12 @@ inline constexpr std::size_t max_points = 10000;      ///< limit of the points t
 
 /// A feature's state in a frame. `learning` and `tracked` claim that it is visible at its x and y.
 enum class FeatureState : std::uint8_t { learning, tracked, occluded, lost, out, ended };
-inline constexpr std::size_t feature_states = 6;
-/// "learning", "tracked", …: the names in the metadata schema.
-std::string_view state_name(FeatureState state);
+/// The states' names in the metadata schema, in their order. Each ends with a zero byte.
+inline constexpr std::array<std::string_view, 6> state_names{"learning", "tracked", "occluded", "lost", "out", "ended"};
+inline constexpr std::size_t feature_states = state_names.size();
+constexpr std::string_view state_name(FeatureState state) {
+  return state_names[static_cast<std::size_t>(state)];
+}
 inline bool claims_position(FeatureState state) {
   return state == FeatureState::learning || state == FeatureState::tracked;
 }

@@ -10,23 +10,13 @@
 namespace csd {
 namespace {
 
-const char *state_word(FeatureState state) {
-  switch (state) {
-    case FeatureState::learning:
-      return GST_CSD_STATE_LEARNING;
-    case FeatureState::tracked:
-      return GST_CSD_STATE_TRACKED;
-    case FeatureState::occluded:
-      return GST_CSD_STATE_OCCLUDED;
-    case FeatureState::lost:
-      return GST_CSD_STATE_LOST;
-    case FeatureState::out:
-      return GST_CSD_STATE_OUT;
-    case FeatureState::ended:
-      return GST_CSD_STATE_ENDED;
-  }
-  return GST_CSD_STATE_LOST;
-}
+// The core knows no header of GStreamer's: the words stand there and in the public header.
+static_assert(state_name(FeatureState::learning) == GST_CSD_STATE_LEARNING);
+static_assert(state_name(FeatureState::tracked) == GST_CSD_STATE_TRACKED);
+static_assert(state_name(FeatureState::occluded) == GST_CSD_STATE_OCCLUDED);
+static_assert(state_name(FeatureState::lost) == GST_CSD_STATE_LOST);
+static_assert(state_name(FeatureState::out) == GST_CSD_STATE_OUT);
+static_assert(state_name(FeatureState::ended) == GST_CSD_STATE_ENDED);
 
 /// How a pixel's coordinates scale with the picture: x' = (x + ½)·s − ½, because pixel centres are at integers.
 struct Scale {
@@ -138,7 +128,7 @@ std::vector<GstCsdFeature> features_of(const Tracks &tracks) {
   std::vector<GstCsdFeature> features;
   features.reserve(tracks.features.size());
   for (const Feature &f : tracks.features)
-    features.push_back({f.id, f.x, f.y, state_word(f.state), f.confidence, f.fresh});
+    features.push_back({f.id, f.x, f.y, state_name(f.state).data(), f.confidence, f.fresh});
   return features;
 }
 

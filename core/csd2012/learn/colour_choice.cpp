@@ -62,7 +62,7 @@ ColourSpace best_of(const std::array<double, 49> &scores) {
 }  // namespace
 
 ColourPatches::ColourPatches(int patch_size) : patch_size_(patch_size) {
-  CV_Assert(patch_size >= 3 && patch_size <= 255 && patch_size % 2 == 1);
+  check_patch_size(patch_size);
 }
 
 void ColourPatches::add(const cv::Mat &patch, Label label) {

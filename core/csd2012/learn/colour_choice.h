@@ -17,7 +17,7 @@ namespace csd {
 /// Patches in colour, until the colour space is chosen.
 class ColourPatches {
  public:
-  /// `patch_size`: side in pixels, odd, 3…255. Throws cv::Exception otherwise.
+  /// `patch_size`: side in pixels; see check_patch_size().
   explicit ColourPatches(int patch_size);
 
   int patch_size() const { return patch_size_; }

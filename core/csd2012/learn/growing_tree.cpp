@@ -24,7 +24,7 @@ SampleId GrowingTree::add(const cv::Mat &patch, Label label) {
 void GrowingTree::replace(SampleId id, const cv::Mat &patch, Label label) {
   // Leaves its leaf only once nothing can fail.
   CV_Assert(set_.contains(id));
-  CV_Assert(patch.type() == CV_8UC1 && patch.rows == set_.patch_size() && patch.cols == set_.patch_size());
+  set_.check(patch);
   take(id);
   set_.replace(id, patch, label);
   put(id, drop(set_.patch(id)));
@@ -42,7 +42,7 @@ bool GrowingTree::misclassified(SampleId id) const {
 }
 
 Label GrowingTree::classify(const cv::Mat &patch) const {
-  CV_Assert(patch.type() == CV_8UC1 && patch.rows == set_.patch_size() && patch.cols == set_.patch_size());
+  set_.check(patch);
   const cv::Mat whole = patch.isContinuous() ? patch : patch.clone();
   const Node &leaf = nodes_[static_cast<std::size_t>(drop(whole.data))];
   return leaf_says_feature(leaf) ? Label::feature : Label::not_feature;

@@ -8,7 +8,7 @@ namespace csd {
 SampleSet::SampleSet(int patch_size)
     : patch_size_(patch_size),
       row_bytes_((static_cast<std::size_t>(patch_size) * static_cast<std::size_t>(patch_size) + 15) / 16 * 16) {
-  CV_Assert(patch_size >= 3 && patch_size <= 255 && patch_size % 2 == 1);
+  check_patch_size(patch_size);
 }
 
 SampleId SampleSet::add(const cv::Mat &patch, Label label) {
@@ -39,8 +39,12 @@ void SampleSet::remove(SampleId id) {
   used_[id] = 0;
 }
 
-void SampleSet::store(SampleId id, const cv::Mat &patch) {
+void SampleSet::check(const cv::Mat &patch) const {
   CV_Assert(patch.type() == CV_8UC1 && patch.rows == patch_size_ && patch.cols == patch_size_);
+}
+
+void SampleSet::store(SampleId id, const cv::Mat &patch) {
+  check(patch);
   const auto side = static_cast<std::size_t>(patch_size_);
   std::uint8_t *row = bytes_.data() + id * row_bytes_;
   for (int y = 0; y < patch_size_; ++y) std::memcpy(row + static_cast<std::size_t>(y) * side, patch.ptr(y), side);

@@ -15,13 +15,18 @@ enum class Label : std::uint8_t { not_feature, feature };
 /// A sample's slot in its set: stable until the sample is removed, then reused.
 using SampleId = std::uint32_t;
 
+/// Throws cv::Exception unless a patch's side is odd, 3…255 pixels.
+inline void check_patch_size(int patch_size) {
+  CV_Assert(patch_size >= 3 && patch_size <= 255 && patch_size % 2 == 1);
+}
+
 /// The training set S of §2.1.2: square patches of one channel with their labels.
 ///
 /// A patch is contiguous ([sample][pixel], each row padded to 16 bytes), because samples are added, replaced and
 /// classified one at a time. Learning needs [pixel][sample]; NodeSamples transposes the samples of one node.
 class SampleSet {
  public:
-  /// `patch_size`: side in pixels, odd, 3…255. Throws cv::Exception otherwise.
+  /// `patch_size`: side in pixels; see check_patch_size().
   explicit SampleSet(int patch_size);
 
   int patch_size() const { return patch_size_; }
@@ -31,8 +36,9 @@ class SampleSet {
   /// Upper bound of the ids.
   std::size_t slots() const { return labels_.size(); }
 
-  /// Copies a patch_size × patch_size CV_8UC1 patch. A slot freed by remove() is used first. Throws cv::Exception on a
-  /// patch of another size or type.
+  /// Throws cv::Exception unless this is a patch_size × patch_size CV_8UC1 patch.
+  void check(const cv::Mat &patch) const;
+  /// Copies a patch, see check(). A slot freed by remove() is used first.
   SampleId add(const cv::Mat &patch, Label label);
   void replace(SampleId id, const cv::Mat &patch, Label label);
   void remove(SampleId id);

@@ -8,7 +8,7 @@
 
 #include "programs/read_input.h"
 #include "text/parse.h"
-#include "track/shown_text.h"
+#include "track/setting_text.h"
 
 namespace csd::peers {
 

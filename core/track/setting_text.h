@@ -6,6 +6,14 @@
 
 namespace csd {
 
+/// The text without the blanks around it.
+inline std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view blanks = " \t\r\n";
+  const auto first = text.find_first_not_of(blanks);
+  if (first == text.npos) return {};
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
 /// Quotes an invalid part of a setting for an error message: its first 40 bytes, with '?' for all but printable ASCII,
 /// because messages must be UTF-8.
 inline std::string shown_text(std::string_view part) {

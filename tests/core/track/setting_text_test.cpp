@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "track/shown_text.h"
+#include "track/setting_text.h"
 
 #include <gtest/gtest.h>
 
@@ -12,6 +12,13 @@ TEST(ShownText, IsShortAndPrintable) {
   EXPECT_EQ(shown_text("\xffx\n\x7f"), "\"?x??\"");
   EXPECT_EQ(shown_text(std::string(40, 'x')), "\"" + std::string(40, 'x') + "\"");
   EXPECT_EQ(shown_text(std::string(41, 'x')), "\"" + std::string(40, 'x') + "…\"");
+}
+
+TEST(Trimmed, TakesAwayTheBlanksAround) {
+  EXPECT_EQ(trimmed(" \t a b\r\n"), "a b");
+  EXPECT_EQ(trimmed("a"), "a");
+  EXPECT_EQ(trimmed(" \n"), "");
+  EXPECT_EQ(trimmed(""), "");
 }
 
 }  // namespace
