@@ -23,8 +23,10 @@ void install_properties(GObjectClass *klass) {
    *
    * Since: 0.1
    */
-  install(prop_algorithm, g_param_spec_enum("algorithm", "Algorithm", "How features are followed",
-                                            GST_TYPE_CSD_TRACK_ALGORITHM, d.algorithm, structural));
+  install(prop_algorithm,
+          g_param_spec_enum("algorithm", "Algorithm",
+                            "How features are tracked; csd is the one to use, the others are for comparison",
+                            GST_TYPE_CSD_TRACK_ALGORITHM, d.algorithm, structural));
   /**
    * GstCsdTrack:max-features:
    *
@@ -34,9 +36,8 @@ void install_properties(GObjectClass *klass) {
    */
   install(prop_max_features,
           g_param_spec_uint("max-features", "Maximum features",
-                            "How many features detection keeps; 0 = none, only points that are given. Points that are "
-                            "given don't count",
-                            0, static_cast<guint>(max_points), d.max_features, structural));
+                            "Maximum number of detected features; 0 = no detection. Given points don't count", 0,
+                            static_cast<guint>(max_points), d.max_features, structural));
   /**
    * GstCsdTrack:points:
    *
@@ -47,12 +48,24 @@ void install_properties(GObjectClass *klass) {
    * Since: 0.1
    */
   install(prop_points,
-          g_param_spec_string("points", "Points",
-                              "\"x,y;x,y;...\" in pixels of the picture, centres at integers, decimal point: track "
-                              "exactly these, with ids 0,1,2... in that order, without detection; at most 10000. "
-                              "\"truth\" = what csdsimsrc says is visible, under its ids. Empty = detect. Checked when "
-                              "the element goes to READY and PAUSED",
-                              d.points.c_str(), structural));
+          g_param_spec_string(
+              "points", "Points",
+              "Track these points instead of detected features: \"x,y;x,y;...\" in pixels of the picture, centres at "
+              "integers, with a decimal point; ids 0,1,2... in that order; at most 10000. \"truth\" = the points that "
+              "csdsimsrc reports as visible, under its ids. Empty = detect. Checked on the way to READY and PAUSED",
+              d.points.c_str(), structural));
+  /**
+   * GstCsdTrack:points-array:
+   *
+   * The same setting as #GstCsdTrack:points, as an array of arrays of two numbers, for programs. Whichever of the two
+   * is set last counts.
+   *
+   * Since: 0.1
+   */
+  install(prop_points_array,
+          gst_param_spec_array("points-array", "Points as an array",
+                               "The points as an array of <x,y>: the same setting as points, for programs", nullptr,
+                               structural));
   /**
    * GstCsdTrack:replenish:
    *
@@ -60,10 +73,9 @@ void install_properties(GObjectClass *klass) {
    *
    * Since: 0.1
    */
-  install(prop_replenish,
-          g_param_spec_boolean("replenish", "Replenish",
-                               "Detect new features, with new ids, as old ones end (only csd does, the others never)",
-                               d.replenish, structural));
+  install(prop_replenish, g_param_spec_boolean("replenish", "Replenish",
+                                               "Detect new features, with new ids, as old ones end (csd only)",
+                                               d.replenish, structural));
   /**
    * GstCsdTrack:forget-after:
    *
@@ -74,8 +86,8 @@ void install_properties(GObjectClass *klass) {
    */
   install(prop_forget_after,
           g_param_spec_uint64("forget-after", "Forget after",
-                              "A detected feature that is lost or out for this many nanoseconds ends: it is reported "
-                              "once as ended and leaves the list; 0 = never. Points that were given never end by this",
+                              "Drop detected features that stay lost or out for this many nanoseconds; they are "
+                              "reported once as ended. 0 = never. Doesn't apply to given points",
                               0, longest, d.forget_after, structural));
   /**
    * GstCsdTrack:region:
@@ -84,11 +96,22 @@ void install_properties(GObjectClass *klass) {
    *
    * Since: 0.1
    */
-  install(prop_region, g_param_spec_string(
-                           "region", "Region",
-                           "\"x,y,w,h\" in whole pixels of the picture: where detection may look. Empty = everywhere. "
-                           "Checked when the element goes to READY and PAUSED",
-                           d.region.c_str(), structural));
+  install(prop_region, g_param_spec_string("region", "Region",
+                                           "Where to detect features: \"x,y,w,h\" in whole pixels of the picture. "
+                                           "Empty = everywhere. Checked on the way to READY and PAUSED",
+                                           d.region.c_str(), structural));
+  /**
+   * GstCsdTrack:region-array:
+   *
+   * The same setting as #GstCsdTrack:region, as an array of four numbers, for programs. Whichever of the two is set
+   * last counts.
+   *
+   * Since: 0.1
+   */
+  install(prop_region_array,
+          gst_param_spec_array("region-array", "Region as an array",
+                               "The region as <x,y,width,height>: the same setting as region, for programs", nullptr,
+                               structural));
   /**
    * GstCsdTrack:content-area:
    *
@@ -97,9 +120,10 @@ void install_properties(GObjectClass *klass) {
    *
    * Since: 0.1
    */
-  install(prop_content_area, g_param_spec_enum("content-area", "Content area",
-                                               "What of the picture is tissue, where detection and learning may look",
-                                               GST_TYPE_CSD_TRACK_CONTENT_AREA, d.content_area, structural));
+  install(prop_content_area,
+          g_param_spec_enum("content-area", "Content area",
+                            "Which part of the picture is tissue: detection and learning stay inside it",
+                            GST_TYPE_CSD_TRACK_CONTENT_AREA, d.content_area, structural));
   /**
    * GstCsdTrack:patch-size:
    *
@@ -108,8 +132,8 @@ void install_properties(GObjectClass *klass) {
    * Since: 0.1
    */
   install(prop_patch_size, g_param_spec_uint("patch-size", "Patch size",
-                                             "Side of a feature's patch in pixels of the full picture; 0 = from the "
-                                             "picture's height (21 at 480 lines)",
+                                             "Side of a feature's patch in pixels of the full picture; 0 = depends on "
+                                             "the picture's height (21 at 480 lines)",
                                              0, 1024, d.patch_size, structural));
   /**
    * GstCsdTrack:search-radius:
@@ -121,8 +145,8 @@ void install_properties(GObjectClass *klass) {
    */
   install(prop_search_radius,
           g_param_spec_uint("search-radius", "Search radius",
-                            "How far a feature is looked for from where it was, in pixels of the full picture; 0 = "
-                            "from the picture's height (20 at 480 lines; only csd-2012 and csd-forest use it)",
+                            "How far to search around a feature's last position, in pixels of the full picture; 0 = "
+                            "depends on the picture's height (20 at 480 lines). csd-2012 and csd-forest only",
                             0, 2048, d.search_radius, structural));
   /**
    * GstCsdTrack:training-time:
@@ -135,8 +159,8 @@ void install_properties(GObjectClass *klass) {
   install(prop_training_time,
           g_param_spec_uint64(
               "training-time", "Training time",
-              "How many nanoseconds a feature is in state learning. csd: while its anchor is gathered; "
-              "csd-2012, csd-forest: at least 8 frames, followed by Lucas-Kanade, before descriptors take over",
+              "How many nanoseconds a feature stays in state learning. csd collects its anchor meanwhile; csd-2012 and "
+              "csd-forest use Lucas-Kanade, for at least 8 frames, until their descriptor is ready",
               0, longest, d.training_time, structural));
   /**
    * GstCsdTrack:learning:
@@ -147,8 +171,8 @@ void install_properties(GObjectClass *klass) {
    * Since: 0.1
    */
   install(prop_learning, g_param_spec_enum("learning", "Learning",
-                                           "Whether frames wait for the learning that they cause (of csd-2012 and "
-                                           "csd-forest: csd learns in the frame itself)",
+                                           "Whether a frame waits for the learning that it triggers (csd-2012 and "
+                                           "csd-forest only: csd learns within the frame)",
                                            GST_TYPE_CSD_TRACK_LEARNING, d.learning, structural));
   /**
    * GstCsdTrack:n-threads:
@@ -160,8 +184,8 @@ void install_properties(GObjectClass *klass) {
   install(prop_n_threads,
           g_param_spec_uint(
               "n-threads", "Threads",
-              "Threads of this element, below normal priority: csd follows points in them while they are "
-              "idle, csd-2012 and csd-forest learn in them; 0 = one fewer than the machine has processors, at least 1",
+              "Number of threads of this element, below normal priority: csd tracks in them while they are idle, "
+              "csd-2012 and csd-forest learn in them. 0 = one fewer than the number of processors, at least 1",
               0, 256, d.n_threads, structural));
   /**
    * GstCsdTrack:frame-budget:
@@ -171,11 +195,10 @@ void install_properties(GObjectClass *klass) {
    *
    * Since: 0.1
    */
-  install(prop_frame_budget,
-          g_param_spec_uint64("frame-budget", "Frame budget",
-                              "Past so many nanoseconds of a frame the features that are least urgent wait for the "
-                              "next one (fresh=false); 0 = none waits (only csd does)",
-                              0, longest, d.frame_budget, structural));
+  install(prop_frame_budget, g_param_spec_uint64("frame-budget", "Frame budget",
+                                                 "After this many nanoseconds in a frame the least urgent features "
+                                                 "wait for the next one (fresh=false). 0 = no limit. csd only",
+                                                 0, longest, d.frame_budget, structural));
   /**
    * GstCsdTrack:seed:
    *
@@ -185,8 +208,8 @@ void install_properties(GObjectClass *klass) {
    */
   install(prop_seed,
           g_param_spec_uint64("seed", "Seed",
-                              "Of every random choice that learning makes (of csd-2012 and csd-forest: csd makes none)",
-                              0, G_MAXUINT64, d.seed, structural));
+                              "Seeds every random choice in learning (csd-2012 and csd-forest only: csd makes none)", 0,
+                              G_MAXUINT64, d.seed, structural));
 
   /**
    * GstCsdTrack:overlay:
@@ -217,8 +240,8 @@ void install_properties(GObjectClass *klass) {
    */
   install(prop_attach_roi,
           g_param_spec_boolean("attach-roi", "Attach ROI",
-                               "Attach also one GstVideoRegionOfInterestMeta of type csdtrack for each feature that is "
-                               "seen, the size of its patch, for elements that know only that",
+                               "Also attach a GstVideoRegionOfInterestMeta of type csdtrack, the size of its patch, "
+                               "for each feature that claims a position; for elements that only know that meta",
                                d.live.attach_roi, live));
 #ifdef CSDTRACK_ANALYTICS
   /**
@@ -232,8 +255,8 @@ void install_properties(GObjectClass *klass) {
    */
   install(prop_attach_analytics,
           g_param_spec_boolean("attach-analytics", "Attach analytics",
-                               "Attach also GstAnalytics metadata: a tracking for each feature, related to a detection "
-                               "of type csdtrack where it is seen (GStreamer 1.30: and to a key point)",
+                               "Also attach GstAnalytics metadata: a tracking for each feature, related to a detection "
+                               "of type csdtrack while the feature is seen (GStreamer 1.30: and to a key point)",
                                d.live.attach_analytics, live));
 #endif
   /**
@@ -256,8 +279,8 @@ void install_properties(GObjectClass *klass) {
    */
   install(prop_message_interval,
           g_param_spec_uint64("message-interval", "Message interval",
-                              "At least so many nanoseconds of running time between two messages; a change in between "
-                              "is posted when they have passed or the stream ends; 0 = no limit",
+                              "Minimum running time between two messages, in nanoseconds; a change in between is "
+                              "posted at the end of the interval or of the stream. 0 = no limit",
                               0, longest, d.live.message_interval, live));
   /**
    * GstCsdTrack:on-error:
@@ -277,11 +300,10 @@ void install_properties(GObjectClass *klass) {
    *
    * Since: 0.1
    */
-  install(prop_navigation,
-          g_param_spec_boolean("navigation", "Navigation",
-                               "In a video sink's window a click adds a point, a click with the third button removes "
-                               "the nearest feature, the key r resets",
-                               d.live.navigation, live));
+  install(prop_navigation, g_param_spec_boolean("navigation", "Navigation",
+                                                "Take input from a video sink's window: a click adds a point, a click "
+                                                "with the third button removes the nearest feature, the key r resets",
+                                                d.live.navigation, live));
   /**
    * GstCsdTrack:stats:
    *
@@ -290,13 +312,13 @@ void install_properties(GObjectClass *klass) {
    *
    * Since: 0.1
    */
-  install(prop_stats, g_param_spec_boxed(
-                          "stats", "Statistics",
-                          "Since READY: frames, failed-frames, features now by state, detected (features that ever "
-                          "began), time-p50, time-p95, time-max (ns per frame), learning-time (ns that learning jobs "
-                          "took, added up), learned, retrainings, false-correspondences, queue (learning jobs that "
-                          "wait), waited, simd",
-                          GST_TYPE_STRUCTURE, static_cast<GParamFlags>(G_PARAM_READABLE | G_PARAM_STATIC_STRINGS)));
+  install(prop_stats,
+          g_param_spec_boxed(
+              "stats", "Statistics",
+              "Since READY: frames, failed-frames, the number of features in each state, detected (features started so "
+              "far), time-p50, time-p95, time-max (ns per frame), learning-time (ns, all jobs together), learned, "
+              "retrainings, false-correspondences, queue (learning jobs that wait), waited, simd",
+              GST_TYPE_STRUCTURE, static_cast<GParamFlags>(G_PARAM_READABLE | G_PARAM_STATIC_STRINGS)));
 }
 
 }  // namespace csd

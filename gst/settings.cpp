@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "text/parse.h"
+#include "value_arrays.h"
 
 namespace csd {
 namespace {
@@ -50,6 +51,9 @@ bool set_property(ElementSettings &s, guint id, const GValue &value) {
     case prop_points:
       s.points = or_empty(g_value_get_string(&value));
       return true;
+    case prop_points_array:
+      s.points = points_text(value);
+      return true;
     case prop_replenish:
       s.replenish = g_value_get_boolean(&value);
       return true;
@@ -58,6 +62,9 @@ bool set_property(ElementSettings &s, guint id, const GValue &value) {
       return true;
     case prop_region:
       s.region = or_empty(g_value_get_string(&value));
+      return true;
+    case prop_region_array:
+      s.region = region_text(value);
       return true;
     case prop_content_area:
       as_enum(s.content_area);
@@ -123,6 +130,9 @@ bool get_property(const ElementSettings &s, guint id, GValue &value) {
     case prop_points:
       g_value_set_string(&value, s.points.c_str());
       return true;
+    case prop_points_array:
+      set_points(value, s.points);
+      return true;
     case prop_replenish:
       g_value_set_boolean(&value, s.replenish);
       return true;
@@ -131,6 +141,9 @@ bool get_property(const ElementSettings &s, guint id, GValue &value) {
       return true;
     case prop_region:
       g_value_set_string(&value, s.region.c_str());
+      return true;
+    case prop_region_array:
+      set_region(value, s.region);
       return true;
     case prop_content_area:
       g_value_set_enum(&value, s.content_area);
