@@ -497,7 +497,7 @@ void install_properties(GObjectClass *klass) {
    * Since: 0.1
    */
   install(prop_scenario,
-          g_param_spec_enum("scenario", "Scenario", "What happens: a set of effects, each with its strength",
+          g_param_spec_enum("scenario", "Scenario", "What happens in the scene: a set of effects and their strengths",
                             GST_TYPE_CSD_SIM_SCENARIO, d.scenario, flags));
   /**
    * GstCsdSimSrc:seed:
@@ -506,8 +506,8 @@ void install_properties(GObjectClass *klass) {
    *
    * Since: 0.1
    */
-  install(prop_seed, g_param_spec_uint64("seed", "Seed", "Of every random choice; each seed is another scene", 0,
-                                         G_MAXUINT64, d.seed, flags));
+  install(prop_seed, g_param_spec_uint64("seed", "Seed", "Seeds every random choice; each seed gives a different scene",
+                                         0, G_MAXUINT64, d.seed, flags));
   /**
    * GstCsdSimSrc:strength:
    *
@@ -528,13 +528,13 @@ void install_properties(GObjectClass *klass) {
    */
   install(
       prop_effects,
-      g_param_spec_string("effects", "Effects",
-                          "Effects and their strengths, 0 to 4, on top of the scenario's or in their stead: "
-                          "\"tools=1,specular=.5\". There are heart-strong, heart-mild, liver, fold, slide, tear, "
-                          "grasp, cavity, zoom, rotation, sway, jerk, tools, smoke, specular, blood, irrigation, wipe, "
-                          "cut, black, field-stop, text, light, exposure, falloff, vignette, low-texture, motion-blur, "
-                          "focus-blur, noise, chroma, interlacing",
-                          d.effects.c_str(), flags));
+      g_param_spec_string(
+          "effects", "Effects",
+          "Effects and their strengths, 0 to 4, added to the scenario's effects or replacing their strengths: "
+          "\"tools=1,specular=.5\". There are heart-strong, heart-mild, liver, fold, slide, tear, grasp, cavity, zoom, "
+          "rotation, sway, jerk, tools, smoke, specular, blood, irrigation, wipe, cut, black, field-stop, text, light, "
+          "exposure, falloff, vignette, low-texture, motion-blur, focus-blur, noise, chroma, interlacing",
+          d.effects.c_str(), flags));
   /**
    * GstCsdSimSrc:style:
    *
@@ -551,12 +551,11 @@ void install_properties(GObjectClass *klass) {
    *
    * Since: 0.1
    */
-  install(
-      prop_texture,
-      g_param_spec_string("texture", "Texture",
-                          "A picture (any file that GStreamer can decode) to lay on the surface instead of the style's "
-                          "texture (empty = the style's)",
-                          d.texture.c_str(), flags));
+  install(prop_texture,
+          g_param_spec_string(
+              "texture", "Texture",
+              "A picture, in any format that GStreamer decodes, that covers the surface (empty = the style's texture)",
+              d.texture.c_str(), flags));
   /**
    * GstCsdSimSrc:features:
    *
@@ -564,9 +563,10 @@ void install_properties(GObjectClass *klass) {
    *
    * Since: 0.1
    */
-  install(prop_features, g_param_spec_uint("features", "Features",
-                                           "How many features, detected on the first frame, the truth meta tells of", 0,
-                                           static_cast<guint>(csd::max_points), d.features, flags));
+  install(prop_features,
+          g_param_spec_uint("features", "Features",
+                            "Number of features that the truth meta reports, detected on the first frame", 0,
+                            static_cast<guint>(csd::max_points), d.features, flags));
   /**
    * GstCsdSimSrc:points:
    *
@@ -574,11 +574,10 @@ void install_properties(GObjectClass *klass) {
    *
    * Since: 0.1
    */
-  install(prop_points,
-          g_param_spec_string("points", "Points",
-                              "Tell of exactly these pixels of the first frame instead: \"x,y;x,y;...\", ids "
-                              "0, 1, 2... in that order (empty = detect)",
-                              d.points.c_str(), flags));
+  install(prop_points, g_param_spec_string("points", "Points",
+                                           "Report these pixels of the first frame instead: \"x,y;x,y;...\", ids 0, 1, "
+                                           "2... in that order (empty = detect)",
+                                           d.points.c_str(), flags));
   /**
    * GstCsdSimSrc:is-live:
    *
@@ -587,7 +586,7 @@ void install_properties(GObjectClass *klass) {
    * Since: 0.1
    */
   install(prop_is_live,
-          g_param_spec_boolean("is-live", "Is live", "Make frames at their time, as a camera does", FALSE, flags));
+          g_param_spec_boolean("is-live", "Is live", "Produce frames in real time, as a camera does", FALSE, flags));
 }
 
 }  // namespace

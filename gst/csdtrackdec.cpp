@@ -608,8 +608,7 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
   g_object_class_install_property(
       object_class, prop_location,
       g_param_spec_string(
-          "location", "Location",
-          "File of JSON lines that csdtrackenc has written (empty = lines come to the pad text)", "",
+          "location", "Location", "File of JSON lines from csdtrackenc (empty = lines arrive on the pad text)", "",
           static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_READY)));
   /**
    * GstCsdTrackDec:overlay:
@@ -633,8 +632,8 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
       object_class, prop_max_wait,
       g_param_spec_uint64(
           "max-wait", "Maximum wait",
-          "How many nanoseconds a frame waits for its line from the pad text before it goes on without "
-          "(0 = not at all)",
+          "How many nanoseconds a frame waits for its line from the pad text before it goes on without (0 = it never "
+          "waits)",
           0, G_MAXINT64, default_max_wait,
           static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
   /**
@@ -648,8 +647,7 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
   g_object_class_install_property(
       object_class, prop_ts_offset,
       g_param_spec_int64(
-          "ts-offset", "Timestamp offset", "Nanoseconds that are added to the time of each line", -max_offset,
-          max_offset, 0,
+          "ts-offset", "Timestamp offset", "Nanoseconds to add to the time of each line", -max_offset, max_offset, 0,
           static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
 
   /**
@@ -664,7 +662,8 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
       object_class, prop_min_upstream_latency,
       g_param_spec_uint64(
           "min-upstream-latency", "Minimum upstream latency",
-          "Live, how many nanoseconds of latency are reckoned with even where upstream tells of less", 0, G_MAXINT64, 0,
+          "Minimum upstream latency to assume for live streams, in nanoseconds, even if upstream reports less", 0,
+          G_MAXINT64, 0,
           static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
 
   gst_element_class_set_static_metadata(element_class, "Track decoder", "Filter/Metadata/Video",

@@ -515,8 +515,8 @@ static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
   g_object_class_install_property(
       object_class, PROP_ROLE,
       g_param_spec_enum(
-          "role", "Role", "Whether what was tracked is written, or the ground truth that a simulator attached",
-          GST_TYPE_CSD_TRACK_ENC_ROLE, GST_CSD_TRACK_ENC_ROLE_TRACK,
+          "role", "Role", "Whether to write the tracks or the simulator's ground truth", GST_TYPE_CSD_TRACK_ENC_ROLE,
+          GST_CSD_TRACK_ENC_ROLE_TRACK,
           static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
   /**
    * GstCsdTrackEnc:source:
@@ -529,9 +529,8 @@ static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
       object_class, PROP_SOURCE,
       g_param_spec_string(
           "source", "Source",
-          "Name of the element whose tracks are written, where several track the same frame "
-          "(empty = the one that tracked last)",
-          "", static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
+          "Name of the element whose tracks to write, if several track the same frame (empty = the last one)", "",
+          static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
 
   gst_element_class_add_static_pad_template(element_class, &sink_template);
   gst_element_class_add_static_pad_template(element_class, &src_template);

@@ -4,16 +4,17 @@
 GType gst_csd_track_algorithm_get_type() {
   static const GEnumValue values[] = {
       {GST_CSD_TRACK_ALGORITHM_CSD,
-       "Anchored patches, aligned and checked against how the tissue around them moves; finds features again", "csd"},
+       "Anchored patches, aligned and checked against the motion of the tissue around them; finds lost features again",
+       "csd"},
       {GST_CSD_TRACK_ALGORITHM_CSD_2012, "Context-specific descriptors learnt online (Mountney & Yang 2012)",
        "csd-2012"},
-      {GST_CSD_TRACK_ALGORITHM_LK, "Pyramidal Lucas-Kanade, to compare with", "lk"},
-      {GST_CSD_TRACK_ALGORITHM_MS1, "Mean shift on colours chosen by variance ratio, to compare with", "ms1"},
-      {GST_CSD_TRACK_ALGORITHM_MS2, "Mean shift on colours chosen by peak difference, to compare with", "ms2"},
-      {GST_CSD_TRACK_ALGORITHM_SIFT, "SIFT keypoints matched with the first frame's, to compare with; for files only",
-       "sift"},
+      {GST_CSD_TRACK_ALGORITHM_LK, "Pyramidal Lucas-Kanade, for comparison", "lk"},
+      {GST_CSD_TRACK_ALGORITHM_MS1, "Mean shift on colours chosen by variance ratio, for comparison", "ms1"},
+      {GST_CSD_TRACK_ALGORITHM_MS2, "Mean shift on colours chosen by peak difference, for comparison", "ms2"},
+      {GST_CSD_TRACK_ALGORITHM_SIFT,
+       "SIFT keypoints matched with the first frame's, for comparison; too slow for live video", "sift"},
       {GST_CSD_TRACK_ALGORITHM_CSD_FOREST,
-       "csd-2012 with several trees a feature, trained together with its aligned patch: the future work of Mountney & "
+       "csd-2012 with several trees per feature, co-trained with its aligned patch: the future work of Mountney & "
        "Yang 2012",
        "csd-forest"},
       {0, nullptr, nullptr}};
@@ -22,11 +23,12 @@ GType gst_csd_track_algorithm_get_type() {
 }
 
 GType gst_csd_track_content_area_get_type() {
-  static const GEnumValue values[] = {
-      {GST_CSD_TRACK_CONTENT_AREA_AUTO,
-       "All but the dark border (round, D-shaped, pillar box) and burnt-in graphics, which are found", "auto"},
-      {GST_CSD_TRACK_CONTENT_AREA_FULL, "All of the picture", "full"},
-      {0, nullptr, nullptr}};
+  static const GEnumValue values[] = {{GST_CSD_TRACK_CONTENT_AREA_AUTO,
+                                       "Everything but the dark border (round, D-shaped, pillar box) and burnt-in "
+                                       "graphics, which are found automatically",
+                                       "auto"},
+                                      {GST_CSD_TRACK_CONTENT_AREA_FULL, "The whole picture", "full"},
+                                      {0, nullptr, nullptr}};
   static const GType type = g_enum_register_static("GstCsdTrackContentArea", values);
   return type;
 }
@@ -35,7 +37,7 @@ GType gst_csd_track_learning_get_type() {
   static const GEnumValue values[] = {
       {GST_CSD_TRACK_LEARNING_ASYNC, "Frames never wait for learning", "async"},
       {GST_CSD_TRACK_LEARNING_SYNC,
-       "Every frame waits for its learning: with no frame-budget results are identical on every run and for every "
+       "Every frame waits for its learning: without a frame-budget results are the same on every run and for every "
        "n-threads. Not for live video",
        "sync"},
       {0, nullptr, nullptr}};
@@ -59,7 +61,7 @@ GType gst_csd_track_overlay_get_type() {
 GType gst_csd_track_post_messages_get_type() {
   static const GEnumValue values[] = {
       {GST_CSD_TRACK_POST_MESSAGES_NONE, "Never", "none"},
-      {GST_CSD_TRACK_POST_MESSAGES_CHANGE, "When a feature is new or its state is another", "change"},
+      {GST_CSD_TRACK_POST_MESSAGES_CHANGE, "When a feature is new or its state has changed", "change"},
       {GST_CSD_TRACK_POST_MESSAGES_FRAME, "With every frame", "frame"},
       {0, nullptr, nullptr}};
   static const GType type = g_enum_register_static("GstCsdTrackPostMessages", values);
@@ -77,8 +79,8 @@ GType gst_csd_track_on_error_get_type() {
 
 GType gst_csd_track_enc_role_get_type() {
   static const GEnumValue values[] = {
-      {GST_CSD_TRACK_ENC_ROLE_TRACK, "What csdtrack found (GstCsdTrackMeta)", "track"},
-      {GST_CSD_TRACK_ENC_ROLE_TRUTH, "What a simulator knows (GstCsdTruthMeta)", "truth"},
+      {GST_CSD_TRACK_ENC_ROLE_TRACK, "The tracks (GstCsdTrackMeta)", "track"},
+      {GST_CSD_TRACK_ENC_ROLE_TRUTH, "The simulator's ground truth (GstCsdTruthMeta)", "truth"},
       {0, nullptr, nullptr}};
   static const GType type = g_enum_register_static("GstCsdTrackEncRole", values);
   return type;
@@ -86,14 +88,15 @@ GType gst_csd_track_enc_role_get_type() {
 
 GType gst_csd_sim_scenario_get_type() {
   static const GEnumValue values[] = {
-      {GST_CSD_SIM_SCENARIO_DEFORMATION, "Heartbeat and breath", "deformation"},
-      {GST_CSD_SIM_SCENARIO_OCCLUSION, "Two instruments sweep in front, with shadows", "occlusion"},
-      {GST_CSD_SIM_SCENARIO_ZOOM, "The scope goes near and far: magnification 0.66 to 2.8", "zoom"},
+      {GST_CSD_SIM_SCENARIO_DEFORMATION, "Heartbeat and breathing", "deformation"},
+      {GST_CSD_SIM_SCENARIO_OCCLUSION, "Two instruments sweep across, with shadows", "occlusion"},
+      {GST_CSD_SIM_SCENARIO_ZOOM, "The scope moves closer and away: magnification 0.66 to 2.8", "zoom"},
       {GST_CSD_SIM_SCENARIO_ROTATION, "The scope rolls: -50 to 120 degrees", "rotation"},
       {GST_CSD_SIM_SCENARIO_SMOKE, "Smoke drifts past in two bursts", "smoke"},
-      {GST_CSD_SIM_SCENARIO_SPECULAR, "Highlights on the moving surface, under a lamp that moves", "specular"},
+      {GST_CSD_SIM_SCENARIO_SPECULAR, "Highlights on the moving surface, under a moving lamp", "specular"},
       {GST_CSD_SIM_SCENARIO_LOW_TEXTURE, "Smooth, faint tissue", "low-texture"},
-      {GST_CSD_SIM_SCENARIO_MIXED, "Most of the above at once, and a fold, exposure and motion blur", "mixed"},
+      {GST_CSD_SIM_SCENARIO_MIXED, "Most of the above at once, with a fold, changing exposure and motion blur",
+       "mixed"},
       {GST_CSD_SIM_SCENARIO_CUT, "Another scene for some seconds, and back", "cut"},
       {0, nullptr, nullptr}};
   static const GType type = g_enum_register_static("GstCsdSimScenario", values);
