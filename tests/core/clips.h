@@ -8,9 +8,8 @@
 
 namespace csd::test {
 
-/// The real clip of that name, in $CSDTRACK_CLIPS, else in ../shared/clips; not opened where there is none. OpenCV
-/// would look for a file that isn't there in all it knows, cameras too (libgphoto2, libusb), which valgrind finds
-/// losing memory.
+/// The real clip `name`, in $CSDTRACK_CLIPS, else in ../shared/clips; not opened if it doesn't exist. For a missing
+/// file OpenCV would try all its backends, cameras too (libgphoto2, libusb), in which valgrind finds leaks.
 inline cv::VideoCapture open_clip(const std::string &name) {
   const char *folder = std::getenv("CSDTRACK_CLIPS");
   const std::string path = std::string(folder ? folder : "../shared/clips") + "/" + name;

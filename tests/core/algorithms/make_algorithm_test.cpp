@@ -16,7 +16,7 @@ class NoExecutor final : public Executor {
   void post(std::function<void()>) override { FAIL() << "nothing is learnt yet"; }
 };
 
-TEST(MakeAlgorithm, MakesTheOneThatTheSettingsName) {
+TEST(MakeAlgorithm, MakesTheAlgorithmThatTheSettingsName) {
   NoExecutor none;
   Settings settings;
   EXPECT_NE(dynamic_cast<Csd *>(make_algorithm(settings, none).get()), nullptr) << "the default";
@@ -30,15 +30,15 @@ TEST(MakeAlgorithm, MakesTheOneThatTheSettingsName) {
   EXPECT_NE(dynamic_cast<Csd2012 *>(make_algorithm(settings, none).get()), nullptr);
 }
 
-TEST(MakeAlgorithm, RefusesAnUnknownOne) {
+TEST(MakeAlgorithm, RefusesAnUnknownAlgorithm) {
   NoExecutor none;
   Settings settings;
   settings.algorithm = static_cast<AlgorithmKind>(99);
   EXPECT_THROW(make_algorithm(settings, none), std::invalid_argument);
 }
 
-// §2.1: the paper's tracker loses features and takes no new ones in their place; nor do those that it is compared with.
-TEST(MakeAlgorithm, NoneReplenishes) {
+// §2.1: the paper's tracker replaces no lost feature, and neither do the trackers it is compared with.
+TEST(MakeAlgorithm, NoneReplacesLostFeatures) {
   NoExecutor none;
   Settings settings;
   for (const auto kind : {AlgorithmKind::csd_2012, AlgorithmKind::csd_forest, AlgorithmKind::lk, AlgorithmKind::ms1,

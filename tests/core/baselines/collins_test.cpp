@@ -13,13 +13,13 @@ namespace csd {
 namespace {
 
 class NoExecutor final : public Executor {
-  void post(std::function<void()>) override { FAIL() << "mean shift learns in no other thread"; }
+  void post(std::function<void()>) override { FAIL() << "mean shift posts no jobs"; }
 };
 
 const cv::Scalar green(60, 160, 60), darker(40, 110, 50);
 
-/// A blob of two greens on the red scene, turned by `angle` (radians): as large as a patch at 240 lines, which is 11
-/// wide. (In a larger one a window could lag behind without losing weight.)
+/// A blob of two greens on the red scene, turned by `angle` (radians). It is as large as a patch at 240 lines, 11 wide:
+/// in a larger blob a window could lag behind without losing weight.
 void draw_blob(cv::Mat &picture, cv::Point2d at, double angle = 0) {
   for (int y = -5; y <= 5; ++y)
     for (int x = -5; x <= 5; ++x) {
@@ -42,7 +42,7 @@ class Collins : public testing::TestWithParam<AlgorithmKind> {
   }
   Tracker tracker(std::vector<cv::Point2d> points) { return tracker(std::move(points), GetParam()); }
 
-  /// The feature's distance from where it is.
+  /// The distance between the feature and the truth.
   static double error(const Feature &f, cv::Point2d truth) { return std::hypot(f.x - truth.x, f.y - truth.y); }
 
   NoExecutor none_;
@@ -63,7 +63,7 @@ TEST_P(Collins, FollowsABlobOfItsOwnColourWithItsScene) {
   }
 }
 
-TEST_P(Collins, DoesNotMindRotation) {
+TEST_P(Collins, FollowsARotatingBlob) {
   auto t = tracker({{160, 120}});
   for (int i = 0; i <= 30; ++i) {
     auto picture = scene_.render({0, 0});
@@ -74,8 +74,8 @@ TEST_P(Collins, DoesNotMindRotation) {
   }
 }
 
-// §3.1: the displacement must leave an overlap.
-TEST_P(Collins, LosesWhatJumpsAndFindsItBackWhereItWas) {
+// §3.1: before and after a displacement, the feature must overlap itself.
+TEST_P(Collins, LosesAJumpingBlobAndFindsItAtItsOldPlace) {
   auto t = tracker({{160, 120}});
   const auto see = [&](int i, cv::Point2d at) {
     auto picture = scene_.render({0, 0});
@@ -91,9 +91,9 @@ TEST_P(Collins, LosesWhatJumpsAndFindsItBackWhereItWas) {
   EXPECT_EQ(see(41, {163, 120}).state, FeatureState::tracked);
 }
 
-// §3.1: "colour in MIS images is not sufficient to distinguish the feature from its surroundings". The scene has
-// texture enough for LK, but each place's colours are those of any other.
-TEST_P(Collins, DriftsWhereColoursAreAllAlike) {
+// §3.1: "colour in MIS images is not sufficient to distinguish the feature from its surroundings". The scene has enough
+// texture for LK, but the same colours everywhere.
+TEST_P(Collins, DriftsWhereColoursAreTheSameEverywhere) {
   std::vector<cv::Point2d> points;
   for (int y = 80; y <= 160; y += 16)
     for (int x = 100; x <= 220; x += 16) points.emplace_back(x, y);
@@ -118,14 +118,14 @@ TEST_P(Collins, DriftsWhereColoursAreAllAlike) {
   EXPECT_GT(wrong, static_cast<int>(points.size()) / 3);
 }
 
-TEST_P(Collins, WithoutContrastNothingIsFound) {
+TEST_P(Collins, FindsNothingWithoutContrast) {
   auto t = tracker({{160, 120}});
   const cv::Mat flat(240, 320, CV_8UC3, cv::Scalar(80, 90, 120));
   t.process(MovingScene::view(flat), 0);
   EXPECT_EQ(t.process(MovingScene::view(flat), second / 25).features.at(0).state, FeatureState::occluded);
 }
 
-TEST_P(Collins, OverTheEdgeIsOutAndStaysOut) {
+TEST_P(Collins, IsOutForGoodOnceOverTheEdge) {
   auto t = tracker({{300, 120}});
   FeatureState state{};
   const auto see = [&](int i, double x) {
@@ -139,7 +139,7 @@ TEST_P(Collins, OverTheEdgeIsOutAndStaysOut) {
   EXPECT_EQ(state, FeatureState::out);
 }
 
-TEST_P(Collins, EachFeatureIsFollowedAsIfAlone) {
+TEST_P(Collins, FollowsEachFeatureAsIfAlone) {
   const std::vector<cv::Point2d> points{{160, 120}, {100, 80}, {220, 150}};
   auto all = tracker(points), one = tracker({points[2]});
   for (int i = 0; i <= 15; ++i) {

@@ -8,7 +8,7 @@
 namespace csd {
 namespace {
 
-TEST(ColourWeights, CountsOnlyWhatIsInside) {
+TEST(ColourWeights, CountsOnlyPixelsInside) {
   cv::Mat values(2, 5, CV_8UC1, cv::Scalar(7));  // bin 0
   values.at<std::uint8_t>(0, 4) = 8;             // bin 1
   values.at<std::uint8_t>(1, 1) = 255;           // bin 31
@@ -28,7 +28,7 @@ TEST(ColourWeights, CountsOnlyWhatIsInside) {
   EXPECT_EQ(total(count_colours(values, {9, 9, 3, 3})), 0u);
 }
 
-TEST(ColourWeights, AreTheLogLikelihoodWhereItIsPositive) {
+TEST(ColourWeights, AreTheLogLikelihoodRatioWhereItIsPositive) {
   ColourHistogram object{}, background{};
   object[0] = 3, object[1] = 1;
   background[0] = 2, background[1] = 6, background[7] = 8;
@@ -38,13 +38,13 @@ TEST(ColourWeights, AreTheLogLikelihoodWhereItIsPositive) {
   EXPECT_EQ(w[0], 35);
   EXPECT_EQ(w[7], 35);  // the same bin
   EXPECT_EQ(w[8], 0);   // p = 1/8 < q = 6/16
-  EXPECT_EQ(w[56], 0);  // never in the object
-  // Never in the background: ln((1/2)/0.001) = 6.2146; · 32 = 198.87
+  EXPECT_EQ(w[56], 0);  // not in the object
+  // Not in the background: ln((1/2)/0.001) = 6.2146; · 32 = 198.87
   EXPECT_EQ(w[72], 199);
   EXPECT_EQ(w[255], 0);  // in neither: both are δ
 }
 
-TEST(ColourWeights, AreNoneWithoutPixels) {
+TEST(ColourWeights, AreZeroWithoutPixels) {
   ColourHistogram some{};
   some[3] = 5;
   for (const auto w : likelihood_weights(some, {}, LogTable(8))) EXPECT_EQ(w, 0);
@@ -62,7 +62,7 @@ TEST(ColourWeights, VarianceRatioOfTwoHistogramsByHand) {
   EXPECT_EQ(variance_ratio(p, 16, p, 16, LogTable(16)), 0);
 }
 
-/// A 21 × 21 picture whose blobs of 3 × 3 pixels are of the object's colour.
+/// A 21 × 21 picture with blobs of 3 × 3 pixels in the object's colour.
 cv::Mat blobs(std::initializer_list<cv::Point> centres) {
   cv::Mat values(21, 21, CV_8UC1, cv::Scalar(0));
   for (const auto c : centres) values(cv::Rect(c.x - 1, c.y - 1, 3, 3) & cv::Rect(0, 0, 21, 21)).setTo(8);
@@ -75,22 +75,22 @@ double difference_of(const cv::Mat &values) {
   return peak_difference(values, weights, {9, 9, 3, 3}, {3, 3, 15, 15}, 3);
 }
 
-TEST(PeakDifference, IsThatOfWindowSums) {
-  // In the object all 9 pixels of a window have L = 2; beside it, two columns further, 3 of them.
+TEST(PeakDifference, IsTheDifferenceOfWindowSums) {
+  // In the object, all 9 pixels of a window have L = 2. Two columns beside it, 3 of them have.
   EXPECT_DOUBLE_EQ(difference_of(blobs({{10, 10}})), 2 - 2 * 3 / 9.0);
 }
 
-TEST(PeakDifference, VanishesBesideAnEqual) {
+TEST(PeakDifference, VanishesBesideAnEqualBlob) {
   EXPECT_DOUBLE_EQ(difference_of(blobs({{10, 10}, {15, 10}})), 0);
   EXPECT_DOUBLE_EQ(difference_of(blobs({{10, 10}, {10, 4}})), 0);
 }
 
 TEST(PeakDifference, LooksNoFurtherThanTheNeighbourhood) {
-  // Windows centred at 17 at most: of a blob centred at 19 they see a column, as they do of the object.
+  // Window centres go up to 17. Such a window holds one column of a blob at 19, as one beside the object does.
   EXPECT_DOUBLE_EQ(difference_of(blobs({{10, 10}, {19, 10}})), 2 - 2 * 3 / 9.0);
 }
 
-TEST(PeakDifference, IsNegativeWhereADistractorIsAllThereIs) {
+TEST(PeakDifference, IsNegativeWhereOnlyADistractorExists) {
   EXPECT_DOUBLE_EQ(difference_of(blobs({{15, 10}})), -2);
 }
 

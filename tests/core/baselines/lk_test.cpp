@@ -41,7 +41,7 @@ TEST(LucasKanade, FollowsToAFractionOfAPixel) {
   }
 }
 
-TEST(LucasKanade, OverTheEdgeIsOutAndStaysOut) {
+TEST(LucasKanade, IsOutForGoodOnceOverTheEdge) {
   NoExecutor none;
   const MovingScene scene;
   Tracker tracker(lk({{314, 120}}), make_algorithm(lk({{314, 120}}), none));
@@ -54,7 +54,7 @@ TEST(LucasKanade, OverTheEdgeIsOutAndStaysOut) {
   EXPECT_EQ(state, FeatureState::out);
 }
 
-TEST(LucasKanade, WhatIsLostIsLostForEver) {
+TEST(LucasKanade, NeverFindsALostPointAgain) {
   NoExecutor none;
   const MovingScene scene;
   Tracker tracker(lk({{160, 120}}), make_algorithm(lk({{160, 120}}), none));
@@ -74,7 +74,7 @@ std::vector<cv::Point2d> grid() {
   return points;
 }
 
-/// How far each point of the grid that is still claimed after all frames is from where it is by the truth, in pixels.
+/// How far each claimed point of the grid is from its true position after all frames, in pixels.
 std::vector<double> errors_after(int frames, cv::Point2d truth, const std::function<cv::Mat(int)> &frame) {
   NoExecutor none;
   const auto points = grid();
@@ -94,15 +94,15 @@ double rms(const std::vector<double> &errors) {
   return cv::norm(errors) / std::sqrt(static_cast<double>(errors.size()));
 }
 
-/// How many are claimed within 5 px.
+/// How many claimed points are within 5 px.
 std::ptrdiff_t near(const std::vector<double> &errors) {
   return std::count_if(errors.begin(), errors.end(), [](double error) { return error <= 5; });
 }
 
-// A still scene with the noise of a dark picture: each template is found beside the one before by a fraction of a
-// pixel, and these add up, as the root of their number where they are independent. From the first frame straight to the
-// last there is but one.
-TEST(LucasKanade, DriftsWithEachUpdateOfItsTemplate) {
+// A still scene with the noise of a dark picture. Each new template is off the previous one by a fraction of a pixel.
+// Independent offsets add up with the root of their number; from the first frame straight to the last there is only
+// one.
+TEST(LucasKanade, DriftsWithEachTemplateUpdate) {
   const cv::Mat still = MovingScene().render({0, 0});
   const auto noisy = [&](int i) {
     cv::Mat noise(still.size(), CV_16SC3), sum;
@@ -120,8 +120,8 @@ TEST(LucasKanade, DriftsWithEachUpdateOfItsTemplate) {
   EXPECT_GT(rms(chained), 1.5 * rms(errors_after(frames / 4, {0, 0}, noisy)));
 }
 
-// Brightness constancy: light that dims by a fifth from one frame to the next looks like motion along the gradients.
-TEST(LucasKanade, TakesAChangeOfLightForMotion) {
+// LK assumes constant brightness: light that dims by a fifth between two frames looks like motion along the gradients.
+TEST(LucasKanade, MistakesAChangeOfLightForMotion) {
   const cv::Mat still = MovingScene().render({0, 0});
   const auto dimmed_to = [&](double gain) {
     return errors_after(1, {0, 0}, [&](int i) { return i ? cv::Mat(still * gain) : still; });
@@ -130,9 +130,9 @@ TEST(LucasKanade, TakesAChangeOfLightForMotion) {
   EXPECT_LT(near(dimmed_to(0.8)), 48 / 2);
 }
 
-// At the top of the pyramid, an eighth of the size, 36 px are still 4.5: more than the blobs there are wide. The same
-// way at 3 px a frame does no harm.
-TEST(LucasKanade, LosesWhatMovesBeyondThePyramid) {
+// At the pyramid's top, an eighth of the size, 36 px are still 4.5: more than the width of the blobs there. The same
+// path at 3 px a frame does no harm.
+TEST(LucasKanade, LosesMotionBeyondThePyramid) {
   const MovingScene scene;
   const auto moved = [&](int frames, cv::Point2d step) {
     return near(errors_after(frames, frames * step, [&](int i) { return scene.render(i * step); }));

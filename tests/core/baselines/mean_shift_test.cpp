@@ -6,14 +6,14 @@
 namespace csd {
 namespace {
 
-/// Weights are the values themselves.
+/// The weights are the grey values themselves.
 ColourWeights identity() {
   ColourWeights w{};
   for (std::size_t i = 0; i < w.size(); ++i) w[i] = static_cast<std::uint8_t>(i);
   return w;
 }
 
-TEST(MeanShift, AStepGoesToTheCentroidOfTheWindow) {
+TEST(MeanShift, OneStepGoesToTheWindowsCentroid) {
   cv::Mat values(11, 11, CV_8UC1, cv::Scalar(0));
   values.at<std::uint8_t>(5, 7) = 3;
   values.at<std::uint8_t>(7, 5) = 1;
@@ -24,7 +24,7 @@ TEST(MeanShift, AStepGoesToTheCentroidOfTheWindow) {
   EXPECT_DOUBLE_EQ(window.centroid.y, 5.5);  // (3·5 + 1·7) / 4
 }
 
-TEST(MeanShift, WindowsAreCutOffAtTheEdge) {
+TEST(MeanShift, CutsWindowsOffAtTheEdge) {
   const cv::Mat values(4, 4, CV_8UC1, cv::Scalar(1));
   const auto window = window_mass(values, identity(), {0, 3}, 5);
   EXPECT_EQ(window.mass, 9u);
@@ -33,7 +33,7 @@ TEST(MeanShift, WindowsAreCutOffAtTheEdge) {
   EXPECT_EQ(window_mass(values, identity(), {40, 40}, 5).mass, 0u);
 }
 
-TEST(MeanShift, ClimbsToABlobThatItOverlaps) {
+TEST(MeanShift, ClimbsToAnOverlappingBlob) {
   cv::Mat values(30, 30, CV_8UC1, cv::Scalar(0));
   values({12, 9, 7, 7}).setTo(50);  // centre 15,12
   const auto found = mean_shift(values, identity(), {10, 8}, 9);
@@ -45,7 +45,7 @@ TEST(MeanShift, ClimbsToABlobThatItOverlaps) {
 TEST(MeanShift, FindsNothingWithoutOverlap) {
   cv::Mat values(30, 30, CV_8UC1, cv::Scalar(0));
   values({12, 9, 7, 7}).setTo(50);
-  EXPECT_TRUE(mean_shift(values, identity(), {9, 12}, 7));  // one column of 7 is overlap enough
+  EXPECT_TRUE(mean_shift(values, identity(), {9, 12}, 7));  // one column of 7 overlaps
   EXPECT_FALSE(mean_shift(values, identity(), {8, 12}, 7));
 }
 

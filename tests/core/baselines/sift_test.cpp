@@ -16,8 +16,8 @@ class NoExecutor final : public Executor {
   void post(std::function<void()>) override { FAIL() << "SIFT learns nothing"; }
 };
 
-TEST(RatioTest, TakesTheNearestIfTheNextIsFarEnough) {
-  // Their distances from (0,0): 5, 10, 3.
+TEST(RatioTest, TakesTheNearestIfTheSecondIsFarEnough) {
+  // Distances from (0,0): 5, 10, 3.
   const cv::Mat candidates = (cv::Mat_<float>(3, 2) << 3, 4, 6, 8, 0, -3);
   const cv::Mat wanted = (cv::Mat_<float>(1, 2) << 0, 0);
   EXPECT_EQ(match_by_ratio(wanted, candidates, 0.61), std::vector<int>{2});  // 3 < .61 · 5
@@ -43,7 +43,7 @@ Settings sift(unsigned features) {
   return settings;
 }
 
-/// The scene turned about the picture's middle.
+/// The scene, turned about the picture's middle.
 struct Turned {
   explicit Turned(double degrees) {
     const auto m = cv::getRotationMatrix2D({159.5f, 119.5f}, degrees, 1);
@@ -78,13 +78,13 @@ Tally tally(const Tracks &tracks, const std::vector<Feature> &first, Truth truth
   return t;
 }
 
-TEST(Sift, FindsARigidSceneAgainWithoutAPast) {
+TEST(Sift, FindsARigidSceneFromOneFrame) {
   NoExecutor none;
   const MovingScene scene;
   Tracker tracker(sift(30), make_algorithm(sift(30), none));
   const auto first = tracker.process(MovingScene::view(scene.render({0, 0})), 0).features;
   ASSERT_EQ(first.size(), 30u);
-  // 39 pixels at once: no overlap, no small displacement, nothing in between.
+  // 39 pixels in one step: without overlap, small displacement or frames in between.
   const auto picture = scene.render({31, -24});
   const auto t = tally(tracker.process(MovingScene::view(picture), second / 25), first,
                        [](cv::Point2d p) { return p + cv::Point2d(31, -24); });
@@ -92,7 +92,7 @@ TEST(Sift, FindsARigidSceneAgainWithoutAPast) {
   EXPECT_LE(t.wrong, 1);
 }
 
-TEST(Sift, FindsATurnedSceneAgain) {
+TEST(Sift, FindsARotatedScene) {
   NoExecutor none;
   const MovingScene scene;
   const Turned turned(50);
@@ -105,7 +105,7 @@ TEST(Sift, FindsATurnedSceneAgain) {
   EXPECT_LE(t.wrong, 1);
 }
 
-TEST(Sift, HidesWhatIsHiddenAndFindsItAgain) {
+TEST(Sift, HidesACoveredFeatureAndFindsItAgain) {
   NoExecutor none;
   const MovingScene scene;
   Tracker tracker(sift(20), make_algorithm(sift(20), none));
@@ -124,7 +124,7 @@ TEST(Sift, HidesWhatIsHiddenAndFindsItAgain) {
 }
 
 // §3.1: the feature must be "globally unique in the image".
-TEST(Sift, RefusesWhatIsThereTwice) {
+TEST(Sift, RefusesRepeatedTexture) {
   NoExecutor none;
   const MovingScene scene({160, 240});
   cv::Mat twice;
@@ -134,7 +134,7 @@ TEST(Sift, RefusesWhatIsThereTwice) {
   tracker.process(MovingScene::view(twice), 0);
   int claimed = 0, away_from_seam = 0;
   for (const auto &f : tracker.process(MovingScene::view(twice), second / 25).features) {
-    // What lies near the seam or the edges looks different in the two halves.
+    // Near the seam or the edges, the two halves look different.
     const double x = std::fmod(f.x, 160);
     if (x < 40 || x > 120) continue;
     ++away_from_seam;
@@ -144,8 +144,8 @@ TEST(Sift, RefusesWhatIsThereTwice) {
   EXPECT_LT(claimed, away_from_seam / 4);
 }
 
-// §3.2.1: low repeatability where structures are of low contrast.
-TEST(Sift, LosesWhatFades) {
+// §3.2.1: repeatability is low where contrast is low.
+TEST(Sift, LosesAFadingFeature) {
   NoExecutor none;
   const MovingScene scene;
   Tracker tracker(sift(30), make_algorithm(sift(30), none));
@@ -156,7 +156,7 @@ TEST(Sift, LosesWhatFades) {
     EXPECT_EQ(f.state, FeatureState::occluded);
 }
 
-TEST(Sift, WhatIsRemovedTakesNothingWithIt) {
+TEST(Sift, RemovingAFeatureLeavesTheOthers) {
   NoExecutor none;
   const MovingScene scene;
   auto settings = sift(30);
@@ -179,7 +179,7 @@ TEST(Sift, WhatIsRemovedTakesNothingWithIt) {
   }
 }
 
-TEST(Sift, APointWithoutKeypointIsNotFoundAgain) {
+TEST(Sift, DoesNotFindAPointWithoutAKeypoint) {
   NoExecutor none;
   auto settings = sift(0);
   settings.points = {{160, 120}};
@@ -189,7 +189,7 @@ TEST(Sift, APointWithoutKeypointIsNotFoundAgain) {
   EXPECT_EQ(tracker.process(MovingScene::view(flat), second / 25).features.at(0).state, FeatureState::occluded);
 }
 
-TEST(Sift, CanBeGivenTheSmallestPictures) {
+TEST(Sift, AcceptsTheSmallestPictures) {
   NoExecutor none;
   auto settings = sift(0);
   settings.points = {{8, 8}};

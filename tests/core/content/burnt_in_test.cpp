@@ -11,11 +11,11 @@
 
 namespace {
 
-constexpr double dt = 0.16;  // s: each fourth frame at 25 a second
-constexpr double sigma = 2;  // grey levels, of the noise
+constexpr double dt = 0.16;  // s: every fourth frame at 25 a second
+constexpr double sigma = 2;  // grey levels, of noise
 const cv::Size size(640, 480);
 
-/// A window of the texture that goes to and fro over it; `amplitude` in pixels.
+/// A window that swings over the texture; `amplitude` in pixels.
 cv::Mat tissue(double t, double amplitude) {
   static const cv::Mat texture = csd::blob_texture({800, 600});
   const auto move = [&](double rate) { return 50 + static_cast<int>(std::lround(amplitude * std::sin(rate * t))); };
@@ -29,7 +29,7 @@ void write(cv::Mat &picture) {
   cv::putText(picture, text, text_at, cv::FONT_HERSHEY_SIMPLEX, 1, cv::Scalar(235), 2);
 }
 
-/// What the text covers, 255, at the picture's size.
+/// The text's mask, 255, at the picture's size.
 cv::Mat written() {
   cv::Mat result = cv::Mat::zeros(size, CV_8UC1);
   cv::putText(result, text, text_at, cv::FONT_HERSHEY_SIMPLEX, 1, cv::Scalar(255), 2);
@@ -42,7 +42,7 @@ cv::Mat grown(const cv::Mat &mask, int radius) {
   return result;
 }
 
-TEST(BurntIn, TextOverMovingTextureAndNothingElse) {
+TEST(BurntIn, FindsTextOverMovingTextureAndNothingElse) {
   cv::RNG rng(5);
   csd::BurntIn graphics;
   bool changed = false;
@@ -53,7 +53,7 @@ TEST(BurntIn, TextOverMovingTextureAndNothingElse) {
     cv::Mat found;
     cv::resize(graphics.mask(), found, size, 0, 0, cv::INTER_NEAREST);
     EXPECT_EQ(changed, cv::countNonZero(found) > 0) << t;
-    // An edge is seen two pixels of the half-size copy away from the stroke.
+    // In the half-size copy, an edge shows up to two pixels from the stroke.
     EXPECT_EQ(cv::countNonZero(found & ~grown(written(), 4)), 0) << t;
     if (t < 1) {
       EXPECT_FALSE(changed) << t;
@@ -65,7 +65,7 @@ TEST(BurntIn, TextOverMovingTextureAndNothingElse) {
   }
 }
 
-TEST(BurntIn, TextThatGoesIsForgotten) {
+TEST(BurntIn, ForgetsTextThatGoes) {
   cv::RNG rng(5);
   csd::BurntIn graphics;
   for (double t = 0; t < 9; t += dt) {
@@ -79,8 +79,8 @@ TEST(BurntIn, TextThatGoesIsForgotten) {
   EXPECT_EQ(cv::countNonZero(graphics.mask()), 0);
 }
 
-// The texture has sharp edges that do not move, as graphics have; a tool that works beside them proves nothing.
-TEST(BurntIn, StillTextureBesideAMovingTool) {
+// The texture has sharp, still edges, as graphics do. A tool that moves beside them proves nothing.
+TEST(BurntIn, IgnoresStillTextureBesideAMovingTool) {
   cv::RNG rng(5);
   csd::BurntIn graphics;
   for (double t = 0; t < 8; t += dt) {
@@ -94,8 +94,9 @@ TEST(BurntIn, StillTextureBesideAMovingTool) {
   EXPECT_EQ(cv::countNonZero(graphics.mask()), 0);
 }
 
-// A line of text sees motion within an eighth of the picture's height, the letters in a filled box only beyond the box.
-TEST(BurntIn, LettersInAFilledBox) {
+// Around a line of text, motion lies within an eighth of the picture's height. Around letters in a filled box it lies
+// only beyond the box.
+TEST(BurntIn, FindsLettersInAFilledBox) {
   cv::RNG rng(5);
   csd::BurntIn graphics;
   const cv::Rect box(200, 160, 240, 90);
@@ -118,7 +119,7 @@ TEST(BurntIn, LettersInAFilledBox) {
   EXPECT_EQ(cv::countNonZero(found & ~grown(inside, 4)), 0);
 }
 
-TEST(BurntIn, StillPicture) {
+TEST(BurntIn, FindsNothingInAStillPicture) {
   cv::RNG rng(5);
   csd::BurntIn graphics;
   cv::Mat picture = tissue(0, 0);

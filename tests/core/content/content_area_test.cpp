@@ -18,7 +18,7 @@ namespace {
 constexpr std::int64_t frame_time = 40'000'000;
 constexpr int patch = 21;
 
-/// Smooth random texture around 120, larger than a frame, to move a window over.
+/// Smooth random texture around 120, larger than a frame, so that a window can move over it.
 cv::Mat texture() {
   cv::Mat noise(600, 800, CV_32FC1), result;
   cv::RNG rng(7);
@@ -33,7 +33,7 @@ cv::Mat window(const cv::Mat &all, int frame) {
   return all(cv::Rect(dx, 40, 640, 480)).clone();
 }
 
-TEST(ContentArea, RoundFieldIsKnownOnTheFirstFrame) {
+TEST(ContentArea, ARoundFieldIsKnownFromTheFirstFrame) {
   cv::Mat field = cv::Mat::zeros(480, 640, CV_8UC1);
   cv::circle(field, {320, 240}, 200, cv::Scalar(255), cv::FILLED);
   cv::Mat frame(480, 640, CV_8UC1, cv::Scalar(20));
@@ -58,7 +58,7 @@ TEST(ContentArea, RoundFieldIsKnownOnTheFirstFrame) {
   }
 }
 
-TEST(ContentArea, PillarBoxAndNothingElse) {
+TEST(ContentArea, FindsThePillarBoxAndNothingElse) {
   cv::Mat frame = texture()(cv::Rect(0, 0, 640, 480)).clone();
   frame.colRange(0, 80).setTo(16);
   csd::ContentAreaFinder finder;
@@ -76,7 +76,7 @@ TEST(ContentArea, BlackIsAllBorderUntilThereIsLight) {
   EXPECT_EQ(cv::countNonZero(finder.forbidden()), 0);
 }
 
-TEST(ContentArea, DarkToolThatComesInIsNoBorder) {
+TEST(ContentArea, ADarkToolThatComesInIsNotBorder) {
   const cv::Mat all = texture();
   csd::ContentAreaFinder finder;
   for (int i = 0; i < 50; ++i) {
@@ -87,7 +87,7 @@ TEST(ContentArea, DarkToolThatComesInIsNoBorder) {
   EXPECT_FALSE(finder.contains({60, 230}));
 }
 
-TEST(ContentArea, TextOverMovingTexture) {
+TEST(ContentArea, FindsTextOverMovingTexture) {
   const cv::Mat all = texture();
   csd::ContentAreaFinder finder;
   for (int i = 0; i < 75; ++i) {
@@ -103,7 +103,7 @@ TEST(ContentArea, TextOverMovingTexture) {
   EXPECT_LT(cv::countNonZero(finder.forbidden()), 640 * 480 / 10);
 }
 
-TEST(ContentArea, StaticPictureHasNoGraphics) {
+TEST(ContentArea, AStillPictureHasNoGraphics) {
   cv::Mat frame = texture()(cv::Rect(0, 0, 640, 480)).clone();
   cv::putText(frame, "LASER OFF", {240, 250}, cv::FONT_HERSHEY_SIMPLEX, 1, cv::Scalar(235), 2);
   csd::ContentAreaFinder finder;
@@ -111,7 +111,7 @@ TEST(ContentArea, StaticPictureHasNoGraphics) {
   EXPECT_EQ(cv::countNonZero(finder.forbidden()), 0);
 }
 
-TEST(ContentArea, TinyPictures) {
+TEST(ContentArea, AcceptsTinyPictures) {
   for (const int side : {1, 2, 5, 16}) {
     csd::ContentAreaFinder finder;
     for (int i = 0; i < 30; ++i) finder.update(cv::Mat(side, side, CV_8UC1, cv::Scalar(90)), i * frame_time, 9);
@@ -119,10 +119,10 @@ TEST(ContentArea, TinyPictures) {
   }
 }
 
-/// What a real clip shows 2.5 s in. The places were picked by hand on that frame.
+/// What a real clip shows after 2.5 s. The places were picked by hand in that frame.
 struct Clip {
   std::string name;
-  cv::Rect border;  // where a patch touches border or graphics; empty: wherever a tenth of it is dark
+  cv::Rect border;  // where a patch touches border or graphics; if empty, wherever a tenth of it is dark
   std::vector<cv::Point2d> on, off;
 };
 
@@ -140,7 +140,7 @@ int on_border(const Clip &clip, const cv::Mat &luma, const cv::Mat &forbidden) {
   return count;
 }
 
-TEST(ContentArea, BorderAndTextStripOfClips) {
+TEST(ContentArea, FindsBorderAndTextStripOfClips) {
   const cv::Rect strip(0, 492, 340, 20);
   const std::vector<cv::Point2d> text{{200, 503}, {250, 506}, {320, 507}};
   const std::vector<Clip> clips{

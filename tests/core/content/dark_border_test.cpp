@@ -16,7 +16,7 @@ constexpr double dt = 0.04;  // s
 constexpr double sigma = 4;  // grey levels
 const cv::Size size(640, 480);
 
-/// A picture whose border gets lighter from 16 on the left to 24 on the right, with texture where `field` is not 0.
+/// A picture whose border brightens from 16 on the left to 24 on the right, with texture where `field` is not 0.
 cv::Mat endoscope(const cv::Mat &field, cv::RNG &rng, int shift = 0) {
   static const cv::Mat texture = csd::blob_texture({800, 600});
   cv::Mat picture(size, CV_8UC1);
@@ -32,7 +32,7 @@ cv::Mat enlarged(const cv::Mat &mask) {
   return result;
 }
 
-/// How far, in pixels of the picture, the farthest of the pixels that are `wrong` is from where `right` holds.
+/// Of the pixels in `wrong`, how far the farthest is from `right`, in pixels of the picture.
 double farthest(const cv::Mat &wrong, const cv::Mat &right) {
   if (cv::countNonZero(wrong) == 0) return 0;
   if (cv::countNonZero(right) == 0) return 1e9;
@@ -74,7 +74,7 @@ TEST(DarkBorder, AgreesWithTheTrueField) {
       ASSERT_TRUE(border.lit());
       const double reduced = static_cast<double>(size.height) / border.mask().rows;
       const cv::Mat found = enlarged(border.mask());
-      // The border is never too small by more than a pixel of the reduced picture, nor too large by more than three.
+      // The border is too small by at most a pixel of the reduced picture, and too large by at most three.
       ASSERT_LE(farthest(~field.lit & ~found, found), 1.5 * reduced) << field.name << " frame " << i;
       ASSERT_LE(farthest(field.lit & found, ~field.lit), 3 * reduced) << field.name << " frame " << i;
     }
@@ -91,7 +91,7 @@ TEST(DarkBorder, WritingInTheBorderIsBorder) {
   EXPECT_EQ(cv::countNonZero(~enlarged(border.mask())(cv::Rect(0, 0, 100, 60))), 0);
 }
 
-TEST(DarkBorder, ToolAtTheEdgeForHalfASecondIsNot) {
+TEST(DarkBorder, AToolAtTheEdgeForHalfASecondIsNotBorder) {
   cv::RNG rng(5);
   const cv::Mat lit(size, CV_8UC1, cv::Scalar(255));
   cv::Mat tool = lit.clone();
@@ -104,9 +104,9 @@ TEST(DarkBorder, ToolAtTheEdgeForHalfASecondIsNot) {
   }
 }
 
-// A share that decays with a time constant of 1 s passes 0.9 after ln 10 = 2.3 s, and falls below 0.75 of 1 − e⁻⁴
-// after 0.3 s.
-TEST(DarkBorder, WhatStaysDarkBecomesBorderAndLightIsBelievedSooner) {
+// A share with a time constant of 1 s rises above 0.9 after ln 10 = 2.3 s. From 1 − e⁻⁴ it falls below 0.75 after 0.3
+// s.
+TEST(DarkBorder, DarknessBecomesBorderSlowlyAndLightClearsItSooner) {
   cv::RNG rng(5);
   const cv::Mat lit(size, CV_8UC1, cv::Scalar(255));
   cv::Mat half = lit.clone();
@@ -126,7 +126,7 @@ TEST(DarkBorder, WhatStaysDarkBecomesBorderAndLightIsBelievedSooner) {
   EXPECT_EQ(cv::countNonZero(border.mask()), 0);
 }
 
-TEST(DarkBorder, BlackThenLightThenBlack) {
+TEST(DarkBorder, SwitchesFromBlackToLightAndBack) {
   cv::RNG rng(5);
   const cv::Mat sleeve = cv::Mat::zeros(size, CV_8UC1);
   const Field pillar = fields()[2];

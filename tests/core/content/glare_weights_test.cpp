@@ -33,12 +33,12 @@ int masked(const GlareWeights &weights) {
   return static_cast<int>(weights.level(0).total()) - cv::countNonZero(weights.level(0));
 }
 
-TEST(GlareWeights, HighlightAndItsRim) {
+TEST(GlareWeights, MasksAHighlightAndItsRim) {
   cv::Mat bgr(vga, CV_8UC3, tissue);
   bgr({300, 200, 9, 7}).setTo(white);
   const auto weights = weights_of(bgr);
-  // The smoothing adds none (a quarter of a step of 190 is below .4·(250 − 60) = 76) and takes none (at a corner 9/16
-  // of it are left); two more by the dilation, which is a square.
+  // Smoothing adds no pixels (a quarter of a step of 190 is below .4·(250 − 60) = 76) and removes none (a corner keeps
+  // 9/16). The dilation, a square, adds two on each side.
   EXPECT_EQ(masked(weights), 13 * 11);
   EXPECT_EQ(weights.level(0).at<std::uint8_t>(200, 298), 0);
   EXPECT_EQ(weights.level(0).at<std::uint8_t>(200, 297), 255);
@@ -46,7 +46,7 @@ TEST(GlareWeights, HighlightAndItsRim) {
   EXPECT_EQ(weights.level(0).at<std::uint8_t>(209, 303), 255);
 }
 
-TEST(GlareWeights, PaleTissueAndGradientsOfLightAreNoHighlight) {
+TEST(GlareWeights, PaleTissueAndGradientsOfLightAreNotHighlights) {
   EXPECT_EQ(masked(weights_of(cv::Mat(vga, CV_8UC3, pale))), 0);
   cv::Mat lit(vga, CV_8UC3);
   for (int y = 0; y < lit.rows; ++y)
@@ -57,20 +57,20 @@ TEST(GlareWeights, PaleTissueAndGradientsOfLightAreNoHighlight) {
   EXPECT_EQ(masked(weights_of(lit)), 0);
 }
 
-TEST(GlareWeights, ColouredLightIsNoHighlight) {
+TEST(GlareWeights, ColouredLightIsNotAHighlight) {
   cv::Mat bgr(vga, CV_8UC3, tissue);
   bgr({300, 200, 9, 7}).setTo(cv::Scalar(60, 90, 255));
   EXPECT_EQ(masked(weights_of(bgr)), 0);
 }
 
-TEST(GlareWeights, GrayHasLumaAlone) {
+TEST(GlareWeights, InGrayOnlyLumaCounts) {
   cv::Mat bgr(vga, CV_8UC3, tissue);
   bgr({300, 200, 9, 7}).setTo(cv::Scalar(60, 180, 255));  // Y 189 on 90
   EXPECT_EQ(masked(weights_of(bgr)), 0);
   EXPECT_GT(masked(weights_of(bgr, {}, test::Layout::gray8)), 9 * 7);
 }
 
-TEST(GlareWeights, ForbiddenWeighsNothingAndDoesNotDarkenTheBackground) {
+TEST(GlareWeights, ForbiddenPixelsWeighNothingAndDoNotDarkenTheBackground) {
   // A dark border takes three quarters of the cells at the corner of pale tissue.
   cv::Mat bgr(vga, CV_8UC3, cv::Scalar(0, 0, 0)), forbidden(vga, CV_8UC1, cv::Scalar(255));
   const cv::Rect field(160, 120, 320, 240);
@@ -80,7 +80,7 @@ TEST(GlareWeights, ForbiddenWeighsNothingAndDoesNotDarkenTheBackground) {
   EXPECT_EQ(cv::norm(weights.level(0), 255 - forbidden, cv::NORM_INF), 0);
 }
 
-/// By how much each pixel is above the limit of a highlight, as the header says it, in double.
+/// How far each pixel exceeds the highlight limit, as the header defines it, in double.
 cv::Mat1d excess(const cv::Mat &least) {
   const int cell = static_cast<int>(std::lround(16 * least.rows / 480.));
   const int columns = (least.cols + cell - 1) / cell, rows = (least.rows + cell - 1) / cell;
@@ -117,7 +117,7 @@ cv::Mat1d excess(const cv::Mat &least) {
   return out;
 }
 
-/// What is masked where the limit is exceeded by more than `margin`.
+/// The mask of pixels that exceed the limit by more than `margin`.
 cv::Mat reference_mask(const cv::Mat1d &excess, double margin) {
   cv::Mat mask = excess > margin;
   cv::dilate(mask, mask, cv::Mat::ones(5, 5, CV_8U));
@@ -131,7 +131,7 @@ cv::Mat darkest(const WorkFrame &frame) {
   return cv::min(cv::min(planes[0], planes[1]), planes[2]);
 }
 
-TEST(GlareWeights, AsDefined) {
+TEST(GlareWeights, IsAsDefined) {
   for (const cv::Size size :
        {cv::Size(640, 480), cv::Size(357, 288), cv::Size(161, 117), cv::Size(53, 576), cv::Size(40, 90)})
     for (const auto layout : {test::Layout::bgr, test::Layout::i420, test::Layout::y444_10le, test::Layout::gray8}) {
@@ -153,9 +153,9 @@ TEST(GlareWeights, AsDefined) {
     }
 }
 
-/// Where the picture is larger than the working image, chroma is the nearest sample's: the mask is as defined but for
-/// few pixels that lie further than one beside it.
-TEST(GlareWeights, OfALargeClipWithinAPixel) {
+/// In a picture larger than the working image, chroma comes from the nearest sample. The mask is then as defined up to
+/// one pixel, except in a few places.
+TEST(GlareWeights, OnALargeClipIsAsDefinedWithinAPixel) {
   auto video = test::open_clip("cholecystectomy.mp4");
   if (!video.isOpened()) GTEST_SKIP() << "no clips: set CSDTRACK_CLIPS";
   cv::Mat bgr;
@@ -177,7 +177,7 @@ TEST(GlareWeights, OfALargeClipWithinAPixel) {
   }
 }
 
-TEST(GlareWeights, OtherMasksAreRefused) {
+TEST(GlareWeights, RefusesMasksOfOtherSizes) {
   const cv::Mat bgr(vga, CV_8UC3, tissue);
   EXPECT_THROW(weights_of(bgr, cv::Mat::zeros(480, 639, CV_8UC1)), std::invalid_argument);
   EXPECT_THROW(weights_of(bgr, cv::Mat::zeros(480, 640, CV_16UC1)), std::invalid_argument);

@@ -16,7 +16,7 @@ inline cv::Mat blob_texture(cv::Size size, std::uint64_t seed = 7) {
   return result;
 }
 
-/// The picture with the noise of a sensor: normal, of deviation `sigma`, in grey levels, other in each call.
+/// The picture with sensor noise: normal, with deviation `sigma` in grey levels, different in each call.
 inline cv::Mat with_noise(const cv::Mat &picture, double sigma, cv::RNG &rng) {
   cv::Mat noise(picture.size(), CV_16SC1), result;
   rng.fill(noise, cv::RNG::NORMAL, 0, sigma);

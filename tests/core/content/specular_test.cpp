@@ -19,7 +19,7 @@ cv::Mat mask_of(const cv::Mat &bgr, const cv::Rect &r, const SpecularOptions &op
   return mask;
 }
 
-TEST(Specular, ThresholdsOfValueAndSaturation) {
+TEST(Specular, ThresholdsValueAndSaturation) {
   cv::Mat bgr(1, 6, CV_8UC3, cv::Scalar(0, 0, 0));
   const cv::Vec3b pixels[] = {{255, 255, 255}, {220, 220, 220}, {219, 219, 219},  // V ≥ 219.3
                               {180, 200, 240}, {179, 200, 240}, {255, 0, 0}};     // S = 60/240 = 0.25; 61/240
@@ -29,7 +29,7 @@ TEST(Specular, ThresholdsOfValueAndSaturation) {
   EXPECT_EQ(cv::norm(mask, expected, cv::NORM_INF), 0);
 }
 
-TEST(Specular, MarginReachesIntoTheRectangleFromOutside) {
+TEST(Specular, TheMarginReachesIntoTheRectangleFromOutside) {
   EXPECT_EQ(specular_margin(576), 5);
   EXPECT_EQ(specular_margin(288), 3);
   cv::Mat bgr(576, 60, CV_8UC3, cv::Scalar(40, 40, 90));
@@ -46,7 +46,7 @@ TEST(Specular, MarginReachesIntoTheRectangleFromOutside) {
   EXPECT_EQ(cv::countNonZero(beyond), cv::countNonZero(whole));
 }
 
-TEST(Specular, GrayHasLumaAlone) {
+TEST(Specular, InGrayOnlyLumaCounts) {
   cv::Mat bgr(8, 8, CV_8UC3, cv::Scalar(255, 255, 255));
   EXPECT_EQ(cv::countNonZero(mask_of(bgr, {0, 0, 8, 8}, {}, test::Layout::gray8)), 64);
   EXPECT_EQ(cv::countNonZero(mask_of(bgr * 0.5, {0, 0, 8, 8}, {}, test::Layout::gray8)), 0);

@@ -14,7 +14,7 @@ namespace {
 const cv::Scalar tissue(60, 80, 160);     // B G R, saturation .62
 const cv::Scalar pale(165, 175, 200);     // .17
 const cv::Scalar steel(120, 118, 112);    // .07
-const cv::Rect shaft(300, 200, 340, 60);  // of a tool that reaches in from the right
+const cv::Rect shaft(300, 200, 340, 60);  // of a tool from the right edge
 const cv::Point inside(450, 230), far(100, 400);
 
 cv::Mat scene(cv::Size size = {640, 480}) {
@@ -46,14 +46,14 @@ TEST(Tools, AreGreyAmongColouredTissue) {
     EXPECT_TRUE(at(mask, inside));
     EXPECT_FALSE(at(mask, far));
     EXPECT_FALSE(at(mask, {320, 60})) << "pale tissue";
-    // With a margin: a point at a tool's outline sticks to the tool.
+    // The mask has a margin, because a point at a tool's outline sticks to the tool.
     EXPECT_TRUE(at(mask, {450, shaft.y - 8}));
     EXPECT_FALSE(at(mask, {450, shaft.y - 20}));
     EXPECT_FALSE(at(mask, {450, shaft.br().y + 20}));
   }
 }
 
-TEST(Tools, AreFoundAtAnySizeOfThePicture) {
+TEST(Tools, AreFoundAtAnyPictureSize) {
   const auto low = tools_of(scene({320, 240}));
   EXPECT_TRUE(at(low, inside / 2));
   EXPECT_FALSE(at(low, far / 2));
@@ -63,7 +63,7 @@ TEST(Tools, AreFoundAtAnySizeOfThePicture) {
   EXPECT_EQ(cv::countNonZero(tools_of(cv::Mat(3, 2, CV_8UC3, steel))), 0) << "grey, but no greyer than the rest";
 }
 
-TEST(Tools, SmokeTakesColourFromTissueToo) {
+TEST(Tools, AreFoundInSmokeThatFadesTheTissuesColour) {
   const cv::Mat smoke(480, 640, CV_8UC3, cv::Scalar(190, 190, 190));
   cv::Mat bgr;
   cv::addWeighted(scene(), 0.25, smoke, 0.75, 0, bgr);  // saturation of tissue .14, of steel .01

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// csd on a short sequence of each kind of tissue and of each effect that moves tissue in pieces, with no file.
+// csd on a short sequence of each kind of tissue, and of each effect that moves parts of the tissue separately. Needs
+// no files.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +21,7 @@ struct Case {
   sim::Scenario scenario;
   const char *effects;
   sim::Style style;
-  double min_found, max_wrong;  ///< share of the visible samples that are claimed and right; of the claims, wrong
+  double min_found, max_wrong;  ///< of the visible samples, the share found; of the claims, the share that is wrong
 };
 
 std::ostream &operator<<(std::ostream &out, const Case &c) {
@@ -83,7 +84,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"fat", S::deformation, "heart-mild=0,heart-strong=1", T::lobes, 0.97, 0.01},
                     Case{"charred", S::zoom, "specular=0.5", T::charred, 0.97, 0.01},
                     Case{"grasp", S::deformation, "grasp=1.5,heart-mild=0.5,liver=0.5", T::bowel, 0.97, 0.01},
-                    // Not the .97 and .01 of the others: one map can't follow two sheets (docs/method.md).
+                    // Looser than the other cases' .97 and .01: one map can't follow two sheets (docs/method.md).
                     Case{"slide", S::deformation, "slide=1.3,heart-mild=0.7,sway=0.5", T::lobes, 0.85, 0.06},
                     Case{"tear", S::deformation, "tear=1.3,heart-mild=0.7,liver=0.5", T::bowel, 0.97, 0.01},
                     Case{"cavity", S::deformation, "cavity=1,liver=0.4,sway=0.5", T::mucosa, 0.97, 0.02}),

@@ -66,14 +66,14 @@ TEST(Csd, FollowsTheTextureClosely) {
     for (const auto &f : all[static_cast<std::size_t>(i)].features) {
       EXPECT_TRUE(claims(f)) << f.id << " in frame " << i;
       EXPECT_LT(error(f, some[f.id], i), 0.3) << f.id << " in frame " << i;
-      // Half a second and its frame.
+      // Half a second of training ends here.
       if (i != 12 && i != 13) {
         EXPECT_EQ(f.state, i < 12 ? FeatureState::learning : FeatureState::tracked) << i;
       }
     }
 }
 
-TEST(Csd, AWetLensHidesAllButFadingDoesNot) {
+TEST(Csd, AWetLensHidesAFadeDoesNot) {
   constexpr int begins = 20, ends = 32;
   const auto spoilt = [](auto spoil) {
     return run(at(some), 60, [spoil](int i) {
@@ -97,7 +97,7 @@ TEST(Csd, AWetLensHidesAllButFadingDoesNot) {
     }
 }
 
-TEST(Csd, OnePointHasTheSameTrackAsAmongMany) {
+TEST(Csd, OnePointHasTheSameTrackAloneAndAmongMany) {
   std::vector<cv::Point2d> many;
   for (int i = 0; i < 100; ++i) many.emplace_back(25 + 30 * (i % 10), 20 + 22 * (i / 10));
   const auto among = run(at(many), 40, swaying), alone = run(at({many[44]}), 40, swaying);
@@ -111,7 +111,7 @@ TEST(Csd, OnePointHasTheSameTrackAsAmongMany) {
 }
 
 TEST(Csd, ClaimsExactlyWhatItBelieves) {
-  // A lid comes over the right half.
+  // A cover slides over the right half.
   const auto all = run(at(some), 50, [](int frame) {
     auto picture = swaying(frame);
     if (frame >= 20 && frame < 40) picture.colRange(150, 320).setTo(cv::Scalar(60, 60, 60));
@@ -130,7 +130,7 @@ TEST(Csd, ClaimsExactlyWhatItBelieves) {
   }
 }
 
-TEST(Csd, IsSilentInBlackAndInAnotherScene) {
+TEST(Csd, ClaimsNothingInBlackOrInAnotherScene) {
   const MovingScene other({320, 240}, 9);
   const auto all = run(at(some), 80, [&](int frame) {
     if (frame >= 20 && frame < 40) return cv::Mat(cv::Mat::zeros(240, 320, CV_8UC3));
@@ -144,8 +144,8 @@ TEST(Csd, IsSilentInBlackAndInAnotherScene) {
   }
 }
 
-// The sensor's noise is there all the time.
-TEST(Csd, BearsAMinuteOfBlack) {
+// The pictures have the sensor's noise throughout.
+TEST(Csd, SurvivesAMinuteOfBlack) {
   constexpr int begin = 30, end = begin + 60 * 25, frames = end + 15;
   cv::RNG rng(5);
   cv::Mat noise(240, 320, CV_8UC3);
@@ -162,7 +162,7 @@ TEST(Csd, BearsAMinuteOfBlack) {
   }
 }
 
-TEST(Csd, TracksAlikeFrom240To960Lines) {
+TEST(Csd, TracksTheSameFrom240To960Lines) {
   const auto small = run(at(some), 40, swaying);
   for (const int times : {2, 4}) {
     std::vector<cv::Point2d> larger;
@@ -183,8 +183,8 @@ TEST(Csd, TracksAlikeFrom240To960Lines) {
   }
 }
 
-TEST(Csd, TracksAlikeFrom15To100FramesASecond) {
-  // Half a second of training ends between the second and the third look.
+TEST(Csd, TracksTheSameFrom15To100FramesASecond) {
+  // Half a second of training ends between the second and the third of these samples.
   constexpr std::int64_t look = second / 5;
   for (const int rate : {15, 25, 100}) {
     ThreadPool pool(1);
@@ -209,7 +209,7 @@ TEST(Csd, TracksAlikeFrom15To100FramesASecond) {
   }
 }
 
-/// The view jumps after 30 frames: claims in that frame, which must be right.
+/// How many points are claimed in the frame after the view jumps, at frame 30. Each claim must be right.
 std::size_t claims_after_a_jump(bool discont, std::int64_t gap) {
   ThreadPool pool(1);
   Tracker tracker(at(some), make_algorithm(at(some), pool));
@@ -229,15 +229,15 @@ std::size_t claims_after_a_jump(bool discont, std::int64_t gap) {
   return claimed;
 }
 
-TEST(Csd, AfterAJumpEachPointIsLookedForAnew) {
-  // Farther than a point is expected to move in a frame: most are silent, and who is told apart there is right.
+TEST(Csd, AfterAJumpItSearchesForEachPointAgain) {
+  // The jump is larger than the expected motion of a frame. Most points claim nothing; the unmistakable ones are right.
   EXPECT_LT(claims_after_a_jump(false, 0), some.size() / 2);
   EXPECT_EQ(claims_after_a_jump(true, 0), some.size());
   EXPECT_EQ(claims_after_a_jump(false, second), some.size()) << "the stamps jump";
-  EXPECT_EQ(claims_after_a_jump(false, 20 * second), some.size()) << "longer than what is lost is kept";
+  EXPECT_EQ(claims_after_a_jump(false, 20 * second), some.size()) << "longer than lost points are kept";
 }
 
-TEST(Csd, PastTheBudgetTheLeastUrgentWaitAndNoneForEver) {
+TEST(Csd, PastTheBudgetTheLeastUrgentWaitButNotForEver) {
   std::vector<cv::Point2d> many;
   for (int i = 0; i < 60; ++i) many.emplace_back(30 + 28 * (i % 10), 30 + 36 * (i / 10));
   Settings settings = at(many);
@@ -259,7 +259,7 @@ TEST(Csd, PastTheBudgetTheLeastUrgentWaitAndNoneForEver) {
       EXPECT_LE(waits[f.id], 5) << f.id << " in frame " << i;
       EXPECT_TRUE(claims(f)) << f.id << " in frame " << i;
       EXPECT_LT(error(f, many[f.id], i), 1) << f.id << " in frame " << i;
-      EXPECT_TRUE(f.fresh || f.confidence < seen_with[f.id]) << "belief fades";
+      EXPECT_TRUE(f.fresh || f.confidence < seen_with[f.id]) << "confidence fades";
       seen_with[f.id] = f.confidence;
     }
     if (i > 0) {
@@ -270,12 +270,12 @@ TEST(Csd, PastTheBudgetTheLeastUrgentWaitAndNoneForEver) {
   EXPECT_EQ(tracker.stats().waited, waited);
 }
 
-TEST(Csd, ABudgetThatIsSpentBeforeItBeginsLooksAtOneFeatureAFrame) {
+TEST(Csd, AnExhaustedBudgetStillLooksAtOneFeatureAFrame) {
   std::vector<cv::Point2d> many;
   for (int i = 0; i < 20; ++i) many.emplace_back(40 + 50 * (i % 5), 40 + 50 * (i / 5));
   Settings settings = at(many);
   settings.frame_budget = 1;
-  settings.training_time = 10 * second;  // with no time for it, none would be over
+  settings.training_time = 10 * second;  // otherwise none would end it
   ThreadPool pool(1);
   Tracker tracker(settings, make_algorithm(settings, pool));
   std::vector<int> looks(many.size());
@@ -288,11 +288,11 @@ TEST(Csd, ABudgetThatIsSpentBeforeItBeginsLooksAtOneFeatureAFrame) {
     }
     EXPECT_EQ(looked, i == 0 ? many.size() : 1) << i;
   }
-  // Twice as urgent while unsure or fast: each within two rounds.
+  // Unsure or fast features are twice as urgent: each gets its look within two rounds.
   for (std::size_t k = 0; k < many.size(); ++k) EXPECT_GE(looks[k], 1) << k;
 }
 
-TEST(Csd, ReplenishesAndForgets) {
+TEST(Csd, ReplacesAndForgetsFeatures) {
   Settings settings = at({});
   settings.max_features = 20;
   ThreadPool pool(1);
@@ -314,7 +314,7 @@ TEST(Csd, ReplenishesAndForgets) {
   }
 }
 
-/// 40 frames of 30 detected features; each picture is changed by `change`.
+/// 40 frames of 30 detected features. `change` alters each picture.
 std::vector<Tracks> detected(bool replenish, const std::function<void(int, cv::Mat &)> &change) {
   Settings settings = at({});
   settings.max_features = 30;
@@ -326,7 +326,7 @@ std::vector<Tracks> detected(bool replenish, const std::function<void(int, cv::M
   });
 }
 
-/// Where those began that have ended.
+/// Where the ended features had begun.
 std::vector<double> ended(const std::vector<Tracks> &all) {
   std::map<FeatureId, double> starts;
   std::vector<double> out;
@@ -338,7 +338,7 @@ std::vector<double> ended(const std::vector<Tracks> &all) {
   return out;
 }
 
-TEST(Csd, WhatAloneIsHiddenWhileItIsLearntEndsAndOthersBegin) {
+TEST(Csd, AFeatureHiddenAloneWhileLearningEndsAndIsReplaced) {
   const auto covered_from = [](int begin) {
     return [begin](int i, cv::Mat &bgr) {
       if (i >= begin) bgr(cv::Rect(0, 0, 160, 240)).setTo(cv::Scalar(70, 90, 150));
@@ -351,12 +351,12 @@ TEST(Csd, WhatAloneIsHiddenWhileItIsLearntEndsAndOthersBegin) {
   EXPECT_GE(std::count_if(all.back().features.begin(), all.back().features.end(),
                           [](const Feature &f) { return f.id >= 30 && f.x > 150 && claims(f); }),
             5);
-  EXPECT_TRUE(ended(detected(true, covered_from(20))).empty()) << "learnt before";
-  EXPECT_TRUE(ended(detected(false, covered_from(5))).empty()) << "no others would begin";
+  EXPECT_TRUE(ended(detected(true, covered_from(20))).empty()) << "learnt by then";
+  EXPECT_TRUE(ended(detected(false, covered_from(5))).empty()) << "nothing would replace them";
   const auto black = [](int i, cv::Mat &bgr) {
     if (i >= 5 && i < 8) bgr.setTo(cv::Scalar::all(3));
   };
-  EXPECT_TRUE(ended(detected(true, black)).empty()) << "all is hidden";
+  EXPECT_TRUE(ended(detected(true, black)).empty()) << "everything is hidden";
 }
 
 TEST(Csd, NoFeatureBeginsOnATool) {
@@ -375,7 +375,7 @@ TEST(Csd, NoFeatureBeginsOnATool) {
   EXPECT_EQ(on_tool(AlgorithmKind::csd), 0);
 }
 
-TEST(Csd, TracksAreTheSameForEveryNumberOfThreads) {
+TEST(Csd, TracksAreTheSameForAnyNumberOfThreads) {
   const auto one = run(at(some), 60, swaying), five = run(at(some), 60, swaying, 5);
   for (std::size_t i = 0; i < one.size(); ++i)
     for (std::size_t k = 0; k < some.size(); ++k) {

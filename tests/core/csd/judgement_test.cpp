@@ -16,7 +16,7 @@ struct Judging : testing::Test {
   CsdFrame frame = scene.frame({});
   Memory memory{frame, start};
 
-  /// Seen well at `off` from the start, by a patch that knows its place to a pixel.
+  /// Seen well at `off` from the start, by a patch that locates itself to a pixel.
   static Look seen(cv::Point2d off) {
     Look look;
     look.fine.usable = true;
@@ -28,7 +28,7 @@ struct Judging : testing::Test {
     look.fine.information = cv::Matx22d::eye();
     return look;
   }
-  /// Neighbours that put the point where it began. A pixel of the frame is two px.
+  /// Neighbours that expect the point where it began. A pixel of the frame is two px.
   static Expectation expect(double deviation, double spread) {
     auto map = Scene::neighbours({});
     map.spread = spread;
@@ -39,7 +39,7 @@ struct Judging : testing::Test {
   }
 };
 
-TEST_F(Judging, TheGateIsAsWideAsPointAndNeighboursAreUnsure) {
+TEST_F(Judging, TheGateIsAsWideAsTheUncertainties) {
   // 1 px + 2 · .5 px + .25 pixels / .5 = 2.5 px: 1.25 pixels of the frame.
   const auto expected = expect(0.5, 0.25);
   EXPECT_TRUE(judged({1.24, 0}, expected).sure);
@@ -49,11 +49,11 @@ TEST_F(Judging, TheGateIsAsWideAsPointAndNeighboursAreUnsure) {
   EXPECT_TRUE(judged({0, 1.26}, expect(0.8, 0.25)).sure);
   auto few = expected;
   few.map.support = 4;
-  EXPECT_TRUE(judged({0, 1.26}, few).sure) << "four have no say";
-  EXPECT_TRUE(judged({0, 60}, {}).sure) << "nor has nobody";
+  EXPECT_TRUE(judged({0, 1.26}, few).sure) << "four are too few";
+  EXPECT_TRUE(judged({0, 60}, {}).sure) << "none are too few";
 }
 
-TEST_F(Judging, AnotherShapeThanTheNeighboursIsNotItsOwn) {
+TEST_F(Judging, ADifferentShapeFromTheNeighboursIsNotItsOwn) {
   auto look = seen({});
   look.fine.state.shape = cv::Matx22d(1.2, 0, 0, 1.2);  // ‖E − 1‖ = .28
   EXPECT_TRUE(judge(frame, look, memory, expect(0.5, 0.25)).agrees);
@@ -61,20 +61,20 @@ TEST_F(Judging, AnotherShapeThanTheNeighboursIsNotItsOwn) {
   EXPECT_FALSE(judge(frame, look, memory, expect(0.5, 0.25)).agrees);
 }
 
-TEST_F(Judging, WhatIsToldApartNeedsNobodysWord) {
+TEST_F(Judging, ADistinctivePatchNeedsNoNeighbours) {
   memory.measure_likeness(frame, start);
   const auto expected = expect(0.5, 0.25);
   const auto apart = judged({9, 0}, expected);
   EXPECT_TRUE(apart.sure && apart.agrees && apart.own_motion);
   auto poor = seen({9, 0});
   poor.zncc_coarse = 0.75;
-  EXPECT_FALSE(judge(frame, poor, memory, expected).own_motion) << "the coarser level doesn't fit";
+  EXPECT_FALSE(judge(frame, poor, memory, expected).own_motion) << "the coarser level misfits";
   auto masked = seen({9, 0});
   masked.fine.unmasked = 0.2;
   EXPECT_FALSE(judge(frame, masked, memory, expected).own_motion);
 }
 
-TEST_F(Judging, IsSureOnlyOfWhatIsSeenWellAndInThePicture) {
+TEST_F(Judging, IsSureOnlyOfAGoodFitInsideThePicture) {
   const auto sure = [&](auto change) {
     auto look = seen({});
     change(look);
@@ -88,29 +88,29 @@ TEST_F(Judging, IsSureOnlyOfWhatIsSeenWellAndInThePicture) {
   EXPECT_FALSE(sure([](Look &l) { l.fine.state.position = {-1, 120}; }));
 }
 
-TEST_F(Judging, PatchAndNeighboursAreWeighedByWhatTheyKnow) {
-  // Neighbours: sd (.2 + .3 · 1)·.5 + .2 · 1.25 = .5 pixels. The patch: information 4 and 0 along its edge.
+TEST_F(Judging, WeighsPatchAndNeighboursByInformation) {
+  // Neighbours: sd (.2 + .3 · 1)·.5 + .2 · 1.25 = .5 pixels. The patch: information 4 across its edge, 0 along it.
   auto look = seen({1, 1});
   look.fine.information = cv::Matx22d(4, 0, 0, 0);
   const auto at = fuse(frame, look, expect(1, 1.25)) - start.position;
   EXPECT_NEAR(at.x, 0.5, 1e-3) << "4 against 4";
-  EXPECT_NEAR(at.y, 0, 1e-3) << "of that direction the patch knows nothing";
+  EXPECT_NEAR(at.y, 0, 1e-3) << "the patch has no information in this direction";
 }
 
-TEST_F(Judging, ThereIsEvidenceOnlyWhereThePointCanBe) {
+TEST_F(Judging, GathersEvidenceOnlyWhereThePointCanBe) {
   const auto expected = expect(0.5, 0.25);
   const auto look = seen({1, 0});
   const auto judgement = judge(frame, look, memory, expected);
   const auto evidence = evidence_for(frame, look, memory, expected, judgement, {});
   ASSERT_TRUE(evidence);
   EXPECT_EQ(evidence->zncc_fine, 0.95);
-  EXPECT_NEAR(evidence->disagreement, 2 / 1.5, 1e-9) << "px, by 1 + its deviation, where a look-alike isn't known";
+  EXPECT_NEAR(evidence->disagreement, 2 / 1.5, 1e-9) << "px, over 1 + its deviation; no look-alike is known";
   const auto off = seen({9, 0});
   EXPECT_FALSE(evidence_for(frame, off, memory, expected, judge(frame, off, memory, expected), {})) << "overruled";
-  EXPECT_FALSE(evidence_for(frame, look, memory, {}, judgement, {})) << "nobody knows where it is";
+  EXPECT_FALSE(evidence_for(frame, look, memory, {}, judgement, {})) << "nothing expects it anywhere";
   Surroundings alone;
   alone.alone = true;
-  EXPECT_TRUE(evidence_for(frame, look, memory, {}, judgement, alone)) << "and there is nobody to ask";
+  EXPECT_TRUE(evidence_for(frame, look, memory, {}, judgement, alone)) << "without neighbours to compare with";
 }
 
 }  // namespace

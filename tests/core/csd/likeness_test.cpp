@@ -11,7 +11,7 @@ namespace {
 constexpr int width = 160, height = 120;
 const cv::Point2d middle(80, 60);
 
-/// The picture whose grey level at (x, y) is `grey`, as a pyramid.
+/// The pyramid of a picture whose grey level at (x, y) is `grey`.
 template <class Grey>
 Pyramid picture(Grey grey) {
   cv::Mat luma(height, width, CV_8UC1);
@@ -28,16 +28,16 @@ Likeness likeness_of(const Pyramid &pyramid) {
   return {pyramid, {}, anchor, 0, state, {}};
 }
 
-TEST(Likeness, AnEdgeLooksLikeItselfAlongItselfAlone) {
+TEST(Likeness, AnEdgeResemblesItselfOnlyAlongItself) {
   const auto likeness = likeness_of(picture([](int x, int) { return x < 80 ? 60 : 160; }));
   EXPECT_NEAR(likeness.far(), 1, 1e-3);
   EXPECT_NEAR(likeness.near({0, 9}, 3), 1, 1e-3);
   EXPECT_NEAR(likeness.near({0, -9}, 3), 1, 1e-3);
-  // A step of 100, shifted by 9 of 21 samples, agrees with itself in 12 of them: far from well.
+  // A step of 100, shifted by 9 of 21 samples, agrees with itself in 12 of them: a poor match.
   EXPECT_LT(likeness.near({9, 0}, 2), 0.5);
 }
 
-TEST(Likeness, ABlobIsAloneInAllDirections) {
+TEST(Likeness, ABlobIsDistinctInAllDirections) {
   const auto likeness = likeness_of(picture([](int x, int y) {
     const double dx = x - middle.x, dy = y - middle.y;
     return 60 + 120 * std::exp(-(dx * dx + dy * dy) / 18);
@@ -53,12 +53,12 @@ TEST(Likeness, FindsTheNextPeriod) {
   EXPECT_LT(likeness.near({5, 0}, 1.5), 0.1);
 }
 
-TEST(Likeness, FartherThanTheRingsCountsTheOutermost) {
+TEST(Likeness, BeyondTheRingsTheOutermostCounts) {
   const auto likeness = likeness_of(picture([](int x, int) { return x < 80 ? 60 : 160; }));
   EXPECT_EQ(likeness.near({0, 100}, 3), likeness.near({0, 14}, 3));
 }
 
-TEST(Likeness, NothingIsMeasuredWithinNoReach) {
+TEST(Likeness, MeasuresNothingWithinZeroReach) {
   EXPECT_EQ(likeness_of(picture([](int x, int) { return x < 80 ? 60 : 160; })).near({0, 0}, 1), 0);
 }
 

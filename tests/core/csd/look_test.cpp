@@ -17,33 +17,33 @@ double miss(const Look &look, cv::Point2d shift) {
   return cv::norm(look.fine.state.position - start.position - shift);
 }
 
-TEST(Look, ComesFromCoarseToFineAsFarAsItsLevelsReach) {
+TEST(Look, GoesFromCoarseToFineAsFarAsItsLevelsReach) {
   Scene scene;
   const Memory memory(scene.frame({}), start);
   const cv::Point2d shift(11, -7);
   const auto frame = scene.frame(shift);
   const auto near = look_at(frame, memory, {start}), far = look_at(frame, memory, {start, 0, 2});
-  EXPECT_GT(miss(near, shift), 2) << "the finest level alone does not find its way over thirteen samples";
+  EXPECT_GT(miss(near, shift), 2) << "the finest level alone can't bridge thirteen samples";
   EXPECT_LT(miss(far, shift), 0.1);
   EXPECT_GT(far.fine.zncc, 0.98);
-  EXPECT_EQ(near.gain_coarse, 0) << "no coarser level was looked at";
+  EXPECT_EQ(near.gain_coarse, 0) << "no coarser level was used";
   EXPECT_EQ(near.zncc_coarse, near.fine.zncc);
   EXPECT_NEAR(far.gain_coarse, 1, 0.1);
 }
 
-TEST(Look, StaysWhereItIsBelievedToBe) {
+TEST(Look, StaysAtAConfidentPrediction) {
   Scene scene;
   const Memory memory(scene.frame({}), start);
   const cv::Point2d shift(1.5, 1);
   const auto frame = scene.frame(shift);
   EXPECT_LT(miss(look_at(frame, memory, {start}), shift), 0.1);
-  EXPECT_GT(miss(look_at(frame, memory, {start, 1e-3}), shift), 1) << "to a thousandth of a pixel";
+  EXPECT_GT(miss(look_at(frame, memory, {start, 1e-3}), shift), 1) << "predicted to a thousandth of a pixel";
 }
 
-TEST(Look, AtTheInnerDiscSeesNothingOfWhatIsRoundIt) {
+TEST(Look, TheInnerDiscIgnoresItsSurroundings) {
   Scene scene;
   const Memory memory(scene.frame({}), start);
-  // Something bright has come from all sides, up to eight pixels.
+  // Bright matter has closed in from all sides, up to eight pixels away.
   cv::Mat mask(240, 320, CV_8UC1, cv::Scalar(255));
   cv::circle(mask, {160, 120}, 8, cv::Scalar(0), cv::FILLED);
   auto covered = scene.picture({});
@@ -65,7 +65,7 @@ TEST(Look, ACoarserLevelTellsBlurFromDimLight) {
     EXPECT_EQ(look.gain_coarse, 0);
     const auto fine = look.fine.gain;
     weigh_coarser(frame, memory, look);
-    EXPECT_EQ(look.fine.gain, fine) << "what was seen stays";
+    EXPECT_EQ(look.fine.gain, fine) << "what was seen is kept";
     return std::log(look.gain_coarse / fine);
   };
   cv::Mat dim, blurred;
@@ -75,14 +75,14 @@ TEST(Look, ACoarserLevelTellsBlurFromDimLight) {
   EXPECT_GT(loss(blurred), 0.05) << "the finer one loses more";
 }
 
-TEST(Look, WithoutShearFindsATurnAndAZoomAlone) {
+TEST(Look, WithoutShearFindsOnlyRotationAndZoom) {
   Scene scene;
   const Memory memory(scene.frame({}), start);
   cv::Mat sheared;
   const cv::Matx23d shear(1, 0.12, -0.12 * 120, 0, 1, 0);  // about (160, 120)
   cv::warpAffine(scene.picture({}), sheared, shear, {320, 240});
   auto frame = scene.show(sheared);
-  frame.steps = 9;  // as if after some time: the shape may have changed
+  frame.steps = 9;  // as after some time: the shape may have changed
   const auto affine = look_at(frame, memory, {start});
   EXPECT_NEAR(affine.fine.state.shape(0, 1), 0.12, 0.03);
   Tuning stiff;

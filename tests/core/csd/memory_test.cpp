@@ -20,8 +20,8 @@ Alignment seen(double gain, double bias, double noise) {
   return out;
 }
 
-TEST(Memory, TheAnchorIsTheMedianOfTheTrainingTime) {
-  // A highlight that lies on the point in the first frame, and in no later one.
+TEST(Memory, TheAnchorIsTheMedianOverTheTrainingTime) {
+  // A highlight covers the point in the first frame only.
   Scene scene;
   auto lit = scene.picture({});
   cv::circle(lit, {164, 120}, 3, cv::Scalar(255), cv::FILLED);
@@ -33,7 +33,7 @@ TEST(Memory, TheAnchorIsTheMedianOfTheTrainingTime) {
     memory.sample_at(frame, start);
     if (memory.ripe(frame)) break;
     EXPECT_TRUE(memory.learning());
-    EXPECT_EQ(memory.anchor().level(0).patch.at(4, 0), with) << "the first frame's until then";
+    EXPECT_EQ(memory.anchor().level(0).patch.at(4, 0), with) << "until then, the first frame's patch";
   }
   EXPECT_EQ(frames, 12) << "half a second after the first frame, at 25 frames a second";
   memory.freeze();
@@ -44,7 +44,7 @@ TEST(Memory, TheAnchorIsTheMedianOfTheTrainingTime) {
   EXPECT_NEAR(memory.anchor().level(0).patch.at(4, 0), without.anchor().level(0).patch.at(4, 0), 3);
 }
 
-TEST(Memory, KnowsTheUsualByARunningMean) {
+TEST(Memory, LearnsTheUsualByARunningMean) {
   Scene scene;
   auto frame = scene.frame({});
   Memory memory(frame, start);
@@ -57,7 +57,7 @@ TEST(Memory, KnowsTheUsualByARunningMean) {
   EXPECT_FALSE(memory.gain_change({})) << "nothing was seen";
   memory.learn_usual(frame, seen(1, 200, 2));  // a tenth of the way in 40 ms
   EXPECT_NEAR(*memory.brightness_change(seen(1, 130, 2)), 20, 1e-9);
-  frame.steps = 20;  // and all of it after a gap
+  frame.steps = 20;  // and all of it, after a gap
   memory.learn_usual(frame, seen(1, 130, 2));
   EXPECT_NEAR(*memory.brightness_change(seen(1, 130, 2)), 0, 1e-9);
 }
@@ -75,10 +75,10 @@ TEST(Memory, TakesAFinerLevelOnceAZoomShowsIt) {
   memory.refine(frame, start, 1.7, seen(1, 0, 2));
   EXPECT_TRUE(memory.anchor().has(-1));
   EXPECT_EQ(memory.finest_level(1.7, {}), -1);
-  EXPECT_EQ(memory.finest_level(1.1, {}), 0) << "where the picture shows no more";
+  EXPECT_EQ(memory.finest_level(1.1, {}), 0) << "the picture shows no more";
 }
 
-TEST(Memory, MeasuresWhatTellsItsAnchorApartOnce) {
+TEST(Memory, MeasuresTheAnchorsDistinctnessOnce) {
   Scene scene;
   const auto frame = scene.frame({});
   Memory memory(frame, start);

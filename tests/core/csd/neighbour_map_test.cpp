@@ -11,7 +11,7 @@ namespace {
 
 const cv::Point2d at{100, 80};
 
-/// Fourteen points on a spiral about `at`, the nearest first, moved by `motion`.
+/// Fourteen points on a spiral about `at`, nearest first, moved by `motion`.
 template <class Motion>
 std::vector<Correspondence> around(Motion motion) {
   std::vector<Correspondence> points;
@@ -42,16 +42,16 @@ TEST(NeighbourMap, FindsTheMotionOfThePoints) {
   EXPECT_EQ(similarity.support, 14u);
   expect_near(similarity(at), turned(at), 1e-9);
   EXPECT_NEAR(similarity.scale(), 1.2, 1e-9);
-  EXPECT_EQ(similarity.spread, 0.5) << "its floor, where all agree";
+  EXPECT_EQ(similarity.spread, 0.5) << "at its floor: all agree";
   expect_near(similarity.inverse(turned({90, 70})), {90, 70}, 1e-9);
-  // The ridge of 60 px² leaves an affine map almost as it is.
+  // The ridge of 60 px² hardly changes an affine map.
   const auto affine = fit_neighbours(around(sheared), at, 1, {});
   expect_near(affine(at), sheared(at), 0.05);
   EXPECT_NEAR(affine.linear(0, 0), 1.1, 0.005);
   EXPECT_NEAR(affine.linear(0, 1), 0.1, 0.005);
 }
 
-TEST(NeighbourMap, DoesNotFollowTheFewThatGoAnotherWay) {
+TEST(NeighbourMap, IgnoresTheFewThatMoveDifferently) {
   auto points = around(turned);
   for (const std::size_t i : {1, 4, 8}) points[i].to += cv::Point2d(60, -40);
   expect_near(fit_neighbours(points, at, 1, {})(at), turned(at), 0.3);
@@ -62,19 +62,19 @@ TEST(NeighbourMap, NeedsThreePointsThatAgree) {
   EXPECT_FALSE(fit_neighbours({points.data(), 2}, at, 1, {}));
   const auto three = fit_neighbours({points.data(), 3}, at, 1, {});
   EXPECT_EQ(three.support, 3u);
-  EXPECT_EQ(three.linear(0, 0), three.linear(1, 1)) << "a similarity";
+  EXPECT_EQ(three.linear(0, 0), three.linear(1, 1)) << "three points make a similarity";
   EXPECT_EQ(three.linear(0, 1), -three.linear(1, 0));
   auto scattered = points;
   for (std::size_t i = 0; i < scattered.size(); ++i) scattered[i].to = scattered[(5 * i + 3) % 14].from;
-  EXPECT_FALSE(fit_neighbours(scattered, at, 1, {})) << "they agree on nothing";
+  EXPECT_FALSE(fit_neighbours(scattered, at, 1, {})) << "no two agree";
 }
 
-TEST(NeighbourField, TakesTheNearestOfTheChartButTheOwnersOwn) {
+TEST(NeighbourField, TakesTheChartsNearestPointsWithoutTheOwner) {
   NeighbourField field;
   const auto points = around(turned);
   for (std::size_t i = 0; i < points.size(); ++i) field.add(i, 0, points[i]);
   for (std::size_t i = 0; i < 4; ++i) field.add(100 + i, 1, {points[i].from, points[i].from});
-  // Farther ones that move otherwise have no say.
+  // Farther points, which move differently, have no effect.
   for (std::size_t i = 0; i < 14; ++i) field.add(200 + i, 0, {points[i].from + cv::Point2d(400, 0), {0, 0}});
   expect_near(field.map_at(at, 0, 1, {})(at), turned(at), 1e-9);
   expect_near(field.inverse_map_at(turned(at), 0, 1, {})(turned(at)), at, 1e-9);
@@ -83,16 +83,16 @@ TEST(NeighbourField, TakesTheNearestOfTheChartButTheOwnersOwn) {
   EXPECT_FALSE(field.map_at(at, 2, 1, {}));
   const auto map = field.map_at(at, 0, 1, {});
   EXPECT_GT(map.nearby, std::pow(cv::norm(points.back().from - at), 2));
-  // A hint that is right, too small, or nothing at all.
+  // The hint is right, too small, or absent.
   for (const double nearby : {map.nearby, 1.0, 0.0})
     EXPECT_EQ(field.map_at(at, 0, 1, {}, NeighbourField::nobody, nearby).linear, map.linear) << nearby;
-  EXPECT_TRUE(std::isinf(field.map_at(at, 1, 1, {}).nearby)) << "all there are";
+  EXPECT_TRUE(std::isinf(field.map_at(at, 1, 1, {}).nearby)) << "fewer points than a map can use";
   field.drop_small_charts(5);
   EXPECT_FALSE(field.map_at(at, 1, 1, {}));
   EXPECT_EQ(field.size(), 28u);
 }
 
-/// Information of a patch that knows its place by `along` and `across` (sd, px), the first in direction (cos, sin).
+/// Information of a patch whose position has the sds `along` and `across` (px), the first in direction (cos, sin).
 cv::Matx22d knows(double along, double across, double angle = 0) {
   const double c = std::cos(angle), s = std::sin(angle), i = 1 / (along * along), j = 1 / (across * across);
   return {i * c * c + j * s * s, (i - j) * s * c, (i - j) * s * c, i * s * s + j * c * c};
@@ -108,11 +108,11 @@ TEST(PositionCovariance, IsTheInverseByDirection) {
   const cv::Vec2d along(std::cos(angle), std::sin(angle)), across(-along[1], along[0]);
   EXPECT_NEAR(along.dot(edge * along), 0.25, 1e-3);
   EXPECT_NEAR(across.dot(edge * across), 0.01, 1e-4);
-  // A patch that knows nothing at all is finite.
+  // Zero information gives a finite covariance.
   EXPECT_NEAR(position_covariance(cv::Matx22d::zeros())(0, 0), 1000, 1e-6);
 }
 
-TEST(NeighbourOffset, LearnsWhereAPointIsBesideItsNeighbours) {
+TEST(NeighbourOffset, LearnsWhereAPointLiesRelativeToItsNeighbours) {
   const auto map = fit_neighbours(around(turned), at, 1, {});
   const cv::Point2d beside{2, -1};
   const cv::Matx22d shape(1, 0.1, 0, 1), sure = knows(0.05, 0.05);
@@ -122,23 +122,23 @@ TEST(NeighbourOffset, LearnsWhereAPointIsBesideItsNeighbours) {
   const AffineState seen{turned(at + beside), map.linear * shape};
   for (int i = 0; i < 400; ++i) offset.update(map, at, seen, sure, 1, 1, {});
   expect_near(offset.offset(), beside, 0.02);
-  EXPECT_EQ(offset.deviation({}), 0.3) << "its floor";
+  EXPECT_EQ(offset.deviation({}), 0.3) << "at its floor";
   expect_near(offset.predict(map, at).position, seen.position, 0.03);
   EXPECT_NEAR(offset.predict(map, at).shape(0, 1), seen.shape(0, 1), 0.01);
-  // One wild frame can't carry it away: the deviation is clipped, the mean takes a fiftieth.
+  // One wild frame can't drag it away: the deviation is clipped, and the mean takes a fiftieth.
   offset.update(map, at, {turned(at + beside + cv::Point2d(50, 0)), seen.shape}, sure, 1, 1, {});
   EXPECT_LT(offset.offset().x, beside.x + 1.1);
   EXPECT_LT(offset.deviation({}), 0.5);
 }
 
-TEST(NeighbourOffset, IsBelievedAsFarAsThePatchKnowsItsPlace) {
+TEST(NeighbourOffset, TrustsAPatchAsFarAsItIsLocated) {
   const NeighbourMap map{cv::Matx22d::eye(), {}, 0.5, 14};
-  // sd 1 px against the 1 px of what tissue has beside its neighbours: half of it is believed.
+  // sd 1 px, against the 1 px by which tissue differs from its neighbours: half of it counts.
   NeighbourOffset faint;
   for (int i = 0; i < 400; ++i)
     faint.update(map, at, {at + cv::Point2d(2, -1), cv::Matx22d::eye()}, knows(1, 1), 1, 1, {});
   expect_near(faint.offset(), {1, -0.5}, 0.02);
-  // Along a level edge it is believed less than across.
+  // Along a level edge it counts less than across.
   NeighbourOffset edge;
   for (int i = 0; i < 400; ++i)
     edge.update(map, at, {at + cv::Point2d(2, 2), cv::Matx22d::eye()}, knows(3, 0.1), 1, 1, {});

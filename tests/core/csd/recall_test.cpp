@@ -18,7 +18,7 @@ Similarity turn(double degrees, double zoom, cv::Point2d shift) {
   return {zoom * std::cos(degrees * degree), zoom * std::sin(degrees * degree), shift};
 }
 
-/// `right` matches that move as `motion` says, up to half a pixel beside, and `wrong` ones that lead anywhere.
+/// `right` matches that follow `motion` to half a pixel, and `wrong` ones that lead anywhere.
 std::vector<Correspondence> matches_of(const Similarity &motion, int right, int wrong) {
   cv::RNG rng(3);
   const auto anywhere = [&] { return cv::Point2d(rng.uniform(0., 320.), rng.uniform(0., 240.)); };
@@ -32,7 +32,7 @@ std::vector<Correspondence> matches_of(const Similarity &motion, int right, int 
   return matches;
 }
 
-TEST(AgreeOnSimilarity, FindsWhatAThirdOfTheMatchesSay) {
+TEST(AgreeOnSimilarity, FindsTheMotionOfAThirdOfTheMatches) {
   const auto motion = turn(75, 0.6, {250, -20});
   const auto found = agree_on_similarity(matches_of(motion, 20, 40), 3, 8, 4);
   ASSERT_TRUE(found);
@@ -40,13 +40,13 @@ TEST(AgreeOnSimilarity, FindsWhatAThirdOfTheMatchesSay) {
   EXPECT_NEAR(found->scale(), 0.6, 0.01);
 }
 
-TEST(AgreeOnSimilarity, SaysNothingOfChanceOrTooFew) {
+TEST(AgreeOnSimilarity, FindsNothingInChanceOrTooFewMatches) {
   EXPECT_FALSE(agree_on_similarity(matches_of({}, 0, 60), 3, 8, 4));
   EXPECT_FALSE(agree_on_similarity(matches_of(turn(30, 1, {}), 7, 0), 3, 8, 4));
   EXPECT_TRUE(agree_on_similarity(matches_of(turn(30, 1, {}), 8, 0), 3, 8, 4));
-  EXPECT_FALSE(agree_on_similarity(matches_of(turn(30, 5, {}), 30, 0), 3, 8, 4)) << "nobody zooms as far in a cut";
+  EXPECT_FALSE(agree_on_similarity(matches_of(turn(30, 5, {}), 30, 0), 3, 8, 4)) << "no cut zooms this far";
   EXPECT_FALSE(agree_on_similarity({}, 3, 8, 4));
-  EXPECT_FALSE(agree_on_similarity(std::vector<Correspondence>(20, {{5, 5}, {9, 9}}), 3, 8, 4)) << "all in one place";
+  EXPECT_FALSE(agree_on_similarity(std::vector<Correspondence>(20, {{5, 5}, {9, 9}}), 3, 8, 4)) << "all at one place";
 }
 
 class RecallTest : public testing::Test {
@@ -83,9 +83,9 @@ class RecallTest : public testing::Test {
   Recall recall_;
 };
 
-TEST_F(RecallTest, FindsAChartHoweverTheViewHasTurnedAndZoomed) {
+TEST_F(RecallTest, FindsAChartAfterAnyRotationAndZoom) {
   recall_.remember(show(turned({}), 1), grid(0), 0);
-  // About the picture's middle (160, 120): 100 degrees, 0.8 times.
+  // About the picture's middle (160, 120): turned by 100 degrees, scaled by 0.8.
   auto motion = turn(100, 0.8, {});
   motion.shift = cv::Point2d(170, 110) - motion({160, 120});
   const auto frame = show(turned(motion), 4);
@@ -97,7 +97,7 @@ TEST_F(RecallTest, FindsAChartHoweverTheViewHasTurnedAndZoomed) {
     EXPECT_LT(cv::norm(found.map_at(p, 0, 0.5, {})(p) - motion(p)), 2);
 }
 
-TEST_F(RecallTest, AnotherSceneIsNotTaken) {
+TEST_F(RecallTest, DoesNotTakeAnotherScene) {
   recall_.remember(show(turned({}), 1), grid(0), 0);
   const auto frame = show(MovingScene({320, 240}, 9).render({}), 4);
   NeighbourField found;
@@ -107,8 +107,8 @@ TEST_F(RecallTest, AnotherSceneIsNotTaken) {
 TEST_F(RecallTest, KeepsTheLastFrameInWhichMostWasSeen) {
   recall_.remember(show(turned({}), 1), grid(0), 0);
   const Similarity aside = turn(0, 1, {15, 0});
-  recall_.remember(show(turned(aside), 2), grid(0), 0);                              // seen as fully
-  recall_.remember(show(MovingScene({320, 240}, 9).render({}), 3), grid(0, 12), 0);  // a quarter of it
+  recall_.remember(show(turned(aside), 2), grid(0), 0);                              // as much is seen
+  recall_.remember(show(MovingScene({320, 240}, 9).render({}), 3), grid(0, 12), 0);  // a quarter is seen
   cv::Mat dim;
   turned(turn(0, 1, {-15, 0})).convertTo(dim, CV_8UC3, 0.2);
   recall_.remember(show(dim, 3.5), grid(0), 0);  // fading out
@@ -119,7 +119,7 @@ TEST_F(RecallTest, KeepsTheLastFrameInWhichMostWasSeen) {
   EXPECT_LT(cv::norm(found.map_at({160, 120}, 0, 0.5, {})({160, 120}) - cv::Point2d(160, 120)), 1);
 }
 
-TEST_F(RecallTest, IsDueEverMoreRarelyAndNeverInTheDark) {
+TEST_F(RecallTest, TriesLessOftenWithTimeAndNeverInTheDark) {
   const auto tries = [&](double from, double to, const cv::Mat &bgr, const NeighbourField &present) {
     int n = 0;
     for (double t = from; t < to; t += 1 / fps) n += recall_.due(show(bgr, t), present, 1);
@@ -128,20 +128,20 @@ TEST_F(RecallTest, IsDueEverMoreRarelyAndNeverInTheDark) {
   const auto picture = turned({});
   EXPECT_EQ(tries(0, 1, picture, {}), 0) << "nothing to look for";
   recall_.remember(show(picture, 1), grid(0), 0);
-  EXPECT_EQ(tries(1.04, 2, picture, grid(0)), 0) << "it is there";
+  EXPECT_EQ(tries(1.04, 2, picture, grid(0)), 0) << "it is in view";
   EXPECT_EQ(tries(2, 3, cv::Mat(240, 320, CV_8UC3, cv::Scalar(3, 2, 4)), {}), 0);
   EXPECT_NEAR(tries(3, 4, picture, {}), 8, 1);
-  EXPECT_NEAR(tries(4, 5, picture, grid(0, 4)), 8, 1) << "so few may be chance likenesses";
-  EXPECT_FALSE(recall_.due(show(picture, 5.2), grid(0, 4), 0.5)) << "many, for half of the looks";
+  EXPECT_NEAR(tries(4, 5, picture, grid(0, 4)), 8, 1) << "so few may match by chance";
+  EXPECT_FALSE(recall_.due(show(picture, 5.2), grid(0, 4), 0.5)) << "many points, half of them aligned";
   EXPECT_TRUE(recall_.due(show(picture, 5.3), grid(0, 4), 1));
-  EXPECT_NEAR(tries(101, 103, picture, {}), 2, 1) << "one a second after 100 s";
-  // Another scene: for ten seconds the first may still come back.
+  EXPECT_NEAR(tries(101, 103, picture, {}), 2, 1) << "once a second after 100 s";
+  // Another scene: the first may still come back within ten seconds.
   recall_.remember(show(picture, 103), grid(1), 1);
   EXPECT_GT(tries(103.04, 106, picture, grid(1)), 1);
   EXPECT_EQ(tries(114, 120, picture, grid(1)), 0);
 }
 
-TEST_F(RecallTest, FourScenesAreKeptTheFirstAmongThem) {
+TEST_F(RecallTest, KeepsFourScenesTheFirstAmongThem) {
   for (int chart = 0; chart < 6; ++chart) recall_.remember(show(turned({}), chart), grid(chart), chart);
   for (int chart = 0; chart < 6; ++chart) EXPECT_EQ(recall_.knows(chart), chart == 0 || chart >= 3) << chart;
   recall_.forget(0);

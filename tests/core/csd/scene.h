@@ -10,7 +10,7 @@
 
 namespace csd {
 
-/// Frames of 320 × 240, 40 ms apart, as csd sees them: a texture that moves. A pixel of them is two px of 480 lines.
+/// Frames of 320 × 240, 40 ms apart, as csd sees them: a moving texture. One of their pixels is two px of 480 lines.
 class Scene {
  public:
   cv::Mat picture(cv::Point2d shift) const {
@@ -23,7 +23,7 @@ class Scene {
     pyramid_.build(luma);
     return {pyramid_, glare_, luma.size(), 0.5, 1, time_ += second / 25, second / 2};
   }
-  /// Maps as neighbours would make them that move by `shift` from their reference coordinates.
+  /// Maps of neighbours that move by `shift` from their reference coordinates.
   static NeighbourMap neighbours(cv::Point2d shift) {
     NeighbourMap map;
     map.shift = shift;

@@ -10,7 +10,7 @@
 namespace csd {
 namespace {
 
-/// A field that says that all tissue moves by `shift`, and what it was asked, in order.
+/// A field in which all tissue moves by `shift`. Records the calls in order.
 class Around final : public Company {
  public:
   void moved(cv::Point2d shift) {
@@ -60,7 +60,7 @@ struct Steps : testing::Test {
   }
 };
 
-TEST_F(Steps, TakeAPointThroughFramesUntilItsAnchorIsMade) {
+TEST_F(Steps, TakeAPointThroughFramesUntilItHasItsAnchor) {
   begin(3);
   for (int i = 1; i <= 13; ++i) {
     for (const auto &p : points) EXPECT_TRUE(p.point.learning()) << i;
@@ -73,13 +73,13 @@ TEST_F(Steps, TakeAPointThroughFramesUntilItsAnchorIsMade) {
   for (const auto &p : points) EXPECT_FALSE(p.point.learning());
 }
 
-TEST_F(Steps, AskTheCompanyWhenMoreIsKnown) {
+TEST_F(Steps, AskTheCompanyAgainWhenMoreIsKnown) {
   begin(1);
   follow_to({});
   EXPECT_EQ(around.calls, "gmglg");
 }
 
-TEST_F(Steps, WhatRestsGoesWhereTheNeighboursPutIt) {
+TEST_F(Steps, ARestingPointFollowsItsNeighbours) {
   begin(2);
   follow_to({});
   around.resting = 1;
@@ -90,7 +90,7 @@ TEST_F(Steps, WhatRestsGoesWhereTheNeighboursPutIt) {
   EXPECT_NEAR(points[1].point.state().position.x, 142, 0.05);
 }
 
-TEST_F(Steps, HiddenPointsAreLookedForWhenTheCompanySaysSo) {
+TEST_F(Steps, SearchForHiddenPointsWhenTheCompanySaysSo) {
   begin(1);
   follow_to({});
   around.moved({});
@@ -104,7 +104,7 @@ TEST_F(Steps, HiddenPointsAreLookedForWhenTheCompanySaysSo) {
   EXPECT_TRUE(points[0].point.visible());
 }
 
-TEST_F(Steps, PastTheBudgetTheMostUrgentIsLookedAtAndOthersWait) {
+TEST_F(Steps, PastTheBudgetTheMostUrgentGoesFirst) {
   begin(3);
   follow_to({});
   const FrameBudget::Clock late = [now = std::int64_t{0}]() mutable { return now += 100; };
@@ -116,9 +116,9 @@ TEST_F(Steps, PastTheBudgetTheMostUrgentIsLookedAtAndOthersWait) {
       looked += p.turn == Followed::Turn::looks;
       looks[p.id] += p.turn == Followed::Turn::looks;
       EXPECT_TRUE(p.turn == Followed::Turn::looks || p.turn == Followed::Turn::waits);
-      EXPECT_TRUE(p.point.visible()) << "belief fades slowly";
+      EXPECT_TRUE(p.point.visible()) << "confidence fades slowly";
     }
-    EXPECT_EQ(looked, 1) << "one, however late it is";
+    EXPECT_EQ(looked, 1) << "one, however late";
   }
   EXPECT_EQ(looks, std::vector<int>({2, 2, 2})) << "each has its turn";
 }

@@ -36,7 +36,7 @@ class Support : public testing::Test {
   std::int64_t time_ = 0;
 };
 
-TEST_F(Support, CoversThePictureAndSaysHowItMoves) {
+TEST_F(Support, CoversThePictureAndKnowsItsMotion) {
   show_scene({});
   EXPECT_GT(support_.size(), 160u);  // 320 × 240 has 20 × 15 cells
   for (int i = 1; i <= 10; ++i) show_scene({1.0 * i, 0.5 * i});
@@ -47,14 +47,14 @@ TEST_F(Support, CoversThePictureAndSaysHowItMoves) {
   }
 }
 
-TEST_F(Support, AVeryWidePictureHasNoMoreThanOthers) {
+TEST_F(Support, AVeryWidePictureHasABoundedNumberOfPoints) {
   const cv::Mat wide = cv::repeat(scene_.render({}).rowRange(100, 132), 1, 25);  // 8000 × 32
   for (int i = 0; i < 20; ++i) show(wide);
   EXPECT_GT(support_.size(), 200u);
-  EXPECT_LE(support_.size(), 2400u);  // two in each of 1200 cells; 60000 before they were bounded
+  EXPECT_LE(support_.size(), 2400u);  // two in each of 1200 cells; before the bound there were 60000
 }
 
-TEST_F(Support, WhereAllIsCalmHalfOfThePointsRestAndTheMapsStayTheSame) {
+TEST_F(Support, InCalmTissueHalfOfThePointsRestAndTheMapsStay) {
   show_scene({});
   const auto all = support_.size();
   for (int i = 1; i <= 40; ++i) show_scene({0.1 * i, 0.2 * i});
@@ -66,7 +66,7 @@ TEST_F(Support, WhereAllIsCalmHalfOfThePointsRestAndTheMapsStayTheSame) {
       EXPECT_LT(cv::norm(moved(p) - p - cv::Point2d(0.1 * i, 0.2 * i)), 0.1) << i;
   }
   for (int i = 0; i < 4; ++i) show_scene({5.0 + 3 * (i % 2), 10});
-  EXPECT_GT(support_.field().size(), 3 * all / 4) << "what moves is looked at in each frame";
+  EXPECT_GT(support_.field().size(), 3 * all / 4) << "moving points are looked at in each frame";
 }
 
 TEST_F(Support, NoneBeginsOnATool) {
@@ -79,25 +79,25 @@ TEST_F(Support, NoneBeginsOnATool) {
   EXPECT_GT(support_.size(), 120u);
 }
 
-TEST_F(Support, HoweverLittleTimeThereIsWhatIsVisibleCarriesTheMaps) {
+TEST_F(Support, WithLittleTimeVisiblePointsStillCarryTheMaps) {
   const FrameBudget::Clock clock = [now = std::int64_t{0}]() mutable { return now++; };
   const cv::Mat cover = MovingScene({320, 240}, 9).render({});
   for (int i = 0; i <= 40; ++i) show_scene({0.5 * i, 0});
   for (int i = 41; i <= 110; ++i) {
     const double x = 0.25 * (i + 40);
     cv::Mat bgr = scene_.render({x, 0});
-    // Comes in from the left, until a sixth of the picture is left.
+    // A cover comes in from the left, until a sixth of the picture is left.
     const cv::Rect hidden(0, 0, std::min(5 * (i - 50), 265), 240);
     if (i > 50) cover(hidden).copyTo(bgr(hidden));
     show(bgr, FrameBudget(1, clock));
-    EXPECT_GE(support_.field().size(), 5u) << "as many as make the scene believed, in frame " << i;
+    EXPECT_GE(support_.field().size(), 5u) << "enough to recognise the scene, in frame " << i;
     EXPECT_NEAR(moved({270, 120}).x, 270 + x, 0.5) << i;
   }
 }
 
 TEST_F(Support, NewPointsHaveCoordinatesOfTheFirstFrame) {
   show_scene({});
-  // Slowly to the right: what comes in at the left edge gets points, whose coordinates lie left of the first picture.
+  // Slowly to the right: new points at the left edge get coordinates left of the first picture.
   for (int i = 1; i <= 70; ++i) show_scene({0.5 * i, 0});
   const cv::Point2d entered(-25, 120);
   EXPECT_NEAR(moved(entered).x, 10, 0.5);
@@ -105,7 +105,7 @@ TEST_F(Support, NewPointsHaveCoordinatesOfTheFirstFrame) {
   EXPECT_EQ(support_.chart(), 0);
 }
 
-TEST_F(Support, AnotherSceneFoundsAChartOfItsOwnAndTheFirstComesBack) {
+TEST_F(Support, AnotherSceneGetsItsOwnChartAndTheFirstComesBack) {
   show_scene({});
   for (int i = 1; i <= 15; ++i) show_scene({});
   const MovingScene other({320, 240}, 9);
@@ -123,12 +123,12 @@ TEST_F(Support, AnotherSceneFoundsAChartOfItsOwnAndTheFirstComesBack) {
   EXPECT_NEAR(back({160, 120}).x, 160, 0.3);
 }
 
-TEST_F(Support, IsFoundAgainAfterALongTimeHoweverTheViewHasTurned) {
+TEST_F(Support, IsFoundAgainAfterALongTimeAndAnyRotation) {
   for (int i = 0; i <= 15; ++i) show_scene({});
   for (int i = 0; i < 12 * 25; ++i) show(cv::Mat(240, 320, CV_8UC3, cv::Scalar(3, 2, 4)));
-  EXPECT_EQ(support_.chart(), 0) << "nothing is founded in the dark";
+  EXPECT_EQ(support_.chart(), 0) << "no chart begins in the dark";
   EXPECT_EQ(support_.field().size(), 0u);
-  cv::Mat turned;  // by 80° about the middle, and 0.8 times
+  cv::Mat turned;  // by 80° about the middle, scaled by 0.8
   const cv::Mat turn = cv::getRotationMatrix2D({160, 120}, 80, 0.8);
   cv::warpAffine(scene_.render({}), turned, turn, {320, 240}, cv::INTER_LINEAR, cv::BORDER_REFLECT_101);
   show(turned);
@@ -139,7 +139,7 @@ TEST_F(Support, IsFoundAgainAfterALongTimeHoweverTheViewHasTurned) {
   EXPECT_LT(cv::norm(map({130, 110}) - cv::Point2d(to(0), to(1))), 0.5);
 }
 
-TEST_F(Support, AChartFoundedMeanwhileOnTheSameTissueGoesOverToTheFirst) {
+TEST_F(Support, AChartMadeMeanwhileOnTheSameTissueMergesIntoTheFirst) {
   for (int i = 0; i <= 15; ++i) show_scene({});
   cv::Mat turned;
   const cv::Mat turn = cv::getRotationMatrix2D({160, 120}, 60, 1);
@@ -153,7 +153,7 @@ TEST_F(Support, AChartFoundedMeanwhileOnTheSameTissueGoesOverToTheFirst) {
   EXPECT_TRUE(support_.field().map_at({160, 120}, 0, 0.5, {}));
 }
 
-TEST_F(Support, PastTheBudgetAFewTakeTurnsAllOverThePicture) {
+TEST_F(Support, PastTheBudgetAFewTakeTurnsAcrossThePicture) {
   show_scene({});
   const auto all = support_.size();
   ASSERT_GT(all, 60u);
@@ -169,7 +169,7 @@ TEST_F(Support, PastTheBudgetAFewTakeTurnsAllOverThePicture) {
       EXPECT_NEAR(moved(p).y, p.y + 0.25 * i, 0.3) << i;
     }
   }
-  // By now 288 of 300 have been looked at; 3 % have left the picture.
+  // By now 288 of 300 have had a look; 3 % have left the picture.
   show_scene({6.5, 3.25});
   EXPECT_GE(support_.field().size(), all * 9 / 10);
 }

@@ -11,7 +11,7 @@
 namespace csd {
 namespace {
 
-/// A test leads a point through frames by hand.
+/// Leads a point through a frame by hand.
 void follow(TrackedPoint &point, const CsdFrame &frame, const NeighbourMap &map) {
   point.look(frame);
   point.meet(frame, map);
@@ -35,7 +35,7 @@ TEST(TrackedPoint, IsFollowedAndLearnsItsAnchorForTheTrainingTime) {
   EXPECT_LT(point.offset().deviation({}), 1);
 }
 
-TEST(TrackedPoint, MayRestOnceItsAnchorIsMadeWhereItsNeighboursKnowTheWay) {
+TEST(TrackedPoint, MayRestOnceAnchoredWhereItsNeighboursPredictIt) {
   Scene scene;
   TrackedPoint point(scene.frame({}), {160, 120}, TrackedPoint::Purpose::support);
   point.found(0);
@@ -45,7 +45,7 @@ TEST(TrackedPoint, MayRestOnceItsAnchorIsMadeWhereItsNeighboursKnowTheWay) {
     follow(point, frame, map);
     return point.may_rest(frame);
   };
-  for (int i = 1; i <= 12; ++i) EXPECT_FALSE(rests(Scene::neighbours(shift))) << "it learns";
+  for (int i = 1; i <= 12; ++i) EXPECT_FALSE(rests(Scene::neighbours(shift))) << "it is learning";
   for (int i = 0; i < 3; ++i) {
     shift += {0.4, -0.2};
     EXPECT_TRUE(rests(Scene::neighbours(shift)));
@@ -54,9 +54,9 @@ TEST(TrackedPoint, MayRestOnceItsAnchorIsMadeWhereItsNeighboursKnowTheWay) {
   loose.spread = 1;  // 2 pixels at 480 lines
   EXPECT_FALSE(rests(loose)) << "its neighbours don't agree";
   EXPECT_TRUE(rests(Scene::neighbours(shift)));
-  EXPECT_FALSE(rests(Scene::neighbours(shift + cv::Point2d(0.6, 0)))) << "it is elsewhere than they say";
+  EXPECT_FALSE(rests(Scene::neighbours(shift + cv::Point2d(0.6, 0)))) << "it is not where they say";
   shift += {3, 0};
-  EXPECT_FALSE(rests(Scene::neighbours(shift))) << "it went elsewhere than it was going";
+  EXPECT_FALSE(rests(Scene::neighbours(shift))) << "it left its course";
   shift += {3, 0};
   ASSERT_TRUE(rests(Scene::neighbours(shift)));
 
@@ -66,13 +66,13 @@ TEST(TrackedPoint, MayRestOnceItsAnchorIsMadeWhereItsNeighboursKnowTheWay) {
   point.meet(next, Scene::neighbours(shift));
   point.wait(next);
   EXPECT_TRUE(point.visible());
-  EXPECT_FALSE(point.sure()) << "nothing was seen that another point's map could stand on";
+  EXPECT_FALSE(point.sure()) << "nothing was seen that could support another point's map";
   EXPECT_NEAR(point.state().position.x, 160 + shift.x, 0.3);
-  EXPECT_FALSE(point.may_rest(next)) << "not twice";
+  EXPECT_FALSE(point.may_rest(next)) << "not twice in a row";
 }
 
 TEST(TrackedPoint, DoesNotSlideAlongAnEdge) {
-  // An upright edge, with next to nothing along it; what little there is moves down, and the tissue to the right.
+  // An upright edge with very little texture along it. That texture moves down, while the tissue moves right.
   const auto picture = [](cv::Point2d shift, double slide) {
     cv::Mat luma(240, 320, CV_8UC1);
     for (int y = 0; y < luma.rows; ++y)
@@ -88,11 +88,11 @@ TEST(TrackedPoint, DoesNotSlideAlongAnEdge) {
     const cv::Point2d shift(0.4 * i, 0);
     follow(point, scene.show(picture(shift, 0.1 * i)), Scene::neighbours(shift));
     ASSERT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 2) << i;
-    ASSERT_LT(std::abs(point.state().position.x - 160 - shift.x), 0.3) << i << ": the edge itself is seen";
+    ASSERT_LT(std::abs(point.state().position.x - 160 - shift.x), 0.3) << i << ": across the edge it is seen";
   }
 }
 
-/// Where a point is after a frame in which the picture stays, but all others say that the tissue has moved on.
+/// Where a point goes when the picture stays but all others say that the tissue has moved on.
 TrackedPoint overruled(const cv::Mat &picture, cv::Point2d gone) {
   Scene scene;
   TrackedPoint point(scene.show(picture), {160, 120});
@@ -102,8 +102,8 @@ TrackedPoint overruled(const cv::Mat &picture, cv::Point2d gone) {
   return point;
 }
 
-TEST(TrackedPoint, BelievesTheNeighboursBeforeALookAlike) {
-  // Dots in rows: each looks like the next.
+TEST(TrackedPoint, TrustsTheNeighboursOverALookAlike) {
+  // Dots in rows, all alike.
   cv::Mat dots(240, 320, CV_8UC1, cv::Scalar(60));
   for (int y = 0; y < dots.rows; y += 14)
     for (int x = 4; x < dots.cols; x += 14) cv::circle(dots, {x, y}, 3, cv::Scalar(160), cv::FILLED, cv::LINE_AA);
@@ -111,7 +111,7 @@ TEST(TrackedPoint, BelievesTheNeighboursBeforeALookAlike) {
   EXPECT_LT(cv::norm(point.state().position - cv::Point2d(174, 120)), 0.5) << "where the neighbours put it";
 }
 
-TEST(TrackedPoint, BelievesItsOwnEyesWhereNothingElseLooksLikeIt) {
+TEST(TrackedPoint, TrustsItsOwnPatchWhereNothingElseLooksLikeIt) {
   const auto point = overruled(Scene().picture({}), {15, 0});
   EXPECT_TRUE(point.visible());
   EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120)), 0.3);
@@ -130,7 +130,7 @@ TEST(TrackedPoint, IsFoundAgainWhereTheNeighboursPutIt) {
   EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 0.2);
 }
 
-TEST(TrackedPoint, WithoutAMapIsSilentUnlessItIsAloneInThePicture) {
+TEST(TrackedPoint, WithoutAMapItClaimsNothingUnlessUnique) {
   Scene scene;
   TrackedPoint point(scene.frame({}), {160, 120});
   const auto frame = scene.frame({1, 1});
@@ -151,7 +151,7 @@ TEST(TrackedPoint, WithoutAMapIsSilentUnlessItIsAloneInThePicture) {
   EXPECT_TRUE(point.visible());
 }
 
-TEST(TrackedPoint, InDoubtIsSilentUntilItKnowsItselfAgain) {
+TEST(TrackedPoint, InDoubtItClaimsNothingUntilItFitsAgain) {
   const auto visible_in = [](double share, bool doubt) {
     Scene scene;
     TrackedPoint point(scene.frame({}), {160, 120});
@@ -161,7 +161,7 @@ TEST(TrackedPoint, InDoubtIsSilentUntilItKnowsItselfAgain) {
       point.doubt();
       EXPECT_FALSE(point.visible() || point.sure());
     }
-    // Something else shines through, and there are no neighbours.
+    // Another texture shines through, and there are no neighbours.
     cv::Mat here, other;
     cv::cvtColor(MovingScene().render({}), here, cv::COLOR_BGR2GRAY);
     cv::cvtColor(MovingScene({320, 240}, 9).render({}), other, cv::COLOR_BGR2GRAY);
@@ -180,7 +180,7 @@ TEST(TrackedPoint, InDoubtIsSilentUntilItKnowsItselfAgain) {
   EXPECT_FALSE(visible_in(0.45, true));
 }
 
-TEST(TrackedPoint, ThatWaitsGoesWithTheNeighboursAndBeliefFades) {
+TEST(TrackedPoint, AWaitingPointFollowsItsNeighboursWithFadingConfidence) {
   Scene scene;
   TrackedPoint point(scene.frame({}), {160, 120});
   point.found(0);
@@ -195,20 +195,20 @@ TEST(TrackedPoint, ThatWaitsGoesWithTheNeighboursAndBeliefFades) {
     EXPECT_TRUE(point.visible());
     EXPECT_FALSE(point.sure());
     EXPECT_NEAR(point.state().position.x, 160 + 3 * i, 0.05);
-    EXPECT_NEAR(point.confidence(), seen_with * std::pow(0.5, i / 100.0), 1e-9) << "half of it in 100 frames";
+    EXPECT_NEAR(point.confidence(), seen_with * std::pow(0.5, i / 100.0), 1e-9) << "it halves in 100 frames";
     EXPECT_GT(point.urgency(frame), first * i);
   }
   const auto frame = scene.frame({});
   point.pass();
   point.meet(frame, NeighbourMap{});
   point.wait(frame);
-  EXPECT_FALSE(point.visible()) << "nobody says where it went";
+  EXPECT_FALSE(point.visible()) << "nothing says where it went";
   EXPECT_EQ(point.confidence(), 0);
 }
 
-TEST(TrackedPoint, ASupportingOneIsFollowedAsWell) {
-  // It begins in motion, moves steadily, jumps by more than its finest level finds its way over, stops, and is looked
-  // at again only after five frames' time.
+TEST(TrackedPoint, ASupportPointIsFollowedToo) {
+  // It begins in motion and moves steadily. Then it jumps farther than its finest level can bridge, stops, and gets no
+  // look for five frames' time.
   std::vector<std::pair<cv::Point2d, double>> frames;
   for (int i = 1; i <= 20; ++i) frames.push_back({{2.5 * i, -1.0 * i}, 1});
   frames.push_back({{56, -14}, 1});
@@ -222,7 +222,7 @@ TEST(TrackedPoint, ASupportingOneIsFollowedAsWell) {
     auto frame = scene.frame(shift);
     frame.steps = steps;
     point.look(frame);
-    EXPECT_TRUE(point.sure()) << i << ": by its own motion alone";
+    EXPECT_TRUE(point.sure()) << i << ": from its own motion alone";
     point.meet(frame, Scene::neighbours(shift));
     point.look_again(frame, true);
     point.decide(frame, {});
@@ -233,7 +233,7 @@ TEST(TrackedPoint, ASupportingOneIsFollowedAsWell) {
   }
 }
 
-TEST(TrackedPoint, AnotherPatchSizeIsAnotherScaleOfItsShape) {
+TEST(TrackedPoint, AnotherPatchSizeScalesItsShape) {
   for (const double patch : {0.6, 2.0}) {
     Scene scene;
     const auto framed = [&](cv::Point2d shift) {

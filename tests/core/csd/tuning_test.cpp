@@ -9,7 +9,7 @@
 namespace csd {
 namespace {
 
-TEST(Tuning, EachFieldIsSetByItsOwnName) {
+TEST(Tuning, SetsEachFieldByItsName) {
   std::set<std::string_view> names;
   for (const auto &field : tuning_fields()) {
     EXPECT_TRUE(names.insert(field.name).second) << field.name;

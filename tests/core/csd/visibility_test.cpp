@@ -8,7 +8,7 @@
 namespace csd {
 namespace {
 
-/// A feature as it is seen on a good day.
+/// A feature under good conditions.
 Evidence good() {
   Evidence e;
   e.zncc_fine = e.zncc_coarse = 0.98;
@@ -21,11 +21,11 @@ Evidence good() {
   return e;
 }
 
-TEST(Visibility, IsSureOfWhatFitsInEveryWay) {
+TEST(Visibility, IsSureWhenEverythingFits) {
   EXPECT_GT(visibility(good(), {}), 0.98);
 }
 
-TEST(Visibility, FallsWithEachThingThatSpeaksAgainstIt) {
+TEST(Visibility, FallsWithEachContraryEvidence) {
   const double best = visibility(good(), {});
   const auto worse = [&](auto change) {
     auto e = good();
@@ -44,7 +44,7 @@ TEST(Visibility, FallsWithEachThingThatSpeaksAgainstIt) {
   EXPECT_TRUE(worse([](Evidence &e) { e.brightness_change = -50; }));
 }
 
-TEST(Visibility, DoubtsWhatFitsInNoWay) {
+TEST(Visibility, DoubtsWhenNothingFits) {
   Evidence e;
   e.unmasked = 0.3;
   e.gain = 0.08;
@@ -53,7 +53,7 @@ TEST(Visibility, DoubtsWhatFitsInNoWay) {
   EXPECT_LT(visibility(e, {}), 0.1);
 }
 
-TEST(Visibility, IsAProbabilityWhateverTheEvidence) {
+TEST(Visibility, IsAlwaysAProbability) {
   for (const double zncc : {-1.0, 1.0})
     for (const double gain : {0.08, 10.0}) {
       auto e = good();

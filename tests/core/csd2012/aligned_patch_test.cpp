@@ -35,20 +35,20 @@ class AligningAPatch : public testing::Test {
   AlignedPatch patch_{pyramid(texture_, {start_}), no_glare_, start_, 1};
 };
 
-TEST_F(AligningAPatch, FitsWhereTheFeatureIs) {
+TEST_F(AligningAPatch, FitsAtTheFeature) {
   const cv::Point2d now{67, 61};
   const auto fit = patch_.fit(pyramid(texture_, {now}), no_glare_, start_);
   EXPECT_GT(fit.zncc, 0.95);
   EXPECT_LT(apart(fit.state.position, now), 0.3);
 }
 
-TEST_F(AligningAPatch, FitsNotOnOtherTissue) {
+TEST_F(AligningAPatch, DoesNotFitOtherTissue) {
   const Waves other(4, 9, 30, 20);
   EXPECT_LT(patch_.fit(pyramid(other, {start_}), no_glare_, start_).zncc, 0.8);
 }
 
-// From frame to frame in the shape of the last fit: 4° and 2 % at a time, farther than any single look would reach.
-TEST_F(AligningAPatch, FollowsATurnAndAZoomStepByStep) {
+// Each frame starts with the shape of the last fit: 4° and 2 % a step, which add up to more than one fit can bridge.
+TEST_F(AligningAPatch, FollowsRotationAndZoomStepByStep) {
   for (int i = 1; i <= 30; ++i) {
     const AffineState now{start_, similarity(4. * i, std::pow(1.02, i))};
     const auto fit = patch_.fit(pyramid(texture_, now), no_glare_, start_);
@@ -58,10 +58,10 @@ TEST_F(AligningAPatch, FollowsATurnAndAZoomStepByStep) {
   }
   const AffineState turned{start_, similarity(120, std::pow(1.02, 30))};
   const AlignedPatch anew(pyramid(texture_, {start_}), no_glare_, start_, 1);
-  EXPECT_LT(anew.fit(pyramid(texture_, turned), no_glare_, start_).zncc, 0.8) << "at once it is too far";
+  EXPECT_LT(anew.fit(pyramid(texture_, turned), no_glare_, start_).zncc, 0.8) << "too far for one step";
 }
 
-TEST_F(AligningAPatch, OutsideThePictureThereIsNothingToSee) {
+TEST_F(AligningAPatch, SeesNothingOutsideThePicture) {
   EXPECT_EQ(patch_.fit(pyramid(texture_, {start_}), no_glare_, {-40, -40}).zncc, 0);
 }
 

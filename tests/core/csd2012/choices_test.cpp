@@ -15,7 +15,7 @@
 namespace csd::csd2012 {
 namespace {
 
-TEST(Choices, EachFieldIsSetByItsOwnName) {
+TEST(Choices, SetsEachFieldByItsName) {
   std::set<std::string_view> names;
   constexpr Choices usual;
   for (const auto &field : choice_fields()) {
@@ -27,18 +27,18 @@ TEST(Choices, EachFieldIsSetByItsOwnName) {
   }
 }
 
-TEST(Choices, SayWhoseNumberIsMissing) {
+TEST(Choices, NamesAnUnknownField) {
   Choices choices;
   try {
     set(choices, "gate_floor=1");
-    ADD_FAILURE() << "gate_floor is csd's";
+    ADD_FAILURE() << "gate_floor belongs to csd";
   } catch (const std::invalid_argument &e) {
     EXPECT_STREQ(e.what(), "no number of csd-2012 is called \"gate_floor\"");
   }
 }
 
-// Other smoke, other tests in the nodes or another colour space make other descriptors, and these find other places.
-TEST(Choices, OfSmokeSearchAndColourMakeOtherDescriptors) {
+// Different smoke, node tests or colour space make different descriptors, which find different places.
+TEST(Choices, SmokeSearchAndColourChangeTheDescriptors) {
   auto settings = few_features();
   settings.max_features = 6;
   std::vector<std::vector<Tracks>> found{run(settings, 2, 20)};
@@ -47,7 +47,7 @@ TEST(Choices, OfSmokeSearchAndColourMakeOtherDescriptors) {
     set(choices, assignment);
     const auto tracks = run(settings, 2, 20, choices);
     for (const auto &others : found) EXPECT_FALSE(same_tracks(others, tracks)) << assignment;
-    // In any case descriptors take over from LK, and see most of the easy scene.
+    // With every choice, descriptors take over from LK and see most of the easy scene.
     EXPECT_GE(std::count_if(tracks.back().features.begin(), tracks.back().features.end(),
                             [](const Feature &f) { return f.state == FeatureState::tracked; }),
               4)
@@ -56,7 +56,7 @@ TEST(Choices, OfSmokeSearchAndColourMakeOtherDescriptors) {
   }
 }
 
-/// How far claims are off in the mean, px.
+/// The claims' mean error, px.
 double error_of(const std::vector<Tracks> &all) {
   double sum = 0;
   int claims = 0;
@@ -71,8 +71,8 @@ double error_of(const std::vector<Tracks> &all) {
   return sum / claims;
 }
 
-// Pixels that noise moves less, and the middle of a cluster instead of one patch of it.
-TEST(Choices, SmoothedAndByItsClusterAFeatureIsFoundMoreExactly) {
+// Smoothed pixels vary less with noise, and a cluster's middle varies less than any one of its patches.
+TEST(Choices, SmoothingAndClustersFindAFeatureMoreExactly) {
   Choices choices;
   choices.cluster_radius = choices.smoothing = 0;
   const double usual = error_of(run(few_features(), 2, 40, choices));
@@ -82,8 +82,8 @@ TEST(Choices, SmoothedAndByItsClusterAFeatureIsFoundMoreExactly) {
   EXPECT_LT(error_of(run(few_features(), 2, 40, choices)), usual);
 }
 
-// Five trees say another place than one; the patch, where it fits, says it to a fraction of a pixel.
-TEST(Choices, OfTheForestSeveralTreesAndTheAlignedPatchBothTell) {
+// Five trees vote for another place than one does. The aligned patch, where it fits, adds a fraction of a pixel.
+TEST(Choices, SeveralTreesAndTheAlignedPatchBothChangeThePlace) {
   auto settings = few_features();
   settings.max_features = 6;
   Choices alone = forest_choices();
@@ -97,9 +97,9 @@ TEST(Choices, OfTheForestSeveralTreesAndTheAlignedPatchBothTell) {
   EXPECT_LT(together, 0.2);
 }
 
-// The patch is aligned where the feature was last, too: also in the frame in which the descriptor takes over, and where
-// that never finds anything.
-TEST(Choices, OfTheForestThePatchGoesOnAloneWhereTheTreesFindNothing) {
+// The patch is also aligned at the feature's last place: in the frame in which the descriptor takes over, too, and
+// where the descriptor finds nothing.
+TEST(Choices, ThePatchGoesOnAloneWhereTheTreesFindNothing) {
   auto settings = few_features();
   settings.max_features = 4;
   auto choices = forest_choices();
@@ -109,15 +109,15 @@ TEST(Choices, OfTheForestThePatchGoesOnAloneWhereTheTreesFindNothing) {
   for (const auto &f : all.back().features) EXPECT_EQ(f.state, FeatureState::tracked) << f.id;
 }
 
-// With sync learning no thread decides anything, however many trees there are.
-TEST(Choices, OfTheForestGiveTheSameForEveryNumberOfThreads) {
+// With sync learning, tracks don't depend on the number of threads, however many trees there are.
+TEST(Choices, ForestsTrackTheSameForAnyNumberOfThreads) {
   auto settings = few_features();
   settings.max_features = 4;
   EXPECT_TRUE(same_tracks(run(settings, 1, 20, forest_choices()), run(settings, 3, 20, forest_choices())));
 }
 
-// Where less than the least probability is found, nothing is claimed.
-TEST(Choices, WithMoreThanAnyProbabilityNothingIsClaimedOnceTheDescriptorHasTakenOver) {
+// A match below the least probability is not claimed.
+TEST(Choices, AnUnreachableLeastProbabilityClaimsNothingAfterTheHandover) {
   auto settings = few_features();
   settings.max_features = 3;
   Choices choices;

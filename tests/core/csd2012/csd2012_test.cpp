@@ -32,18 +32,18 @@ TEST(Csd2012, HandsOverToTheDescriptorAndFollowsTheTexture) {
       right += std::hypot(f.x - start.x - at.x, f.y - start.y - at.y) <= 3;
     }
   EXPECT_EQ(learning, 12);
-  // What the paper's tracker must do on an easy scene: see most features in most of 31 frames, and mostly in place.
+  // The paper's tracker on an easy scene: it must see most features in most of 31 frames, and mostly in place.
   EXPECT_GT(claims, 12 * 31 * 3 / 4);
   EXPECT_GT(right, claims * 9 / 10);
 }
 
-TEST(Csd2012, WithSynchronousLearningTheTracksAreTheSameForAnyNumberOfThreads) {
+TEST(Csd2012, WithSyncLearningTracksAreTheSameForAnyNumberOfThreads) {
   const auto one = run(few_features(), 1, 30);
   EXPECT_TRUE(same_tracks(one, run(few_features(), 1, 30)));
   EXPECT_TRUE(same_tracks(one, run(few_features(), 4, 30)));
 }
 
-TEST(Csd2012, TheSeedMatters) {
+TEST(Csd2012, TracksDependOnTheSeed) {
   auto settings = few_features();
   const auto one = run(settings, 2, 20);
   settings.seed = 2;
@@ -51,8 +51,8 @@ TEST(Csd2012, TheSeedMatters) {
   EXPECT_FALSE(same_tracks(one, other));
 }
 
-// Each in a thread of its own, as eight elements would; TSan watches.
-TEST(Csd2012, EightTrackersInOneProcessDoNotKnowOfEachOther) {
+// Each in its own thread, as in eight elements. TSan watches.
+TEST(Csd2012, EightTrackersInOneProcessAreIndependent) {
   const auto alone = run(few_features(), 1, 15);
   const MovingScene scene;
   ThreadPool pool(2);
@@ -70,7 +70,7 @@ TEST(Csd2012, EightTrackersInOneProcessDoNotKnowOfEachOther) {
   for (const auto &tracks : all) EXPECT_TRUE(same_tracks(alone, tracks));
 }
 
-TEST(Csd2012, AHiddenFeatureIsSaidToBeHiddenAndIsFoundAgain) {
+TEST(Csd2012, AHiddenFeatureIsReportedHiddenAndFoundAgain) {
   auto settings = few_features();
   settings.points = {{160, 120}};
   const MovingScene scene;
@@ -87,14 +87,14 @@ TEST(Csd2012, AHiddenFeatureIsSaidToBeHiddenAndIsFoundAgain) {
       EXPECT_EQ(last.state, FeatureState::tracked);
     }
   }
-  // The tree has never seen such a patch and may take one for the feature; it is hidden in most frames all the same.
+  // The tree has never seen such a patch and may accept it. The feature must be hidden in most frames all the same.
   EXPECT_GE(hidden, 16);
   EXPECT_EQ(last.state, FeatureState::tracked);
   EXPECT_LE(std::hypot(last.x - 160, last.y - 120), 3);
 }
 
-/// How many of four points are found in the frame in which the scene has moved by `jump`, after `hidden` frames in
-/// which it could not be seen.
+/// Hides the scene for `hidden` frames while it moves by `jump`. How many of four points are found in the first frame
+/// after that.
 int found_after_a_jump(cv::Point2d jump, int hidden) {
   auto settings = few_features();
   settings.points = {{110, 100}, {160, 120}, {200, 90}, {130, 150}};
@@ -104,7 +104,7 @@ int found_after_a_jump(cv::Point2d jump, int hidden) {
   int found = 0;
   for (int i = 0; i <= 20 + hidden; ++i) {
     auto picture = scene.render(i < 20 + hidden ? cv::Point2d(0, 0) : jump);
-    // Brighter to the right: the order of pixels is nothing that the tree knows as the feature.
+    // A ramp, brighter to the right: no order of pixels that the tree has learnt.
     if (i >= 20 && i < 20 + hidden)
       for (int x = 0; x < picture.cols; ++x) picture.col(x).setTo(cv::Scalar::all(40 + x / 2));
     for (const auto &f : tracker.process(MovingScene::view(picture), i * frame_time).features)
@@ -114,7 +114,7 @@ int found_after_a_jump(cv::Point2d jump, int hidden) {
   return found;
 }
 
-// The window's radius at 240 lines is 10 px, and 20 after four frames of absence.
+// At 240 lines the window's radius is 10 px, and 20 px after four frames without the feature.
 TEST(Csd2012, TheWindowGrowsWhileAFeatureIsHidden) {
   EXPECT_GE(found_after_a_jump({6, 0}, 0), 3);
   EXPECT_EQ(found_after_a_jump({16, 0}, 0), 0);
@@ -122,10 +122,10 @@ TEST(Csd2012, TheWindowGrowsWhileAFeatureIsHidden) {
   EXPECT_EQ(found_after_a_jump({28, 0}, 10), 0);
 }
 
-// §2.1.5: each success adds a positive. A copy of the feature, which comes after the training, is a false
-// correspondence in each frame, so a negative, and no test tells it from the feature: without positives it would soon
-// outnumber those of the training in their leaf.
-TEST(Csd2012, SuccessesKeepAFeatureAgainstItsCopy) {
+// §2.1.5: each success adds a positive. After the training, a copy of the feature appears. It is a false match in each
+// frame, hence a negative, and no node test separates it from the feature. Without new positives it would soon
+// outnumber the training's positives in their leaf.
+TEST(Csd2012, SuccessesProtectAFeatureFromItsCopy) {
   auto settings = few_features();
   settings.points = {{160, 120}};
   settings.search_radius = 16;
@@ -143,8 +143,8 @@ TEST(Csd2012, SuccessesKeepAFeatureAgainstItsCopy) {
   EXPECT_EQ(tracked, 40);
 }
 
-// The paper's tracker may take what is beside it for it afterwards.
-TEST(Csd2012, OverTheEdgeIsOut) {
+// Afterwards, the paper's tracker may accept what lies beside it.
+TEST(Csd2012, IsOutBeyondTheEdge) {
   auto settings = few_features();
   for (int y = 40; y < 210; y += 16) settings.points.push_back({310, static_cast<double>(y)});
   ThreadPool pool(1);
@@ -169,8 +169,8 @@ TEST(Csd2012, TrainsForTheTrainingTime) {
   for (const auto &f : all[25].features) EXPECT_NE(f.state, FeatureState::learning) << "1 s";
 }
 
-// Of a long training-time 32 frames, evenly spread: each second one of 50.
-TEST(Csd2012, LearnsFromFramesThatAreEvenlySpread) {
+// From a long training-time it takes 32 frames, evenly spread: here every second of 50.
+TEST(Csd2012, LearnsFromEvenlySpreadFrames) {
   class Never final : public Executor {
     void post(std::function<void()>) override {}
   } never;
@@ -184,7 +184,7 @@ TEST(Csd2012, LearnsFromFramesThatAreEvenlySpread) {
   EXPECT_EQ(tracker.stats().queue, 10u);
 }
 
-// Where LK finds nothing any more, what has been learnt so far must do.
+// Where LK fails, the descriptor takes over with what it has learnt so far.
 TEST(Csd2012, TheDescriptorTakesOverWhereLkFails) {
   auto settings = few_features();
   settings.points = {{160, 120}};
@@ -203,8 +203,8 @@ TEST(Csd2012, TheDescriptorTakesOverWhereLkFails) {
   }
 }
 
-// The very patch that was learnt: there is no better place. The middle of the patches that look like it is near it.
-TEST(Csd2012, InAStillSceneADescriptorFindsTheVeryPlace) {
+// The exact patch it learnt is the best place. The middle of similar patches is close to it.
+TEST(Csd2012, InAStillSceneADescriptorFindsTheExactPlace) {
   auto settings = few_features();
   settings.points = {{110, 100}, {160, 120}, {200, 90}, {130, 150}};
   const MovingScene scene;
@@ -222,8 +222,8 @@ TEST(Csd2012, InAStillSceneADescriptorFindsTheVeryPlace) {
   }
 }
 
-// Where the tracker says that there is no tissue nothing is evaluated, by the learner or by the descriptor that tracks.
-TEST(Csd2012, LearnersAreToldWhatIsForbidden) {
+// Where the tracker forbids tissue, neither the learner nor the tracking descriptor evaluates anything.
+TEST(Csd2012, LearnersRespectTheForbiddenArea) {
   const MovingScene scene;
   const auto picture = scene.render({0, 0});
   WorkFrame frame;
@@ -259,7 +259,7 @@ TEST(Csd2012, TheStreamingThreadNeverWaitsForLearning) {
   for (int i = 0; i < 60; ++i) {
     const auto picture = scene.render(sway(i));
     for (const auto &f : tracker.process(MovingScene::view(picture), i * frame_time).features)
-      EXPECT_EQ(f.state, FeatureState::learning) << "no descriptor is there, so LK goes on";
+      EXPECT_EQ(f.state, FeatureState::learning) << "there is no descriptor yet, so LK goes on";
   }
   EXPECT_GT(tracker.stats().queue, 0u);
 }
@@ -287,7 +287,7 @@ TEST(Csd2012, LearnsBesideTheStream) {
   for (int i = 0; i < 12; ++i) next();
   for (int i = 0; i < 2; ++i) {
     while (tracker.stats().queue > 0) std::this_thread::yield();
-    next();  // hands over, and then the descriptors look
+    next();  // hands over; from the next frame on, the descriptors search
   }
   const auto &tracks = next();
   EXPECT_EQ(tracker.stats().learned, 12u);
@@ -301,10 +301,10 @@ TEST(Csd2012, LearnsBesideTheStream) {
   next();
   done = true;
   reader.join();
-  // Goes with jobs of its learners still in the queue.
+  // The tracker is destroyed with jobs of its learners still in the queue.
 }
 
-TEST(Csd2012, StatsTellOfLearning) {
+TEST(Csd2012, StatsCountLearning) {
   const MovingScene scene;
   ThreadPool pool(1);
   Tracker tracker(few_features(), make_algorithm(few_features(), pool));
@@ -317,8 +317,8 @@ TEST(Csd2012, StatsTellOfLearning) {
   EXPECT_EQ(stats.queue, 0u);
 }
 
-// Over the edge LK fails long before training-time is over, so that what has been learnt must do.
-TEST(Csd2012, StatsCountADescriptorThatTakesOverFromLkThatFailed) {
+// Over the edge, LK fails long before the end of training-time, so the descriptor takes over early.
+TEST(Csd2012, StatsCountADescriptorThatReplacesAFailedLk) {
   class Never final : public Executor {
     void post(std::function<void()>) override {}
   } never;
@@ -340,11 +340,11 @@ TEST(Csd2012, StatsCountADescriptorThatTakesOverFromLkThatFailed) {
       }
     }
     EXPECT_NE(state, FeatureState::learning);
-    EXPECT_EQ(tracker.stats().learned, learns ? 1u : 0u) << "without a descriptor there is none to take over";
+    EXPECT_EQ(tracker.stats().learned, learns ? 1u : 0u) << "without a descriptor, none can take over";
   }
 }
 
-TEST(Csd2012, NoiseAndFlatPicturesGiveNothingThatIsNotANumber) {
+TEST(Csd2012, NoiseAndFlatPicturesGiveFiniteNumbers) {
   auto settings = few_features();
   settings.points = {{160, 120}, {2, 2}, {318, 238}, {400, -3}};
   ThreadPool pool(1);

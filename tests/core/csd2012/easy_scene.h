@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// A scene that sways, and what csd-2012 says of it.
+// A swaying scene, and csd-2012's tracks of it.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace csd {
 
 inline constexpr std::int64_t frame_time = second / 25;
 
-/// The scene sways by some pixels; with no more than 1 px from frame to frame.
+/// The scene sways by a few pixels, at most 1 px from frame to frame.
 inline cv::Point2d sway(int frame) {
   return {6 * std::sin(frame * 0.15), 4 * std::sin(frame * 0.1)};
 }
@@ -26,12 +26,12 @@ inline Settings few_features() {
   settings.algorithm = AlgorithmKind::csd_2012;
   settings.max_features = 12;
   settings.learn_synchronously = true;
-  settings.training_time = second / 5;  // the least of 8 frames holds
+  settings.training_time = second / 5;  // below the minimum of 8 frames, which applies
   settings.content_area = ContentArea::full;
   return settings;
 }
 
-/// All that was said of `frames` frames.
+/// The tracks of `frames` frames.
 inline std::vector<Tracks> run(const Settings &settings, unsigned threads, int frames,
                                const csd2012::Choices &choices = {}) {
   const MovingScene scene;

@@ -19,13 +19,13 @@
 namespace csd {
 namespace {
 
-/// Of the one tree that it has.
+/// The learner's only tree.
 std::shared_ptr<const Tree> tree_of(const FeatureLearner &learner) {
   const auto forest = learner.published();
   return forest ? forest->trees().front() : nullptr;
 }
 
-/// An update learns what it is given and no warps of it, so that samples can be counted.
+/// An update learns only the given patches and no warps of them, so that samples can be counted.
 LearnerOptions without_warps() {
   LearnerOptions options;
   options.choices.update_warps = 0;
@@ -38,13 +38,13 @@ class LearningAFeature : public testing::Test {
     snapshot_.bgr = MovingScene().render({0, 0});
     cv::cvtColor(snapshot_.bgr, snapshot_.luma, cv::COLOR_BGR2GRAY);
   }
-  /// The patch around `p` as the descriptor sees it.
+  /// The patch around `p` as the descriptor sees it: smoothed.
   cv::Mat patch(cv::Point2d p, const Warp &warp = Warp::eye()) const {
     cv::Mat channel;
     csd2012::smooth(grown(p, warp), choices_.smoothing, channel);
     return channel.clone();
   }
-  /// The same, before it is smoothed.
+  /// The same patch before smoothing.
   cv::Mat grown(cv::Point2d p, const Warp &warp = Warp::eye()) const {
     cv::Mat channel, out;
     to_space(snapshot_.bgr, learner_.published()->space(), channel);
@@ -70,13 +70,13 @@ class LearningAFeature : public testing::Test {
   FeatureLearner learner_{without_warps(), Random(1), counters_};
 };
 
-TEST_F(LearningAFeature, NothingIsPublishedBeforeTheFirstLesson) {
+TEST_F(LearningAFeature, PublishesNothingBeforeTheFirstLesson) {
   EXPECT_EQ(learner_.published(), nullptr);
   learner_.update({});
   EXPECT_EQ(learner_.published(), nullptr);
 }
 
-TEST_F(LearningAFeature, AfterALessonTheFeatureIsRecognisedAndItsSurroundingsAreNot) {
+TEST_F(LearningAFeature, RecognisesTheFeatureButNotItsSurroundings) {
   learner_.learn(snapshot_, at_);
   const auto tree = tree_of(learner_);
   ASSERT_NE(tree, nullptr);
@@ -87,27 +87,28 @@ TEST_F(LearningAFeature, AfterALessonTheFeatureIsRecognisedAndItsSurroundingsAre
   const auto result = search(*learner_.published(), channel, {0, 0}, {{120, 80, 81, 81}, 1}, {at_, 10});
   ASSERT_TRUE(result.best);
   EXPECT_LE(std::hypot(result.best->x - at_.x, result.best->y - at_.y), 4);
-  // §2.2.2 ends with no false correspondence in the search window (radius 20) beyond the 4 px that are left alone.
+  // §2.2.2 ends without false matches in the search window (radius 20), except in the 4 px around the feature, which it
+  // skips.
   for (const auto &p : result.matches) {
     const double distance = std::hypot(p.x - at_.x, p.y - at_.y);
     EXPECT_TRUE(distance <= 4 || std::abs(p.x - at_.x) > 20 || std::abs(p.y - at_.y) > 20) << p;
   }
-  // And with none on the grid of every 4th position of the picture.
+  // Nor are there any on the grid of every 4th position of the picture.
   const auto grid = search(*learner_.published(), channel, {0, 0}, {{12, 12, 296, 216}, 4}, {at_, 10});
   for (const auto &p : grid.matches) EXPECT_LE(std::hypot(p.x - at_.x, p.y - at_.y), 4) << p;
 }
 
-// LK may take a feature up to the last pixel; past the border the picture goes on with it.
-TEST_F(LearningAFeature, InTheCornerItIsRecognisedWithTheBorderReplicated) {
+// LK may follow a feature up to the last pixel. Past the border, the border's pixels are repeated.
+TEST_F(LearningAFeature, RecognisesAFeatureInTheCornerWithReplicatedBorder) {
   const cv::Point corner(319, 239);
   learner_.learn(snapshot_, corner);
   EXPECT_TRUE(is_feature(patch(corner)));
   EXPECT_EQ(tree_of(learner_)->features(), 70u);
 }
 
-// The warps are in the training set. One may still be called "not a feature", but only in a leaf that the stop rules do
-// not let divide: of fewer than four samples (StopRules).
-TEST_F(LearningAFeature, WarpsOfTheFeatureAreRecognisedAsFarAsTheStopRulesAllow) {
+// The warps are in the training set. One may still get "not a feature", but only in a leaf of fewer than four samples,
+// which the stop rules do not divide (StopRules).
+TEST_F(LearningAFeature, RecognisesWarpsAsFarAsTheStopRulesAllow) {
   learner_.learn(snapshot_, at_);
   const auto tree = tree_of(learner_);
   int recognised = 0;
@@ -123,11 +124,11 @@ TEST_F(LearningAFeature, WarpsOfTheFeatureAreRecognisedAsFarAsTheStopRulesAllow)
   EXPECT_GT(recognised, 33);
 }
 
-// Each gets half of the 70 positives and of the updates, drawn for itself; all recognise the feature.
+// Each tree draws its own half of the 70 positives and of the updates. All recognise the feature.
 TEST_F(LearningAFeature, SeveralTreesLearnSharesOfTheSameSamples) {
   auto options = without_warps();
   options.choices.trees = 5;
-  learner_.learn(snapshot_, at_);  // whose colour space is the same
+  learner_.learn(snapshot_, at_);  // in the same colour space
   FeatureLearner several(options, Random(1), counters_);
   several.learn(snapshot_, at_);
   const auto forest = several.published();
@@ -148,8 +149,8 @@ TEST_F(LearningAFeature, SeveralTreesLearnSharesOfTheSameSamples) {
   }
 }
 
-// To the 70 positives comes a copy of the one that is neither warped nor in smoke.
-TEST_F(LearningAFeature, EachAppearanceModelTeachesItsCopies) {
+// The 70 positives gain a copy of the one positive without warp or smoke.
+TEST_F(LearningAFeature, EachAppearanceModelAddsItsCopies) {
   for (const auto *model : {"highlights=3", "blurs=3", "compressions=3"}) {
     auto options = without_warps();
     csd2012::set(options.choices, model);
@@ -159,18 +160,20 @@ TEST_F(LearningAFeature, EachAppearanceModelTeachesItsCopies) {
   }
 }
 
-TEST_F(LearningAFeature, InTheColourSpaceThatTheChoicesName) {
+TEST_F(LearningAFeature, LearnsInTheChosenColourSpace) {
   for (const int colour : {0, 1, 2}) {
     LearnerOptions options;
     options.choices.colour = colour;
     FeatureLearner learner(options, Random(1), counters_);
     learner.learn(snapshot_, at_);
-    EXPECT_EQ(learner.published()->space() == (ColourSpace{1, 1, 1}), colour == 0) << "the scene's colours tell more";
+    EXPECT_EQ(learner.published()->space() == (ColourSpace{1, 1, 1}), colour == 0)
+        << "the scene's colours separate better";
   }
 }
 
-// What is found at the end of what was learnt, turned by 40°, is a feature that may turn by 40° more.
-TEST_F(LearningAFeature, WarpsOfWhatWasFoundReachFurther) {
+// A patch found 40° from the learnt one, which is the limit of the warps, is learnt with warps of its own: up to 40°
+// more.
+TEST_F(LearningAFeature, WarpsOfAFoundPatchReachFurther) {
   const auto recognised = [&](double warps) {
     LearnerOptions options;
     options.choices.update_warps = warps;
@@ -198,7 +201,7 @@ TEST_F(LearningAFeature, EachLessonAddsItsPositives) {
   EXPECT_EQ(tree_of(learner_)->features(), 140u);
 }
 
-TEST_F(LearningAFeature, TheDescriptorMayBeUsedWhileTheNextIsLearnt) {
+TEST_F(LearningAFeature, TheDescriptorIsUsableWhileTheNextIsLearnt) {
   learner_.learn(snapshot_, at_);
   std::atomic<bool> done = false;
   std::vector<std::uint32_t> seen;
@@ -219,7 +222,7 @@ TEST_F(LearningAFeature, TheDescriptorMayBeUsedWhileTheNextIsLearnt) {
   EXPECT_EQ(tree_of(learner_)->features(), 210u);
 }
 
-TEST_F(LearningAFeature, SuccessAddsToTheDistributionAndTheRingHolds200) {
+TEST_F(LearningAFeature, ASuccessAddsSamplesAndTheRingHolds200) {
   learner_.learn(snapshot_, at_);
   DescriptorUpdate update;
   update.feature = grown(at_);
@@ -229,9 +232,9 @@ TEST_F(LearningAFeature, SuccessAddsToTheDistributionAndTheRingHolds200) {
   EXPECT_EQ(tree_of(learner_)->features(), 270u);
 }
 
-TEST_F(LearningAFeature, AFalseCorrespondenceRetrainsItsLeaf) {
+TEST_F(LearningAFeature, AFalseMatchRetrainsItsLeaf) {
   learner_.learn(snapshot_, at_);
-  // A look-alike: the feature itself with a bright stripe, of which the descriptor knows nothing yet.
+  // A look-alike: the feature with a bright stripe, unknown to the descriptor.
   cv::Mat alike;
   for (int row = 0; row < learner_.grown() && alike.empty(); ++row) {
     cv::Mat tried = grown(at_), seen;
@@ -241,7 +244,7 @@ TEST_F(LearningAFeature, AFalseCorrespondenceRetrainsItsLeaf) {
   }
   ASSERT_FALSE(alike.empty()) << "no stripe fools the descriptor";
   const auto retrainings = counters_->retrainings.load();
-  // Of so many negatives the reservoir keeps one in twenty, but every one that is called the feature.
+  // Of this many negatives the reservoir keeps one in twenty, but all of those classified as the feature.
   const int side = learner_.grown();
   const cv::Mat flat(side, side, CV_8UC1, cv::Scalar(90));
   ASSERT_FALSE(is_feature(flat({0, 0, 21, 21}).clone()));
@@ -253,7 +256,7 @@ TEST_F(LearningAFeature, AFalseCorrespondenceRetrainsItsLeaf) {
   EXPECT_LT(negatives, 4000u);
   EXPECT_GE(negatives, 3000u);
   update.negatives.clear();
-  // Four of them: a leaf of fewer samples than four is not divided.
+  // Four of them, because a leaf of fewer samples is not divided.
   for (int i = 0; i < 4; ++i) update.negatives.push_back(alike);
   learner_.update(update);
   cv::Mat seen;
@@ -263,7 +266,7 @@ TEST_F(LearningAFeature, AFalseCorrespondenceRetrainsItsLeaf) {
   EXPECT_GT(counters_->retrainings, retrainings);
 }
 
-TEST_F(LearningAFeature, NothingIsLearntWhereItIsForbidden) {
+TEST_F(LearningAFeature, LearnsNothingWhereForbidden) {
   snapshot_.forbidden = cv::Mat(snapshot_.luma.size(), CV_8UC1, cv::Scalar(255));
   learner_.learn(snapshot_, at_);
   const auto tree = tree_of(learner_);
@@ -273,10 +276,10 @@ TEST_F(LearningAFeature, NothingIsLearntWhereItIsForbidden) {
   EXPECT_EQ(tree->features(), 70u);
 }
 
-// Evaluation (§2.2.2) sees the search window and the grid of every 4th position; both are forbidden here, so all
-// negatives are those of §2.1.2.1: 26 of the 40 random ones (the other third belongs to the window) and the similar
-// ones, each also in three densities of smoke.
-TEST_F(LearningAFeature, NegativesAreRandomAndSimilarOnesEachWithSmoke) {
+// Evaluation (§2.2.2) covers the search window and the grid of every 4th position. Both are forbidden here, so all
+// negatives are those of §2.1.2.1: the similar ones and 26 of the 40 random ones (the other third is drawn from the
+// window), each also in three densities of smoke.
+TEST_F(LearningAFeature, NegativesAreRandomAndSimilarEachAlsoInSmoke) {
   const cv::Rect copy(183, 110, 21, 21);  // 33 px from the feature, off the grid
   snapshot_.bgr({150, 110, 21, 21}).copyTo(snapshot_.bgr(copy));
   cv::cvtColor(snapshot_.bgr, snapshot_.luma, cv::COLOR_BGR2GRAY);
@@ -286,7 +289,7 @@ TEST_F(LearningAFeature, NegativesAreRandomAndSimilarOnesEachWithSmoke) {
     for (int x = 0; x < 320; x += 4) snapshot_.forbidden.at<unsigned char>(y, x) = 255;
   const auto similar =
       similar_negatives(snapshot_.luma, snapshot_.forbidden, at_, 20, 0.5, 40, NegativeRules{21, 4, 12}).size();
-  ASSERT_GE(similar, 1u) << "the copy";
+  ASSERT_GE(similar, 1u) << "the copy is one";
   learner_.learn(snapshot_, at_);
   std::size_t negatives = 0;
   const auto tree = tree_of(learner_);
@@ -317,7 +320,7 @@ TEST_F(LearningAFeature, TheRingForgetsTheOldestSuccesses) {
   EXPECT_EQ(features_with_other(), before);
 }
 
-TEST_F(LearningAFeature, AtTheEdgeOfThePicture) {
+TEST_F(LearningAFeature, LearnsAtTheEdgeOfThePicture) {
   for (const auto &p : {cv::Point(0, 0), cv::Point(319, 239), cv::Point(3, 120)}) {
     FeatureLearner learner({}, Random(1), counters_);
     learner.learn(snapshot_, p);

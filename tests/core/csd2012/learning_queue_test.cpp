@@ -13,8 +13,8 @@
 namespace csd {
 namespace {
 
-/// Keeps jobs until run_one() is called, so that a test decides when a "thread" works; or refuses them, as a pool does
-/// that gets no memory for a job.
+/// Keeps jobs until run_one() is called, so that the test decides when a "thread" works. Can also refuse jobs, like a
+/// pool without memory for them.
 class ManualExecutor final : public Executor {
  public:
   void post(std::function<void()> job) override {
@@ -30,12 +30,12 @@ class ManualExecutor final : public Executor {
   bool refuses = false;
 };
 
-TEST(LearningQueue, KeepsTheOrderWithinALaneAndTakesTurnsBetweenLanes) {
+TEST(LearningQueue, KeepsTheOrderWithinALaneAndAlternatesBetweenLanes) {
   ManualExecutor executor;
   LearningQueue queue(executor);
   auto a = queue.make_lane(), b = queue.make_lane();
   std::string order;
-  // What is posted in a lane's turn waits for its next.
+  // A job posted in a lane's turn waits for its next turn.
   queue.post(a, [&] { queue.post(a, [&order] { order += "a4"; }); });
   for (const char c : {'1', '2', '3'}) queue.post(a, [&order, c] { order += {'a', c}; });
   for (const char c : {'1', '2'}) queue.post(b, [&order, c] { order += {'b', c}; });
@@ -45,7 +45,7 @@ TEST(LearningQueue, KeepsTheOrderWithinALaneAndTakesTurnsBetweenLanes) {
   EXPECT_EQ(queue.waiting(), 0u);
 }
 
-TEST(LearningQueue, ALaneThatGoesDropsItsJobs) {
+TEST(LearningQueue, ADestroyedLaneDropsItsJobs) {
   ManualExecutor executor;
   LearningQueue queue(executor);
   int ran = 0;
@@ -56,7 +56,7 @@ TEST(LearningQueue, ALaneThatGoesDropsItsJobs) {
       queue.post(lane, [&ran] { ++ran; });
     });
     executor.run_one();
-    EXPECT_EQ(lane.waiting(), 2u);  // one job, and the turn that is booked for it
+    EXPECT_EQ(lane.waiting(), 2u);  // one job, and the turn booked for it
   }
   EXPECT_EQ(queue.waiting(), 0u);
   while (!executor.jobs.empty()) executor.run_one();
@@ -76,7 +76,7 @@ TEST(LearningQueue, AnExceptionReachesTheOwnerOnceAndStopsNothing) {
   EXPECT_NO_THROW(queue.rethrow());
 }
 
-TEST(LearningQueue, AnExecutorThatRefusesTakesTheLanesJobsWithItAndNobodyWaitsForThem) {
+TEST(LearningQueue, ARefusingExecutorDropsTheLanesJobsAndNobodyWaitsForThem) {
   ManualExecutor executor;
   LearningQueue queue(executor);
   auto lane = queue.make_lane();
@@ -87,7 +87,7 @@ TEST(LearningQueue, AnExecutorThatRefusesTakesTheLanesJobsWithItAndNobodyWaitsFo
   EXPECT_EQ(queue.waiting(), 0u);
   queue.wait_idle();
   EXPECT_THROW(queue.rethrow(), std::bad_alloc);
-  // Refused in a turn, for what was posted meanwhile.
+  // Refused during a turn: the jobs posted meanwhile are dropped.
   executor.refuses = false;
   queue.post(lane, [&] {
     queue.post(lane, count);
@@ -98,7 +98,7 @@ TEST(LearningQueue, AnExecutorThatRefusesTakesTheLanesJobsWithItAndNobodyWaitsFo
   queue.wait_idle();
   EXPECT_THROW(queue.rethrow(), std::bad_alloc);
   EXPECT_EQ(ran, 0);
-  // The lane is as good as new.
+  // The lane works as before.
   executor.refuses = false;
   queue.post(lane, count);
   executor.run_one();
@@ -106,12 +106,12 @@ TEST(LearningQueue, AnExecutorThatRefusesTakesTheLanesJobsWithItAndNobodyWaitsFo
   EXPECT_NO_THROW(queue.rethrow());
 }
 
-TEST(LearningQueue, ManyLanesOnManyThreads) {
+TEST(LearningQueue, ManyLanesWorkOnManyThreads) {
   ThreadPool pool(4);
   LearningQueue queue(pool);
   constexpr int lanes = 20, jobs = 200;
   std::vector<LearningQueue::Lane> lane;
-  std::vector<int> count(lanes, 0);  // one writer at a time, by the lane's order: no lock, and TSan watches
+  std::vector<int> count(lanes, 0);  // the lane's order allows one writer at a time: no lock; TSan watches
   for (int i = 0; i < lanes; ++i) lane.push_back(queue.make_lane());
   for (int j = 0; j < jobs; ++j)
     for (int i = 0; i < lanes; ++i)

@@ -8,8 +8,8 @@
 namespace csd {
 namespace {
 
-/// A descriptor on 3×3 patches by hand: the middle brighter than its left neighbour is a feature with P = 3/4, as
-/// bright as it is a feature with P = 1/4, darker is not a feature.
+/// A hand-made descriptor on 3×3 patches, by the middle and its left neighbour. Brighter: a feature with P = 3/4.
+/// Equal: a feature with P = 1/4. Darker: no feature.
 Forest by_hand() {
   std::vector<Tree::Node> nodes(4);
   nodes[0] = {4, 3, 1, 0, 0};
@@ -19,14 +19,14 @@ Forest by_hand() {
   return Forest({std::make_shared<const Tree>(3, ColourSpace{1, 1, 1}, nodes, 1)});
 }
 
-/// Darker from left to right, so that nothing matches, but for what a test puts in.
+/// Darker from left to right, so that nothing matches, except what a test adds.
 cv::Mat falling(int rows, int columns) {
   cv::Mat m(rows, columns, CV_8UC1);
   for (int x = 0; x < columns; ++x) m.col(x).setTo(250 - 3 * x);
   return m;
 }
 
-TEST(Search, NothingLabelledFeatureIsNothingFound) {
+TEST(Search, FindsNothingWithoutALabelledFeature) {
   const auto result = search(by_hand(), falling(20, 30), {0, 0}, {{1, 1, 28, 18}, 1}, {{10, 10}, 5});
   EXPECT_FALSE(result.best);
   EXPECT_TRUE(result.matches.empty());
@@ -35,7 +35,7 @@ TEST(Search, NothingLabelledFeatureIsNothingFound) {
 TEST(Search, TheLargestWeightedProbabilityWins) {
   cv::Mat m = falling(20, 30);
   m.at<unsigned char>(5, 20) = 255;                           // brighter than its left neighbour: P = 3/4
-  m.at<unsigned char>(10, 11) = m.at<unsigned char>(10, 10);  // as bright: P = 1/4
+  m.at<unsigned char>(10, 11) = m.at<unsigned char>(10, 10);  // equal: P = 1/4
   const cv::Point origin(100, 200);
   const SearchArea area{{101, 201, 28, 18}, 1};
   // Distances from (111,210): 0 for the second; (120,205): √106 for the first.
@@ -51,7 +51,7 @@ TEST(Search, TheLargestWeightedProbabilityWins) {
   EXPECT_DOUBLE_EQ(result.weighted, 0.75);
 }
 
-TEST(Search, EqualsGoToTheNearest) {
+TEST(Search, AmongEqualsTheNearestWins) {
   cv::Mat m = falling(20, 30);
   m.at<unsigned char>(5, 5) = 255;
   m.at<unsigned char>(5, 20) = 255;
@@ -59,8 +59,8 @@ TEST(Search, EqualsGoToTheNearest) {
   EXPECT_EQ(*search(by_hand(), m, {0, 0}, {{1, 1, 28, 18}, 1}, {{11, 5}}).best, cv::Point2d(5, 5));
 }
 
-// Steps of 2 from (1,1) meet odd positions only.
-TEST(Search, EverySecondPosition) {
+// Steps of 2 from (1,1) visit odd positions only.
+TEST(Search, VisitsEverySecondPosition) {
   cv::Mat m = falling(20, 30);
   for (int y : {6, 7}) m.at<unsigned char>(y, 9) = m.at<unsigned char>(y, 8);
   m.at<unsigned char>(6, 10) = 255;
@@ -68,8 +68,8 @@ TEST(Search, EverySecondPosition) {
   EXPECT_EQ(*search(by_hand(), m, {0, 0}, {{1, 1, 28, 18}, 1}, {{0, 0}}).best, cv::Point2d(10, 6));
 }
 
-// A lone patch of P = 3/4, and three of P = 1/4 side by side, whose sum is as large: the place is their middle.
-TEST(Search, ACluster) {
+// A lone patch of P = 3/4, and three adjacent ones of P = 1/4, whose sum is as large: the result is their middle.
+TEST(Search, FindsTheMiddleOfACluster) {
   cv::Mat m = falling(20, 30);
   m.at<unsigned char>(5, 20) = 255;
   for (int y : {11, 12, 13, 14}) m.at<unsigned char>(y, 9) = m.at<unsigned char>(y, 8);
@@ -82,8 +82,8 @@ TEST(Search, ACluster) {
   EXPECT_EQ(result.matches.size(), 5u);
 }
 
-// Of P = 3/4 at 10 px from the last position, σ = 10: 3/4·e^(−1/2) = .455.
-TEST(Search, LessThanTheLeastProbabilityIsHidden) {
+// P = 3/4 at 10 px from the last position, σ = 10: 3/4·e^(−1/2) = .455.
+TEST(Search, BelowTheLeastProbabilityItIsHidden) {
   cv::Mat m = falling(20, 30);
   m.at<unsigned char>(5, 20) = 255;
   const SearchArea area{{1, 1, 28, 18}, 1};
@@ -91,12 +91,12 @@ TEST(Search, LessThanTheLeastProbabilityIsHidden) {
   EXPECT_TRUE(search(by_hand(), m, {0, 0}, area, weight, {0, .45}).best);
   EXPECT_FALSE(search(by_hand(), m, {0, 0}, area, weight, {0, .46}).best);
   EXPECT_EQ(search(by_hand(), m, {0, 0}, area, weight, {0, .46}).matches.size(), 1u);
-  // A cluster has the weight of its middle, here of its side towards the last position.
+  // A cluster has the weight of its middle, which here lies towards the last position.
   EXPECT_TRUE(search(by_hand(), m, {0, 0}, area, weight, {2, .54}).best) << "3/4·e^(−.32) = .545";
   EXPECT_FALSE(search(by_hand(), m, {0, 0}, area, weight, {2, .55}).best);
 }
 
-// σ = width/128; √(1 + absence/40 ms) wider, the window no more than twice.
+// σ = width/128. Absence widens it by √(1 + absence/40 ms), and the window to at most twice its size.
 TEST(Search, TheReachGrowsWithTheAbsence) {
   constexpr std::int64_t ms = 1000000;
   EXPECT_DOUBLE_EQ(reach_after(csd2012::Choices{}, 0, 640, 20).sigma, 5);
@@ -109,7 +109,7 @@ TEST(Search, TheReachGrowsWithTheAbsence) {
   EXPECT_EQ(reach_after(csd2012::Choices{}, 960 * ms, 640, 20).radius, 40);
 }
 
-TEST(Search, AnEmptyAreaIsNothingFound) {
+TEST(Search, FindsNothingInAnEmptyArea) {
   EXPECT_FALSE(search(by_hand(), falling(20, 30), {0, 0}, {{}, 1}, {{0, 0}}).best);
 }
 

@@ -8,7 +8,7 @@
 namespace csd::csd2012 {
 namespace {
 
-TEST(Smoothed, WithoutSmoothingThePictureStaysAsItIs) {
+TEST(Smoothed, WithoutSmoothingThePictureIsUnchanged) {
   const cv::Mat picture(5, 7, CV_8UC1, cv::Scalar(3));
   cv::Mat out;
   EXPECT_EQ(smoothing_margin(0), 0);
@@ -17,7 +17,7 @@ TEST(Smoothed, WithoutSmoothingThePictureStaysAsItIs) {
   EXPECT_EQ(out.size(), picture.size());
 }
 
-// A dot becomes a Gaussian's bell: 250 / (2πσ²) in the middle, less by exp(−½) at a distance of σ.
+// A dot becomes a Gaussian bell: 250 / (2πσ²) in the middle, and exp(−½) of that at a distance of σ.
 TEST(Smoothed, ADotBecomesABell) {
   const int margin = smoothing_margin(2);
   cv::Mat grown(21 + 2 * margin, 21 + 2 * margin, CV_8UC1, cv::Scalar(0)), out;
@@ -30,8 +30,8 @@ TEST(Smoothed, ADotBecomesABell) {
   EXPECT_EQ(out.at<unsigned char>(0, 0), 0);
 }
 
-// What lies in the margin counts.
-TEST(Smoothed, TheMarginIsSeen) {
+// Pixels in the margin contribute.
+TEST(Smoothed, UsesTheMargin) {
   const int margin = smoothing_margin(1);
   cv::Mat grown(5 + 2 * margin, 5 + 2 * margin, CV_8UC1, cv::Scalar(0)), out;
   grown.row(margin - 1).setTo(200);

@@ -17,8 +17,8 @@ namespace {
 
 constexpr ColourSpace intensity{1, 1, 1}, red_less_blue{1, 0, -1};
 
-// A cut of it is the patch by itself, smoothed; over the edge too.
-TEST(Snapshot, WhatIsCutOfTheChannelIsThePatchSmoothed) {
+// A cut-out equals the smoothed patch, also over the edge.
+TEST(Snapshot, ACutOutOfTheChannelIsTheSmoothedPatch) {
   Snapshot snapshot;
   snapshot.bgr = MovingScene().render({0, 0});
   const int margin = csd2012::smoothing_margin(2);
@@ -35,7 +35,7 @@ TEST(Snapshot, WhatIsCutOfTheChannelIsThePatchSmoothed) {
   }
 }
 
-TEST(Snapshot, AllLearnersSeeOneChannel) {
+TEST(Snapshot, AllLearnersShareOneChannel) {
   Snapshot snapshot;
   snapshot.bgr = MovingScene().render({0, 0});
   std::vector<const Snapshot::Channel *> seen(8);

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int patch = 21;
 
-TEST(LookAlikes, AnEdgeIsAllAlikeAndACornerIsNot) {
+TEST(LookAlikes, AnEdgeResemblesItselfAndACornerDoesNot) {
   cv::Mat luma(120, 160, CV_8UC1, cv::Scalar(60));
   luma(cv::Rect(80, 40, 80, 80)).setTo(160);
   const csd::LookAlikes alike(luma, patch);
@@ -28,7 +28,7 @@ TEST(LookAlikes, SeesRepeatedTexture) {
   EXPECT_LT(csd::LookAlikes(single, patch).best({80, 66}), 0.5);
 }
 
-TEST(LookAlikes, NothingIsToldApartWhereThereIsNoRoomOrNothingToSee) {
+TEST(LookAlikes, WithoutRoomOrTextureEverythingIsAlike) {
   const cv::Mat flat(120, 160, CV_8UC1, cv::Scalar(90));
   cv::Mat noisy(120, 160, CV_8UC1);
   cv::randu(noisy, 0, 255);

@@ -17,7 +17,7 @@ cv::Mat noise(int rows, int cols) {
   return result;
 }
 
-TEST(Detect, NothingWhereNothingIs) {
+TEST(Detect, FindsNothingInAnEmptyPicture) {
   for (const int grey : {0, 16, 128, 255}) {
     EXPECT_TRUE(csd::detect(cv::Mat(480, 640, CV_8UC1, cv::Scalar(grey)), {}, {}, {}).empty());
   }
@@ -25,7 +25,7 @@ TEST(Detect, NothingWhereNothingIs) {
   EXPECT_TRUE(csd::detect({}, {}, {}, {}).empty());
 }
 
-/// A picture of nothing but noise.
+/// A picture of pure noise.
 cv::Mat only_noise(double mean, double deviation) {
   cv::Mat noise(480, 640, CV_16SC1), result;
   cv::RNG(4).fill(noise, cv::RNG::NORMAL, mean, deviation);
@@ -33,11 +33,11 @@ cv::Mat only_noise(double mean, double deviation) {
   return result;
 }
 
-TEST(Detect, NothingInNoise) {
+TEST(Detect, FindsNothingInNoise) {
   for (const double deviation : {0.5, 2.0, 5.0, 20.0}) {
     EXPECT_TRUE(csd::detect(only_noise(128, deviation), {}, {}, {}).empty()) << deviation;
   }
-  // As black and white pictures have it, cut off on one side.
+  // Including black and white pictures, where the noise is clipped on one side.
   for (const int grey : {0, 16, 235, 255}) {
     EXPECT_TRUE(csd::detect(only_noise(grey, 0.5), {}, {}, {}).empty()) << grey;
   }

@@ -12,8 +12,8 @@ TEST(Merge, AlternatesByRankAndDropsNeighbours) {
   EXPECT_EQ(csd::merge_by_rank(a, b, 5, taken), expected);
 }
 
-// Whose cell is no int: undefined, as a sanitizer says.
-TEST(Merge, BearsTakenPointsBeyondAnyPicture) {
+// A cell index that exceeds int is undefined behaviour; a sanitizer reports it.
+TEST(Merge, AcceptsTakenPointsBeyondAnyPicture) {
   const std::vector<cv::Point2d> taken = {{4e307, -4e307}, {-1e12, 3}};
   EXPECT_EQ(csd::merge_by_rank({{{3, 3}, 1}}, {}, 5, taken).size(), 1u);
   EXPECT_EQ(csd::spread({{3, 3}}, {64, 48}, 8, 5, taken).size(), 1u);

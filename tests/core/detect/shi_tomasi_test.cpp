@@ -7,8 +7,8 @@
 
 namespace {
 
-// The eigenvalue is level while the window moves over the corner, so a maximum is as near as half a window.
-TEST(ShiTomasi, CornersOfACheckerboard) {
+// The eigenvalue is constant while the window moves over the corner, so the maximum may be off by half a window.
+TEST(ShiTomasi, FindsCornersOfACheckerboard) {
   cv::Mat luma(160, 200, CV_8UC1);
   for (int y = 0; y < luma.rows; ++y) {
     for (int x = 0; x < luma.cols; ++x) luma.at<std::uint8_t>(y, x) = (x / 40 + y / 40) % 2 == 0 ? 60 : 180;
@@ -22,8 +22,8 @@ TEST(ShiTomasi, CornersOfACheckerboard) {
   }
 }
 
-// Of one grey level: what coding leaves in a flat picture.
-TEST(ShiTomasi, CornersOfTheFaintestCheckerboardAreNone) {
+// Fields that differ by one grey level, as coding leaves them in a flat picture.
+TEST(ShiTomasi, IgnoresTheFaintestCheckerboard) {
   cv::Mat luma(160, 200, CV_8UC1);
   for (int y = 0; y < luma.rows; ++y) {
     for (int x = 0; x < luma.cols; ++x) luma.at<std::uint8_t>(y, x) = (x / 40 + y / 40) % 2 == 0 ? 60 : 61;
@@ -31,7 +31,7 @@ TEST(ShiTomasi, CornersOfTheFaintestCheckerboardAreNone) {
   EXPECT_TRUE(csd::find_shi_tomasi(luma, cv::Mat(luma.size(), CV_8UC1, cv::Scalar(255)), 7, 10).empty());
 }
 
-TEST(ShiTomasi, AStraightEdgeIsNoCorner) {
+TEST(ShiTomasi, AStraightEdgeIsNotACorner) {
   cv::Mat luma(100, 100, CV_8UC1, cv::Scalar(60));
   luma.colRange(50, 100).setTo(180);
   EXPECT_TRUE(csd::find_shi_tomasi(luma, cv::Mat(luma.size(), CV_8UC1, cv::Scalar(255)), 7, 10).empty());

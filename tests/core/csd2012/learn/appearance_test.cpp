@@ -8,7 +8,7 @@
 namespace csd {
 namespace {
 
-/// A wave of four pixels along x, and one along y, in each channel another.
+/// A wave of four pixels along x and one along y, each in its own channel.
 cv::Mat waves(int side) {
   cv::Mat patch(side, side, CV_8UC3);
   for (int y = 0; y < side; ++y)
@@ -18,7 +18,7 @@ cv::Mat waves(int side) {
   return patch;
 }
 
-TEST(Appearance, HighlightIsWhiteWithinAndLeavesWhatIsFar) {
+TEST(Appearance, AHighlightIsWhiteInsideAndLeavesTheRest) {
   Random random(1);
   double white = 0;
   constexpr int patches = 2000, side = 21;
@@ -27,22 +27,23 @@ TEST(Appearance, HighlightIsWhiteWithinAndLeavesWhatIsFar) {
     add_highlight(patch, 1, random);
     int same = 0;
     for (const auto &p : cv::Mat_<cv::Vec3b>(patch)) {
-      // All three go to 255 by one share.
+      // All three channels approach 255 by the same share.
       const double share = (p[0] - 10) / 245.0;
       EXPECT_NEAR((p[2] - 30) / 225.0, share, .006);
       white += share > .5;
       same += share == 0;
     }
-    // The largest covers an ellipse of 6 px and its slope, of 1.5 times that.
+    // The largest highlight covers an ellipse of 6 px and its slope, 1.5 times as wide.
     EXPECT_GE(same, side * side - CV_PI * 9 * 9);
   }
-  // r⁴ < ln 2 is an ellipse of .833·a·b·π. E[a·b] = E[a²]·E[share] = (8 + 28/3)·.65; a part of it lies outside.
+  // r⁴ < ln 2 is an ellipse of .833·a·b·π. E[a·b] = E[a²]·E[share] = (8 + 28/3)·.65; a part of it lies outside the
+  // patch.
   const double all = std::sqrt(std::log(2)) * CV_PI * (4 + 12 + 36) / 3.0 * .65;
   EXPECT_LT(white / patches, all);
   EXPECT_GT(white / patches, .6 * all);
 }
 
-TEST(Appearance, HighlightGrowsWithThePicture) {
+TEST(Appearance, AHighlightGrowsWithThePicture) {
   const auto changed = [](double pixel) {
     Random random(3);
     cv::Mat patch(101, 101, CV_8UC3, cv::Scalar::all(0));
@@ -57,7 +58,7 @@ TEST(Appearance, HighlightGrowsWithThePicture) {
   EXPECT_NEAR(changed(2) / changed(1), 4, .6);
 }
 
-TEST(Appearance, BlurKeepsTheMeanAndTakesWhatIsNarrowAcrossIt) {
+TEST(Appearance, BlurKeepsTheMeanAndRemovesTheWaveAcrossIt) {
   Random random(2);
   int along_x = 0, along_y = 0;
   for (int i = 0; i < 60; ++i) {
@@ -68,7 +69,7 @@ TEST(Appearance, BlurKeepsTheMeanAndTakesWhatIsNarrowAcrossIt) {
     cv::meanStdDev(inner, mean, deviation);
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(mean[k], 100, 6);
     EXPECT_EQ(deviation[2], 0);
-    // Both waves had a deviation of 42; a blur of 5 to 11 px along one leaves at most sinc(5/4) = .18 of it, and all of
+    // Both waves had a deviation of 42. A blur of 5 to 11 px along one leaves at most sinc(5/4) = .18 of it, and all of
     // the other.
     along_x += deviation[0] < 12 && deviation[1] > 30;
     along_y += deviation[1] < 12 && deviation[0] > 30;
@@ -77,7 +78,7 @@ TEST(Appearance, BlurKeepsTheMeanAndTakesWhatIsNarrowAcrossIt) {
   EXPECT_GT(along_y, 3);
 }
 
-TEST(Appearance, CompressionMovesACoefficientByHalfAStepAtMost) {
+TEST(Appearance, CompressionMovesACoefficientByAtMostHalfAStep) {
   Random random(4);
   double largest = 0;
   for (int i = 0; i < 200; ++i) {
@@ -86,7 +87,8 @@ TEST(Appearance, CompressionMovesACoefficientByHalfAStepAtMost) {
       for (int k = 0; k < 3; ++k) p[k] = static_cast<unsigned char>(60 + random.below(140));
     patch.copyTo(before);
     compress(patch, random);
-    // The cosine transform is orthonormal: an error of up to step/2 in 64 coefficients is one of step/√12 a pixel.
+    // The cosine transform is orthonormal: an error of up to step/2 in 64 coefficients is a deviation of step/√12 a
+    // pixel.
     const double error = cv::norm(patch, before, cv::NORM_L2) / std::sqrt(3.0 * 21 * 21);
     EXPECT_LT(error, codec_step[1] / std::sqrt(12) * 1.15);
     EXPECT_GT(error, codec_step[0] / std::sqrt(12) * .85);
@@ -95,22 +97,22 @@ TEST(Appearance, CompressionMovesACoefficientByHalfAStepAtMost) {
   EXPECT_GT(largest, codec_step[1] / std::sqrt(12) * .9);
 }
 
-TEST(Appearance, CompressionLeavesWhatIsEvenAndFlattensWhatIsFaint) {
+TEST(Appearance, CompressionKeepsAFlatPatchAndFlattensAFaintOne) {
   Random random(5);
   cv::Mat even(21, 33, CV_8UC3, cv::Scalar(0, 128, 255));
   compress(even, random);
   for (const auto &p : cv::Mat_<cv::Vec3b>(even)) {
-    EXPECT_NEAR(p[0], 0, 2);  // its mean, eight times as large as a coefficient, is rounded to a step
+    EXPECT_NEAR(p[0], 0, 2);  // the mean is an eighth of its coefficient, which is rounded to a step
     EXPECT_NEAR(p[1], 128, 2);
     EXPECT_NEAR(p[2], 255, 2);
   }
   cv::Mat faint(24, 24, CV_8UC3, cv::Scalar::all(100));
-  faint.at<cv::Vec3b>(12, 12) = {104, 104, 104};  // no coefficient of it reaches 4.5
+  faint.at<cv::Vec3b>(12, 12) = {104, 104, 104};  // all its coefficients stay below 4.5
   compress(faint, random);
   EXPECT_LE(std::abs(faint.at<cv::Vec3b>(12, 12)[0] - faint.at<cv::Vec3b>(12, 11)[0]), 1);
 }
 
-TEST(Appearance, SameSeedSamePatch) {
+TEST(Appearance, TheSameSeedGivesTheSamePatch) {
   const auto changed = [](std::uint64_t seed) {
     Random random(seed);
     cv::Mat patch = waves(21);

@@ -11,7 +11,7 @@
 namespace csd {
 namespace {
 
-// R + 2G + 2B is of one value for the features, of another for the rest; its parts are noise.
+// R + 2G + 2B has one value for the features and another for the rest. R, G and B by themselves are noise.
 ColourPatches separable(int n) {
   ColourPatches patches(5);
   Random random(1);
@@ -32,7 +32,7 @@ TEST(ColourChoice, FindsTheSpaceThatSeparates) {
   EXPECT_EQ(choose_colour(separable(300)), (ColourSpace{1, 2, 2}));
 }
 
-// The same scores by way of single-channel samples and the pixel ranking.
+// A second computation of the same scores: single-channel samples and the pixel ranking.
 TEST(ColourChoice, ScoresAreMeansOfTheBestPixels) {
   for (const int n : {40, 100, 300}) {
     const ColourPatches patches = separable(n);
@@ -59,9 +59,9 @@ TEST(ColourChoice, ScoresAreMeansOfTheBestPixels) {
   }
 }
 
-// R + 2G + 2B is larger in a feature's lower half by as much as its brightness varies from patch to patch: no pixel
-// alone tells it from the rest, the difference of two does. Its parts are noise.
-TEST(ColourChoice, ByDifferencesFindsTheSpaceWhosePairsSeparate) {
+// In a feature's lower half, R + 2G + 2B is larger by as much as the brightness varies from patch to patch. So no
+// single pixel tells features from the rest, but differences of two do. R, G and B by themselves are noise.
+TEST(ColourChoice, WithDifferencesFindsTheSpaceWhosePairsSeparate) {
   ColourPatches patches(5);
   Random random(1);
   for (int i = 0; i < 300; ++i) {
@@ -78,7 +78,7 @@ TEST(ColourChoice, ByDifferencesFindsTheSpaceWhosePairsSeparate) {
   EXPECT_EQ(choose_colour_of_pairs(patches, random), (ColourSpace{1, 2, 2}));
 }
 
-TEST(ColourChoice, IntensityWhereThereIsNothingToTellApart) {
+TEST(ColourChoice, TakesIntensityWhereNothingSeparates) {
   ColourPatches patches(3);
   Random random(1);
   EXPECT_EQ(choose_colour(patches), (ColourSpace{1, 1, 1}));

@@ -6,7 +6,8 @@
 namespace csd {
 namespace {
 
-// A tree on 3×3 patches: where pixel `p1` is greater than the middle, `feature` of its 8 features ended, else the rest.
+// A tree on 3×3 patches. Where pixel `p1` is greater than the middle, the leaf holds `feature` of the tree's 8
+// features; other leaves hold the rest.
 std::shared_ptr<const Tree> stump(std::uint16_t p1, std::uint32_t feature, const ColourSpace &space = {1, 1, 1}) {
   std::vector<Tree::Node> nodes(4);
   nodes[0] = {p1, 4, 1, 0, 0};
@@ -16,25 +17,25 @@ std::shared_ptr<const Tree> stump(std::uint16_t p1, std::uint32_t feature, const
   return std::make_shared<const Tree>(3, space, std::move(nodes), 1);
 }
 
-/// A patch whose middle is 100 and where the pixels named are 200.
+/// A patch of 100s, with the listed pixels at 200.
 cv::Mat patch(std::initializer_list<int> bright) {
   cv::Mat m(3, 3, CV_8UC1, cv::Scalar(100));
   for (const int i : bright) m.data[i] = 200;
   return m;
 }
 
-TEST(Forest, MostTreesDecideAndAllOfThemWeigh) {
+TEST(Forest, TheMajorityDecidesAndAllTreesCount) {
   const Forest three({stump(0, 6), stump(1, 4), stump(2, 8)});
   EXPECT_FLOAT_EQ(static_cast<float>(three.probability(patch({0, 1, 2}))), (6 + 4 + 8) / 8.F / 3);
   EXPECT_FLOAT_EQ(static_cast<float>(three.probability(patch({0, 2}))), (6 + 8) / 8.F / 3)
-      << "the one that says no counts as 0";
-  EXPECT_EQ(three.probability(patch({2})), 0) << "one of three";
+      << "the tree that says no counts as 0";
+  EXPECT_EQ(three.probability(patch({2})), 0) << "one of three is no majority";
   const Forest two({stump(0, 6), stump(1, 4)});
-  EXPECT_EQ(two.probability(patch({0})), 0) << "half are not more than half";
+  EXPECT_EQ(two.probability(patch({0})), 0) << "half is no majority";
   EXPECT_EQ(Forest({stump(0, 6)}).probability(patch({0})), 6 / 8.) << "the paper's P(N)";
 }
 
-TEST(Forest, ScansEveryStepOfTheAreaAndAgreesWithSinglePatches) {
+TEST(Forest, ScansTheAreaAndAgreesWithSinglePatches) {
   const Forest three({stump(0, 6), stump(1, 4), stump(5, 8)});
   cv::Mat channel(12, 15, CV_8UC1);
   cv::RNG(3).fill(channel, cv::RNG::UNIFORM, 0, 4);
@@ -52,7 +53,7 @@ TEST(Forest, ScansEveryStepOfTheAreaAndAgreesWithSinglePatches) {
   }
 }
 
-TEST(Forest, RefusesNoTreesAndTreesOfSeveralKinds) {
+TEST(Forest, RefusesNoTreesAndTreesOfDifferentKinds) {
   EXPECT_THROW(Forest({}), cv::Exception);
   EXPECT_THROW(Forest({stump(0, 6), stump(0, 6, {2, 1, 0})}), cv::Exception);
 }

@@ -26,7 +26,7 @@ GrowthOptions exhaustive() {
   return o;
 }
 
-// The labels and counts of all leaves, found by dropping every sample down the published tree.
+// Checks the labels and counts of all leaves by dropping every sample down the published tree.
 void expect_counts_agree(const GrowingTree &growing) {
   const auto tree = growing.publish();
   std::map<std::int32_t, std::pair<unsigned, unsigned>> counted;
@@ -63,7 +63,7 @@ TEST(GrowingTree, BeginsAsOneEmptyLeafThatIsNotAFeature) {
   EXPECT_EQ(tree->leaf(cv::Mat::zeros(side, side, CV_8UC1)), 0);
 }
 
-// Features are brighter at pixel 7 than at pixel 3, others darker, a third group of others equal: one test suffices.
+// In features, pixel 7 is brighter than pixel 3; in a second group darker, in a third equal. One test suffices.
 TEST(GrowingTree, FindsTheOneTestThatSeparates) {
   GrowingTree growing(side, {1, 1, 1}, exhaustive());
   Random random(5);
@@ -101,7 +101,7 @@ TEST(GrowingTree, ClassifiesItsTrainingSet) {
   }
 }
 
-TEST(GrowingTree, StopsWhereSamplesContradict) {
+TEST(GrowingTree, StopsWhereSamplesContradictEachOther) {
   GrowingTree growing(side, {1, 1, 1}, {});
   const cv::Mat same = cv::Mat::ones(side, side, CV_8UC1);
   for (int i = 0; i < 10; ++i) growing.add(same, i < 4 ? Label::feature : Label::not_feature);
@@ -115,7 +115,7 @@ TEST(GrowingTree, StopsWhereSamplesContradict) {
   EXPECT_EQ(growing.classify(same), Label::feature);
 }
 
-TEST(GrowingTree, KeepsToTheDepth) {
+TEST(GrowingTree, RespectsTheMaximumDepth) {
   GrowthOptions options;
   options.stop.max_depth = 2;
   GrowingTree growing(side, {1, 1, 1}, options);
@@ -126,7 +126,7 @@ TEST(GrowingTree, KeepsToTheDepth) {
   expect_counts_agree(growing);
 }
 
-TEST(GrowingTree, HasNoMoreNodesThanItsSamplesWantHoweverLongItLearns) {
+TEST(GrowingTree, ItsSizeIsBoundedHoweverLongItLearns) {
   constexpr std::size_t samples = 60;
   const auto largest_tree = [](std::size_t max_nodes) {
     GrowthOptions options;
@@ -147,7 +147,7 @@ TEST(GrowingTree, HasNoMoreNodesThanItsSamplesWantHoweverLongItLearns) {
     return most;
   };
   EXPECT_LE(largest_tree(0), 4 * samples);
-  EXPECT_GT(largest_tree(1 << 14), 5 * samples) << "else the test says nothing";
+  EXPECT_GT(largest_tree(1 << 14), 5 * samples) << "else this test proves nothing";
 }
 
 TEST(GrowingTree, RetrainsOnlyTheLeafThatErred) {
@@ -163,7 +163,7 @@ TEST(GrowingTree, RetrainsOnlyTheLeafThatErred) {
   do false_positive = noise_patch(random);
   while (growing.classify(false_positive) != Label::feature);
   const SampleId id = growing.add(false_positive, Label::not_feature);
-  // One sample against a pure leaf: the leaf's label stays, so the sample is wrong there.
+  // One sample against a pure leaf: the leaf keeps its label, so this sample is misclassified.
   ASSERT_TRUE(growing.misclassified(id));
   const std::array<SampleId, 1> wrong{id};
   EXPECT_EQ(growing.retrain(wrong), 1);
@@ -173,7 +173,7 @@ TEST(GrowingTree, RetrainsOnlyTheLeafThatErred) {
   for (SampleId i = 0; i < growing.samples().slots(); ++i) EXPECT_FALSE(growing.misclassified(i));
   expect_counts_agree(growing);
 
-  // Elsewhere all is as it was: patches that go to another leaf than the false positive keep their label.
+  // The rest is unchanged: patches in other leaves keep their labels.
   const auto after = growing.publish();
   const std::int32_t erred = before->leaf(false_positive);
   for (int i = 0; i < 500; ++i) {
@@ -183,8 +183,7 @@ TEST(GrowingTree, RetrainsOnlyTheLeafThatErred) {
   }
 }
 
-// The others outnumber the features: it is these that are called by the wrong name, and none of the samples asked
-// about.
+// The others outnumber the features. So the features are misclassified, and the sample passed to retrain() is not.
 TEST(GrowingTree, RetrainsALeafWhereTheFeatureIsOutnumbered) {
   GrowingTree growing(side, {1, 1, 1}, {});
   Random random(6);
@@ -219,7 +218,7 @@ TEST(GrowingTree, CountsFollowAddReplaceAndRemove) {
   expect_counts_agree(growing);
 }
 
-TEST(GrowingTree, SameSeedGivesTheSameTree) {
+TEST(GrowingTree, TheSameSeedGivesTheSameTree) {
   const auto grown = [](std::uint64_t stream) {
     GrowthOptions options;
     options.stream = stream;

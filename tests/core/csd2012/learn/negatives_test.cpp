@@ -16,7 +16,7 @@ double distance(cv::Point a, cv::Point b) {
   return std::hypot(a.x - b.x, a.y - b.y);
 }
 
-TEST(RandomNegatives, AThirdIsNearNoneIsTooNearAndAllPatchesLieInside) {
+TEST(RandomNegatives, AThirdIsNearNoneTooNearAndAllPatchesLieInside) {
   Random random(1);
   const cv::Point feature(30, 60);
   const auto positions = random_negatives({320, 240}, {}, feature, 300, rules, random);
@@ -35,7 +35,7 @@ TEST(RandomNegatives, AThirdIsNearNoneIsTooNearAndAllPatchesLieInside) {
   EXPECT_LE(near, 110);
 }
 
-TEST(RandomNegatives, KeepOutOfWhatIsForbidden) {
+TEST(RandomNegatives, AvoidTheForbiddenArea) {
   Random random(1);
   cv::Mat forbidden(240, 320, CV_8UC1, cv::Scalar(0));
   forbidden.colRange(100, 320).setTo(255);
@@ -54,7 +54,7 @@ TEST(RandomNegatives, APictureSmallerThanAPatchHasNone) {
 
 class SimilarNegatives : public testing::Test {
  protected:
-  // Noise with the same disc at three places, and a fainter, inverted one at a fourth.
+  // Noise with the same disc at three places, and a fainter, inverted disc at a fourth.
   SimilarNegatives() : picture_(200, 300, CV_8UC1) {
     cv::RNG rng(3);
     rng.fill(picture_, cv::RNG::NORMAL, 120, 4);
@@ -72,13 +72,14 @@ TEST_F(SimilarNegatives, AreWhereTheFeatureIsRepeated) {
   EXPECT_GT(distance(positions[0], positions[1]), 20);
 }
 
-TEST_F(SimilarNegatives, AreAtMostAsManyAsAskedForAndNotBeyondTheRadius) {
+TEST_F(SimilarNegatives, RespectTheMaximumNumberAndTheRadius) {
   EXPECT_EQ(similar_negatives(picture_, {}, a_, 1, 0.5, 50, rules).size(), 1u);
   EXPECT_TRUE(similar_negatives(picture_, {}, a_, 20, 0.5, 20, rules).empty());
 }
 
-// A disc with a hole correlates less than a whole one; it comes second, and not at all above its own value.
-TEST_F(SimilarNegatives, TheMostSimilarComesFirstAndTheLeastSimilarityHolds) {
+// A disc with a hole correlates less than a whole one. It comes second, and not at all if the limit is above its
+// correlation.
+TEST_F(SimilarNegatives, TheMostSimilarComesFirstAndTheLimitHolds) {
   cv::circle(picture_, b_, 2, cv::Scalar(120), cv::FILLED);
   const auto all = similar_negatives(picture_, {}, a_, 20, 0.5, 50, rules);
   ASSERT_EQ(all.size(), 2u);
@@ -92,7 +93,7 @@ TEST_F(SimilarNegatives, TheMostSimilarComesFirstAndTheLeastSimilarityHolds) {
   EXPECT_EQ(similar_negatives(picture_, {}, a_, 20, s + 0.01, 50, rules).size(), 1u);
 }
 
-TEST_F(SimilarNegatives, KeepOutOfWhatIsForbidden) {
+TEST_F(SimilarNegatives, AvoidTheForbiddenArea) {
   cv::Mat forbidden(picture_.size(), CV_8UC1, cv::Scalar(0));
   cv::circle(forbidden, b_, 4, cv::Scalar(255), cv::FILLED);
   const auto positions = similar_negatives(picture_, forbidden, a_, 20, 0.5, 50, rules);

@@ -27,7 +27,7 @@ void expect_turned(const TestNode &f, std::span<const SampleId> features, std::s
   }
 }
 
-TEST(NodeSamples, TurnsThePatchesWithFeaturesFirst) {
+TEST(NodeSamples, TransposesThePatchesFeaturesFirst) {
   TestNode f;
   f.random(103, 1);
   EXPECT_EQ(f.node.feature_bytes(), 64u);  // 35 of them
@@ -35,7 +35,7 @@ TEST(NodeSamples, TurnsThePatchesWithFeaturesFirst) {
   expect_turned(f, f.features, f.others);
 }
 
-// 150 and 300 samples are rows of 192 and 320 bytes, 512 together. What is gathered next finds their memory.
+// 150 and 300 samples are rows of 192 and 320 bytes, 512 together. The next, smaller set reuses their memory.
 TEST(NodeSamples, FewerSamplesAfterMoreLeaveNothingBehind) {
   TestNode f;
   f.random(450, 2);
@@ -66,7 +66,7 @@ void transposes_as_the_plain_twin() {
   }
 }
 
-TEST(NodeSamples, TransposesAsThePlainTwin) {
+TEST(NodeSamples, TransposesAsItsPlainTwin) {
   test::on_all_targets(transposes_as_the_plain_twin);
 }
 

@@ -29,7 +29,7 @@ struct Fixture {
   }
 };
 
-TEST(PairCount, ByHand) {
+TEST(PairCount, IsAsComputedByHand) {
   SampleSet set(3);
   const auto add = [&](int a, int b, Label label) {
     cv::Mat m = cv::Mat::zeros(3, 3, CV_8UC1);
@@ -53,7 +53,7 @@ TEST(PairCount, ByHand) {
   EXPECT_EQ(sum_of_differences(node, pair[0]), 255u + 1 + 0 + 255 + 1 + 0 + 0);
 }
 
-// Lengths around vectors, around the padding, and beyond the 255 vectors that a byte lane can count.
+// Lengths around those of vectors and padding, and beyond the 255 vectors that a byte lane can count.
 void agrees_with_the_plain_twin() {
   std::uint64_t seed = 1;
   std::vector<std::array<std::size_t, 2>> lengths;
@@ -72,7 +72,7 @@ void agrees_with_the_plain_twin() {
     }
 }
 
-TEST(PairCount, AgreesWithThePlainTwinOnEveryLength) {
+TEST(PairCount, AgreesWithItsPlainTwinAtEveryLength) {
   test::on_all_targets(agrees_with_the_plain_twin);
 }
 

@@ -11,7 +11,7 @@
 namespace csd {
 namespace {
 
-// All pairs, straight from Eqs 2 and 3, with the tie rule.
+// All pairs, straight from Eqs 2 and 3, with the rule for ties.
 PairChoice plain_search(const TestNode &f) {
   const Entropy entropy(f.node.size());
   PairChoice best;
@@ -40,7 +40,7 @@ PairChoice plain_search(const TestNode &f) {
   return best;
 }
 
-TEST(PairSearch, ExhaustiveIsTheMinimum) {
+TEST(PairSearch, TheExhaustiveSearchFindsTheMinimum) {
   for (const int n : {6, 12, 40, 300})
     for (const unsigned levels : {3u, 256u}) {
       TestNode f;
@@ -55,7 +55,7 @@ TEST(PairSearch, ExhaustiveIsTheMinimum) {
       EXPECT_EQ(found.entropy, expected.entropy);
       EXPECT_EQ(found.counts, expected.counts);
 
-      // 25 pixels are fewer than 64, so ranked search without an early exit sees all pairs, too.
+      // 25 pixels are fewer than 64, so the ranked search without early exit sees all pairs, too.
       options = {};
       options.stop_at_zero = false;
       const PairChoice ranked =
@@ -64,7 +64,7 @@ TEST(PairSearch, ExhaustiveIsTheMinimum) {
     }
 }
 
-// Pixels 4 and 9 differ by their order alone: as single pixels they are noise and rank nowhere. A random pair finds
+// Only the order of pixels 4 and 9 separates the classes. Each by itself is noise and ranks low. A random pair finds
 // them.
 TEST(PairSearch, RandomPairsFindWhatTheRankingMisses) {
   TestNode f;
@@ -80,12 +80,12 @@ TEST(PairSearch, RandomPairsFindWhatTheRankingMisses) {
   f.node.gather(f.set, f.features, f.others);
   PairSearchOptions options;
   options.top_pixels = 0;
-  options.random_pairs = 4000;  // of 300 pairs: each comes up
+  options.random_pairs = 4000;  // of 300 pairs: each is drawn
   Random random(1);
   const PairChoice found = PairFinder(options).find(f.node, Entropy(300), LogTable(300), random);
   EXPECT_EQ(found.pair, (PixelPair{4, 9}));
   EXPECT_EQ(found.entropy, 0.0);
-  // Never a pixel with itself; the smaller index first.
+  // A pixel is never paired with itself; the smaller index comes first.
   options.random_pairs = 1;
   for (int i = 0; i < 300; ++i) {
     const auto pair = PairFinder(options).find(f.node, Entropy(300), LogTable(300), random).pair;
@@ -95,9 +95,9 @@ TEST(PairSearch, RandomPairsFindWhatTheRankingMisses) {
   EXPECT_EQ(PairFinder(options).find(f.node, Entropy(300), LogTable(300), random).pair, PixelPair{});
 }
 
-// Pixels 4, 9 and 14 tell the classes apart by themselves, and so does each pair of them. By rank 4 and 9 come first;
-// 4 and 14 differ most.
-TEST(PairSearch, RankedStopsAtTheFirstTestOfEntropyZero) {
+// Pixels 4, 9 and 14 each separate the classes, and so does each pair of them. By rank, 4 and 9 come first; 4 and 14
+// differ most.
+TEST(PairSearch, TheRankedSearchStopsAtTheFirstTestOfEntropyZero) {
   TestNode f;
   for (int i = 0; i < 40; ++i) {
     cv::Mat m = cv::Mat::zeros(5, 5, CV_8UC1);
@@ -117,10 +117,10 @@ TEST(PairSearch, RankedStopsAtTheFirstTestOfEntropyZero) {
   EXPECT_EQ(PairFinder(options).find(f.node, Entropy(40), LogTable(40), random).pair, (PixelPair{4, 14}));
 }
 
-TEST(PairSearch, RankedStaysWithinTheTopPixelsAndStopsAtZero) {
+TEST(PairSearch, TheRankedSearchUsesOnlyTheTopPixelsAndStopsAtZero) {
   TestNode f;
   Random r(6);
-  // Pixels 4 and 9 tell the classes apart by intensity, the rest is noise.
+  // Pixels 4 and 9 separate the classes by intensity; the rest is noise.
   for (int i = 0; i < 90; ++i) {
     cv::Mat m(5, 5, CV_8UC1);
     for (int p = 0; p < 25; ++p) m.data[p] = static_cast<std::uint8_t>(r.below(256));

@@ -6,7 +6,7 @@
 namespace csd {
 namespace {
 
-TEST(PixelPair, Equation2ForAllValues) {
+TEST(PixelPair, Equation2HoldsForAllValues) {
   for (int a = 0; a < 256; ++a)
     for (int b = 0; b < 256; ++b) {
       const int child = child_of(static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(b));

@@ -13,14 +13,14 @@ namespace {
 
 // Eqs 4–6 by hand with t = {.75,.25,0,0}, f = {0,.25,.75,0}: L = ±log(.75/.001) = ±l and 0.
 // var(L;t) = .75l² − (.75l)² = .1875l², the same for f; var(L;(t+f)/2) = .75l² − 0; V = .75/.375 = 2.
-TEST(PixelRanking, VarianceRatioByHand) {
+TEST(PixelRanking, TheVarianceRatioIsAsComputedByHand) {
   const LogTable log(16);
   const std::array<std::uint32_t, 4> t{3, 1, 0, 0}, f{0, 2, 6, 0};
   EXPECT_NEAR(variance_ratio(t, 4, f, 8, log), 2.0, 1e-5);
   EXPECT_NEAR(variance_ratio(f, 8, t, 4, log), 2.0, 1e-5);
   EXPECT_NEAR(variance_ratio(t, 4, t, 4, log), 0.0, 1e-12);
   EXPECT_EQ(variance_ratio(t, 4, std::array<std::uint32_t, 4>{}, 0, log), 0.0);
-  // Fully apart: no variance within, only ε in the denominator; var(L;(t+f)/2) = log²(1/δ).
+  // Fully separate: no variance within, only ε in the denominator; var(L;(t+f)/2) = log²(1/δ).
   const std::array<std::uint32_t, 4> a{5, 0, 0, 0}, b{0, 0, 0, 9};
   EXPECT_NEAR(variance_ratio(a, 5, b, 9, log), std::pow(std::log(1000.0), 2) / 1e-6, 1e3);
 }

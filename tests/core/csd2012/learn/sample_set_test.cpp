@@ -10,7 +10,7 @@ cv::Mat filled(int v) {
   return {3, 3, CV_8UC1, cv::Scalar(v)};
 }
 
-TEST(SampleSet, SlotsAreStableAndUsedAgain) {
+TEST(SampleSet, SlotsAreStableAndReused) {
   SampleSet set(3);
   EXPECT_EQ(set.row_bytes(), 16u);
   for (int i = 0; i < 50; ++i) EXPECT_EQ(set.add(filled(i), i % 2 ? Label::feature : Label::not_feature), SampleId(i));
@@ -28,7 +28,7 @@ TEST(SampleSet, SlotsAreStableAndUsedAgain) {
   }
 }
 
-TEST(SampleSet, TakesRowsOfALargerPicture) {
+TEST(SampleSet, AcceptsRowsOfALargerPicture) {
   cv::Mat picture(8, 8, CV_8UC1);
   for (int i = 0; i < 64; ++i) picture.data[i] = static_cast<std::uint8_t>(i);
   SampleSet set(3);

@@ -9,7 +9,7 @@
 namespace csd {
 namespace {
 
-TEST(Smoke, Equation1ByHand) {
+TEST(Smoke, Equation1IsAsComputedByHand) {
   // .75·100 + .25·.6·255 = 113.25; as printed .25·100 + .75·.6·255 = 139.75
   EXPECT_EQ(smoke_pixel(100, .25, .6), 113);
   EXPECT_EQ(smoke_pixel(100, .25, .6, SmokeEquation::as_printed), 140);
@@ -18,7 +18,7 @@ TEST(Smoke, Equation1ByHand) {
   EXPECT_EQ(smoke_pixel(37, 1, 0), 0);
 }
 
-TEST(Smoke, FieldHasMeanZeroVarianceOneAndTheGaussiansCorrelation) {
+TEST(Smoke, TheFieldHasMeanZeroVarianceOneAndAGaussiansCorrelation) {
   Random random(1);
   const Smoke smoke(21, random);
   const auto &f = smoke.field();
@@ -41,7 +41,7 @@ TEST(Smoke, FieldHasMeanZeroVarianceOneAndTheGaussiansCorrelation) {
   EXPECT_NEAR(at60 / count, 0, .2);
 }
 
-TEST(Smoke, PatchesAreOfTheWantedDensity) {
+TEST(Smoke, PatchesHaveTheRequestedDensity) {
   // On black, P′ = d·C·255, so the mean over many patches is E[d]·E[C]·255.
   Random random(2);
   const Smoke smoke(21, random);
@@ -58,9 +58,9 @@ TEST(Smoke, PatchesAreOfTheWantedDensity) {
   }
 }
 
-// d ~ N(.4, .05), C ~ N(.6, .1). A black and a white pixel side by side have nearly the same d and C and become
-// p = d·C and q = 1 − d·(1 − C) (in 0…1); from both follow d = 1 − (q − p) and C = p/d.
-TEST(Smoke, DensityAndColourAreDistributedAsThePaperSays) {
+// d ~ N(.4, .05), C ~ N(.6, .1). Neighbouring pixels have nearly the same d and C. A black and a white one become p =
+// d·C and q = 1 − d·(1 − C) (in 0…1), which give d = 1 − (q − p) and C = p/d.
+TEST(Smoke, DensityAndColourAreDistributedAsInThePaper) {
   EXPECT_EQ(smoke_densities, (std::array<double, 3>{.15, .25, .4}));
   Random random(4);
   const Smoke smoke(21, random);
@@ -85,7 +85,7 @@ TEST(Smoke, DensityAndColourAreDistributedAsThePaperSays) {
   EXPECT_NEAR(d_deviation, .05, .006);
   EXPECT_NEAR(c_mean, .6, .01);
   EXPECT_NEAR(c_deviation, .1, .012);
-  // Each from a place of its own in the field: they know nothing of each other.
+  // Both come from different places of the field, so they are uncorrelated.
   EXPECT_NEAR((product / patches - d_mean * c_mean) / (d_deviation * c_deviation), 0, .3);
 }
 
@@ -103,7 +103,7 @@ TEST(Smoke, ChangesTheOrderOfPixels) {
   EXPECT_LT(changed, 45);
 }
 
-TEST(Smoke, SameSeedSameSmoke) {
+TEST(Smoke, TheSameSeedGivesTheSameSmoke) {
   const auto smoked = [](std::uint64_t seed) {
     Random random(seed);
     const Smoke smoke(9, random);

@@ -8,7 +8,8 @@
 namespace csd {
 namespace {
 
-// Root: pixel 0 against 8. Greater: leaf 1 (3 of 4 are features). Equal: pixel 1 against 2. Less: leaf 3 (none).
+// Root: compares pixels 0 and 8. Greater: leaf 1 (3 of 4 are features). Equal: compares pixels 1 and 2. Less: leaf 3
+// (none).
 Tree by_hand() {
   std::vector<Tree::Node> n(7);
   n[0] = {0, 8, 1, 0, 0};
@@ -21,7 +22,7 @@ Tree by_hand() {
   return {3, {1, 1, 1}, n, 2};
 }
 
-TEST(Tree, LeavesLabelsAndProbabilitiesByHand) {
+TEST(Tree, LeavesLabelsAndProbabilitiesAreAsByHand) {
   const Tree tree = by_hand();
   cv::Mat m = cv::Mat::zeros(3, 3, CV_8UC1);
   EXPECT_EQ(tree.leaf(m), 5);
@@ -45,11 +46,11 @@ TEST(Tree, LeavesLabelsAndProbabilitiesByHand) {
   EXPECT_EQ(tree.probability(3), 0.0);
 }
 
-TEST(Tree, ScanAgreesWithOnePatchAfterTheOther) {
+TEST(Tree, AScanAgreesWithSinglePatches) {
   Random random(7);
   cv::Mat whole(70, 90, CV_8UC1);
   for (int i = 0; i < 70 * 90; ++i) whole.data[i] = static_cast<std::uint8_t>(random.below(30));
-  const cv::Mat channel = whole(cv::Rect(5, 3, 71, 60));  // rows farther apart than they are long
+  const cv::Mat channel = whole(cv::Rect(5, 3, 71, 60));  // rows with a gap between them
   GrowingTree growing(7, {1, 1, 1}, {});
   for (int i = 0; i < 400; ++i) {
     const int x = static_cast<int>(random.below(64)), y = static_cast<int>(random.below(53));
