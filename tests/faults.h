@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Functions that stand in for the ones that a program, its libraries and OpenCV call, and fail on demand: for one
-// source of a program, or of a library that is loaded before (LD_PRELOAD).
+// Replacements for functions that a program, its libraries and OpenCV call. They fail on demand. Include this in one
+// source of a program, or of a library that is loaded first (LD_PRELOAD).
 #pragma once
 
 #include <dlfcn.h>
@@ -16,7 +16,7 @@ namespace {
 
 enum Kind { operator_new, opencv_allocation, thread_start, kinds };
 
-/// How many calls of a kind still succeed; below zero all do. `lasting`: all that come after the failing one fail, too.
+/// How many calls of a kind still succeed; below zero, all do. `lasting`: after the first failure, all calls fail.
 std::atomic<long> left[kinds] = {-1, -1, -1};
 std::atomic<long> calls[kinds];
 std::atomic<bool> lasting = false, counting = false;
@@ -32,8 +32,8 @@ bool fails(Kind kind) {
   return false;
 }
 
-/// What OpenCV allocates for itself is left alone, but for pictures: its SIFT (4.6) throws from a destructor when that
-/// fails, and nobody who calls it can help that.
+/// OpenCV's own allocations succeed, except pictures: its SIFT (4.6) throws from a destructor when one fails, and no
+/// caller can help that.
 bool is_of_opencv(void *caller) {
   Dl_info info;
   return dladdr(caller, &info) && info.dli_fname && std::strstr(info.dli_fname, "libopencv");
@@ -53,7 +53,8 @@ void *allocate(std::size_t size, std::size_t alignment, void *caller) {
 
 }  // namespace
 
-// Not inlined: the return address is the caller's, and g++ 12 takes half of an inlined pair for a mismatch.
+// Not inlined: the return address must be the caller's, and g++ 12 reports a mismatch if it inlines only one of new and
+// delete.
 [[gnu::noinline]] void *operator new(std::size_t size) {
   return allocate(size, 0, __builtin_return_address(0));
 }
@@ -97,8 +98,8 @@ void *allocate(std::size_t size, std::size_t alignment, void *caller) {
   std::free(memory);
 }
 
-// A sanitizer's own, where it is linked into the program: the C library's would start threads that it never hears of,
-// and clang 19's ends the program when such a thread is joined.
+// A sanitizer's own version, where the program has one. The C library's would start threads that the sanitizer doesn't
+// know, and clang 19's ends the program when such a thread is joined.
 extern "C" [[gnu::weak]] int __interceptor_pthread_create(pthread_t *, const pthread_attr_t *, void *(*)(void *),
                                                           void *);
 

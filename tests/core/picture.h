@@ -12,8 +12,8 @@
 
 namespace csd::test {
 
-/// A smooth random picture without end: cubic B-splines over a lattice of random values at two sizes, so that it can be
-/// rendered at any sub-pixel shift without resampling.
+/// A smooth random picture without end: cubic B-splines over lattices of random values at two sizes. It can be rendered
+/// at any sub-pixel shift without resampling.
 class Texture {
  public:
   explicit Texture(std::uint32_t seed) : seed_(seed) {}
@@ -123,20 +123,20 @@ constexpr int depth_of(Layout l) {
   return l == gray10_le32 || (l >= v210 && l <= y410) || l == r210 || l == bgr10a2_le ? 10 : 8;
 }
 
-/// A picture in memory and a view of it. The buffer ends with the last sample, so that a sanitizer sees a read too
-/// many.
+/// A picture in memory and a view of it. The buffer ends with the last sample, so that a sanitizer sees a read beyond
+/// it.
 struct Packed {
   std::vector<std::uint8_t> bytes;
   FrameView view;
 
   Packed() = default;
-  // The view points into the buffer, which only a move takes along.
+  // The view points into the buffer, which only a move keeps in place.
   Packed(Packed &&) = default;
   Packed &operator=(Packed &&) = default;
 };
 
-/// Y, U, V of B G R (BT.709, 16…235/240), in 0…255 but not rounded; U, V averaged over 2^sub_x × 2^sub_y pixels (those
-/// of them that exist).
+/// Y, U or V of B G R (BT.709, 16…235/240), 0…255, not rounded. U and V are averaged over 2^sub_x × 2^sub_y pixels
+/// (over those that exist).
 inline cv::Mat1d yuv_plane(const cv::Mat &bgr, int k, int sub_x, int sub_y, const FrameView &v) {
   const int w = (bgr.cols + (1 << sub_x) - 1) >> sub_x, h = (bgr.rows + (1 << sub_y) - 1) >> sub_y;
   cv::Mat1d sum = cv::Mat1d::zeros(h, w), count = cv::Mat1d::zeros(h, w);
@@ -153,9 +153,9 @@ inline cv::Mat1d yuv_plane(const cv::Mat &bgr, int k, int sub_x, int sub_y, cons
   return sum / count;
 }
 
-/// Packs `bgr` (CV_8UC3) as `layout`, each row followed by `padding` bytes of 0xAB, as what else is no sample. Samples
-/// of more than 8 bit are `deep` ? rounded to their depth (R, G and B: with lower bits that say nothing) : the 8-bit
-/// samples, shifted. gray is Y.
+/// Packs `bgr` (CV_8UC3) as `layout`, with `padding` bytes of 0xAB after each row and in all unused places. If `deep`,
+/// samples of more than 8 bit are rounded to their depth (R, G and B get lower bits without meaning); otherwise they
+/// are the 8-bit samples, shifted. gray is Y.
 inline Packed pack(const cv::Mat &bgr, Layout layout, int padding = 7, bool deep = false) {
   Packed out;
   FrameView &v = out.view;
@@ -184,7 +184,7 @@ inline Packed pack(const cv::Mat &bgr, Layout layout, int padding = 7, bool deep
       for (int x = 0; x < exact.cols; ++x)
         plane[k](y, x) = static_cast<int>(deep ? std::lround(exact(y, x) * scale) : std::lround(exact(y, x)) * scale);
   }
-  // Groups of samples of 10 bit, three to a little-endian word from its low bits up.
+  // Groups of 10-bit samples, three to a little-endian word, lowest bits first.
   if (layout == L::v210 || layout == L::gray10_le32) {
     const bool v210 = layout == L::v210;
     v.packing = v210 ? Packing::v210 : Packing::gray10;
@@ -192,7 +192,7 @@ inline Packed pack(const cv::Mat &bgr, Layout layout, int padding = 7, bool deep
     out.bytes.assign(static_cast<std::size_t>(row) * h - padding, 0);
     v.component[0] = {.data = out.bytes.data(), .row_stride = row};
     for (int y = 0; y < h; ++y)
-      for (int i = 0; i < words * 3; ++i) {  // the i-th sample of the row; of v210: U0 Y0 V0 Y1 U1 Y2 V1 Y3 …
+      for (int i = 0; i < words * 3; ++i) {  // the row's i-th sample; v210 has U0 Y0 V0 Y1 U1 Y2 V1 Y3 …
         const int k = !v210 || i % 2 ? 0 : i % 4 ? 2 : 1, x = !v210 ? i : k ? i / 4 : i / 2;
         const auto s = static_cast<std::uint32_t>(x < plane[k].cols ? plane[k](y, x) : 64) << (i % 3 * 10);
         for (int byte = 0; byte < 4; ++byte)
@@ -200,14 +200,14 @@ inline Packed pack(const cv::Mat &bgr, Layout layout, int padding = 7, bool deep
       }
     return out;
   }
-  // Three samples of 10 bit to each pixel's word of 32: the lowest bit of each.
+  // Three 10-bit samples in a 32-bit word for each pixel: the lowest bit of each.
   if (layout == L::y410 || layout == L::r210 || layout == L::bgr10a2_le) {
     const bool big = layout == L::r210;
     constexpr int y410[] = {10, 0, 20}, rgb[] = {20, 10, 0};
     const int *bit = layout == L::y410 ? y410 : rgb, row = 4 * w + padding;
     out.bytes.assign(static_cast<std::size_t>(row) * h - padding, 0xAB);
     for (int k = 0; k < 3; ++k) {
-      // The two bytes that hold it, and by how much their word has to go left.
+      // The two bytes that hold it, and how far their word has to shift left.
       const int byte = bit[k] / 8;
       v.component[k] = {.data = out.bytes.data() + (big ? 2 - byte : byte),
                         .row_stride = row,
@@ -227,7 +227,7 @@ inline Packed pack(const cv::Mat &bgr, Layout layout, int padding = 7, bool deep
       }
     return out;
   }
-  // Where each component begins in its plane, its pixel stride and which plane it is in, in samples.
+  // Each component's first sample in its plane, its pixel stride in samples, and its plane.
   struct Place {
     int plane, offset, stride;
   } place[3] = {{0, 0, 1}, {1, 0, 1}, {2, 0, 1}};

@@ -25,7 +25,7 @@ RowReader reader(const cv::Mat &m) {
   };
 }
 
-/// The mean of the picture, constant over each pixel, over output (i, j); by its definition.
+/// The mean of the picture, constant over each pixel, over output (i, j), straight from its definition.
 double exact(const cv::Mat &m, cv::Size picture, int sub, cv::Size out, int i, int j) {
   const double sx = static_cast<double>(picture.width) / out.width,
                sy = static_cast<double>(picture.height) / out.height;
@@ -41,7 +41,7 @@ double exact(const cv::Mat &m, cv::Size picture, int sub, cv::Size out, int i, i
   return sum / (sx * sy);
 }
 
-TEST(ScaleArea, IsTheMeanOfWhatAPixelCovers) {
+TEST(ScaleArea, IsTheMeanOfTheCoveredPixels) {
   struct Case {
     cv::Size picture, out;
   };
@@ -59,7 +59,7 @@ TEST(ScaleArea, IsTheMeanOfWhatAPixelCovers) {
     }
 }
 
-TEST(ScaleArea, ConstantStays) {
+TEST(ScaleArea, KeepsAConstantPicture) {
   for (const int value : {0, 1, 128, 254, 255}) {
     const cv::Mat in(400, 400, CV_8UC1, cv::Scalar(value));
     cv::Mat out(7, 11, CV_8UC1);
@@ -99,7 +99,7 @@ void kernels_are_their_scalar_twins() {
   EXPECT_EQ(cv::norm(fast, slow, cv::NORM_INF), 0);
 }
 
-TEST(ScaleArea, KernelsAreTheirScalarTwins) {
+TEST(ScaleArea, KernelsMatchTheirScalarTwins) {
   test::on_all_targets(kernels_are_their_scalar_twins);
 }
 

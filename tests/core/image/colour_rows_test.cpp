@@ -65,11 +65,11 @@ void kernels_are_their_scalar_twins() {
     }
 }
 
-TEST(ColourRows, KernelsAreTheirScalarTwins) {
+TEST(ColourRows, KernelsMatchTheirScalarTwins) {
   test::on_all_targets(kernels_are_their_scalar_twins);
 }
 
-/// Every Y, U and V; the formula of BT.601 §2.5 and its successors in double.
+/// Every Y, U and V, against the formula of BT.601 §2.5 and its successors in double.
 TEST(ColourRows, RgbIsWithinOneOfTheExactValue) {
   Bytes y(256), u(256), v(256), out[3] = {Bytes(256), Bytes(256), Bytes(256)};
   for (std::size_t i = 0; i < 256; ++i) y[i] = static_cast<std::uint8_t>(i);
@@ -97,7 +97,7 @@ TEST(ColourRows, RgbIsWithinOneOfTheExactValue) {
     }
 }
 
-TEST(ColourRows, LumaIsTheWeightedSumAndGrayStays) {
+TEST(ColourRows, LumaIsTheWeightedSumAndGrayIsKept) {
   for (const Matrix &m : matrices) {
     const auto c = LumaCoefficients::make(m.kr, m.kb);
     for (int r = 0; r < 256; r += 3)

@@ -9,12 +9,12 @@
 namespace csd {
 namespace {
 
-TEST(ColourSpace, EveryDirectionOnceIntensityFirst) {
+TEST(ColourSpace, HasEveryDirectionOnceIntensityFirst) {
   const auto &spaces = colour_spaces();
   EXPECT_EQ(spaces[0], (ColourSpace{1, 1, 1}));
   EXPECT_EQ(spaces[1], (ColourSpace{0, 0, 1}));
   EXPECT_EQ(spaces[48], (ColourSpace{2, 2, 1}));
-  // Each of the 124 vectors is a multiple of exactly one of them: their cross product is 0.
+  // Each of the 124 vectors is a multiple of exactly one space: their cross product is 0.
   for (int r = -2; r <= 2; ++r)
     for (int g = -2; g <= 2; ++g)
       for (int b = -2; b <= 2; ++b) {
@@ -26,11 +26,11 @@ TEST(ColourSpace, EveryDirectionOnceIntensityFirst) {
       }
 }
 
-TEST(ColourSpace, HandComputedValues) {
+TEST(ColourSpace, AppliesAsComputedByHand) {
   EXPECT_EQ((ColourSpace{1, 1, 1}.apply(10, 20, 31)), 20);     // 61 / 3 = 20.3
   EXPECT_EQ((ColourSpace{1, -1, 0}.apply(100, 200, 9)), 77);   // (-100 + 255) / 2 = 77.5
-  EXPECT_EQ((ColourSpace{2, -2, 1}.apply(255, 0, 255)), 255);  // the top of the range
-  EXPECT_EQ((ColourSpace{2, -2, 1}.apply(0, 255, 0)), 0);      // the bottom
+  EXPECT_EQ((ColourSpace{2, -2, 1}.apply(255, 0, 255)), 255);  // top of the range
+  EXPECT_EQ((ColourSpace{2, -2, 1}.apply(0, 255, 0)), 0);      // bottom of the range
   EXPECT_EQ((ColourSpace{0, 0, 1}.apply(1, 2, 3)), 3);
   EXPECT_EQ((ColourSpace{2, 2, 1}.apply(100, 50, 7)), 61);  // 307 / 5 = 61.4
 }

@@ -6,7 +6,7 @@
 namespace csd {
 namespace {
 
-TEST(ToSpace, IsTheSpaceOfEachPixel) {
+TEST(ToSpace, AppliesTheSpaceToEachPixel) {
   cv::Mat bgr(7, 53, CV_8UC3), out;
   cv::RNG rng(1);
   rng.fill(bgr, cv::RNG::UNIFORM, 0, 256);
@@ -23,7 +23,7 @@ TEST(ToSpace, IsTheSpaceOfEachPixel) {
   }
 }
 
-TEST(ToSpace, WantsColour) {
+TEST(ToSpace, RequiresColour) {
   cv::Mat out;
   EXPECT_THROW(to_space(cv::Mat(3, 3, CV_8UC1, cv::Scalar(0)), {1, 1, 1}, out), cv::Exception);
 }

@@ -28,7 +28,7 @@ std::vector<const T *> pointers(const std::vector<std::vector<T>> &rows) {
   return out;
 }
 
-/// What a kernel writes to `count` outputs and what it leaves behind them.
+/// Checks what a kernel writes to `count` outputs, and that it leaves the memory behind them alone.
 template <class Out, class Scratch, class Kernel>
 std::vector<Out> result(Kernel kernel, int n, int count) {
   std::vector<Scratch> scratch(static_cast<std::size_t>(n + row_slack), Scratch{77});
@@ -79,7 +79,7 @@ void kernels_are_their_scalar_twins() {
   }
 }
 
-TEST(FrameRows, KernelsAreTheirScalarTwins) {
+TEST(FrameRows, KernelsMatchTheirScalarTwins) {
   test::on_all_targets(kernels_are_their_scalar_twins);
 }
 
@@ -99,7 +99,7 @@ void erosion_is_its_scalar_twin() {
   }
 }
 
-TEST(FrameRows, ErosionIsItsScalarTwin) {
+TEST(FrameRows, ErosionMatchesItsScalarTwin) {
   test::on_all_targets(erosion_is_its_scalar_twin);
 }
 
@@ -118,7 +118,7 @@ TEST(FrameRows, LargestValuesFit) {
   test::on_all_targets(largest_values_fit);
 }
 
-/// Limits between two rows: at the first (part 0), at the second (65535), half-way; what equals a limit is tissue.
+/// Limits at the first row (part 0), at the second (65535) and half-way. A value equal to the limit is tissue.
 TEST(FrameRows, TissueIsWhatDoesNotExceedTheLimit) {
   const std::vector<std::vector<std::uint8_t>> rows(3, {99, 100, 101, 102});
   const std::vector<std::uint16_t> above(4, 100 * 256 + 1), below(4, 102 * 256 + 1);

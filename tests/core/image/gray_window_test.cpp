@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::int64_t frame = 40'000'000;  // ns
 
-/// A picture of 16 bit: little-endian words, whatever the machine's are.
+/// A 16-bit picture of little-endian words, on any machine.
 struct Gray16 {
   std::vector<std::uint8_t> bytes;
   FrameView view;
@@ -41,13 +41,13 @@ struct Gray16 {
   }
 };
 
-/// 100 × 100, so that no pixel is left out: levels from `low` on, `step` apart, each in a hundredth of the pixels.
+/// 100 × 100, so that no pixel is skipped. Levels start at `low`, `step` apart, each in a hundredth of the pixels.
 Gray16 hundred(int low, double step) {
   return {100, 100, [=](int i) { return static_cast<int>(std::lround(low + step * (i % 100))); }};
 }
 
-TEST(GrayWindow, IsThePicturesOwnRangeAndATwelfthOnEitherSide) {
-  // 1000 … 10999, each once: 50 below the range, 50 above, which is 1050 … 10949.
+TEST(GrayWindow, IsThePicturesRangePlusATwelfthOnEitherSide) {
+  // 1000 … 10999, once each. 50 pixels are below the range and 50 above, so it is 1050 … 10949.
   const Gray16 picture(100, 100, [](int i) { return 1000 + i; });
   GrayWindow window;
   const FrameView view = window.look(picture.view, 0);
@@ -83,7 +83,7 @@ TEST(GrayWindow, FewPixelsOfAnyLevelChangeNothing) {
   usual.look(with(0, 0).view, 0);
   glare.look(with(40, 65535).view, 0);
   EXPECT_NEAR(glare.white(), usual.white(), 5);
-  // A mask of zeros, however large, is no part of the picture; where all is zero, that is the picture.
+  // An area of zeros, however large, is a mask and not part of the picture, unless the whole picture is zero.
   mask.look(with(6000, 0).view, 0);
   EXPECT_NEAR(mask.black(), usual.black(), 10);
   EXPECT_NEAR(mask.white(), usual.white(), 10);
@@ -103,8 +103,8 @@ TEST(GrayWindow, LooksAtAGridOfLargePictures) {
   }
 }
 
-TEST(GrayWindow, NeverMakesMoreOfALevelThanOne) {
-  const auto stretch = [](int levels, int step) {  // of the camera's own
+TEST(GrayWindow, NeverStretchesALevelOverMoreThanOne) {
+  const auto stretch = [](int levels, int step) {  // of the camera's own levels
     GrayWindow window;
     window.look(Gray16(100, 100, [=](int i) { return (600 + i % levels) * step; }).view, 0);
     return 256 / (window.white() - window.black()) * step;
@@ -114,18 +114,18 @@ TEST(GrayWindow, NeverMakesMoreOfALevelThanOne) {
   EXPECT_DOUBLE_EQ(stretch(30, 16), 1) << "12 bit in the upper bits";
   EXPECT_DOUBLE_EQ(stretch(200, 16), 1);
   EXPECT_NEAR(stretch(1000, 1), 0.22, 0.01);
-  // 8 bit in the upper bits is 8 bit.
+  // 8 bit in the upper bits stays 8 bit.
   GrayWindow window;
   const Gray16 picture(256, 2, [](int i) { return i % 256 << 8; });
   const auto seen = picture.seen(window.look(picture.view, 0));
   for (int i = 0; i < 256; ++i) ASSERT_EQ(seen[static_cast<std::size_t>(i)], i);
-  // What is dark, is dark: not in the middle of its window.
+  // A dark picture stays dark: it does not move to the middle of its window.
   GrayWindow cap;
   const Gray16 dark(100, 100, [](int i) { return 64 + i % 9; });
   for (const int luma : dark.seen(cap.look(dark.view, 0))) ASSERT_LT(luma, 16);
 }
 
-TEST(GrayWindow, OfASteadyPictureIsPerfectlySteady) {
+TEST(GrayWindow, IsPerfectlySteadyOnASteadyPicture) {
   std::mt19937 random(1);
   const auto noisy = [&random](double sigma) {
     std::normal_distribution<double> noise(0, sigma);
@@ -135,15 +135,15 @@ TEST(GrayWindow, OfASteadyPictureIsPerfectlySteady) {
   GrayWindow window;
   const auto first = window.look(noisy(0.001).view, 0).component[0];
   for (int i = 1; i < 200; ++i) {
-    // In 8 bit a noise of σ 6.
+    // In 8 bit, noise of σ 6.
     const auto now = window.look(noisy(i % 2 ? 0.001 : 50).view, i * frame).component[0];
     ASSERT_EQ(now.black, first.black) << i;
     ASSERT_EQ(now.gain, first.gain) << i;
   }
 }
 
-/// Light from glossy tissue, or the shadow of an instrument, on 3 % of the pixels in some of the frames.
-TEST(GrayWindow, DoesntPumpWithWhatFlickers) {
+/// Light from glossy tissue, or an instrument's shadow, on 3 % of the pixels in some frames.
+TEST(GrayWindow, DoesNotFollowFlicker) {
   for (const int level : {65535, 5000, 100})
     for (const auto &[period, on] : {std::pair{2, 1}, {3, 1}, {3, 2}, {7, 6}}) {
       const auto picture = [&](bool flash) {
@@ -166,8 +166,8 @@ TEST(GrayWindow, DoesntPumpWithWhatFlickers) {
     }
 }
 
-/// Two lights that take turns, without a level that is in the range of both.
-TEST(GrayWindow, IsForAllThatTakesTurns) {
+/// Two lights that alternate. No level is in the range of both.
+TEST(GrayWindow, CoversAlternatingLights) {
   GrayWindow window;
   window.look(hundred(1000, 79).view, 0);
   double black = 0, white = 0;
@@ -183,7 +183,7 @@ TEST(GrayWindow, IsForAllThatTakesTurns) {
   EXPECT_GT(white, 8600);
 }
 
-TEST(GrayWindow, OpensForAHighlightThatStaysWithoutAJump) {
+TEST(GrayWindow, OpensForALastingHighlightWithoutAJump) {
   GrayWindow window;
   window.look(hundred(1000, 26).view, 0);
   for (int i = 1; i < 75; ++i) {
@@ -196,7 +196,7 @@ TEST(GrayWindow, OpensForAHighlightThatStaysWithoutAJump) {
 }
 
 TEST(GrayWindow, FollowsADriftWithoutAJump) {
-  // Brighter or darker by so much a second, for ten; at first 4 % of 16 bit.
+  // Brighter or darker by `drift` a second, for ten seconds; at first 4 % of 16 bit.
   for (const double drift : {0.03, 0.1, -0.1, 0.2}) {
     const double clipped = std::max(2.0, 40 * drift);  // of a hundred
     GrayWindow window;
@@ -222,12 +222,12 @@ TEST(GrayWindow, FollowsADriftWithoutAJump) {
     }
     EXPECT_GT(moved, 20);
     if (drift == 0.03) {
-      EXPECT_LT(moved, 125) << "in between it stays";
+      EXPECT_LT(moved, 125) << "in between it is constant";
     }
   }
 }
 
-TEST(GrayWindow, IsThereASecondAfterAnotherExposure) {
+TEST(GrayWindow, SettlesWithinASecondOfAnotherExposure) {
   for (const double gain : {0.05, 0.4, 0.7, 1.4, 2.0, 8.0}) {
     GrayWindow window, fresh;
     const auto picture = [](double by) { return hundred(static_cast<int>(by * 400), by * 27.3); };
@@ -239,7 +239,7 @@ TEST(GrayWindow, IsThereASecondAfterAnotherExposure) {
     EXPECT_NEAR(window.black(), fresh.black(), 0.1 * width) << gain;
     EXPECT_NEAR(window.white(), fresh.white(), 0.1 * width) << gain;
   }
-  // What can't be seen through the old one needs a new one at once; half a second of black doesn't blind it.
+  // Content outside the old window needs a new one at once. Half a second of black does not blind it.
   GrayWindow window;
   window.look(hundred(400, 27).view, 0);
   const double white = window.white();
@@ -248,14 +248,14 @@ TEST(GrayWindow, IsThereASecondAfterAnotherExposure) {
   GrayWindow wide;
   wide.look(hundred(100, 540).view, 0);
   wide.look(hundred(100, 100).view, frame);
-  EXPECT_LT(wide.white(), 11000) << "a quarter of it was all that was used";
+  EXPECT_LT(wide.white(), 11000) << "only a quarter of it was in use";
   for (int i = 2; i < 14; ++i) window.look(hundred(20, 0.1).view, i * frame);
   window.look(hundred(400, 27).view, 14 * frame);
   EXPECT_NEAR(window.white(), white, 1);
 }
 
-/// The steps are the time's, not the frames'.
-TEST(GrayWindow, TakesAsLongAtAnyFrameRate) {
+/// Steps go by time, not by frames.
+TEST(GrayWindow, TakesTheSameTimeAtAnyFrameRate) {
   const auto after = [](int frames) {
     GrayWindow window;
     window.look(hundred(400, 27).view, 0);
@@ -269,7 +269,7 @@ TEST(GrayWindow, TakesAsLongAtAnyFrameRate) {
   EXPECT_NEAR(after(8), after(0) + 0.7 * way, 0.2 * way) << "underway";
 }
 
-TEST(GrayWindow, BeginsAnewWithAnotherSizeAndAnotherStream) {
+TEST(GrayWindow, StartsOverWithAnotherSizeOrStream) {
   const Gray16 first = hundred(1000, 10), second = hundred(1040, 10);
   const Gray16 larger(100, 101, [&](int i) { return 1040 + 10 * (i % 100); });
   GrayWindow window, fresh;

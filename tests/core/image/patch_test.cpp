@@ -20,7 +20,7 @@ cv::Mat same_type(const cv::Mat &bgr, int channels) {
   return out;
 }
 
-TEST(Patch, WholePixelsAreCopiedAndTheBorderGoesOn) {
+TEST(Patch, CopiesWholePixelsAndRepeatsTheBorder) {
   const cv::Mat bgr = test::Texture(1).render({30, 20});
   for (const int channels : {1, 3}) {
     const cv::Mat source = same_type(bgr, channels);
@@ -33,7 +33,7 @@ TEST(Patch, WholePixelsAreCopiedAndTheBorderGoesOn) {
   }
 }
 
-TEST(Patch, BilinearByHand) {
+TEST(Patch, IsBilinearAsComputedByHand) {
   const cv::Mat source = (cv::Mat_<std::uint8_t>(2, 2) << 0, 100, 40, 200);
   cv::Mat patch;
   sample_patch(source, {0.5, 0.25}, 1, patch);
@@ -56,7 +56,7 @@ TEST(Patch, AWarpShowsTheTextureItMapsTo) {
   }
 }
 
-TEST(Patch, FarAwayAndDegenerateIsSafe) {
+TEST(Patch, FarAndDegenerateWarpsAreSafe) {
   const cv::Mat source(5, 5, CV_8UC1, cv::Scalar(9));
   cv::Mat patch;
   sample_patch(source, {1e300, -1e300}, 5, patch);

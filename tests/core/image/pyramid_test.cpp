@@ -25,7 +25,7 @@ int mirrored(int i, int n) {
 
 constexpr double binomial[] = {1. / 16, 4. / 16, 6. / 16, 4. / 16, 1. / 16};
 
-/// Both filters, in double: every `step`-th pixel of the picture after 1 4 6 4 1 in both directions.
+/// Both filters in double: 1 4 6 4 1 in both directions, then every `step`-th pixel.
 cv::Mat1d filtered(const cv::Mat1d &in, int step) {
   cv::Mat1d out((in.rows + step - 1) / step, (in.cols + step - 1) / step);
   for (int y = 0; y < out.rows; ++y)
@@ -54,7 +54,7 @@ void expect_as_defined(const cv::Mat &luma) {
     for (int y = 0; y < exact.rows; ++y)
       for (int x = 0; x < exact.cols; ++x)
         ASSERT_EQ(level.at<std::uint16_t>(y, x), std::floor(exact(y, x) + .5)) << l << ": " << x << "," << y;
-    level.convertTo(below, CV_64F);  // a level is made of the rounded one before
+    level.convertTo(below, CV_64F);  // each level comes from the rounded one below
   }
 }
 
@@ -64,7 +64,7 @@ TEST(Pyramid, LevelsAreTheRoundedFilters) {
     expect_as_defined(noise(size));
 }
 
-TEST(Pyramid, FullBlackAndWhiteStay) {
+TEST(Pyramid, KeepsFullBlackAndWhite) {
   for (const int grey : {0, 1, 254, 255}) {
     Pyramid pyramid;
     pyramid.build(cv::Mat(40, 50, CV_8UC1, cv::Scalar(grey)));
@@ -77,13 +77,13 @@ TEST(Pyramid, FullBlackAndWhiteStay) {
   }
 }
 
-TEST(Pyramid, RowsMayLieApart) {
+TEST(Pyramid, AcceptsRowsWithGaps) {
   const cv::Mat wide = noise({90, 60});
   expect_as_defined(wide({13, 7, 53, 41}));
 }
 
 TEST(Pyramid, PixelsLieAtMultiplesOfTwoToTheLevel) {
-  // A plane rises by 1/2 in x and 1/4 in y everywhere but near the border.
+  // A plane that rises by 1/2 in x and 1/4 in y; only near the border it doesn't.
   cv::Mat luma(256, 256, CV_8UC1);
   for (int y = 0; y < 256; ++y)
     for (int x = 0; x < 256; ++x) luma.ptr(y)[x] = static_cast<std::uint8_t>(x / 2 + y / 4);
@@ -91,7 +91,7 @@ TEST(Pyramid, PixelsLieAtMultiplesOfTwoToTheLevel) {
   pyramid.build(luma);
   for (int l = 2; l < Pyramid::levels; ++l) {
     const int at = 128 >> l;
-    // floor() takes 1/4 and 3/8 on average.
+    // floor() loses 1/4 and 3/8 on average.
     EXPECT_NEAR(pyramid.level(l).at<std::uint16_t>(at, at) / 256., 128 / 2. - .25 + 128 / 4. - .375, .02) << l;
   }
 }
@@ -114,7 +114,7 @@ TEST(Pyramid, SmoothingHasTheVarianceOfTheGaussian) {
   EXPECT_DOUBLE_EQ(y2 / sum, 1);
 }
 
-TEST(Pyramid, OtherPicturesAreRefused) {
+TEST(Pyramid, RefusesOtherPictures) {
   Pyramid pyramid;
   EXPECT_TRUE(pyramid.empty());
   EXPECT_THROW(pyramid.build(cv::Mat(15, 16, CV_8UC1)), std::invalid_argument);

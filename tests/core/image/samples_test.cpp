@@ -43,11 +43,11 @@ void are_their_scalar_twins() {
   }
 }
 
-TEST(ReadSamples, IsItsScalarTwinAtAnyPlaceAndLength) {
+TEST(ReadSamples, MatchesItsScalarTwinAtAnyPlaceAndLength) {
   test::on_all_targets(are_their_scalar_twins);
 }
 
-TEST(ReadSamples, DeepSamplesAreRoundedToNearest) {
+TEST(ReadSamples, RoundsDeepSamplesToNearest) {
   cv::Mat bgr(5, 40, CV_8UC3);
   cv::RNG(6).fill(bgr, cv::RNG::UNIFORM, 0, 256);
   for (const auto layout : test::all_layouts) {
@@ -70,8 +70,8 @@ TEST(ReadSamples, DeepSamplesAreRoundedToNearest) {
   }
 }
 
-/// What is beside a sample in its word, and the order of the word's bytes. By hand: 0x2a7 is 679, which is 169.75 · 4.
-TEST(ReadSamples, TenBitsOfAWord) {
+/// Other bits in a sample's word, and the order of the word's bytes. By hand: 0x2a7 is 679, which is 169.75 · 4.
+TEST(ReadSamples, TakesTenBitsOfAWord) {
   constexpr std::uint32_t sample = 0x2a7, most = 0x3ff;
   for (const std::uint32_t beside : {0u, 0xffffffffu})
     for (const int bit : {0, 10, 20}) {
@@ -94,7 +94,7 @@ TEST(ReadSamples, TenBitsOfAWord) {
 }
 
 /// A crop that begins within a group.
-TEST(ReadSamples, GroupsBeginAnywhere) {
+TEST(ReadSamples, StartsAnywhereInAGroup) {
   cv::Mat bgr(2, 71, CV_8UC3);
   cv::RNG(8).fill(bgr, cv::RNG::UNIFORM, 0, 256);
   for (const auto layout : {test::Layout::v210, test::Layout::gray10_le32}) {

@@ -7,7 +7,7 @@
 namespace csd {
 namespace {
 
-TEST(Simd, IsTheBestTargetThatTheMachineHas) {
+TEST(Simd, IsTheBestTargetOfTheMachine) {
   const auto best_first = hwy::SupportedAndGeneratedTargets();
   ASSERT_FALSE(best_first.empty());
   EXPECT_STREQ(simd_target(), hwy::TargetName(best_first.front()));

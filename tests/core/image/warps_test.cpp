@@ -14,7 +14,7 @@ cv::Point2d map(const Warp &h, double u, double v) {
   return {p[0] / p[2], p[1] / p[2]};
 }
 
-TEST(Warps, NoneIsTheIdentityAndAllKeepTheCentre) {
+TEST(Warps, ZeroIsTheIdentityAndAllKeepTheCentre) {
   const auto warps = geometric_warps(21);
   ASSERT_EQ(warps.size(), 46u + 12u + 8u);
   for (const Warp &h : warps) {
@@ -23,7 +23,7 @@ TEST(Warps, NoneIsTheIdentityAndAllKeepTheCentre) {
   }
 }
 
-TEST(Warps, Rotation) {
+TEST(Warps, RotatesByUpTo45Degrees) {
   const double half = std::sqrt(0.5);
   EXPECT_NEAR(map(geometric_warps(21)[0], 1, 0).y, -half, 1e-12);  // −45°
   EXPECT_NEAR(map(geometric_warps(21)[45], 1, 0).y, half, 1e-12);
@@ -44,7 +44,7 @@ TEST(Warps, TiltIsThePinholeProjectionOfATurnedPlane) {
     const double a = degrees * std::numbers::pi / 180;
     for (const double p : {-9.0, 4.0})
       for (const double q : {-7.0, 10.0}) {
-        // The point (p, q) of the plane, turned about the vertical axis, and where the camera sees it.
+        // The point (p, q) of the plane, turned about the vertical axis, and its place in the camera's picture.
         const double depth = d + p * std::sin(a), u = d * p * std::cos(a) / depth, v = d * q / depth;
         EXPECT_NEAR(map(tilt_warp(degrees, 1, 21), u, v).x, p, 1e-9);
         EXPECT_NEAR(map(tilt_warp(degrees, 1, 21), u, v).y, q, 1e-9);

@@ -23,7 +23,7 @@ double largest_difference(const cv::Mat &a, const cv::Mat &b) {
   return cv::norm(a, b, cv::NORM_INF);
 }
 
-/// A texture whose colour is the same in each 2 × 2 block: no layout then loses anything but bits.
+/// A texture with one colour per 2 × 2 block, so that a layout loses only bits.
 cv::Mat blocky(cv::Size size) {
   const cv::Mat fine = Texture(3).render(size);
   cv::Mat out(size, CV_8UC3);
@@ -83,7 +83,7 @@ TEST(WorkFrame, AllLayoutsShowTheSamePicture) {
   }
 }
 
-TEST(WorkFrame, GatherIsGatherBgrInAColourSpace) {
+TEST(WorkFrame, GatherEqualsGatherBgrInAColourSpace) {
   const auto packed = pack(Texture(5).render({70, 41}), Layout::nv12);
   WorkFrame frame;
   frame.load(packed.view);
@@ -123,7 +123,7 @@ TEST(WorkFrame, LeastIsTheLeastOfGatherBgr) {
 }
 
 TEST(WorkFrame, LeastOfALargerPicture) {
-  // Bright texture on two colours, left and right.
+  // Bright texture over two colours, left and right.
   cv::Mat picture(701, 90, CV_8UC3);
   const cv::Mat light = Texture(6).render(picture.size());
   for (int y = 0; y < picture.rows; ++y)
@@ -147,7 +147,7 @@ TEST(WorkFrame, LeastOfALargerPicture) {
   }
 }
 
-TEST(WorkFrame, LumaIsInPlaceWhereItCanBe) {
+TEST(WorkFrame, LumaStaysInPlaceWherePossible) {
   const cv::Mat bgr = Texture(1).render({40, 30});
   for (const Layout layout : {Layout::gray8, Layout::i420, Layout::nv21, Layout::y444}) {
     const auto packed = pack(bgr, layout);
@@ -167,7 +167,7 @@ TEST(WorkFrame, LumaIsInPlaceWhereItCanBe) {
   EXPECT_EQ(largest_difference(frame.luma(), upright), 0);
 }
 
-TEST(WorkFrame, TenBitIsRounded) {
+TEST(WorkFrame, RoundsTenBit) {
   const std::uint8_t words[] = {0x01, 0x00, 0x02, 0x00, 0xFD, 0x03, 0xFF, 0x03};  // 1, 2, 1021, 1023
   FrameView v = gray_view(4, 1, words);
   v.component[0].pixel_stride = v.component[0].bytes = v.component[0].shift = 2;
@@ -177,7 +177,7 @@ TEST(WorkFrame, TenBitIsRounded) {
             (std::vector<std::uint8_t>{0, 1, 255, 255}));
 }
 
-TEST(WorkFrame, SizeAndCoordinates) {
+TEST(WorkFrame, HasItsSizeAndMapsCoordinates) {
   struct Case {
     int width, height;
     cv::Size size;
@@ -202,7 +202,7 @@ TEST(WorkFrame, SizeAndCoordinates) {
   EXPECT_DOUBLE_EQ(frame.to_picture({0, 4}).y, 5.125);
 }
 
-TEST(WorkFrame, FieldIsIsotropicAndLiesOnItsLines) {
+TEST(WorkFrame, TheFieldIsIsotropicAndLiesOnItsLines) {
   const auto packed = pack(Texture(2).render({720, 576}), Layout::i420);
   FrameView v = packed.view;
   v.rows = 288;
@@ -223,7 +223,7 @@ TEST(WorkFrame, FieldIsIsotropicAndLiesOnItsLines) {
   EXPECT_NEAR(frame.luma().at<std::uint8_t>(7, 10), (line[20] + line[21]) / 2.0, 0.51);
 }
 
-TEST(WorkFrame, ScaledPictureShowsTheSceneWhereItsCoordinatesSay) {
+TEST(WorkFrame, AScaledPictureShowsTheSceneWhereItsCoordinatesSay) {
   const Texture texture(9);
   const cv::Mat bgr = texture.render({1280, 720});
   for (const Layout layout : {Layout::i420, Layout::y444, Layout::v210, Layout::bgrx, Layout::xrgb, Layout::bgr}) {
@@ -244,7 +244,7 @@ TEST(WorkFrame, ScaledPictureShowsTheSceneWhereItsCoordinatesSay) {
   }
 }
 
-// 576 of 1200 lines, so that colour is scaled on first use, in 18 bands; each thread begins with another of them. TSan
+// 576 of 1200 lines: colour is scaled on first use, in 18 bands, and each thread begins with another band. TSan
 // watches.
 TEST(WorkFrame, SeveralThreadsMayGatherAtOnce) {
   for (const Layout layout : {Layout::nv12, Layout::bgrx}) {
@@ -280,7 +280,7 @@ TEST(WorkFrame, SeveralThreadsMayGatherAtOnce) {
   }
 }
 
-TEST(WorkFrame, KnownColours) {
+TEST(WorkFrame, ConvertsKnownColours) {
   // BT.709: red is Y 63, U 102, V 240; white is 235, 128, 128.
   const std::uint8_t y[] = {63, 235, 16, 255}, u[] = {102, 128, 128, 128}, v[] = {240, 128, 128, 128};
   FrameView view = gray_view(4, 1, y);
@@ -299,12 +299,12 @@ TEST(WorkFrame, KnownColours) {
   EXPECT_EQ(out.at<cv::Vec3b>(0, 3), cv::Vec3b(255, 255, 255));
 }
 
-TEST(WorkFrame, ViewWithoutPixelsIsRefused) {
+TEST(WorkFrame, RefusesAViewWithoutPixels) {
   WorkFrame frame;
   EXPECT_THROW(frame.load(FrameView{}), std::invalid_argument);
 }
 
-TEST(WorkFrame, PatchSizeFollowsTheLines) {
+TEST(WorkFrame, ThePatchSizeFollowsTheLines) {
   EXPECT_EQ(default_patch_size(576), 21);
   EXPECT_EQ(default_patch_size(480), 21);
   EXPECT_EQ(default_patch_size(240), 11);  // 10.5

@@ -13,7 +13,7 @@
 namespace csd::motion {
 namespace {
 
-/// Runs learning at once: what a tracker does is then the same every time.
+/// Runs learning jobs at once, so that a tracker always does the same.
 struct Immediately : Executor {
   void post(std::function<void()> job) override { job(); }
 };
@@ -24,7 +24,7 @@ const SceneRhythm *scene_rhythm(const Motion &motion, double frequency) {
   return nullptr;
 }
 
-/// The rates of simulated tissue, to 2 %, in the scene and in most features.
+/// Expects the rates of the simulated tissue, to 2 %, in the scene and in most features.
 void expect_rates(const Motion &motion) {
   for (const double rate : {sim::heart_rate, sim::breath_rate}) {
     const SceneRhythm *const one = scene_rhythm(motion, rate);
@@ -42,7 +42,7 @@ sim::Effects effects_of(const char *text) {
   return effects;
 }
 
-TEST(Motion, RatesOfSimulatedTissueByItsTruth) {
+TEST(Motion, FindsTheRatesOfSimulatedTissueInItsTruth) {
   for (const char *const effects : {"heart-strong", "heart-mild,liver=.3", "heart-strong=.5,liver=.5,rotation=.1"})
     for (const std::uint64_t seed : {1, 2, 3}) {
       SCOPED_TRACE(std::string(effects) + ", seed " + std::to_string(seed));
@@ -56,7 +56,7 @@ TEST(Motion, RatesOfSimulatedTissueByItsTruth) {
     }
 }
 
-TEST(Motion, RatesOfSimulatedTissueByTheTrackerCsd) {
+TEST(Motion, FindsTheRatesOfSimulatedTissueInTracksOfCsd) {
   sim::SimSettings settings;
   settings.effects = effects_of("heart-strong=.5,liver=.2,noise");
   settings.size = {192, 144};
@@ -87,8 +87,8 @@ TEST(Motion, RatesOfSimulatedTissueByTheTrackerCsd) {
   expect_rates(motion);
 }
 
-TEST(Motion, FeaturesAgreeOrNot) {
-  // Of ten features seven beat; three are still, and one more is claimed too shortly.
+TEST(Motion, CountsTheFeaturesThatAgree) {
+  // Of ten features seven beat and three are still. One more is claimed for too short a time.
   const Series series = series_of_signals(
       11, 40, .2, 3, [](std::size_t f, double t) { return cv::Point2d(f < 7 ? 2 * sine(1.2 * t) : 0, 0); },
       [](std::size_t f, double t) { return f < 10 || t < 3; });
@@ -103,7 +103,7 @@ TEST(Motion, FeaturesAgreeOrNot) {
 }
 
 TEST(Motion, AFeaturesHarmonicAgreesToo) {
-  // Two features move twice as slowly as all others, but not sinusoidally.
+  // Two features move at half the rate of the others, but not as a sine.
   const Series series = series_of_signals(8, 40, .1, 4, [](std::size_t f, double t) {
     return cv::Point2d(f < 2 ? 3 * sine(.6 * t) + 1.5 * sine(1.2 * t) : 2 * sine(1.2 * t), 0);
   });

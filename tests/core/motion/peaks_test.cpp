@@ -12,7 +12,7 @@ namespace {
 // Windows of 60 s, 0.05…4 Hz.
 constexpr Grid grid{1. / 120, 6, 475};
 
-/// Noise of one feature, of mean 0.002 each, with peaks in the shape of Hann's: {Hz, height}.
+/// Noise of one feature with mean 0.002, plus peaks in the shape of Hann's: {Hz, height}.
 std::vector<float> spectrum_of(std::mt19937 &random, const std::vector<std::pair<double, double>> &peaks) {
   std::exponential_distribution<double> power(500);
   std::vector<float> spectrum(grid.count);
@@ -27,12 +27,12 @@ std::vector<float> spectrum_of(std::mt19937 &random, const std::vector<std::pair
   return spectrum;
 }
 
-/// One feature's search whose peaks are what the ellipses say, and can be taken out wholly.
+/// The search of one feature whose ellipses are given, so that peaks can be removed completely.
 class Bench {
  public:
   explicit Bench(std::size_t windows) : search(windows, grid, .01), windows_(windows) {}
 
-  /// In window w there are `peaks_of(w)`; of those that have been proposed nothing remains.
+  /// Window w has the peaks `peaks_of(w)`. A proposed peak leaves no remainder.
   template <typename PeaksOf>
   int run(PeaksOf peaks_of) {
     int rounds = 0;
@@ -78,14 +78,14 @@ TEST(PeakSearch, FindsPeaksBetweenFrequencies) {
   for (const Peak &peak : bench.search.peaks()) EXPECT_LT(peak.false_alarm, 1e-9);
 }
 
-TEST(PeakSearch, NoiseHasNone) {
+TEST(PeakSearch, FindsNoneInNoise) {
   Bench bench(1);
   EXPECT_LT(bench.run([](std::size_t) { return Peaks{}; }), 10);
   EXPECT_TRUE(bench.search.peaks().empty());
 }
 
-TEST(PeakSearch, FollowsARateThatChanges) {
-  // From 0.9 to 1.8 Hz in twenty windows: no window knows more than its neighbours do, the mean has no one peak.
+TEST(PeakSearch, FollowsAChangingRate) {
+  // From 0.9 to 1.8 Hz in twenty windows: no window shows more than its neighbours do, and the mean has no single peak.
   const auto rate = [](std::size_t w) { return .9 * std::pow(2, static_cast<double>(w) / 19); };
   Bench bench(20);
   bench.run([&](std::size_t w) { return Peaks{{rate(w), .5}}; });
@@ -98,7 +98,7 @@ TEST(PeakSearch, FollowsARateThatChanges) {
   EXPECT_NEAR(peak.frequency, (rate(9) + rate(10)) / 2, .001) << "the median";
 }
 
-TEST(PeakSearch, KeepsTheRateWhereItCantBeSeen) {
+TEST(PeakSearch, KeepsTheRateWhereItIsNotVisible) {
   Bench bench(9);
   bench.run([&](std::size_t w) { return w == 4 ? Peaks{} : Peaks{{1.2, .5}}; });
   ASSERT_EQ(bench.search.peaks().size(), 1u);
@@ -106,8 +106,8 @@ TEST(PeakSearch, KeepsTheRateWhereItCantBeSeen) {
   EXPECT_NEAR(bench.search.peaks()[0].by_window[4], 1.2, .001);
 }
 
-TEST(PeakSearch, WhatTheFitDoesntConfirmIsNone) {
-  // A peak of the spectrum that no ellipse has, as a gap makes: the fit gives it nothing.
+TEST(PeakSearch, DropsAPeakThatTheFitDoesNotConfirm) {
+  // A spectral peak without an ellipse, as a gap makes: the fit gives it no amplitude.
   PeakSearch search(1, grid, .01);
   for (int round = 0; search.active(); ++round) {
     ASSERT_LT(round, 10);
@@ -126,16 +126,16 @@ TEST(PeakSearch, WhatTheFitDoesntConfirmIsNone) {
   EXPECT_TRUE(search.peaks().empty());
 }
 
-TEST(PeakSearch, CombinesByTheUpperQuartile) {
+TEST(PeakSearch, CombinesFeaturesByTheUpperQuartile) {
   PeakSearch search(1, grid, .01);
   View &view = search.view(0);
   view.members = {0, 1, 2, 3, 4};
   view.whole = {1, 1, 4, 1, 0};
   view.remainder = {1, 1, 2, 1, 0};
   Eigen::MatrixXf power = Eigen::MatrixXf::Zero(6, static_cast<Eigen::Index>(grid.count));
-  power.col(3) << 9, .1F, .2F, .3F, .9F, .5F;  // the first row is another's
+  power.col(3) << 9, .1F, .2F, .3F, .9F, .5F;  // the first row is another feature's
   search.combine(0, power, 1);
-  // .1, .2, .3 · ½, .9, and 0 of what doesn't move: 0, .1, .15, .2, .9.
+  // .1, .2, .3 · ½, .9, and 0 of the still feature: 0, .1, .15, .2, .9.
   EXPECT_FLOAT_EQ(view.spectrum[3], .2F);
   EXPECT_EQ(view.spectrum[4], 0);
 }

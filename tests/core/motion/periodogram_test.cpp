@@ -13,7 +13,7 @@ namespace {
 
 constexpr double turn = 2 * std::numbers::pi;
 
-/// `columns` features of noise in a window of 20 s at uneven times, each with a gap of its own but for the last two.
+/// `columns` features of noise in a window of 20 s, at uneven times. All but the last two have a gap of their own.
 Samples samples_of_noise(Eigen::Index columns, Eigen::Index moments = 400) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(-.4, .4);
@@ -37,7 +37,7 @@ Samples samples_of_noise(Eigen::Index columns, Eigen::Index moments = 400) {
   return samples;
 }
 
-/// The weighted sum of squares that is left by the best combination of `terms`.
+/// The weighted sum of squares that the best combination of `terms` leaves.
 double left(const Eigen::MatrixXd &terms, const Eigen::VectorXd &values, const Eigen::VectorXd &weights) {
   const Eigen::VectorXd root = weights.cwiseSqrt();
   const Eigen::MatrixXd a = root.asDiagonal() * terms;
@@ -53,15 +53,15 @@ TEST(Taper, IsHann) {
   EXPECT_EQ(taper(5, 8), 0);
 }
 
-TEST(Ellipse, SemiMajorAxis) {
+TEST(Ellipse, SemiMajorAxisIsRight) {
   EXPECT_DOUBLE_EQ((Ellipse{3, 0, 4, 0}.semi_major()), 5) << "a line";
   EXPECT_DOUBLE_EQ((Ellipse{2, 0, 0, 2}.semi_major()), 2) << "a circle";
   EXPECT_DOUBLE_EQ((Ellipse{0, 3, -7, 0}.semi_major()), 7);
   EXPECT_DOUBLE_EQ((Ellipse{3, 0, 4, 0}.variance()), 12.5);
 }
 
-TEST(Periodogram, IsTheShareThatLeastSquaresExplains) {
-  // Against a least-squares fit of a constant, a cosine and a sine by QR; more moments than go into one table.
+TEST(Periodogram, IsTheShareExplainedByLeastSquares) {
+  // Against a QR least-squares fit of a constant, a cosine and a sine. 5000 moments need more than one table.
   for (const Eigen::Index moments : {400, 5000}) {
     Samples samples = samples_of_noise(4, moments);
     take_out(samples, 0, 4, {});
@@ -84,7 +84,7 @@ TEST(Periodogram, IsTheShareThatLeastSquaresExplains) {
   }
 }
 
-TEST(Periodogram, OfWhatDoesntMoveIsZero) {
+TEST(Periodogram, OfAStillFeatureIsZero) {
   Samples samples = samples_of_noise(2);
   samples.x.col(0).setZero();
   samples.y.col(0).setZero();
@@ -102,7 +102,7 @@ TEST(TakeOut, FindsWhatWasPutIn) {
     samples.y.col(c) = -2 + t + 4 * (turn * .31 * t).sin() + .5 * (turn * 1.27 * t).cos();
   }
   samples.x(200, 1) = 1e6;
-  samples.weights(200, 1) = 0;  // what has no weight is of no account
+  samples.weights(200, 1) = 0;  // without weight it doesn't count
   const double frequencies[] = {.31, 1.27};
   const auto ellipses = take_out(samples, 1, 3, frequencies);
   ASSERT_EQ(ellipses.size(), 2u);
@@ -116,7 +116,7 @@ TEST(TakeOut, FindsWhatWasPutIn) {
     EXPECT_NEAR(ellipses[1][c].c, .5, 1e-5);
     EXPECT_NEAR(sum_of_squares(samples, static_cast<Eigen::Index>(c) + 1), 0, 1e-6);
   }
-  EXPECT_GT(sum_of_squares(samples, 0), 100) << "a column that wasn't asked for";
+  EXPECT_GT(sum_of_squares(samples, 0), 100) << "another column is unchanged";
 }
 
 }  // namespace

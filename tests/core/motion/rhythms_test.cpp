@@ -8,7 +8,7 @@
 namespace csd::motion {
 namespace {
 
-/// Each feature by itself.
+/// Each feature's rhythms.
 std::vector<Rhythms> each(const Series &series, const SearchOptions &options = {}) {
   std::vector<std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < series.paths.size(); ++i) groups.push_back({i});
@@ -21,14 +21,14 @@ Rhythms together(const Series &series, const SearchOptions &options = {}) {
   return find_rhythms(series, {all}, options).front();
 }
 
-/// The rhythm near a frequency; one that is nowhere if there is none.
+/// The rhythm near a frequency, or an empty one.
 Rhythm near(const Rhythms &found, double frequency) {
   for (const Rhythm &rhythm : found.rhythms)
     if (std::abs(rhythm.frequency - frequency) < .1 * frequency) return rhythm;
   return {};
 }
 
-/// Breath of 3 px aslant, heart of 1 px level with a second harmonic, drift.
+/// A breath of 3 px along a slope, a heartbeat of 1 px along x with a second harmonic, and drift.
 cv::Point2d tissue(std::size_t feature, double t) {
   const auto f = static_cast<double>(feature);
   const double breath = 3 * sine(.2371 * t + .1 * f), heart = sine(1.3127 * t + .2 * f) + .4 * sine(2.6254 * t);
@@ -56,13 +56,13 @@ void expect_tissue(const Rhythms &found) {
   EXPECT_LT(heart.false_alarm, 1e-6);
 }
 
-TEST(Rhythms, TwoSinusoidsInNoiseAndDrift) {
+TEST(Rhythms, FindsTwoSinusoidsInNoiseAndDrift) {
   const Series series = series_of_signals(3, 60, .2, 1, tissue);
   for (const Rhythms &found : each(series)) expect_tissue(found);
   expect_tissue(together(series));
 }
 
-TEST(Rhythms, GapsDontMakeOthers) {
+TEST(Rhythms, GapsAddNoRhythms) {
   // A tool every 5 s for 1.3 s, and each feature is lost for 8 s: a third is missing.
   const Series series = series_of_signals(6, 60, .2, 2, tissue, [](std::size_t f, double t) {
     const double lost = 6 * static_cast<double>(f) + 5;
@@ -72,7 +72,7 @@ TEST(Rhythms, GapsDontMakeOthers) {
   expect_tissue(together(series));
 }
 
-TEST(Rhythms, OfAShortClip) {
+TEST(Rhythms, FindsThemInAShortClip) {
   const Series series = series_of_signals(2, 10, .1, 3, tissue);
   for (const Rhythms &found : each(series)) {
     EXPECT_NEAR(near(found, 1.3127).frequency, 1.3127, .02 * 1.3127);
@@ -80,8 +80,8 @@ TEST(Rhythms, OfAShortClip) {
   }
 }
 
-TEST(Rhythms, WhiteNoiseHasNone) {
-  // At most 1 of 100 may; with 300 features a rate of 0.01 would rarely give ten.
+TEST(Rhythms, FindsNoneInWhiteNoise) {
+  // At most 1 of 100 may have one. With 300 features, a rate of 0.01 would rarely give ten.
   const Series series = series_of_signals(300, 40, 1, 4, [](std::size_t, double) { return cv::Point2d(50, 50); });
   std::size_t alarms = 0;
   for (const Rhythms &found : each(series)) alarms += found.rhythms.size();
@@ -89,8 +89,8 @@ TEST(Rhythms, WhiteNoiseHasNone) {
   EXPECT_TRUE(together(series).rhythms.empty());
 }
 
-TEST(Rhythms, RedNoiseHasNone) {
-  // Features that walk at random: what a hand that holds the camera does.
+TEST(Rhythms, FindsNoneInRedNoise) {
+  // Features on random walks, as a hand-held camera makes.
   std::mt19937 random(5);
   std::normal_distribution<double> step(0, .5);
   std::vector<cv::Point2d> at(100, {50, 50});
@@ -101,7 +101,7 @@ TEST(Rhythms, RedNoiseHasNone) {
   EXPECT_LT(alarms, 6u);
 }
 
-TEST(Rhythms, WhatDoesntMoveHasNone) {
+TEST(Rhythms, FindsNoneInAStillScene) {
   const Series series = series_of_signals(
       2, 30, 0, 6, [](std::size_t f, double t) { return f == 0 ? cv::Point2d(3, 4) : cv::Point2d(3 + t, 4); });
   for (const Rhythms &found : each(series)) {
@@ -110,7 +110,7 @@ TEST(Rhythms, WhatDoesntMoveHasNone) {
   }
 }
 
-TEST(Rhythms, AWanderingHeartIsOne) {
+TEST(Rhythms, AWanderingHeartIsOneRhythm) {
   // From 1 Hz to 1.6 Hz in ten minutes: 1 + 0.001 t.
   const Series series = series_of_signals(
       2, 600, .2, 7, [](std::size_t, double t) { return cv::Point2d(2 * sine(t + .0005 * t * t), 3 * sine(.25 * t)); });
@@ -124,8 +124,8 @@ TEST(Rhythms, AWanderingHeartIsOne) {
   EXPECT_NEAR(heart.amplitude, 2, .2);
 }
 
-TEST(Rhythms, AFastRhythmThatIsAMultipleOfASlowOneIsNoHarmonicOverAHole) {
-  // Five times, and nothing in between: a heart of 75 and a breath of 15 a minute.
+TEST(Rhythms, AFastMultipleOfASlowRhythmIsNoHarmonicWithoutTheOnesBetween) {
+  // Five times as fast, with nothing in between: a heart at 75 and a breath at 15 a minute.
   const Series series = series_of_signals(
       1, 60, .2, 8, [](std::size_t, double t) { return cv::Point2d(sine(1.25 * t + .1), 4 * sine(.25 * t)); });
   const auto found = each(series).front();
@@ -147,7 +147,7 @@ TEST(Rhythms, OfTheSceneNeedAQuarterOfTheFeatures) {
   EXPECT_NEAR(all.amplitude_high, 3, .1);
 }
 
-TEST(Rhythms, TooLittleIsNotLookedAt) {
+TEST(Rhythms, TooLittleIsNotAnalysed) {
   const Series series = series_of_signals(3, 40, .1, 10, tissue, [](std::size_t f, double t) {
     return f == 0 ? t < 10 : f == 1 ? t > 30 && t < 30.5 : true;
   });
@@ -160,13 +160,13 @@ TEST(Rhythms, TooLittleIsNotLookedAt) {
   EXPECT_NEAR(near(shorter[0], 1.3127).frequency, 1.3127, .02);
 }
 
-TEST(Rhythms, OfOneFrameAndOfDistantOnes) {
+TEST(Rhythms, AcceptsOneFrameAndDistantOnes) {
   Series series;
   series.times = {5};
   series.frames = {0};
   series.paths.push_back({0, {0}, {{1, 2}}});
   EXPECT_EQ(each(series).front().windows, 0u);
-  // Thirty frames, and thirty more after thirty years.
+  // Thirty frames, and thirty years later thirty more.
   series = {};
   for (std::size_t i = 0; i < 60; ++i) {
     series.times.push_back(static_cast<double>(i) * .04 + (i < 30 ? 0 : 1e9));
@@ -177,7 +177,7 @@ TEST(Rhythms, OfOneFrameAndOfDistantOnes) {
   EXPECT_EQ(each(series).front().rhythms.size(), 0u);
 }
 
-TEST(Rhythms, BandAndProgress) {
+TEST(Rhythms, RespectsTheBandAndReportsProgress) {
   const Series series = series_of_signals(1, 60, .2, 11, tissue);
   unsigned rounds = 0;
   double share = 0;
@@ -192,7 +192,7 @@ TEST(Rhythms, BandAndProgress) {
   EXPECT_EQ(share, 1);
 }
 
-TEST(UsualName, ByBands) {
+TEST(UsualName, IsByBand) {
   EXPECT_EQ(usual_name(.09), "");
   EXPECT_EQ(usual_name(.1), "breath");
   EXPECT_EQ(usual_name(.6), "heart");
@@ -200,7 +200,7 @@ TEST(UsualName, ByBands) {
   EXPECT_EQ(usual_name(3.6), "");
 }
 
-TEST(SameRate, ByCommonWindows) {
+TEST(SameRate, ComparesCommonWindows) {
   Rhythm a, b;
   a.frequency = 2.4;
   b.frequency = 1.2;
@@ -208,7 +208,7 @@ TEST(SameRate, ByCommonWindows) {
   EXPECT_FALSE(same_rate(a, b, 1, 60));
   b.frequency = 1.26;  // twice 0.06 off; 2 % of 2.4 are 0.048
   EXPECT_FALSE(same_rate(a, b, 2, 60));
-  // In the windows that both know they agree.
+  // They agree in their common windows.
   a.rates = {{0, 2.4}, {30, 2.6}, {60, 2.8}};
   b.rates = {{30, 1.3}, {60, 1.4}, {90, 1.5}};
   EXPECT_TRUE(same_rate(a, b, 2, 60));

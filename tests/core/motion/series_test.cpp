@@ -13,7 +13,7 @@ using testing::HasSubstr;
 
 constexpr std::int64_t ms = 1000000;
 
-/// Adds a frame; features are {id, x, y} and claimed, or of the given state.
+/// Adds a frame. Features are {id, x, y}, and claimed unless another state is given.
 void add(Recording &tracks, std::int64_t pts, std::vector<Feature> features) {
   score::TrackFrame frame;
   frame.frame = tracks.frames.size();
@@ -42,7 +42,7 @@ std::string error_of(const Recording &tracks, const Span &span = {}) {
   return "no error";
 }
 
-TEST(Series, HoldsWhatIsClaimed) {
+TEST(Series, HoldsTheClaims) {
   Recording tracks = recording();
   add(tracks, 1000 * ms, {at(3, 10, 20, FeatureState::learning), at(7, 1, 2, FeatureState::occluded)});
   add(tracks, 1040 * ms, {at(3, 11, 22, FeatureState::lost), at(7, 3, 4)});
@@ -64,7 +64,7 @@ TEST(Series, HoldsWhatIsClaimed) {
   EXPECT_TRUE(claims.at(3).empty());
 }
 
-TEST(Series, OfASpan) {
+TEST(Series, IsCutToASpan) {
   Recording tracks = recording();
   for (int i = 0; i < 10; ++i) add(tracks, i * 100 * ms, {at(0, i, 0)});
   const Series series = series_of(tracks, {.2, .5, 0});
@@ -73,16 +73,16 @@ TEST(Series, OfASpan) {
   EXPECT_THAT(error_of(tracks, {.91, std::nullopt, 0}), HasSubstr("no frame in that span"));
 }
 
-TEST(Series, TimesByTheFrameRateWhereThereAreNone) {
+TEST(Series, UsesTheFrameRateWhereThereAreNoTimes) {
   Recording tracks = recording();
   for (int i = 0; i < 3; ++i) add(tracks, no_time, {at(0, 0, 0)});
   EXPECT_THAT(error_of(tracks), HasSubstr("has no times"));
   EXPECT_THAT(series_of(tracks, {{}, {}, 50}).times, ElementsAre(0, .02, .04));
-  tracks.frames[1].pts = 7000 * ms;  // one is timed: the others say nothing
+  tracks.frames[1].pts = 7000 * ms;  // only this frame has a time, so only it counts
   EXPECT_THAT(series_of(tracks, {{}, {}, 50}).times, ElementsAre(7));
 }
 
-TEST(Series, RefusesTimeThatDoesntGoOnAndSilence) {
+TEST(Series, RefusesTimesThatDoNotAdvanceAndTracksWithoutClaims) {
   Recording tracks = recording();
   add(tracks, 40 * ms, {at(0, 0, 0)});
   add(tracks, 40 * ms, {at(0, 0, 0)});
@@ -97,7 +97,7 @@ TEST(Series, RefusesTimeThatDoesntGoOnAndSilence) {
   EXPECT_NE(error_of(tracks), "no error");
 }
 
-/// A path by x alone; y is 10 x.
+/// A path given by x; y is 10 x.
 Series one_path(std::vector<double> times, std::vector<std::size_t> frames, const std::vector<double> &x) {
   Series series;
   series.times = std::move(times);
@@ -110,19 +110,19 @@ Series one_path(std::vector<double> times, std::vector<std::size_t> frames, cons
   return series;
 }
 
-TEST(Velocity, OfAParabolaIsExactAlsoAtUnevenTimes) {
+TEST(Velocity, IsExactForAParabolaAlsoAtUnevenTimes) {
   // x = t² + 3 t: 2 t + 3.
   const Series series = one_path({0, 1, 1.5, 3.5}, {0, 1, 2, 3}, {0, 4, 6.75, 22.75});
   const auto v = velocities(series, series.paths[0]);
   EXPECT_NEAR(v[1].x, 5, 1e-12);
   EXPECT_NEAR(v[1].y, 50, 1e-11);
   EXPECT_NEAR(v[2].x, 6, 1e-12);
-  EXPECT_NEAR(v[0].x, 4, 1e-12) << "the line to the next";
-  EXPECT_NEAR(v[3].x, 8, 1e-12) << "the line from the one before";
+  EXPECT_NEAR(v[0].x, 4, 1e-12) << "by the next frame";
+  EXPECT_NEAR(v[3].x, 8, 1e-12) << "by the previous frame";
 }
 
-TEST(Velocity, DoesntReachOverGaps) {
-  // Frame 2 is not claimed; from 4 to 5 are three intervals.
+TEST(Velocity, DoesNotReachOverGaps) {
+  // Frame 2 is not claimed. From 4 to 5 there are three intervals.
   const Series series = one_path({0, 1, 2, 3, 4, 7, 8}, {0, 1, 3, 4, 5, 6}, {0, 2, 100, 101, 200, 207});
   const auto v = velocities(series, series.paths[0]);
   EXPECT_THAT(std::vector<double>({v[0].x, v[1].x, v[2].x, v[3].x, v[4].x, v[5].x}), ElementsAre(2, 2, 1, 1, 7, 7));
@@ -134,9 +134,9 @@ TEST(Scene, MovesByTheMedianStep) {
   Recording tracks = recording();
   add(tracks, 0, {at(0, 10, 0), at(1, 20, 0), at(2, 30, 0)});
   add(tracks, 1000 * ms, {at(0, 11, 1), at(1, 22, 2), at(2, 90, 90)});  // steps 1, 2, 60: 2
-  add(tracks, 2000 * ms, {at(1, 23, 3), at(3, 500, 500)});              // 1; feature 3 begins and moves nothing
+  add(tracks, 2000 * ms, {at(1, 23, 3), at(3, 500, 500)});              // 1; feature 3 begins, and moves nothing
   add(tracks, 3000 * ms, {});
-  add(tracks, 4000 * ms, {at(1, 50, 50)});  // nobody saw how it came there
+  add(tracks, 4000 * ms, {at(1, 50, 50)});  // no frame before shows where it came from
   add(tracks, 5000 * ms, {at(1, 54, 50)});
   const SceneMotion scene = scene_motion(series_of(tracks));
   EXPECT_THAT(scene.features, ElementsAre(3, 3, 2, 0, 1, 1));

@@ -14,8 +14,8 @@ inline double sine(double turns) {
   return std::sin(2 * std::numbers::pi * turns);
 }
 
-/// Features that move as `position(feature, time)` says and are claimed where `claimed` says, with noise of `sigma` px,
-/// at times that are off 25 frames a second by up to 4 ms.
+/// Features that move as `position(feature, time)` says and are claimed where `claimed` says, with noise of `sigma` px.
+/// The times differ from 25 frames a second by up to 4 ms.
 inline Series series_of_signals(
     std::size_t features, double seconds, double sigma, unsigned seed,
     const std::function<cv::Point2d(std::size_t, double)> &position,

@@ -10,7 +10,7 @@
 namespace csd::motion {
 namespace {
 
-TEST(FTail, WhereThereIsAClosedForm) {
+TEST(FTail, EqualsItsClosedForms) {
   // Of 2 and m degrees of freedom: (1 + 2 r / m)^(−m/2). Of m and 2: 1 − (1 + 2 / (m r))^(−m/2).
   for (const double m : {1., 4., 10., 57.5, 4000.})
     for (const double r : {.01, .5, 1., 3., 40., 1e4}) {
@@ -23,7 +23,7 @@ TEST(FTail, WhereThereIsAClosedForm) {
   EXPECT_EQ(f_tail(0, 3, 4), 1);
 }
 
-TEST(FTail, AsInTables) {
+TEST(FTail, EqualsTheTables) {
   // Upper 5 % and 1 % points of F.
   EXPECT_NEAR(f_tail(3.3258, 5, 10), .05, 1e-5);
   EXPECT_NEAR(f_tail(2.3479, 10, 20), .05, 1e-5);
@@ -42,12 +42,12 @@ std::vector<double> noise(std::size_t count, unsigned seed, double exponent = 0)
 TEST(Background, IsTheMeanOfWhiteNoise) {
   const auto spectrum = noise(4000, 1);
   const Background background = background_at(spectrum, 10, 2000, 5, 1, 2);
-  // Half of 2010 to each side, without the 9 around it.
+  // Half of 2010 on each side, without the 9 in the middle.
   EXPECT_DOUBLE_EQ(background.width, 2 * 1005 + 1 - 9);
   EXPECT_NEAR(background.level, 1, .15);
 }
 
-TEST(Background, OtherPeaksDontRaiseIt) {
+TEST(Background, OtherPeaksDoNotRaiseIt) {
   auto spectrum = noise(400, 2);
   const double before = background_at(spectrum, 10, 200, 5, 1, 2).level;
   for (const std::size_t i : {150, 151, 250, 251, 198, 200, 203}) spectrum[i] = 1e6;
@@ -55,7 +55,7 @@ TEST(Background, OtherPeaksDontRaiseIt) {
 }
 
 TEST(Background, OfRedNoiseIsNotTooLowAtTheSlowEnd) {
-  // 1/f², at the band's lowest frequencies, where all there is to compare with is less.
+  // 1/f² at the band's lowest frequencies, where all frequencies to compare with have less power.
   double sum = 0;
   for (unsigned seed = 0; seed < 200; ++seed)
     sum += background_at(noise(200, seed, -2), 10, 1, 3, 1, 2).level * std::pow(11, 2) / 200;
@@ -63,8 +63,8 @@ TEST(Background, OfRedNoiseIsNotTooLowAtTheSlowEnd) {
   EXPECT_LT(sum, 1.5);
 }
 
-TEST(FalseAlarm, IsNotExceededByNoise) {
-  // The highest of 200 places, against all others: how often does it seem to be improbable?
+TEST(FalseAlarm, IsRarelyExceededByNoise) {
+  // The highest of 200 places against all others: how often does it seem improbable?
   int alarms = 0;
   constexpr unsigned draws = 2000;
   for (unsigned seed = 0; seed < draws; ++seed) {
@@ -76,10 +76,10 @@ TEST(FalseAlarm, IsNotExceededByNoise) {
     alarms += least < .1;
   }
   EXPECT_LT(alarms, .12 * draws);
-  EXPECT_GT(alarms, .01 * draws) << "so cautious that it sees nothing";
+  EXPECT_GT(alarms, .01 * draws) << "too cautious to detect anything";
 }
 
-TEST(FalseAlarm, KnowsNothingWithoutABackground) {
+TEST(FalseAlarm, IsUnknownWithoutABackground) {
   EXPECT_EQ(false_alarm(5, {}, 2, 10), 1);
   EXPECT_EQ(false_alarm(5, {0, 30}, 2, 10), 1);
 }

@@ -6,7 +6,7 @@
 namespace csd {
 namespace {
 
-TEST(AffineState, ScaleIsTheRootOfTheAreaRatio) {
+TEST(AffineState, TheScaleIsTheRootOfTheAreaRatio) {
   EXPECT_DOUBLE_EQ(AffineState{}.scale(), 1);
   EXPECT_DOUBLE_EQ((AffineState{{5, 6}, {2, 1, 0, 8}}.scale()), 4);
   EXPECT_DOUBLE_EQ((AffineState{{5, 6}, {0, -3, 3, 0}}.scale()), 3);

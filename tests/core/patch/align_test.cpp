@@ -75,8 +75,9 @@ double error_of(std::uint64_t seed, const cv::Matx22d &shape, double noise, cons
   return worst;
 }
 
-// The start knows neither the offset, up to a pixel, nor the shape. Without noise, what is left is bilinear sampling:
-// it weakens short waves, half way between pixels by cos(π/λ), and a patch of several waves moves with their shares.
+// The start has the offset wrong by up to a pixel, and the shape, too. Without noise, bilinear sampling is the only
+// error left: half-way between pixels it weakens short waves by cos(π/λ), and a patch of several waves moves with their
+// shares.
 TEST(Align, FindsPositionAndShape) {
   cv::RNG rng(4);
   constexpr int textures = 24;
@@ -87,7 +88,7 @@ TEST(Align, FindsPositionAndShape) {
     EXPECT_LT(noisy, .1) << k;
     mean += exact / textures;
     mean_with_noise += noisy / textures;
-    // What is stretched was smoothed less, too.
+    // A stretched picture was smoothed less, too.
     const auto some = [&] { return rng.uniform(-.05, .05); };
     const cv::Matx22d other = similarity(rng.uniform(-3., 3.)) * cv::Matx22d(1 + some(), some(), 0, 1 + some());
     EXPECT_LT(error_of(k, other, 0, vague()), .04) << k;
@@ -99,7 +100,7 @@ TEST(Align, FindsPositionAndShape) {
   EXPECT_LT(mean_with_noise, .05);
 }
 
-TEST(Align, ACoarsePassEndsSoonerAndAsNearAsItSays) {
+TEST(Align, ACoarsePassEndsSoonerWithinItsBound) {
   const Waves texture(3, 9, 30, 20);
   const AnchorLevel known = anchor(texture, 0);
   const Pyramid frame = pyramid(render(texture, {.state = {{65.4, 63.3}}}));
@@ -124,9 +125,9 @@ TEST(Align, FollowsGainBiasRotationAndScale) {
       const Alignment a =
           align(pyramid(render(texture, view)), no_glare, known.level(level), level, start, {}, AlignModel::similarity);
       ASSERT_TRUE(a.usable);
-      // A picture of another scale was smoothed to another degree (FindsPositionAndShape): worst at .4.
+      // A picture at another scale was smoothed to another degree (FindsPositionAndShape): worst at .4.
       EXPECT_LT(distance(a.state, view.state), .06 * std::ldexp(scale, level)) << degrees << ' ' << scale;
-      // A similarity stays one.
+      // A similarity stays a similarity.
       EXPECT_NEAR(a.state.shape(0, 0), a.state.shape(1, 1), 1e-9);
       EXPECT_NEAR(a.state.shape(0, 1), -a.state.shape(1, 0), 1e-9);
       EXPECT_NEAR(a.state.scale(), scale, .01 * scale) << degrees << ' ' << scale;
@@ -134,7 +135,7 @@ TEST(Align, FollowsGainBiasRotationAndScale) {
     }
 }
 
-/// Sets every pixel of the view for which `where` holds, in offsets from the feature.
+/// Paints every pixel of the view for which `where` holds, in offsets from the feature.
 template <class Where>
 void paint(cv::Mat &luma, const AffineState &state, int value, Where where) {
   for (int y = 0; y < luma.rows; ++y)
@@ -142,7 +143,7 @@ void paint(cv::Mat &luma, const AffineState &state, int value, Where where) {
       if (where(x - state.position.x, y - state.position.y)) luma.ptr(y)[x] = static_cast<std::uint8_t>(value);
 }
 
-TEST(Align, OutliersAreNotFollowed) {
+TEST(Align, DoesNotFollowOutliers) {
   const Waves texture(5, 6, 25, 20);
   const AnchorLevel level0 = anchor(texture, 0);
   View view;
@@ -153,7 +154,7 @@ TEST(Align, OutliersAreNotFollowed) {
       align(pyramid(luma), no_glare, level0, 0, {view.state.position + cv::Point2d(.5, .4)}, {}, AlignModel::affine);
   ASSERT_TRUE(a.usable);
   EXPECT_LT(distance(a.state, view.state), .1);
-  // The weights that the painted pixels' differences have, at the truth.
+  // At the truth, the weights of the painted pixels' differences.
   const PatchSample clean = sample(pyramid(render(texture, view)), no_glare, view.state, 0);
   const PatchSample painted = sample(pyramid(luma), no_glare, view.state, 0);
   double inliers = 0;
@@ -164,7 +165,7 @@ TEST(Align, OutliersAreNotFollowed) {
   EXPECT_EQ(a.unmasked, 1);
 }
 
-TEST(Align, MaskedHighlightsCountForNothing) {
+TEST(Align, MaskedHighlightsDoNotCount) {
   const Waves texture(6, 6, 25, 8);
   const AnchorLevel level0 = anchor(texture, 0);
   View view;
@@ -195,7 +196,7 @@ TEST(Align, MaskedHighlightsCountForNothing) {
     EXPECT_NEAR(a.unmasked, share, .01);
     EXPECT_GT(a.inliers, .9);
     EXPECT_GT(a.zncc, .95);
-    // Not looked at, it spoils the correlation.
+    // Without its mask, the highlight lowers the correlation.
     EXPECT_LT(run(p, no_glare, level0, 0, start, {}, AlignModel::affine, fine_precision).zncc, .5);
   }
 }
@@ -216,7 +217,7 @@ TEST(Align, StrongPriorsHold) {
   const Alignment stiff = align(p, no_glare, level0, 0, start, prior, AlignModel::affine);
   EXPECT_LT(cv::norm(stiff.state.shape - cv::Matx22d::eye()), 1e-3);
   EXPECT_LT(distance(stiff.state, view.state), .15);
-  // One direction known, one not.
+  // One direction is known, the other is not.
   prior = vague();
   prior.position = {1e6, 0, 0, 0};
   const Alignment along = align(p, no_glare, level0, 0, start, prior, AlignModel::affine);
@@ -229,8 +230,8 @@ struct Linear {
   cv::Matx22d shear, information;
 };
 
-/// The step from `start` to the MAP estimate, from its definition and solved densely, all eight unknowns at once. The
-/// robust weights are those at `found`, where it ends: there, weighted least squares and the robust estimate agree.
+/// The step from `start` to the MAP estimate, straight from its definition: a dense solution of all eight unknowns.
+/// Takes the robust weights at `found`, the end: there, weighted least squares and the robust estimate agree.
 Linear dense_step(const Pyramid &frame, const AnchorLevel &a, const AffineState &start, int level,
                   const AlignPrior &prior, const Alignment &found) {
   const PatchSample before = sample(frame, no_glare, start, level), after = sample(frame, no_glare, found.state, level);
@@ -250,7 +251,7 @@ Linear dense_step(const Pyramid &frame, const AnchorLevel &a, const AffineState 
       g += w * residual(before) * J;
     }
   for (int i = 2; i < 6; ++i) H(i, i) += 1 / (prior.shape * prior.shape);
-  // What the data say of the shift when the rest is unknown: the inverse of its covariance.
+  // The information on the shift if all the rest is unknown: the inverse of its covariance.
   const cv::Matx<double, 8, 8> covariance = H.inv();
   const cv::Matx22d B = start.shape * std::ldexp(1., level), back = B.inv();
   Linear out;
@@ -265,7 +266,7 @@ Linear dense_step(const Pyramid &frame, const AnchorLevel &a, const AffineState 
   return out;
 }
 
-// The priors are such that what is found is a step so small that a linear one is all there is.
+// Strong priors keep the step so small that it is linear.
 TEST(Align, TheStepIsTheMapEstimate) {
   const Waves texture(8, 9, 30, 20);
   for (const int level : {0, 1})
@@ -291,7 +292,7 @@ TEST(Align, TheStepIsTheMapEstimate) {
     }
 }
 
-TEST(Align, SaysHowWellItFits) {
+TEST(Align, ReportsTheQualityOfTheFit) {
   const Waves texture(9, 6, 25, 20);
   const AnchorLevel a = anchor(texture, 0);
   View view;
@@ -305,7 +306,7 @@ TEST(Align, SaysHowWellItFits) {
   fixed.shape = 1e-6;
   const Alignment found = align(p, no_glare, a, 0, view.state, fixed, AlignModel::affine);
   ASSERT_TRUE(found.usable);
-  // With everything held the state is the start's, of which all can be computed.
+  // When nothing can move, the state is the start's, from which all results follow.
   const PatchSample s = sample(p, no_glare, view.state, 0);
   double t = 0, i = 0, tt = 0, ii = 0, it = 0;
   std::vector<double> sizes;
@@ -325,12 +326,12 @@ TEST(Align, SaysHowWellItFits) {
   EXPECT_EQ(found.unmasked, 1);
 }
 
-TEST(Align, ThePicturesEdge) {
+TEST(Align, AcceptsAPatchOverThePicturesEdge) {
   const Waves texture(10, 6, 25, 20);
   const AnchorLevel a = anchor(texture, 0);
   for (const auto run : {align, align_scalar}) {
     View view;
-    view.state.position = {4.3, 70.6};  // 15 of 21 columns are in
+    view.state.position = {4.3, 70.6};  // 15 of 21 columns are inside
     const Pyramid p = pyramid(render(texture, view));
     const Alignment most =
         run(p, no_glare, a, 0, {view.state.position + cv::Point2d(.4, -.3)}, {}, AlignModel::affine, fine_precision);
@@ -350,7 +351,7 @@ TEST(Align, ThePicturesEdge) {
   }
 }
 
-TEST(Align, NothingToSeeIsNotUsable) {
+TEST(Align, WithoutTextureItIsNotUsable) {
   const Waves texture(3, 6, 25, 20);
   const AnchorLevel a = anchor(texture, 0);
   const Pyramid flat = pyramid(cv::Mat(128, 128, CV_8UC1, 90)), textured = pyramid(render(texture, {}));
@@ -375,8 +376,8 @@ TEST(Align, NothingToSeeIsNotUsable) {
     }
 }
 
-// Across stripes the position is known, along them it is not: it stays, and the information says so.
-TEST(Align, StripesAreKnownInOneDirection) {
+// Across stripes the position is known. Along them it is not: it stays, and the information says so.
+TEST(Align, StripesFixOneDirectionOnly) {
   cv::Mat first(128, 128, CV_8UC1), second = first.clone();
   for (int x = 0; x < 128; ++x) {
     first.col(x).setTo(std::lround(128 + 40 * std::sin(x * .5)));
@@ -390,9 +391,9 @@ TEST(Align, StripesAreKnownInOneDirection) {
   EXPECT_GT(r.information(0, 0), 100 * std::abs(r.information(1, 1)));
 }
 
-// The bound is a hundredth of a sample, which is the pixel of the pyramid's level (√2 of it at most) or, where a level
-// is magnified, the pixel of the picture. The twins differ by rounding (1e-4) but where one takes a step more.
-TEST(Align, SimdIsAsThePlainTwin) {
+// The bound is a hundredth of a sample: of a pixel of the pyramid's level (√2 of it at most) or, where a level is
+// magnified, of the picture. The twins differ by rounding (1e-4), except where one takes a step more.
+TEST(Align, SimdMatchesItsPlainTwin) {
   const auto targets = hwy::SupportedAndGeneratedTargets();
   ASSERT_FALSE(targets.empty());
   cv::RNG rng(5);

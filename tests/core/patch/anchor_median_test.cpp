@@ -25,8 +25,8 @@ PatchSample texture(double gain, double bias) {
   return s;
 }
 
-// It lies on a fifth of the patch in every third sample, among them the first, to whose brightness the others are
-// brought; brightness and contrast change all the time.
+// The highlight covers a fifth of the patch in every third sample, including the first, whose brightness the others are
+// adjusted to. Brightness and contrast change all the time.
 TEST(AnchorMedian, APassingHighlightLeavesNoTrace) {
   AnchorMedian median;
   for (int k = 0; k < 12; ++k) {
@@ -38,7 +38,7 @@ TEST(AnchorMedian, APassingHighlightLeavesNoTrace) {
   }
   EXPECT_EQ(median.size(), 12u);
   const AnchorLevel found = median.make(), clean = make_anchor_level(texture(1, 100));
-  // The highlight's own light leaves the mean, no more.
+  // The highlight changes the mean, and nothing else.
   const float offset = found.patch.at(-9, 9) - clean.patch.at(-9, 9);
   EXPECT_NEAR(offset, 0, .2);
   for_each_offset([&](int x, int y) {
@@ -47,7 +47,7 @@ TEST(AnchorMedian, APassingHighlightLeavesNoTrace) {
   });
 }
 
-TEST(AnchorMedian, NoiseGoesDown) {
+TEST(AnchorMedian, ReducesNoise) {
   AnchorMedian median;
   cv::RNG rng(3);
   for (int k = 0; k < 13; ++k) {
@@ -58,8 +58,7 @@ TEST(AnchorMedian, NoiseGoesDown) {
   const AnchorLevel found = median.make(), clean = make_anchor_level(texture(1, 100));
   double sum = 0;
   for_each_offset([&](int x, int y) { sum += std::pow(found.patch.at(x, y) - clean.patch.at(x, y), 2); });
-  // A median of n has the deviation σ·√(π/2n), 1.04 for thirteen; gains that noise pulled to either side would add to
-  // it.
+  // A median of n has the deviation σ·√(π/2n), 1.04 for thirteen. Gains misled by noise would add to it.
   EXPECT_NEAR(std::sqrt(sum / PatchPlane::pixels), 1.04, .05);
 }
 
@@ -73,12 +72,12 @@ TEST(AnchorMedian, MaskedInMoreThanTwoThirdsIsMasked) {
   }
   const AnchorLevel found = median.make(), clean = make_anchor_level(texture(1, 100));
   EXPECT_EQ(found.weight.at(2, 3), 1);
-  EXPECT_NEAR(found.patch.at(2, 3), clean.patch.at(2, 3), .1);  // of the four that saw it
+  EXPECT_NEAR(found.patch.at(2, 3), clean.patch.at(2, 3), .1);  // from the four that saw it
   EXPECT_EQ(found.weight.at(-4, 5), 0);
   EXPECT_EQ(found.weight.at(0, 0), 1);
 }
 
-TEST(AnchorMedian, NothingButMaskedOrFlatIsFinite) {
+TEST(AnchorMedian, MaskedOrFlatSamplesGiveFiniteValues) {
   PatchSample masked = texture(1, 100), flat;
   masked.weight = {};
   for_each_offset([&](int x, int y) { flat.value.at(x, y) = 80, flat.weight.at(x, y) = 1; });
@@ -93,7 +92,7 @@ TEST(AnchorMedian, NothingButMaskedOrFlatIsFinite) {
   }
 }
 
-/// Of sample k: other light, noise, a highlight that is masked or not, and what is masked for no reason.
+/// Sample k, with other light, noise, and a highlight, masked or not; some other pixels are masked, too.
 PatchSample disturbed(int k, cv::RNG &rng) {
   const double contrast = k % 5 ? 20 : .5, noise = rng.uniform(.3, 6.);
   const test::Waves waves(static_cast<std::uint64_t>(k % 7), 6, 30, contrast);
@@ -108,7 +107,7 @@ PatchSample disturbed(int k, cv::RNG &rng) {
   return s;
 }
 
-TEST(AnchorMedian, CompactAgreesWithThePlainTwin) {
+TEST(AnchorMedian, TheCompactFormAgreesWithItsPlainTwin) {
   on_all_targets([] {
     cv::RNG rng(11);
     for (int k = 0; k < 20; ++k) {
@@ -121,9 +120,9 @@ TEST(AnchorMedian, CompactAgreesWithThePlainTwin) {
   });
 }
 
-// The twin takes ten rounds in double precision with exact medians. What differs is an affine function of grey levels:
-// compared where most of them are, within three deviations of their middle.
-TEST(AnchorMedian, BroughtToTheSameBrightnessAsByThePlainTwin) {
+// The twin takes ten rounds in double precision with exact medians. The difference is an affine function of grey
+// levels, so it is compared where most of them are: within three deviations of their middle.
+TEST(AnchorMedian, AdjustsBrightnessLikeItsPlainTwin) {
   on_all_targets([] {
     for (int k = 0; k < 200; ++k) {
       cv::RNG rng(static_cast<std::uint64_t>(k) + 1);

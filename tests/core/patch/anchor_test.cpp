@@ -20,7 +20,7 @@ using test::similarity;
 constexpr int radius = PatchPlane::radius;
 const GlareWeights no_glare;
 
-/// A picture whose grey level is a plane, which neither the pyramid's smoothing nor bilinear sampling changes.
+/// A picture whose grey level is a plane: neither the pyramid's smoothing nor bilinear sampling changes it.
 cv::Mat plane(cv::Size size, double x, double y, double constant) {
   cv::Mat m(size, CV_8UC1);
   for (int j = 0; j < m.rows; ++j)
@@ -38,7 +38,7 @@ TEST(Anchor, KnowsItsLevels) {
   Anchor a;
   a.set(1, {});
   EXPECT_EQ(a.fine_level(1), 1);
-  EXPECT_EQ(a.fine_level(.1), 1);  // too small for all that exist: the coarsest
+  EXPECT_EQ(a.fine_level(.1), 1);  // too small for any of its levels: the coarsest
   a.set(2, {});
   a.set(0, {});
   EXPECT_TRUE(a.has(0) && a.has(1) && a.has(2));
@@ -47,14 +47,14 @@ TEST(Anchor, KnowsItsLevels) {
   EXPECT_EQ(a.fine_level(.74), 1);
   EXPECT_EQ(a.fine_level(.37), 2);
   EXPECT_EQ(a.fine_level(.1), 2);
-  EXPECT_EQ(a.fine_level(3), 0);  // −1 would do, but is not there
+  EXPECT_EQ(a.fine_level(3), 0);  // −1 would do, but doesn't exist
   a.set(-2, {});
   EXPECT_EQ(a.fine_level(2.9), 0);
-  EXPECT_EQ(a.fine_level(3), -2);  // the finest, also past a gap
+  EXPECT_EQ(a.fine_level(3), -2);  // the finest, also beyond a gap
 }
 
 TEST(Sample, ReadsThroughTheState) {
-  // 1 and 2 grey levels a pixel: whole values at all pixels.
+  // 1 and 2 grey levels a pixel: integers at all pixels.
   const Pyramid p = pyramid(plane({100, 60}, 1, 2, 10));
   for (const int level : {0, 1}) {
     const AffineState state{{50.25, 30.75}, similarity(30, .7)};
@@ -81,8 +81,8 @@ TEST(Sample, OutsideThePictureWeighsNothing) {
   EXPECT_EQ(far.inside, 0);
 }
 
-TEST(Sample, LargePatchesAreSampledToo) {
-  // Past the coarsest level a patch spans more than any tile.
+TEST(Sample, AcceptsLargePatches) {
+  // Above the coarsest level, a patch spans more than any tile.
   const Pyramid p = pyramid(cv::Mat(900, 1600, CV_8UC1, 77));
   const PatchSample s = sample(p, no_glare, {{800, 450}, cv::Matx22d::eye() * 20}, 2);
   EXPECT_EQ(s.inside, 11. * 20 / 441);  // at level 4, 100 × 57 pixels, samples are 5 apart
@@ -106,7 +106,7 @@ TEST(Sample, HighlightsWeighNothing) {
   EXPECT_EQ(s.weight.at(3, 0), 0);
 }
 
-TEST(AnchorLevel, MeanGoesOutAndGradientsAreCentral) {
+TEST(AnchorLevel, RemovesTheMeanAndHasCentralGradients) {
   PatchSample s;
   for_each_offset([&](int x, int y) {
     s.value.at(x, y) = static_cast<float>(x * x + 3 * y + 50);

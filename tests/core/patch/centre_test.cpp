@@ -21,7 +21,7 @@ class Centre : public testing::Test {
     ASSERT_TRUE(seen.usable);
     bias_ = seen.bias;
   }
-  /// At the very place, of a picture that something covers.
+  /// At the anchor's own place, in a picture with an area `covered`.
   double of(cv::Rect covered) {
     luma_(covered).setTo(250);
     pyramid_.build(luma_);
@@ -36,9 +36,9 @@ class Centre : public testing::Test {
   double bias_ = 0;
 };
 
-TEST_F(Centre, IsOneWhereAllFits) {
+TEST_F(Centre, IsOneWhereEverythingFits) {
   EXPECT_GT(of({0, 0, 1, 1}), 0.98);
-  // What covers a corner of the patch leaves the centre alone.
+  // A covered corner of the patch leaves the centre alone.
   EXPECT_GT(of({164, 124, 10, 10}), 0.85);
 }
 
@@ -46,19 +46,19 @@ TEST_F(Centre, IsLowWhereThePointItselfIsCovered) {
   EXPECT_LT(of({155, 115, 11, 11}), 0.1);
 }
 
-TEST_F(Centre, HalfCoveredIsAboutAHalf) {
-  const double half = of({161, 105, 12, 30});  // 3 of 7 columns, and the blur of the pyramid
+TEST_F(Centre, IsAboutAHalfWhereHalfIsCovered) {
+  const double half = of({161, 105, 12, 30});  // 3 of 7 columns, and the pyramid's blur
   EXPECT_GT(half, 0.2);
   EXPECT_LT(half, 0.7);
 }
 
-TEST_F(Centre, KnowsOfGainBiasAndNoise) {
+TEST_F(Centre, AllowsForGainBiasAndNoise) {
   const auto seen = sample(pyramid_, glare_, {at_}, 0);
   auto brighter = seen.value;
   for (auto &x : brighter.data) x = 2 * x + 30;
   EXPECT_GT(centre_inliers(anchor_, brighter, seen.weight, 2, 2 * bias_ + 30, 1).value(), 0.98);
   EXPECT_LT(centre_inliers(anchor_, brighter, seen.weight, 1, bias_, 1).value(), 0.1);
-  // Noise that is usual is no misfit: 12 grey levels are two deviations of 6, and 1 + (12 / 18)² squared is 2.09.
+  // Usual noise is no misfit: 12 grey levels are two deviations of 6, and 1 + (12 / 18)² squared is 2.09.
   auto off = seen.value;
   for (auto &x : off.data) x += 12;
   EXPECT_NEAR(centre_inliers(anchor_, off, seen.weight, 1, bias_, 6).value(), 1 / 2.09, 0.05);
@@ -79,10 +79,10 @@ TEST_F(Centre, IsPartOfAnAlignment) {
   const auto inliers = [&] { return align(pyramid_, glare_, anchor_, 0, {at_}, {}, AlignModel::affine); };
   for (int v = -3; v <= 3; ++v)
     for (int u = -3; u <= 3; ++u) anchor_.weight.at(u, v) = 0;
-  EXPECT_EQ(inliers().centre, inliers().inliers) << "where the anchor knows nothing of the middle";
+  EXPECT_EQ(inliers().centre, inliers().inliers) << "the anchor's middle is masked";
 }
 
-TEST_F(Centre, IsUnknownWhereTheAnchorKnowsNothing) {
+TEST_F(Centre, IsUnknownWhereTheAnchorIsMasked) {
   const auto seen = sample(pyramid_, glare_, {at_}, 0);
   for (int v = -3; v <= 3; ++v)
     for (int u = -3; u <= 1; ++u) anchor_.weight.at(u, v) = 0;  // 35 of 49

@@ -17,11 +17,11 @@ HWY_BEFORE_NAMESPACE();
 namespace csd {
 namespace HWY_NAMESPACE {
 
-// `scattered`: kQuantised of them.
+// `scattered` has kQuantised values.
 double MedianOfScattered(const std::int16_t *scattered, int n, int high, int resolution) {
 #if HWY_TARGET == HWY_SCALAR
   static_cast<void>(scattered), static_cast<void>(n), static_cast<void>(high), static_cast<void>(resolution);
-  return -1;  // has none
+  return -1;  // this target has none
 #else
   return Median(scattered, n, high, resolution);
 #endif
@@ -40,7 +40,7 @@ namespace {
 HWY_EXPORT(MedianOfScattered);
 constexpr std::size_t size = HWY_NAMESPACE::kQuantised;
 
-/// Of values put at random among what doesn't count.
+/// The median of values at random places among ones that don't count.
 double median_of(std::vector<std::int16_t> values, cv::RNG &random, int high, int resolution) {
   const int n = static_cast<int>(values.size());
   values.resize(size, 32767);
@@ -58,7 +58,7 @@ void on_vector_targets(Test test) {
   });
 }
 
-// Between the middle value and the next whole number, by how many are equal to it.
+// The position between the middle value and the next integer depends on how many values are equal to it.
 TEST(Median, IsInterpolatedWithinAUnit) {
   on_vector_targets([] {
     cv::RNG random(1);

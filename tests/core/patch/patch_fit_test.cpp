@@ -19,7 +19,7 @@ using test::on_all_targets;
 
 constexpr int radius = PatchPlane::radius;
 
-/// T = 2x + 3y + 5 sin(x y / 7) with weights 1, but ½ in the upper half; its analytic gradients stand in for central
+/// T = 2x + 3y + 5 sin(x y / 7) with weights 1, but ½ in the upper half. Its analytic gradients replace central
 /// differences.
 AnchorLevel anchor() {
   AnchorLevel a;
@@ -39,7 +39,7 @@ PatchPlane ones() {
   return p;
 }
 
-TEST(PatchFit, FitOfAnExactPatch) {
+TEST(PatchFit, OfAnExactPatchIsExact) {
   const AnchorLevel a = anchor();
   PatchPlane value, robust = ones();
   for_each_offset([&](int x, int y) { value.at(x, y) = .5F * a.patch.at(x, y) + 40; });
@@ -67,7 +67,7 @@ TEST(PatchFit, FitOfAnExactPatch) {
 TEST(PatchFit, ResidualsGiveNoiseWeightsAndGradient) {
   const AnchorLevel a = anchor();
   PatchPlane value, robust = ones();
-  // Residuals of both signs alike: no effect on the gain or bias by symmetry within the noise, thus known but for that.
+  // Residuals of either sign are equally likely, so by symmetry gain and bias are known to within the noise.
   cv::RNG rng(1);
   for_each_offset([&](int x, int y) {
     value.at(x, y) = a.patch.at(x, y) + static_cast<float>(rng.gaussian(6));
@@ -98,7 +98,7 @@ TEST(PatchFit, ResidualsGiveNoiseWeightsAndGradient) {
   EXPECT_LT(robust.at(9, 0), .05);
 }
 
-TEST(PatchFit, NoiseComesFromWhatHasWeight) {
+TEST(PatchFit, NoiseComesFromWeightedSamples) {
   AnchorLevel a = anchor();
   PatchPlane value, robust = ones(), weight = ones();
   for_each_offset([&](int x, int y) {
@@ -112,7 +112,7 @@ TEST(PatchFit, NoiseComesFromWhatHasWeight) {
   EXPECT_NEAR(fit.noise, 1.48 * 3, .3);
 }
 
-TEST(PatchFit, TheMatrixIsKeptWhileWeightsStay) {
+TEST(PatchFit, KeepsTheMatrixWhileWeightsStay) {
   const AnchorLevel a = anchor();
   PatchPlane value = a.patch, robust = ones();
   PatchFit fit;
@@ -126,7 +126,7 @@ TEST(PatchFit, TheMatrixIsKeptWhileWeightsStay) {
   EXPECT_GT(fit.matrix[0][0], 0);
 }
 
-TEST(PatchFit, GainHasAFloor) {
+TEST(PatchFit, TheGainHasAFloor) {
   const AnchorLevel a = anchor();
   PatchPlane robust = ones(), value;
   PatchFit fit;
@@ -137,7 +137,7 @@ TEST(PatchFit, GainHasAFloor) {
   EXPECT_FLOAT_EQ(static_cast<float>(fit.gain), smallest_gain);
 }
 
-TEST(PatchFit, MomentsByHand) {
+TEST(PatchFit, MomentsAreAsComputedByHand) {
   AnchorLevel a;
   PatchPlane value, weight;
   // Three samples: T = 1, 2, 3 with weights 1, 1, 2; I = 10, 30, 20. Means 2.25 and 20.
@@ -151,7 +151,7 @@ TEST(PatchFit, MomentsByHand) {
   EXPECT_EQ(patch_moments_scalar(a, value, {}).weight, 0);
 }
 
-TEST(PatchFit, AgreesWithThePlainTwin) {
+TEST(PatchFit, AgreesWithItsPlainTwin) {
   on_all_targets([] {
     cv::RNG rng(5);
     for (int k = 0; k < 200; ++k) {
@@ -195,8 +195,8 @@ TEST(PatchFit, AgreesWithThePlainTwin) {
   });
 }
 
-// The noise is exact where the weights don't depend on it, so that no entry of the matrix can hide behind a tolerance.
-TEST(PatchFit, TheMatrixOfAnExactFit) {
+// The noise is exact where the weights don't depend on it, so no error in the matrix can hide behind a tolerance.
+TEST(PatchFit, TheMatrixOfAnExactFitIsExact) {
   on_all_targets([] {
     const test::Waves waves(3, 6, 40, 20);
     AnchorLevel a;
@@ -219,7 +219,7 @@ TEST(PatchFit, TheMatrixOfAnExactFit) {
   });
 }
 
-TEST(PatchFit, NothingThatCountsIsNoNoise) {
+TEST(PatchFit, WithoutWeightThereIsNoNoise) {
   on_all_targets([] {
     AnchorLevel a;
     PatchPlane robust;
@@ -233,7 +233,7 @@ TEST(PatchFit, NothingThatCountsIsNoNoise) {
   });
 }
 
-TEST(PatchFit, MomentsAgreeWithThePlainTwin) {
+TEST(PatchFit, MomentsAgreeWithTheirPlainTwin) {
   on_all_targets([] {
     cv::RNG rng(9);
     AnchorLevel a;

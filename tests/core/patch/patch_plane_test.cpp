@@ -15,7 +15,7 @@ TEST(PatchPlane, EverySampleHasItsPlace) {
       const std::size_t i = PatchPlane::index(x, y);
       places.insert(i);
       EXPECT_LT(i, PatchPlane::size);
-      // Its column among two rows says its v, but for a step of 2 down.
+      // The lane tables repeat every two rows: y is the table's value plus 2 a period.
       EXPECT_EQ(patch_lanes::x[i % patch_lanes::period], x);
       EXPECT_EQ(patch_lanes::y[i % patch_lanes::period] + 2 * static_cast<float>(i / patch_lanes::period), y);
     }

@@ -22,7 +22,7 @@ cv::Mat noise16(cv::Size size) {
   return m;
 }
 
-// Every pixel is random: a sample from the wrong one would be far off.
+// Every pixel is random, so a sample of the wrong pixel would be far off.
 TEST(PatchTile, TilesAreSampledAsTheLevelIs) {
   const cv::Mat level = noise16({150, 110});
   cv::Mat glare(level.size(), CV_8UC1, 255);
@@ -37,7 +37,7 @@ TEST(PatchTile, TilesAreSampledAsTheLevelIs) {
       PatchMap map;
       map.step =
           similarity(rng.uniform(-180., 180.), rng.uniform(.1, 2.6)) * cv::Matx22d(1, rng.uniform(-.3, .3), 0, 1);
-      // Sometimes a step on from the last one: the tile stays.
+      // Some maps step on from the last one, within the same tile.
       if (k % 3 == 0) map.origin = {rng.uniform(-20., 170.), rng.uniform(-20., 130.)};
       if (k % 3) map.origin = {75 + rng.uniform(-1., 1.), 50 + rng.uniform(-1., 1.)};
       if (k % 3 != 2) tile->width = 0;
@@ -53,7 +53,7 @@ TEST(PatchTile, TilesAreSampledAsTheLevelIs) {
       plain += tile->plain;
       partial += inside > 0 && inside < 1;
       for_each_offset([&](int x, int y) {
-        // A coordinate is a sum of floats within the tile: 2e-5 of a pixel, between neighbours up to 255 apart.
+        // A coordinate is a sum of floats within the tile: off by 2e-5 of a pixel, between neighbours up to 255 apart.
         ASSERT_NEAR(value.at(x, y), expected_value.at(x, y), .01) << k << ' ' << x << ' ' << y;
         ASSERT_NEAR(tile->plain ? 1 : weight.at(x, y), expected_weight.at(x, y), 1e-4) << k << ' ' << x << ' ' << y;
       });

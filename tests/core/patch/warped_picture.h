@@ -12,11 +12,11 @@
 
 namespace csd::test {
 
-/// A smooth random texture given by a formula: waves of random directions, wavelengths and phases. Thus any affine view
-/// of it is known at any point, without resampling.
+/// A smooth random texture as a formula: waves of random directions, wavelengths and phases. So any affine view of it
+/// is known at any point, without resampling.
 class Waves {
  public:
-  /// Wavelengths in texture units; the standard deviation in grey levels.
+  /// Wavelengths in texture units; standard deviation in grey levels.
   Waves(std::uint64_t seed, double shortest, double longest, double deviation, int count = 40) {
     cv::RNG rng(seed * 7919 + 1);
     for (int i = 0; i < count; ++i) {
@@ -39,7 +39,7 @@ class Waves {
   std::vector<Wave> waves_;
 };
 
-/// A picture in which the texture's offset u from its origin is seen at state.position + state.shape·u, as
+/// A picture that shows the texture's offset u from its origin at state.position + state.shape·u. Its values are
 /// gain·texture + bias + noise, rounded.
 struct View {
   AffineState state;
@@ -61,7 +61,7 @@ inline cv::Mat render(const Waves &texture, const View &view) {
   return out;
 }
 
-/// Rotation, then scale, of the picture.
+/// Rotates, then scales, the picture.
 inline cv::Matx22d similarity(double degrees, double scale = 1) {
   const double c = scale * std::cos(degrees * CV_PI / 180), s = scale * std::sin(degrees * CV_PI / 180);
   return {c, -s, s, c};
