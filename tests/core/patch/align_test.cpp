@@ -75,9 +75,8 @@ double error_of(std::uint64_t seed, const cv::Matx22d &shape, double noise, cons
   return worst;
 }
 
-// The start has the offset wrong by up to a pixel, and the shape, too. Without noise, bilinear sampling is the only
-// error left: half-way between pixels it weakens short waves by cos(π/λ), and a patch of several waves moves with their
-// shares.
+// The start has a wrong shape, and an offset of up to a pixel. Without noise, only bilinear sampling errs: half-way
+// between pixels it weakens short waves by cos(π/λ), and a patch of several waves moves with their shares.
 TEST(Align, FindsPositionAndShape) {
   cv::RNG rng(4);
   constexpr int textures = 24;

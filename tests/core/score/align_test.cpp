@@ -13,7 +13,7 @@ using testing::IsEmpty;
 
 constexpr std::int64_t step = 40000000;
 
-/// One feature, id 3, at x = 10·frame; frame n in line n + 1.
+/// One feature, id 3, at x = 10·frame. Frame n is line n + 1.
 Truth truth_of(std::vector<std::uint64_t> frames, bool timed = true) {
   Truth truth;
   truth.file = "truth.csv";
@@ -28,7 +28,7 @@ Truth truth_of(std::vector<std::uint64_t> frames, bool timed = true) {
   return truth;
 }
 
-/// The same, one pixel to the right.
+/// The same, moved one pixel to the right.
 Recording tracks_of(std::vector<std::uint64_t> frames, std::int64_t late = 0) {
   Recording tracks;
   tracks.file = "tracks.jsonl";
@@ -58,7 +58,7 @@ Clip aligned(const Truth &truth, const Recording &tracks, const AlignOptions &op
   return clip;
 }
 
-TEST(Align, LaysLabelledFramesBesideReports) {
+TEST(Align, MatchesLabelledFramesWithReports) {
   const Clip clip = aligned(truth_of({0, 2}), tracks_of({0, 1, 2, 3}));
   ASSERT_EQ(clip.moments.size(), 2u);
   EXPECT_EQ(clip.moments[1].frame, 2u);
@@ -75,7 +75,7 @@ TEST(Align, LaysLabelledFramesBesideReports) {
 }
 
 TEST(Align, PtsDecideWhereTheTruthHasThem) {
-  // The tracks count their frames from 5, and are 19 ms late: less than half a frame.
+  // The tracks count frames from 5, and lag by 19 ms: less than half a frame.
   Recording tracks = tracks_of({0, 1, 2}, step / 2 - 1000000);
   for (TrackFrame &frame : tracks.frames) frame.frame += 5;
   EXPECT_EQ(aligned(truth_of({0, 1, 2}), tracks).at(0, 2).dx, 1);
@@ -84,11 +84,11 @@ TEST(Align, PtsDecideWhereTheTruthHasThem) {
   EXPECT_EQ(aligned(truth_of({2}), tracks, {true, {}, 0, 0}).at(0, 0).dx, 1) << "by frame";
 }
 
-TEST(Align, FrameNumbersDecideWhereItHasNone) {
+TEST(Align, FrameNumbersDecideWhereTheTruthHasNoPts) {
   EXPECT_EQ(aligned(truth_of({1, 2}, false), tracks_of({0, 1, 2}, 12345678)).at(0, 1).dx, 1);
 }
 
-TEST(Align, AFrameThatTheTracksLackIsAnError) {
+TEST(Align, AFrameMissingInTheTracksIsAnError) {
   EXPECT_EQ(error_of(truth_of({0, 1, 2}, false), tracks_of({0, 2})), "tracks.jsonl: lacks frame 1 of truth.csv:2");
   EXPECT_EQ(error_of(truth_of({0, 3}), tracks_of({0, 1, 2})),
             "tracks.jsonl: lacks frame 3 (pts 120000000) of truth.csv:4");
@@ -97,21 +97,21 @@ TEST(Align, AFrameThatTheTracksLackIsAnError) {
   EXPECT_THAT(error_of(truth_of({0, 1}), untimed), HasSubstr("tracks.jsonl: has no pts, which truth.csv has"));
 }
 
-TEST(Align, InCsvAFrameWithoutRowsBeforeTheLastIsOneWithoutFeatures) {
+TEST(Align, InCsvAFrameWithoutRowsBeforeTheLastHasNoFeatures) {
   Recording tracks = tracks_of({0, 2});
   tracks.sparse = true;
   for (const bool timed : {true, false}) {
     std::vector<std::string> notes;
     const Clip clip = align(truth_of({0, 1, 2}, timed), tracks, {}, notes);
     EXPECT_FALSE(clip.at(0, 1).reported || clip.at(0, 1).claimed);
-    EXPECT_EQ(clip.at(0, 1).dx, 1 - 10) << "where it was reported last";
+    EXPECT_EQ(clip.at(0, 1).dx, 1 - 10) << "at its last report";
     EXPECT_EQ(clip.at(0, 2).dx, 1);
     EXPECT_THAT(notes, ElementsAre(HasSubstr("1 labelled frames have no rows")));
-    EXPECT_THAT(error_of(truth_of({0, 3}, timed), tracks), HasSubstr("lacks frame 3")) << "the file may be cut off";
+    EXPECT_THAT(error_of(truth_of({0, 3}, timed), tracks), HasSubstr("lacks frame 3")) << "the file may be truncated";
   }
 }
 
-TEST(Align, WhatIsNotClaimedKeepsTheLastReport) {
+TEST(Align, AnUnclaimedFeatureKeepsItsLastReport) {
   Recording tracks = tracks_of({0, 1, 2, 3});
   tracks.frames[1].features[0].state = FeatureState::lost;
   tracks.frames[2].features.clear();
@@ -120,11 +120,11 @@ TEST(Align, WhatIsNotClaimedKeepsTheLastReport) {
   EXPECT_FALSE(clip.at(0, 1).claimed);
   EXPECT_EQ(clip.at(0, 1).dx, 1);
   EXPECT_FALSE(clip.at(0, 2).reported);
-  EXPECT_EQ(clip.at(0, 2).dx, 11 - 20) << "reported in frame 1, which is not the frame before in the truth only";
+  EXPECT_EQ(clip.at(0, 2).dx, 11 - 20) << "the last report is of frame 1";
   EXPECT_TRUE(clip.at(0, 3).claimed);
 }
 
-TEST(Align, BeforeTheFirstReportAFeatureIsNowhere) {
+TEST(Align, BeforeItsFirstReportAFeatureHasNoPosition) {
   Recording tracks = tracks_of({0, 1});
   tracks.frames[0].features.clear();
   EXPECT_TRUE(std::isinf(aligned(truth_of({0, 1}), tracks).at(0, 0).distance()));
@@ -138,7 +138,7 @@ TEST(Align, AHiddenPointWithoutPositionHasNoError) {
   EXPECT_TRUE(std::isinf(clip.at(0, 1).distance()));
 }
 
-TEST(Align, SizesMustAgreeAndBeKnown) {
+TEST(Align, SizesMustBeKnownAndAgree) {
   Truth truth = truth_of({0});
   Recording tracks = tracks_of({0});
   tracks.width = 320;
@@ -151,7 +151,7 @@ TEST(Align, SizesMustAgreeAndBeKnown) {
   EXPECT_THAT(error_of(truth, tracks_of({0})), HasSubstr("says nothing of the picture's size"));
 }
 
-TEST(Align, FeaturesThatTheTracksNeverMentionAreAnError) {
+TEST(Align, FeaturesMissingInTheTracksAreAnError) {
   Truth truth = truth_of({0});
   truth.ids = {3, 4};
   truth.frames[0].points.push_back({Presence::visible, {5, 5}});
@@ -179,7 +179,7 @@ TEST(Align, TracksThatGoBackInTimeAreAnError) {
   EXPECT_THAT(error_of(truth_of({0, 1, 2}), tracks), HasSubstr("tracks.jsonl:2: goes back in time"));
 }
 
-TEST(Align, SaysWhereTracksBeginElsewhere) {
+TEST(Align, NotesTracksThatBeginElsewhere) {
   Truth truth = truth_of({0});
   truth.frames[0].points[0].position = {40, 0};
   std::vector<std::string> notes;
@@ -195,7 +195,7 @@ TEST(Align, OfStirOnlyTheEndIsKnown) {
   const Clip clip = align(truth, tracks_of({0, 1, 2}), {}, notes);
   EXPECT_TRUE(clip.moments.empty());
   EXPECT_THAT(clip.ends, ElementsAre(cv::Point2d(70, 0)));
-  EXPECT_THAT(clip.reports_last, ElementsAre(cv::Point2d(21, 0))) << "of the tracks' last frame";
+  EXPECT_THAT(clip.reports_last, ElementsAre(cv::Point2d(21, 0))) << "from the tracks' last frame";
   EXPECT_THAT(notes, ElementsAre(HasSubstr("compared with the last frame of tracks.jsonl, line 3")));
 }
 

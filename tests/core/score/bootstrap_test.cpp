@@ -27,7 +27,7 @@ TEST(Bootstrap, DrawsFeaturesOfOneClip) {
   EXPECT_EQ(headlines(clips)[sensitivity], .25);
 }
 
-TEST(Bootstrap, DrawsClipsAsWell) {
+TEST(Bootstrap, DrawsClipsToo) {
   // Two clips of one feature each, one wholly correct and one wholly wrong: ¼ both wrong, ½ one of each, ¼ both
   // correct.
   const auto clips = statistics({clip_of(640, 480, {{seen(0)}}), clip_of(640, 480, {{seen(9)}})});
@@ -39,19 +39,19 @@ TEST(Bootstrap, DrawsClipsAsWell) {
   EXPECT_NEAR(share[2], .25, .0125);
 }
 
-TEST(Bootstrap, ScoresAreMeansOverClipsWhateverTheirSize) {
+TEST(Bootstrap, MeansOverClipsIgnoreTheirSize) {
   const auto clips = statistics({clip_of(640, 480, {{seen(0)}}), clip_of(640, 480, {{seen(9)}, {seen(9)}, {seen(9)}})});
   EXPECT_EQ(headlines(clips)[sensitivity], .5);
 }
 
-TEST(Bootstrap, OneFeatureOfOneClipVariesNothing) {
+TEST(Bootstrap, OneFeatureOfOneClipHasNoVariance) {
   const auto clips = statistics({clip_of(640, 480, {{seen(0)}})});
   const auto drawn = bootstrap(clips, 100, 7);
   EXPECT_TRUE(std::isnan(interval(drawn, sensitivity).low));
   EXPECT_TRUE(std::isnan(compare(1, drawn, 1, drawn, sensitivity, 1).p));
 }
 
-TEST(Bootstrap, IntervalHolds95PercentOfTheDraws) {
+TEST(Bootstrap, TheIntervalHolds95PercentOfTheDraws) {
   std::vector<Headlines> drawn(1001);
   for (std::size_t i = 0; i < drawn.size(); ++i) drawn[i].fill(static_cast<double>(1000 - i));
   const Interval found = interval(drawn, sensitivity);
@@ -60,8 +60,8 @@ TEST(Bootstrap, IntervalHolds95PercentOfTheDraws) {
 }
 
 TEST(Comparison, PairsTheDraws) {
-  // b is correct where a is, and on one of 4 features more: the difference is 0 only where that one is not drawn,
-  // (3/4)⁴ = .3164 of the draws, and never below. Were the draws not pairs, it would be below in many.
+  // b is correct where a is, and on one of 4 more features. The difference is 0 only in draws without that one, (3/4)⁴
+  // = .3164 of them, and never below. Unpaired draws would often be below.
   const auto a = statistics({clip_of(640, 480, {{seen(0)}, {seen(0)}, {seen(9)}, {seen(9)}})});
   const auto b = statistics({clip_of(640, 480, {{seen(0)}, {seen(0)}, {seen(0)}, {seen(9)}})});
   const auto draws_a = bootstrap(a, draws, 7), draws_b = bootstrap(b, draws, 7);
@@ -71,7 +71,7 @@ TEST(Comparison, PairsTheDraws) {
   EXPECT_EQ(found.confidence.low, 0);
 }
 
-TEST(Comparison, TwoAlikeDoNotDiffer) {
+TEST(Comparison, EqualTrackersDoNotDiffer) {
   const auto a = statistics({clip_of(640, 480, {{seen(0)}, {seen(9)}, {seen(9)}})});
   const auto drawn = bootstrap(a, 1000, 7);
   EXPECT_EQ(compare(1. / 3, drawn, 1. / 3, drawn, sensitivity, 3).p, 1);
@@ -83,11 +83,11 @@ TEST(Comparison, ADifferenceInEveryDrawHasTheSmallestP) {
   EXPECT_EQ(compare(0, a, 1, b, sensitivity, 50).p, 2. / 1000) << "two-sided";
 }
 
-TEST(Comparison, FewFeaturesCantHaveASmallP) {
+TEST(Comparison, FewFeaturesCannotHaveASmallP) {
   const std::vector<Headlines> a(999, Headlines{}), b(999, {1, 1, 1, 1, 1, 1});
   EXPECT_EQ(compare(1, b, 0, a, sensitivity, 2).p, .5);
   EXPECT_EQ(compare(1, b, 0, a, sensitivity, 5).p, .0625)
-      << "of 32 ways to give signs to 5 differences 2 are as far out";
+      << "of the 32 signs that 5 differences can have, 2 are as extreme";
 }
 
 }  // namespace

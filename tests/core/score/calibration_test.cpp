@@ -14,7 +14,7 @@ Sample sure(double confidence, const Sample &sample) {
   return with;
 }
 
-TEST(Reliability, ByHand) {
+TEST(Reliability, IsAsComputedByHand) {
   // Bin 9: .9 true, .96 true, 1 false (6 px off). Bin 3: .3 true, .34 false (hidden). Bin 0: 0 true (near, not
   // claimed).
   const Clip clip = clip_of(640, 480,

@@ -10,14 +10,14 @@
 namespace csd::score {
 namespace {
 
-TEST(Clip, TheToleranceGrowsWithPicturesTallerThan576Lines) {
+TEST(Clip, TheToleranceGrowsAbove576Lines) {
   EXPECT_DOUBLE_EQ(tolerance(240, 4), 4);
   EXPECT_DOUBLE_EQ(tolerance(576, 4), 4);
   EXPECT_DOUBLE_EQ(tolerance(1080, 4), 7.5);
   EXPECT_DOUBLE_EQ(tolerance(1152, 5), 10);
 }
 
-TEST(Clip, ASampleKnowsItsDistanceAndWhatTheTruthSays) {
+TEST(Clip, ASampleHoldsItsDistanceAndTheTruth) {
   EXPECT_EQ(Sample().distance(), std::numeric_limits<double>::infinity());
   EXPECT_FALSE(Sample().labelled());
   EXPECT_DOUBLE_EQ(seen(3, -4).distance(), 5);
@@ -28,7 +28,7 @@ TEST(Clip, ASampleKnowsItsDistanceAndWhatTheTruthSays) {
   }
 }
 
-TEST(Clip, AFeaturesSamplesStandTogether) {
+TEST(Clip, AFeaturesSamplesAreContiguous) {
   Clip clip = clip_of(64, 48, {{seen(1), seen(2), seen(3)}, {seen(4), seen(5), seen(6)}});
   EXPECT_EQ(clip.at(0, 2).dx, 3);
   EXPECT_EQ(clip.at(1, 0).dx, 4);

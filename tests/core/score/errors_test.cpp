@@ -9,13 +9,13 @@
 namespace csd::score {
 namespace {
 
-TEST(Errors, AreThoseOfClaimsOnVisibleFeatures) {
+TEST(Errors, CountClaimsOnVisibleFeatures) {
   const Clip clip = clip_of(640, 480, {{seen(3, 4), missed(9), ghost()}, {seen(0, -2), unlabelled(), seen(1)}});
   EXPECT_EQ(claimed_errors(clip), (std::vector<double>{5, 2, 1}));
   EXPECT_EQ(claimed_errors(clip, 0, 1), (std::vector<double>{5, 2}));
 }
 
-TEST(Errors, DriftIsBetweenTheFirstAndTheLastFifth) {
+TEST(Errors, DriftComparesTheFirstAndTheLastFifth) {
   // 6 frames: a fifth, rounded up, is 2.
   const Clip clip = clip_of(640, 480, {{seen(1), seen(2), seen(3), seen(4), seen(5), seen(7)}});
   const DriftErrors drift = drift_errors(clip);
@@ -42,7 +42,7 @@ TEST(Quantile, ValuesMayBeInfinite) {
   EXPECT_EQ(quantile({infinite, 1, 2}, 0.5), 2);
 }
 
-TEST(MeanOfKnown, LeavesOutWhatIsUnknown) {
+TEST(MeanOfKnown, LeavesOutUnknownValues) {
   EXPECT_EQ(mean_of_known({1, unknown, 4}), 2.5);
   EXPECT_TRUE(std::isnan(mean_of_known({unknown})));
 }

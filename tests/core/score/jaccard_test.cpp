@@ -23,7 +23,7 @@ TEST(Jaccard, SumsAddUpWithTheirMultiples) {
   EXPECT_EQ(many.false_positive, (std::array<std::uint64_t, 5>{8, 8, 4, 4, 4}));
 }
 
-TEST(Jaccard, AClaimThatIsOffCountsTwice) {
+TEST(Jaccard, AWrongClaimCountsTwice) {
   JaccardSums sums;
   sums.add(seen(9), 9, {1, 2, 3, 4, 5});
   sums.add(seen(0), 0, {1, 2, 3, 4, 5});

@@ -43,7 +43,7 @@ std::string error_of(const Recording &tracks) {
   return "no error";
 }
 
-TEST(Palindrome, OddLength) {
+TEST(Palindrome, IsAsComputedByHandAtOddLength) {
   // Images 0 1 2 1 0. Of feature 0: 10 and 12 (returned), 20 and 25 (not apart), 30. Of feature 1: 10 and 15.1 (falsely
   // returned, apart), 20 and nothing, nothing.
   const PalindromeScore score = score_palindrome(tracks_of({{10, 20, 30, 25, 12}, {10, 20, none, none, 15.1}}));
@@ -78,7 +78,7 @@ TEST(Palindrome, ThresholdsGrowAbove576Lines) {
   EXPECT_EQ(score.apart, 1u);
 }
 
-TEST(Palindrome, WhatNeverMovesReturnsAndAgrees) {
+TEST(Palindrome, AStillTrackerReturnsAndAgrees) {
   const PalindromeScore score = score_palindrome(tracks_of({Path(41, 7.), Path(41, 300.)}));
   EXPECT_EQ(score.returned_share(), 1);
   EXPECT_EQ(score.falsely_returned_share(), 0);
@@ -86,7 +86,7 @@ TEST(Palindrome, WhatNeverMovesReturnsAndAgrees) {
   EXPECT_EQ(score.apart_share(), 0);
 }
 
-TEST(Palindrome, NothingFoundAgainLeavesNothingToCompare) {
+TEST(Palindrome, WithoutRecoveriesNothingIsCompared) {
   const PalindromeScore score = score_palindrome(tracks_of({{10, none, none}}));
   EXPECT_TRUE(std::isnan(score.apart_share()));
   EXPECT_EQ(score.returned_share(), 0);
@@ -94,7 +94,7 @@ TEST(Palindrome, NothingFoundAgainLeavesNothingToCompare) {
   EXPECT_DOUBLE_EQ(score.claimed_share(), 1. / 3);
 }
 
-TEST(Palindrome, AFeatureThatLeftTheListClaimsNothing) {
+TEST(Palindrome, AFeatureMissingInAFrameIsNotClaimed) {
   Recording tracks = tracks_of({{10, 20, 10}});
   tracks.frames.back().features.clear();
   EXPECT_EQ(score_palindrome(tracks).claims, 2u);
@@ -108,7 +108,7 @@ TEST(Palindrome, OnlyTheFirstFramesClaimsCount) {
   EXPECT_EQ(score.returned, 1u);
 }
 
-TEST(Palindrome, Refuses) {
+TEST(Palindrome, RefusesTracksThatAreNoPalindrome) {
   EXPECT_EQ(error_of(tracks_of({{10, 20}})), "tracks.jsonl: has 2 frames; a palindrome has 3 or more");
   EXPECT_EQ(error_of(tracks_of({{none, 20, 10}})), "tracks.jsonl:1: claims nothing in its first frame");
   EXPECT_EQ(error_of(tracks_of({{10, 20, 10}}, 0)), "tracks.jsonl: doesn't say the picture's height");

@@ -19,13 +19,13 @@ TEST(Quantile, InterpolatesBetweenNeighbours) {
   EXPECT_TRUE(std::isnan(quantile({}, 0.5)));
 }
 
-TEST(Quantile, InfiniteValuesAreTheLargestAndNeverMakeNothing) {
+TEST(Quantile, InfiniteValuesAreTheLargestAndNeverGiveNan) {
   EXPECT_EQ(quantile({infinite, 1, 2}, 0.5), 2);
   EXPECT_EQ(quantile({infinite, 1, 2}, 0.75), infinite);
   EXPECT_EQ(quantile({infinite, infinite, infinite}, 0.25), infinite) << "not ∞ − ∞";
 }
 
-TEST(Quantile, TheMeanLeavesOutWhatIsUnknown) {
+TEST(Quantile, TheMeanLeavesOutUnknownValues) {
   EXPECT_DOUBLE_EQ(mean_of_known({1, unknown, 4}), 2.5);
   EXPECT_TRUE(std::isnan(mean_of_known({unknown, unknown})));
   EXPECT_TRUE(std::isnan(mean_of_known({})));

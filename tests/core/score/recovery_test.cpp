@@ -9,7 +9,7 @@ namespace csd::score {
 namespace {
 
 TEST(Recovery, IsTheTimeFromTheReturnToTheFirstCorrectClaim) {
-  // Back in frame 3; a claim 6 px off is none; frame 5 is correct.
+  // Visible again in frame 3. A claim 6 px off does not count; frame 5 is correct.
   const Clip clip = clip_of(640, 480, {{seen(0), quiet(), quiet(), missed(0), seen(6), seen(5)}});
   const auto found = recoveries(clip, 5);
   ASSERT_EQ(found.size(), 1u);
@@ -18,14 +18,14 @@ TEST(Recovery, IsTheTimeFromTheReturnToTheFirstCorrectClaim) {
   EXPECT_EQ(found[0].time, 80000000);
 }
 
-TEST(Recovery, AtOnceIsZero) {
+TEST(Recovery, IsZeroIfClaimedAtOnce) {
   const auto found = recoveries(clip_of(640, 480, {{seen(0), quiet(Presence::out), seen(1)}}), 5);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_TRUE(found[0].recovered);
   EXPECT_EQ(found[0].frames, 0u);
 }
 
-TEST(Recovery, BeforeTheNextTimeItIsHiddenOrNever) {
+TEST(Recovery, EndsWithTheNextOcclusionOrNever) {
   const Clip clip = clip_of(640, 480, {{seen(0), quiet(), missed(0), quiet(), seen(1), quiet(), missed(0), missed(0)}});
   const auto found = recoveries(clip, 5);
   ASSERT_EQ(found.size(), 3u);
@@ -34,7 +34,7 @@ TEST(Recovery, BeforeTheNextTimeItIsHiddenOrNever) {
   EXPECT_FALSE(found[2].recovered);
 }
 
-TEST(Recovery, WhatWasNeverSeenDoesNotReturn) {
+TEST(Recovery, AFeatureNeverSeenBeforeDoesNotReturn) {
   EXPECT_TRUE(recoveries(clip_of(640, 480, {{quiet(), quiet(), seen(0), seen(0)}}), 5).empty());
 }
 

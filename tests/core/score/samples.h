@@ -5,11 +5,11 @@
 
 namespace csd::score {
 
-/// Samples by hand, named by what the truth says and what the tracker does.
+/// Hand-made samples, named by the truth and the tracker's claim.
 inline Sample seen(double dx, double dy = 0) {
   return {Presence::visible, true, true, dx, dy, 1};
 }
-/// Visible, not claimed; dx,dy is how far off the last report is.
+/// Visible, not claimed; the last report is off by dx,dy.
 inline Sample missed(double dx, double dy = 0) {
   return {Presence::visible, true, false, dx, dy, 0};
 }
@@ -23,7 +23,7 @@ inline Sample unlabelled() {
   return {Presence::unlabelled, true, true, 0, 0, 1};
 }
 
-/// A clip of features, each with as many samples; frames 0, 1, 2… at 25 a second.
+/// A clip of features with equally many samples; frames 0, 1, 2… at 25 a second.
 inline Clip clip_of(int width, int height, const std::vector<std::vector<Sample>> &features) {
   Clip clip;
   clip.width = width;

@@ -19,7 +19,7 @@ constexpr auto aj = static_cast<std::size_t>(Headline::aj);
 constexpr auto oa = static_cast<std::size_t>(Headline::oa);
 constexpr auto survival = static_cast<std::size_t>(Headline::survival);
 
-/// Features that go to the right, a pixel a frame; the odd ones are hidden in every third frame.
+/// Features that move right, a pixel a frame. The odd ones are hidden in every third frame.
 Truth moving(int width, int height, std::size_t features, std::size_t frames, bool hiding = false) {
   Truth truth;
   truth.file = "truth";
@@ -81,7 +81,7 @@ TEST(Score, OfTheTruthItself) {
   EXPECT_EQ(found.stir_2024.delta_avg, 1);
   EXPECT_EQ(found.error_95, 0);
   EXPECT_EQ(found.drift(), 0);
-  // Two features, hidden in frames 2, 5, … 29: 10 times, of which they return 9 times.
+  // Two features are hidden in frames 2, 5, … 29: 10 times each, and return 9 times.
   EXPECT_EQ(found.returns, 18u);
   EXPECT_EQ(found.recovered, 18u);
   EXPECT_EQ(found.recovery_median_frames, 0);
@@ -89,7 +89,7 @@ TEST(Score, OfTheTruthItself) {
 }
 
 TEST(Score, OfATrackerThatNeverMoves) {
-  // 256×256, so TAP-Vid's pixels are the picture's. 11 frames: the errors are 0, 1, … 10.
+  // 256×256, so that TAP-Vid's pixels are the picture's. In 11 frames, the errors are 0, 1, … 10.
   const auto still = [](FeatureId id, const TruthPoint &, auto) { return at(id, {10, 10}); };
   const TrackerScore found = score_of(moving(256, 256, 1, 11), still);
   EXPECT_DOUBLE_EQ(found.headline[sensitivity], 6. / 11) << "0…5 px";
@@ -104,7 +104,7 @@ TEST(Score, OfATrackerThatNeverMoves) {
   EXPECT_EQ(found.drift(), 9 - 1) << "medians of 8, 9, 10 and of 0, 1, 2";
   EXPECT_DOUBLE_EQ(found.stir_2024.delta_avg, 3. / 5) << "10 px off at the end: within 16, 32 and 64";
   EXPECT_DOUBLE_EQ(found.stir_2024_control.delta_avg, 3. / 5) << "it is the control";
-  EXPECT_DOUBLE_EQ(found.reliability.ece(), 5. / 11) << "sure each time, right in 6 of 11";
+  EXPECT_DOUBLE_EQ(found.reliability.ece(), 5. / 11) << "always sure, right in 6 of 11";
 }
 
 TEST(Score, OfATrackerThatIsSixPixelsOff) {
@@ -128,7 +128,7 @@ TEST(Score, OfATrackerThatIsSixPixelsOff) {
 }
 
 TEST(Score, OfATrackerThatReportsAtRandom) {
-  // In 64×64 pixels a disc of radius r inside the picture is hit with probability πr²/4096. All truth is in 10…50.
+  // In 64×64 pixels, a disc of radius r inside the picture has a probability of πr²/4096. All truth is in 10…50.
   constexpr std::size_t features = 40, frames = 40;
   Random random(3);
   const TrackerScore found = score_of(moving(64, 64, features, frames), [&](FeatureId id, const TruthPoint &, auto) {
@@ -143,8 +143,8 @@ TEST(Score, OfATrackerThatReportsAtRandom) {
   EXPECT_NEAR(found.tap_vid_within[4], within_16, 4 * std::sqrt(within_16 / (features * (frames - 1))));
 }
 
-TEST(Score, OfATrackerThatNeverComesBack) {
-  // Feature 1 is hidden in frames 2, 5, … 14, and returns 4 times; feature 3 as well.
+TEST(Score, OfATrackerThatNeverRecovers) {
+  // Feature 1 is hidden in frames 2, 5, … 14, and returns 4 times; so does feature 3.
   const TrackerScore found = score_of(moving(640, 480, 4, 15, true), [](FeatureId id, const TruthPoint &point, auto t) {
     Feature feature = at(id, point.position);
     if (t > 1) feature.state = FeatureState::lost;

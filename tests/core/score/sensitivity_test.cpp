@@ -8,24 +8,24 @@
 namespace csd::score {
 namespace {
 
-TEST(Sensitivity, CountsWhatTheTruthSaysAgainstWhatIsClaimed) {
+TEST(Sensitivity, ComparesClaimsWithTheTruth) {
   const Clip clip = clip_of(
       640, 480,
       {{seen(3, 4)}, {seen(3, 4.01)}, {missed(0)}, {ghost()}, {ghost(Presence::out)}, {quiet()}, {unlabelled()}});
   const auto frames = count_frames(Outcomes(clip, 5));
   ASSERT_EQ(frames.size(), 1u);
-  EXPECT_EQ(frames[0].correct, 1u) << "5 px off is correct: the threshold itself counts";
+  EXPECT_EQ(frames[0].correct, 1u) << "5 px off is correct: the threshold is included";
   EXPECT_EQ(frames[0].wrong, 1u);
   EXPECT_EQ(frames[0].missed, 1u);
   EXPECT_EQ(frames[0].on_hidden, 2u);
   EXPECT_EQ(frames[0].quiet, 1u);
   EXPECT_DOUBLE_EQ(frames[0].sensitivity(), 1. / 3);
-  EXPECT_DOUBLE_EQ(frames[0].k(), 3. / 4) << "a claim on what is hidden is wrong";
+  EXPECT_DOUBLE_EQ(frames[0].k(), 3. / 4) << "a claim on a hidden point is wrong";
   EXPECT_DOUBLE_EQ(frames[0].k_visible(), 1. / 2);
   EXPECT_DOUBLE_EQ(frames[0].hidden_claimed(), 2. / 3);
 }
 
-TEST(Sensitivity, IsTheMeanOverFramesNotOfAllSamples) {
+TEST(Sensitivity, IsTheMeanOverFramesNotOverSamples) {
   // Frame 0: 1 of 1 correct. Frame 1: 1 of 3. Pooled it would be 2 of 4.
   const Clip clip = clip_of(640, 480, {{seen(0), seen(0)}, {quiet(), seen(9)}, {quiet(), missed(0)}});
   const PaperScore score = paper_score(count_frames(Outcomes(clip, 5)));
@@ -33,8 +33,9 @@ TEST(Sensitivity, IsTheMeanOverFramesNotOfAllSamples) {
   EXPECT_DOUBLE_EQ(score.k, (0 + 1. / 2) / 2);
 }
 
-TEST(Sensitivity, FramesWithNothingToSayAreLeftOut) {
-  // Frame 0: nothing visible, one claim: no sensitivity, K = 1. Frame 1: nothing claimed: sensitivity 0, no K.
+TEST(Sensitivity, LeavesOutFramesWithoutPointsOrClaims) {
+  // Frame 0: nothing visible, one claim, so no sensitivity, and K = 1. Frame 1: nothing claimed, so sensitivity 0 and
+  // no K.
   const Clip clip = clip_of(640, 480, {{ghost(), missed(0)}, {quiet(), missed(0)}});
   const PaperScore score = paper_score(count_frames(Outcomes(clip, 5)));
   EXPECT_EQ(score.sensitivity, 0);
@@ -42,7 +43,7 @@ TEST(Sensitivity, FramesWithNothingToSayAreLeftOut) {
   EXPECT_TRUE(std::isnan(score.k_visible));
 }
 
-TEST(Sensitivity, ThresholdsGrowWithPicturesAbove576Lines) {
+TEST(Sensitivity, ThresholdsGrowAbove576Lines) {
   EXPECT_EQ(tolerance(288, 5), 5);
   EXPECT_EQ(tolerance(576, 5), 5);
   EXPECT_EQ(tolerance(1152, 5), 10);

@@ -8,8 +8,8 @@
 namespace csd::score {
 namespace {
 
-TEST(Stir2026, NativePixelsWithoutTheFirstFrame) {
-  // 2 px off is not below 2, whatever the picture's size; frame 0 does not count, hidden or not.
+TEST(Stir2026, UsesNativePixelsWithoutTheFirstFrame) {
+  // 2 px off is not below 2, at any picture size. Frame 0 does not count, hidden or not.
   const Clip clip =
       clip_of(1280, 1024, {{seen(40), seen(2)}, {ghost(), seen(1.9)}, {quiet(), ghost()}, {seen(0), missed(5)}});
   const JaccardSums sums = stir_2026_sums(clip);
@@ -23,11 +23,11 @@ TEST(Stir2026, NativePixelsWithoutTheFirstFrame) {
   EXPECT_DOUBLE_EQ(score.oa, 2. / 4);
 }
 
-TEST(Stir2024, TakesTheNearestEndPointWhicheverItIs) {
+TEST(Stir2024, TakesTheNearestEndPointOfAny) {
   Clip clip;
   clip.ends = {{100, 100}, {200, 100}};
-  // The first went to the second's end, exactly 4 px beside it; the second to 30 px from the first's; the third
-  // nowhere.
+  // The first point went to the second's end, exactly 4 px beside it; the second to 30 px from the first's; the third
+  // has no report.
   const std::vector<cv::Point2d> reports{{200, 104}, {70, 100}, {std::numeric_limits<double>::infinity(), 0}};
   const auto distances = end_distances(clip, reports);
   ASSERT_EQ(distances.size(), 3u);

@@ -8,27 +8,27 @@
 namespace csd::score {
 namespace {
 
-TEST(Survival, EndsForEverWhereAVisibleFeatureIsTooFarOff) {
-  // 511×511: the scale is 255/510 = 1/2, so 100 px are 50 there and still alive, 100.1 are not.
+TEST(Survival, EndsForGoodWhereAVisibleFeatureIsTooFarOff) {
+  // 511×511: the scale is 255/510 = 1/2. So 100 px are 50 and alive; 100.1 px are not.
   const Clip clip = clip_of(511, 511, {{seen(0), seen(100), seen(100.1), seen(0), quiet()}});
   const auto sums = survival_sums(clip);
   EXPECT_EQ(sums[0].alive, 2u);
   EXPECT_EQ(sums[0].labelled, 5u);
 }
 
-TEST(Survival, HiddenFeaturesLiveOnAndUnlabelledFramesDoNotCount) {
+TEST(Survival, HiddenFeaturesSurviveAndUnlabelledFramesDoNotCount) {
   const Sample far_while_hidden{Presence::hidden, true, true, 400, 0, 1};
   const Clip clip = clip_of(511, 511, {{seen(0), far_while_hidden, unlabelled(), seen(0)}});
   EXPECT_EQ(survival_sums(clip)[0].alive, 3u);
   EXPECT_EQ(survival_sums(clip)[0].labelled, 3u);
 }
 
-TEST(Survival, WhatIsNotClaimedIsJudgedByItsLastReport) {
+TEST(Survival, AnUnclaimedFeatureIsJudgedByItsLastReport) {
   const Clip clip = clip_of(511, 511, {{seen(0), missed(30), missed(130)}});
   EXPECT_EQ(survival_sums(clip)[0].alive, 2u);
 }
 
-TEST(Survival, EachAxisHasItsScale) {
+TEST(Survival, EachAxisHasItsOwnScale) {
   // 1021×256: ¼ and 1.
   const Clip clip = clip_of(1021, 256, {{seen(190)}, {seen(0, 60)}});
   EXPECT_EQ(survival_sums(clip)[0].alive, 1u);

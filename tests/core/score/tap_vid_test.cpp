@@ -15,7 +15,7 @@ JaccardSums all(const Clip &clip) {
 }
 
 TEST(TapVid, MeasuresInAPictureOf256By256) {
-  // 640×512: 5 px to the right are 2 there, 4 px down are 2. Strictly below: 2 is not within 2.
+  // In 640×512, 5 px to the right scale to 2, and 4 px down, too. Strictly below: 2 is not within 2.
   const Clip right = clip_of(640, 512, {{seen(0), seen(5)}});
   EXPECT_EQ(all(right).within, (std::array<std::uint64_t, 5>{0, 0, 1, 1, 1}));
   const Clip down = clip_of(640, 512, {{seen(0), seen(0, 4)}});
@@ -37,14 +37,14 @@ TEST(TapVid, AFeatureThatIsNeverVisibleDoesNotCount) {
   EXPECT_EQ(all(clip_of(256, 256, {{ghost(), ghost()}})).evaluated, 0u);
 }
 
-TEST(TapVid, AllScoresByHand) {
+TEST(TapVid, AllScoresAreAsComputedByHand) {
   // After the query frame: visible and claimed 0.5 off; visible and claimed 3 off; visible, not claimed, last
   // report 1.5 off; hidden and claimed; hidden and not.
   const Clip clip = clip_of(256, 256, {{seen(0), seen(.5), seen(3), missed(1.5), ghost(), quiet()}});
   const JaccardScore score = jaccard_score(all(clip));
   // Of 3 visible: within 1: 1, within 2: 2, within 4, 8, 16: 3.
   EXPECT_DOUBLE_EQ(score.delta_avg, (1. / 3 + 2. / 3 + 1 + 1 + 1) / 5);
-  // TP 1 1 2 2 2. FP: the ghost, and the claim 3 off while it is not within: 2 2 1 1 1. TP / (3 + FP).
+  // TP 1 1 2 2 2. FP, the ghost and the claim 3 off where that isn't within: 2 2 1 1 1. TP / (3 + FP).
   EXPECT_DOUBLE_EQ(score.aj, (1. / 5 + 1. / 5 + 2. / 4 + 2. / 4 + 2. / 4) / 5);
   EXPECT_DOUBLE_EQ(score.oa, 3. / 5);
 }
@@ -57,7 +57,7 @@ TEST(TapVid, NoReportIsInfinitelyFar) {
   EXPECT_EQ(score.oa, 0);
 }
 
-TEST(TapVid, NothingEvaluatedIsUnknown) {
+TEST(TapVid, WithoutEvaluatedFramesItIsUnknown) {
   const JaccardScore score = jaccard_score(all(clip_of(256, 256, {{seen(0)}})));
   EXPECT_TRUE(std::isnan(score.delta_avg) && std::isnan(score.aj) && std::isnan(score.oa));
 }

@@ -32,7 +32,7 @@ std::string error_of(const std::string &text) {
   return "none";
 }
 
-/// What is wrong with the line where `from` is replaced.
+/// The error for the line with `from` replaced.
 std::string with(const std::string &from, const std::string &to) {
   std::string bad = line;
   bad.replace(bad.find(from), from.size(), to);
@@ -64,7 +64,7 @@ TEST(ReadLine, HoldsWhatCsdtrackencWrites) {
   EXPECT_FALSE(tracks.features[1].fresh);
 }
 
-TEST(ReadLine, WhatIsNullIsUnknown) {
+TEST(ReadLine, NullMeansUnknown) {
   const TrackLine bare = read(
       R"({"schema":1,"source":null,"role":"truth","algorithm":null,"frame":null,"pts":null,"stream_time":null,"features":[]})");
   EXPECT_TRUE(bare.truth);
@@ -76,7 +76,7 @@ TEST(ReadLine, WhatIsNullIsUnknown) {
   EXPECT_EQ(bare.tracks.width, 0);
 }
 
-TEST(ReadLine, EachDefectIsNamed) {
+TEST(ReadLine, NamesEachDefect) {
   EXPECT_EQ(with("1e2", "1e9"), "`y` is beyond 1048576 pixels");
   EXPECT_EQ(with("1e2", "1e999"), "`y` is no number");
   EXPECT_EQ(with("1e2", "\"1\""), "`y` is no number");
@@ -103,7 +103,7 @@ TEST(ReadLine, EachDefectIsNamed) {
               StartsWith("is no JSON: "))
       << "Latin-1";
   const std::string half_a_pair = with("größe \\\"0\\\"", "\\ud800");
-  // json-glib refuses it itself from 1.10 on.
+  // From 1.10 on, json-glib itself refuses it.
   const auto refuses_half = [](const char *field) {
     return AnyOf("`" + std::string(field) + "` holds half a character",
                  AllOf(StartsWith("is no JSON: "), HasSubstr("surrogate")));
@@ -113,8 +113,8 @@ TEST(ReadLine, EachDefectIsNamed) {
   EXPECT_TRUE(g_utf8_validate(half_a_pair.c_str(), -1, nullptr)) << half_a_pair;
 }
 
-// Each of these json-glib would take for something else, or not survive.
-TEST(ReadLine, WhatIsNoJsonIsRefused) {
+// json-glib would misread each of these, or crash.
+TEST(ReadLine, RefusesInvalidJson) {
   EXPECT_EQ(with("12,", "99999999999999999999,"), "is no JSON: a number has more than 19 digits");
   EXPECT_EQ(with("-1,", "-99999999999999999999,"), "is no JSON: a number has more than 19 digits");
   EXPECT_EQ(with("480000000", "9223372036854775807"), "none");
@@ -142,7 +142,7 @@ TEST(ReadLine, WhatIsNoJsonIsRefused) {
   EXPECT_THAT(error_of("{\"schema"), StartsWith("is no JSON: "));
 }
 
-TEST(ReadLine, WhatFillsTheMemoryIsRefused) {
+TEST(ReadLine, RefusesInputThatWouldFillTheMemory) {
   std::string many = R"({"schema":1,"role":"track","frame":0,"width":640,"height":480,"features":[)";
   for (int i = 0; i < 65537; ++i) {
     if (i > 0) many += ',';
@@ -159,24 +159,24 @@ TEST(ReadLine, WhatFillsTheMemoryIsRefused) {
   EXPECT_EQ(error_of(std::string(line) + std::string(8 << 20, ' ')), "is longer than 8 MiB");
 }
 
-TEST(LineText, IsWithoutWhatIsNoText) {
+TEST(LineText, DropsTheByteOrderMarkAndTrailingBlanksAndNuls) {
   EXPECT_EQ(line_text("{ }"), "{ }");
   EXPECT_EQ(line_text("\xef\xbb\xbf{}\r\n"), "{}");
   EXPECT_EQ(line_text(" {} \t\r\n"), " {}");
   EXPECT_EQ(line_text({"{}\0\0\n", 5}), "{}");
-  EXPECT_EQ(line_text({"\0{}\0", 4}), (std::string_view{"\0{}", 3})) << "it is no JSON";
+  EXPECT_EQ(line_text({"\0{}\0", 4}), (std::string_view{"\0{}", 3})) << "a leading NUL is kept, and is no JSON";
   EXPECT_EQ(line_text({" \t\r\n\0", 5}), "");
   EXPECT_EQ(line_text("\xef\xbb\xbf"), "");
   EXPECT_EQ(line_text(""), "");
 }
 
-TEST(Printable, ControlCharactersAreNotObeyed) {
+TEST(Printable, ControlCharactersAreReplaced) {
   EXPECT_EQ(printable("größe 'a' {b}"), "größe 'a' {b}");
   EXPECT_EQ(printable("a\nb\r\t\x1b[2J\x7f"), "a?b???[2J?") << "line feed, escape, delete";
   EXPECT_EQ(printable("a\xc2\x9b"
                       "2Jb\xc2\xa0\xc2"),
             "a?2Jb\xc2\xa0\xc2")
-      << "the escape sequences' begin in UTF-8; a space that may not break";
+      << "UTF-8's start of escape sequences; a non-breaking space";
 }
 
 }  // namespace

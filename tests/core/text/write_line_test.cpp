@@ -22,7 +22,7 @@ std::string json(const LineHead &head, std::initializer_list<LineFeature> featur
 }
 
 // docs/metadata.md
-TEST(WriteLine, Json) {
+TEST(WriteLine, WritesJson) {
   LineHead head;
   head.source = "gr\"o\\ß\n";
   head.algorithm = "csd";
@@ -43,13 +43,13 @@ TEST(WriteLine, Json) {
             R"("confidence":0.000,"fresh":false}]})");
 }
 
-TEST(WriteLine, WhatIsUnknownIsNull) {
+TEST(WriteLine, UnknownValuesAreNull) {
   EXPECT_EQ(json({}, {}),
             R"({"schema":1,"source":null,"role":"track","algorithm":null,"frame":null,"pts":null,"duration":null,)"
             R"("running_time":null,"stream_time":null,"reference":null,"width":null,"height":null,"features":[]})");
 }
 
-TEST(WriteLine, ReadLineReadsIt) {
+TEST(WriteLine, ReadLineReadsItBack) {
   LineHead head;
   head.role = "truth";
   head.source = "a\tb\"";
@@ -68,7 +68,7 @@ TEST(WriteLine, ReadLineReadsIt) {
             std::tuple(3u, 1.5, 2.25, FeatureState::occluded, 0.5, false));
 }
 
-TEST(WriteLine, Csv) {
+TEST(WriteLine, WritesCsv) {
   if (!std::setlocale(LC_ALL, "de_DE.UTF-8")) GTEST_SKIP() << "no locale de_DE.UTF-8 here";
   LineHead head;
   head.frame = 12;

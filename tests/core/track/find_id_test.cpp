@@ -8,7 +8,7 @@
 namespace csd {
 namespace {
 
-TEST(FindId, FindsTheElementOfAnIdAndNoOther) {
+TEST(FindId, FindsTheElementWithAnIdAndNoOther) {
   const std::vector<Feature> features{{.id = 2}, {.id = 5}, {.id = 9}};
   for (std::size_t i = 0; i < features.size(); ++i)
     EXPECT_EQ(find_id(features, features[i].id, &Feature::id) - features.begin(), static_cast<std::ptrdiff_t>(i));
@@ -21,7 +21,7 @@ TEST(FindId, FindsNothingInAnEmptyRange) {
   EXPECT_EQ(find_id(none, 0, std::identity{}), none.end());
 }
 
-TEST(FindId, GivesAnElementThatCanBeChanged) {
+TEST(FindId, GivesAMutableElement) {
   std::vector<Feature> features{{.id = 4}};
   find_id(features, 4, [](const Feature &f) { return f.id; })->x = 7;
   EXPECT_EQ(features[0].x, 7);

@@ -6,7 +6,7 @@
 namespace csd {
 namespace {
 
-TEST(FrameBudget, IsSpentFromItsEndOn) {
+TEST(FrameBudget, IsSpentAfterItsEnd) {
   std::int64_t now = 500;
   const FrameBudget::Clock clock = [&now] { return now; };
   const FrameBudget whole(100, clock), half = whole.share(0.5);
@@ -20,7 +20,7 @@ TEST(FrameBudget, IsSpentFromItsEndOn) {
   EXPECT_TRUE(whole.spent());
 }
 
-TEST(FrameBudget, NoneIsNeverSpentAndAsksNoClock) {
+TEST(FrameBudget, WithoutABudgetNothingIsSpentAndNoClockIsRead) {
   const FrameBudget::Clock clock = [] {
     ADD_FAILURE();
     return std::int64_t{0};
@@ -29,7 +29,7 @@ TEST(FrameBudget, NoneIsNeverSpentAndAsksNoClock) {
   EXPECT_FALSE(none.limited() || none.spent() || none.share(0.1).spent() || FrameBudget().spent());
 }
 
-TEST(FrameBudget, AShareOfNearlyNothingIsABudgetStill) {
+TEST(FrameBudget, ATinyShareIsStillABudget) {
   std::int64_t now = 0;
   const FrameBudget::Clock clock = [&now] { return now; };
   const auto share = FrameBudget(1, clock).share(0.1);

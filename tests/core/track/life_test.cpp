@@ -17,7 +17,7 @@ Life seen_at(cv::Point2d position, std::int64_t time = 0) {
   return life;
 }
 
-TEST(Life, HiddenIsOccludedForASecondAndLostAfterThat) {
+TEST(Life, AHiddenFeatureIsOccludedForASecondThenLost) {
   auto life = seen_at({100, 100});
   for (int i = 1; i < 25; ++i) {
     life.apply({0, Kind::hidden, {100.0 + i, 90}}, i * frame);
@@ -26,14 +26,14 @@ TEST(Life, HiddenIsOccludedForASecondAndLostAfterThat) {
   }
   life.apply({0, Kind::hidden, {130, 90}}, second);
   EXPECT_EQ(life.feature.state, FeatureState::lost);
-  EXPECT_EQ(life.feature.x, 100) << "the last that was claimed";
+  EXPECT_EQ(life.feature.x, 100) << "the last claim";
   EXPECT_EQ(life.gone_since, second);
   life.apply({0, Kind::tracked, {140, 80}}, second + frame);
   EXPECT_EQ(life.feature.state, FeatureState::tracked);
   EXPECT_EQ(life.feature.y, 80);
 }
 
-TEST(Life, TheEndIsWhereItWasClaimedLast) {
+TEST(Life, TheEndIsAtTheLastClaim) {
   auto life = seen_at({100, 100});
   life.apply({0, Kind::hidden, {120, 90}, 0.3}, frame);
   life.end();
@@ -43,7 +43,7 @@ TEST(Life, TheEndIsWhereItWasClaimedLast) {
   EXPECT_EQ(life.feature.y, 100);
 }
 
-TEST(Life, WhatIsHiddenWhileItIsLearntStartedFalsely) {
+TEST(Life, AFeatureHiddenWhileLearningStartedFalsely) {
   const auto hidden_after = [](Kind before, bool given, bool fresh, Kind now = Kind::hidden, bool surrounded = true) {
     Life life;
     life.given = given;
@@ -59,19 +59,19 @@ TEST(Life, WhatIsHiddenWhileItIsLearntStartedFalsely) {
   };
   EXPECT_TRUE(hidden_after(Kind::learning, false, true));
   EXPECT_TRUE(hidden_after(Kind::learning, false, true, Kind::lost));
-  EXPECT_FALSE(hidden_after(Kind::tracked, false, true)) << "something came in front";
-  EXPECT_FALSE(hidden_after(Kind::learning, true, true)) << "the user's";
-  EXPECT_FALSE(hidden_after(Kind::learning, false, false)) << "nobody looked";
+  EXPECT_FALSE(hidden_after(Kind::tracked, false, true)) << "something came in front of it";
+  EXPECT_FALSE(hidden_after(Kind::learning, true, true)) << "the user's own";
+  EXPECT_FALSE(hidden_after(Kind::learning, false, false)) << "not looked at";
   EXPECT_FALSE(hidden_after(Kind::learning, false, true, Kind::out));
   EXPECT_FALSE(hidden_after(Kind::learning, false, true, Kind::tracked));
-  EXPECT_FALSE(hidden_after(Kind::learning, false, true, Kind::hidden, false)) << "so is all around it";
+  EXPECT_FALSE(hidden_after(Kind::learning, false, true, Kind::hidden, false)) << "everything around it is hidden, too";
 }
 
-TEST(Life, WhatLeavesThePictureIsOutUntilItIsSeenAgain) {
+TEST(Life, AFeatureOutsideThePictureIsOutUntilSeenAgain) {
   auto life = seen_at({319, 100});
   life.apply({0, Kind::out, {321, 100}}, frame);
   EXPECT_EQ(life.feature.state, FeatureState::out);
-  EXPECT_EQ(life.feature.x, 319) << "the last position claimed";
+  EXPECT_EQ(life.feature.x, 319) << "the last claim";
   life.apply({0, Kind::hidden, {318, 100}}, 2 * frame);
   EXPECT_EQ(life.feature.state, FeatureState::out);
   EXPECT_EQ(life.gone_since, frame);
@@ -84,8 +84,8 @@ TEST(Life, ConfidenceIsAtLeastAHalfExactlyWhereAPositionIsClaimed) {
     Kind kind;
     double said, told;
   } cases[] = {{Kind::tracked, 0.5, 0.5}, {Kind::learning, 0.93, 0.93},
-               {Kind::hidden, 0.3, 0.3},  {Kind::hidden, 0.4999, 0.499},  // in three decimals that would be a half
-               {Kind::hidden, 1, 0},                                      // of an algorithm that knows no probabilities
+               {Kind::hidden, 0.3, 0.3},  {Kind::hidden, 0.4999, 0.499},  // as three decimals: a half
+               {Kind::hidden, 1, 0},                                      // from an algorithm without probabilities
                {Kind::lost, 0.3, 0},      {Kind::out, 0.3, 0}};
   for (const auto &c : cases) {
     auto life = seen_at({100, 100});

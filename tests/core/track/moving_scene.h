@@ -8,7 +8,7 @@
 
 namespace csd {
 
-/// A coloured texture of blobs that a camera looks at through a window: where each point is, is known exactly.
+/// A coloured texture of blobs, seen by a camera through a window. Each point's place is known exactly.
 class MovingScene {
  public:
   explicit MovingScene(cv::Size size = {320, 240}, std::uint64_t seed = 5) : size_(size) {

@@ -18,14 +18,14 @@ void set(Numbers &numbers, std::string_view assignment) {
   set_number(numbers, std::span<const NamedNumber<Numbers>>(fields), assignment, "the test");
 }
 
-TEST(NamedNumber, SetsTheFieldOfThatNameAndNoOther) {
+TEST(NamedNumber, SetsTheNamedFieldAndNoOther) {
   Numbers numbers;
   set(numbers, "far=-3.5e1");
   EXPECT_EQ(numbers.near, 1);
   EXPECT_EQ(numbers.far, -35);
 }
 
-TEST(NamedNumber, SaysWhatIsWrong) {
+TEST(NamedNumber, DescribesTheError) {
   const auto complaint = [](std::string_view assignment) -> std::string {
     Numbers numbers;
     try {

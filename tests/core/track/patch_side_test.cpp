@@ -8,7 +8,7 @@
 namespace csd {
 namespace {
 
-TEST(PatchSide, IsTheUsersInPixelsOfThePictureOrTheDefault) {
+TEST(PatchSide, IsTheUsersInPixelsOfThePictureElseTheDefault) {
   const cv::Mat gray(1152, 2048, CV_8UC1, cv::Scalar(0));
   WorkFrame frame;
   frame.load(MovingScene::gray_view(gray));  // half size
@@ -17,7 +17,7 @@ TEST(PatchSide, IsTheUsersInPixelsOfThePictureOrTheDefault) {
   settings.patch_size = 62;  // 31 working pixels
   EXPECT_EQ(patch_side(settings, frame), 31);
   settings.patch_size = 1;
-  EXPECT_EQ(patch_side(settings, frame), 5) << "the least that has surroundings to compare";
+  EXPECT_EQ(patch_side(settings, frame), 5) << "the smallest with surroundings to compare";
 }
 
 }  // namespace

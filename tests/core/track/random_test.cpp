@@ -8,7 +8,7 @@
 namespace csd {
 namespace {
 
-TEST(Random, SameStreamSameNumbers) {
+TEST(Random, TheSameStreamGivesTheSameNumbers) {
   Random a(1, 2), b(1, 2), c(1, 3), d(2, 2);
   const std::uint64_t x = a.next();
   EXPECT_EQ(x, b.next());
@@ -41,7 +41,7 @@ TEST(Random, UniformAndNormalHaveTheirMoments) {
   EXPECT_NEAR(u / n, 3, .01);
   EXPECT_NEAR(z / n, 0, .012);
   EXPECT_NEAR(z2 / n, 1, .02);
-  EXPECT_NEAR(z4 / n, 2.9, .1);  // of 12 uniforms: 3 − 6/(5·12)
+  EXPECT_NEAR(z4 / n, 2.9, .1);  // for the sum of 12 uniforms: 3 − 6/(5·12)
   EXPECT_NEAR(static_cast<double>(within) / n, .683, .008);
 }
 

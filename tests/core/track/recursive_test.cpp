@@ -21,7 +21,7 @@ TEST(RecursiveTracker, FollowsAKnownShift) {
   const std::vector<cv::Point2f> start{{60, 60}, {160, 120}, {250.5f, 180.25f}};
   auto points = start;
   std::vector<unsigned char> found;
-  // Farther than half the window: only the pyramid's upper levels get there.
+  // More than half the window: only the pyramid's upper levels reach that far.
   tracker.track(gray(scene.render({14.3, -9.6})), points, found);
   for (std::size_t i = 0; i < start.size(); ++i) {
     EXPECT_TRUE(found[i]);
@@ -30,7 +30,7 @@ TEST(RecursiveTracker, FollowsAKnownShift) {
   }
 }
 
-TEST(RecursiveTracker, TracksFromTheFrameBefore) {
+TEST(RecursiveTracker, TracksFromThePreviousFrame) {
   const MovingScene scene;
   RecursiveTracker tracker;
   std::vector<cv::Point2f> points{{160, 120}};
@@ -44,7 +44,7 @@ TEST(RecursiveTracker, TracksFromTheFrameBefore) {
   EXPECT_NEAR(points[0].y, 105, 0.5);
 }
 
-TEST(RecursiveTracker, WithoutAFrameBeforeNothingIsFound) {
+TEST(RecursiveTracker, WithoutAPreviousFrameNothingIsFound) {
   const MovingScene scene;
   RecursiveTracker tracker;
   std::vector<cv::Point2f> points{{160, 120}};
@@ -55,22 +55,22 @@ TEST(RecursiveTracker, WithoutAFrameBeforeNothingIsFound) {
   EXPECT_EQ(points[0], cv::Point2f(160, 120));
   tracker.keep(picture);
   tracker.track(gray(MovingScene({200, 100}).render({0, 0})), points, found);
-  EXPECT_EQ(found, std::vector<unsigned char>{0}) << "another size";
+  EXPECT_EQ(found, std::vector<unsigned char>{0}) << "another frame size";
   tracker.keep(picture);
   tracker.skip();
   tracker.track(picture, points, found);
-  EXPECT_EQ(found, std::vector<unsigned char>{0}) << "skipped";
+  EXPECT_EQ(found, std::vector<unsigned char>{0}) << "frame skipped";
   for (const std::size_t count : {1, 0}) {
     tracker.keep(picture);
     std::vector<cv::Point2f> some(count, {160, 120});
     tracker.track(picture, some, found);
     EXPECT_EQ(found, std::vector<unsigned char>(count, 1));
     tracker.track(picture, points, found);
-    EXPECT_EQ(found, std::vector<unsigned char>{0}) << "the frame between was not kept";
+    EXPECT_EQ(found, std::vector<unsigned char>{0}) << "the frame in between was not kept";
   }
 }
 
-TEST(RecursiveTracker, AFlatPictureHasNothingToFollow) {
+TEST(RecursiveTracker, FindsNothingInAFlatPicture) {
   const cv::Mat flat(240, 320, CV_8UC1, cv::Scalar(90));
   RecursiveTracker tracker;
   tracker.keep(flat);

@@ -17,7 +17,7 @@ Settings with_points(std::size_t count) {
   return settings;
 }
 
-// As a frame that begins: what has been asked since the last one.
+// What a new frame takes: the requests since the last one.
 Requests::Taken take(Requests &requests) {
   Requests::Taken taken;
   requests.take(taken);
@@ -46,7 +46,7 @@ TEST(Requests, AreTakenOnce) {
   EXPECT_EQ(requests.take_ids(), 9u);
 }
 
-TEST(Requests, OnlyWhatThereIsCanBeRemovedAndOnce) {
+TEST(Requests, OnlyExistingPointsCanBeRemovedAndOnlyOnce) {
   Requests requests(with_points(1));
   const auto id = requests.add({12, 13});
   EXPECT_FALSE(requests.remove(77));
@@ -59,31 +59,31 @@ TEST(Requests, OnlyWhatThereIsCanBeRemovedAndOnce) {
   EXPECT_FALSE(requests.remove(id)) << "ended";
 }
 
-// The frame under way has taken the request, and has told of the point to nobody yet.
-TEST(Requests, APointMayBeRemovedWhileItsFirstFrameIsTracked) {
+// The current frame has taken the request, but has not reported the point yet.
+TEST(Requests, APointMayBeRemovedDuringItsFirstFrame) {
   Requests requests(with_points(0));
   const auto id = requests.add({12, 13});
   take(requests);
-  EXPECT_EQ(requests.remove_nearest({12, 13}), no_feature) << "in no picture yet";
+  EXPECT_EQ(requests.remove_nearest({12, 13}), no_feature) << "not in a picture yet";
   EXPECT_TRUE(requests.remove(id));
   requests.report({{id, {12, 13}, true}});
   EXPECT_FALSE(requests.remove(id)) << "twice";
   EXPECT_EQ(take(requests).removed, (std::vector<FeatureId>{id}));
 }
 
-// A frame that is to end it is under way, and has told nobody yet.
-TEST(Requests, WhatAFrameIsAboutToEndIsGone) {
+// The current frame will end the point, but has not reported that yet.
+TEST(Requests, APointAboutToEndIsGone) {
   Requests requests(with_points(2));
   EXPECT_TRUE(requests.remove(1));
   take(requests);
-  EXPECT_FALSE(requests.remove(1)) << "twice";
+  EXPECT_FALSE(requests.remove(1)) << "removed before";
   EXPECT_EQ(requests.remove_nearest({100, 100}), 0u) << "not 1 again";
 }
 
-TEST(Requests, TheNearestIsOneOfTheLastPicture) {
+TEST(Requests, TheNearestIsFromTheLastPicture) {
   Requests requests(with_points(0));
   requests.report({{3, {10, 10}, true}, {4, {20, 10}, true}, {5, {29, 10}, false}});
-  EXPECT_EQ(requests.remove_nearest({30, 10}), 4u) << "5 is out";
+  EXPECT_EQ(requests.remove_nearest({30, 10}), 4u) << "5 is outside";
   EXPECT_EQ(requests.remove_nearest({30, 10}), 3u) << "4 is about to end";
   EXPECT_EQ(requests.remove_nearest({30, 10}), no_feature);
 }
@@ -92,7 +92,7 @@ TEST(Requests, ThereAreAtMostTenThousandPoints) {
   Requests requests(with_points(max_points - 2));
   EXPECT_EQ(requests.add({1, 1}), max_points - 2);
   take(requests);
-  EXPECT_EQ(requests.add({1, 1}), max_points - 1) << "while a frame is under way";
+  EXPECT_EQ(requests.add({1, 1}), max_points - 1) << "during a frame";
   EXPECT_EQ(requests.add({1, 1}), no_feature);
   take(requests);
   EXPECT_EQ(requests.add({1, 1}), no_feature);
@@ -105,11 +105,11 @@ TEST(Requests, PointsFromTheStartHaveTheFirstIds) {
   EXPECT_EQ(requests.add({1, 1}), max_points);
 }
 
-TEST(Requests, AResetForgetsWhatWasAskedBefore) {
+TEST(Requests, AResetDropsEarlierRequests) {
   Requests requests(with_points(1));
   Requests::Taken taken;
   requests.add({1, 1});
-  requests.take(taken);  // by a frame that failed
+  requests.take(taken);  // by a frame that fails
   requests.add({2, 2});
   requests.remove(0);
   requests.reset();
@@ -120,7 +120,7 @@ TEST(Requests, AResetForgetsWhatWasAskedBefore) {
   EXPECT_TRUE(taken.removed.empty());
 }
 
-TEST(Requests, WhatAFrameThatFailedLeftComesFirst) {
+TEST(Requests, TheRequestsOfAFailedFrameComeFirst) {
   Requests requests(with_points(2));
   Requests::Taken taken;
   const auto first = requests.add({1, 1});
@@ -133,7 +133,7 @@ TEST(Requests, WhatAFrameThatFailedLeftComesFirst) {
   EXPECT_EQ(taken.removed, (std::vector<FeatureId>{0, 1}));
 }
 
-// Two threads ask as fast as they can while frames take and report.
+// Two threads send requests as fast as they can, while frames take them and report.
 TEST(Requests, NoneIsLostBetweenThreads) {
   constexpr int each = 2000;
   Requests requests(with_points(0));

@@ -17,20 +17,20 @@
 
 namespace csd {
 
-/// What Scripted is to say, and what it was told.
+/// What Scripted says, and what it was given.
 struct Script {
-  std::map<FeatureId, Claim::Kind> kinds;  // the rest is tracked
+  std::map<FeatureId, Claim::Kind> kinds;  // all others are tracked
   std::map<FeatureId, double> confidences;
   std::vector<FeatureId> waiting;
   cv::Point2d motion{0, 0};
   bool replenishes = false;
-  std::function<void()> tracking;  // what happens in the middle of a frame
-  bool throws = false;             // … after that
+  std::function<void()> tracking;  // runs in the middle of a frame
+  bool throws = false;             // then throws
   FeatureId cannot_begin = no_feature, cannot_end = no_feature;
   bool cannot_forget = false;
-  std::int64_t time = -1;  // of the last frame to track
-  bool jumped = false;     // … it
-  cv::Mat luma;            // … of it
+  std::int64_t time = -1;  // of the last tracked frame
+  bool jumped = false;     // in the last tracked frame
+  cv::Mat luma;            // of the last tracked frame
   std::vector<FeatureId> begun, ended;
   int finished = 0, forgotten = 0;
 };
@@ -77,7 +77,7 @@ class NoExecutor final : public Executor {
   void post(std::function<void()>) override {}
 };
 
-/// A tracker with Scripted for its algorithm, and a texture whose frames come 25 a second.
+/// A tracker with Scripted as its algorithm, and a texture at 25 frames a second.
 class TrackerLife : public testing::Test {
  protected:
   TrackerLife() {

@@ -14,7 +14,7 @@ TEST(ShownText, IsShortAndPrintable) {
   EXPECT_EQ(shown_text(std::string(41, 'x')), "\"" + std::string(40, 'x') + "…\"");
 }
 
-TEST(Trimmed, TakesAwayTheBlanksAround) {
+TEST(Trimmed, RemovesBlanksOnBothSides) {
   EXPECT_EQ(trimmed(" \t a b\r\n"), "a b");
   EXPECT_EQ(trimmed("a"), "a");
   EXPECT_EQ(trimmed(" \n"), "");

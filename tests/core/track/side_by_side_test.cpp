@@ -27,7 +27,7 @@ TEST(SideBySide, DoesEachJobOnceWithAnyNumberOfThreads) {
 }
 
 TEST(SideBySide, DoesNotWaitForABusyExecutor) {
-  std::promise<void> begun, go_on;  // before the pool: its thread may be in them until it ends
+  std::promise<void> begun, go_on;  // before the pool, whose thread may use them until it ends
   ThreadPool pool(1);
   pool.post([&] {
     begun.set_value();
@@ -36,16 +36,16 @@ TEST(SideBySide, DoesNotWaitForABusyExecutor) {
   begun.get_future().wait();
   std::atomic<int> done = 0;
   {
-    // The jobs are gone before the helper comes: it must not touch them.
+    // The jobs are gone before the helper starts: it must not touch them.
     const std::function<void(std::size_t)> job = [&](std::size_t) { ++done; };
     SideBySide(pool).each(50, job);
   }
-  EXPECT_EQ(done, 50) << "though the only other thread never began";
+  EXPECT_EQ(done, 50) << "although the only other thread never started";
   go_on.set_value();
 }
 
 TEST(SideBySide, WorksInOtherThreadsToo) {
-  // Two jobs that wait for each other: a single thread would never end.
+  // Two jobs that wait for each other: one thread alone would never finish.
   std::promise<void> first, second;
   ThreadPool pool(1);
   const auto other = [](std::promise<void> &mine, std::promise<void> &theirs) {
@@ -60,7 +60,7 @@ TEST(SideBySide, WorksInOtherThreadsToo) {
   EXPECT_EQ(met, 2);
 }
 
-TEST(SideBySide, ThrowsWhatAJobThrewOnceAllHaveEnded) {
+TEST(SideBySide, RethrowsAJobsExceptionOnceAllHaveEnded) {
   for (const bool helped : {false, true}) {
     ThreadPool pool(2);
     const auto workers = helped ? SideBySide(pool) : SideBySide();
@@ -75,7 +75,7 @@ TEST(SideBySide, ThrowsWhatAJobThrewOnceAllHaveEnded) {
   }
 }
 
-/// An executor that takes two jobs, and has no memory for more.
+/// An executor that takes two jobs and then runs out of memory.
 class Poor final : public Executor {
  public:
   void post(std::function<void()> job) override {
@@ -86,7 +86,7 @@ class Poor final : public Executor {
   std::vector<std::function<void()>> jobs;
 };
 
-TEST(SideBySide, DoesAllByItselfWhereTheExecutorFails) {
+TEST(SideBySide, DoesAllJobsItselfWhereTheExecutorFails) {
   Poor poor;
   std::atomic<int> done = 0;
   EXPECT_NO_THROW(SideBySide(poor).each(100, [&](std::size_t) { ++done; }));

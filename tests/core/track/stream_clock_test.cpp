@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int64_t ms = second / 1000;
 
-TEST(StreamClock, GoesByTheStampsElseByTheDurations) {
+TEST(StreamClock, UsesTimestampsElseDurations) {
   StreamClock clock;
   clock.advance(7000 * ms, 33 * ms, false);
   EXPECT_EQ(clock.time(), 0);
@@ -18,9 +18,9 @@ TEST(StreamClock, GoesByTheStampsElseByTheDurations) {
   EXPECT_EQ(clock.time(), 50 * ms);
   clock.advance(no_time, no_time, false);
   EXPECT_EQ(clock.time(), 70 * ms);
-  clock.advance(100 * ms, 33 * ms, false);  // nothing to compare it with, and no duration: 40 ms
+  clock.advance(100 * ms, 33 * ms, false);  // no previous timestamp and no duration: 40 ms
   EXPECT_EQ(clock.time(), 110 * ms);
-  clock.advance(90 * ms, 33 * ms, false);  // back
+  clock.advance(90 * ms, 33 * ms, false);  // backwards
   EXPECT_EQ(clock.time(), 143 * ms);
   EXPECT_FALSE(clock.jumped());
 }
@@ -31,23 +31,23 @@ TEST(StreamClock, TheFirstFrameIsNoJump) {
   EXPECT_FALSE(clock.jumped());
 }
 
-TEST(StreamClock, FramesThatAQueueDropsAreNoJumpACutIs) {
+TEST(StreamClock, FramesDroppedByAQueueAreNoJumpButACutIs) {
   const auto jumps = [](std::int64_t pts) {
     StreamClock clock;
     clock.advance(10 * second, 40 * ms, false);
     clock.advance(pts, 40 * ms, true);
     return clock.jumped();
   };
-  EXPECT_FALSE(jumps(10080 * ms)) << "one";
-  EXPECT_FALSE(jumps(10540 * ms)) << "a dozen";
+  EXPECT_FALSE(jumps(10080 * ms)) << "one frame dropped";
+  EXPECT_FALSE(jumps(10540 * ms)) << "a dozen frames dropped";
   EXPECT_TRUE(jumps(10541 * ms));
-  EXPECT_TRUE(jumps(10040 * ms)) << "none: then it must mean something else";
+  EXPECT_TRUE(jumps(10040 * ms)) << "none dropped, so it is a cut";
   EXPECT_TRUE(jumps(10050 * ms));
   EXPECT_TRUE(jumps(9 * second));
   EXPECT_TRUE(jumps(no_time));
 }
 
-TEST(StreamClock, JumpsByMoreThanHalfASecondAgainstWhereTheStampsWereToGoOn) {
+TEST(StreamClock, JumpsByMoreThanHalfASecondFromTheExpectedTimestamp) {
   const auto jumps = [](std::int64_t duration, std::int64_t pts) {
     StreamClock clock;
     clock.advance(10 * second, duration, false);
@@ -63,8 +63,8 @@ TEST(StreamClock, JumpsByMoreThanHalfASecondAgainstWhereTheStampsWereToGoOn) {
   EXPECT_TRUE(jumps(40 * ms, 9539 * ms));
 }
 
-// Each of these would overflow 64 bits: only a sanitizer sees that, or a time that goes back.
-TEST(StreamClock, BearsDamagedStamps) {
+// Each of these would overflow 64 bits. Only a sanitizer sees that, or a time that goes back.
+TEST(StreamClock, AcceptsDamagedTimestamps) {
   constexpr auto most = std::numeric_limits<std::int64_t>::max();
   StreamClock clock;
   std::int64_t last = 0;
@@ -76,7 +76,7 @@ TEST(StreamClock, BearsDamagedStamps) {
   EXPECT_TRUE(clock.jumped());
 }
 
-TEST(StreamClock, AJumpStandsUntilAFrameIsSeen) {
+TEST(StreamClock, AJumpLastsUntilAFrameIsSeen) {
   StreamClock clock;
   clock.advance(0, 40 * ms, false);
   clock.advance(40 * ms, 40 * ms, true);

@@ -34,7 +34,7 @@ TEST(ThreadPool, HasAtLeastOneThread) {
   EXPECT_GE(pool.width(), 1u);
 }
 
-TEST(ThreadPool, DestructionDropsWhatHasNotBegun) {
+TEST(ThreadPool, DestructionDropsJobsThatHaveNotBegun) {
   std::atomic<int> ran = 0;
   std::promise<void> begun, go_on;
   {
@@ -46,7 +46,7 @@ TEST(ThreadPool, DestructionDropsWhatHasNotBegun) {
     });
     begun.get_future().wait();
     for (int i = 0; i < 10; ++i) pool.post([&] { ++ran; });
-    // The destructor empties the line before it waits: the one job that runs is let go only once that can have begun.
+    // The destructor empties the queue before it waits. The running job is released only after that can have begun.
     std::thread([&] {
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
       go_on.set_value();

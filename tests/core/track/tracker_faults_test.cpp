@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What fails in the middle of a frame, mostly for want of memory: nothing is forgotten, and nothing happens twice.
+// Failures in the middle of a frame, mostly for lack of memory: nothing is lost, and nothing happens twice.
 #include <gtest/gtest.h>
 
 #include "track/scripted_algorithm.h"
@@ -22,7 +22,7 @@ TEST_F(TrackerFaults, AfterAnExceptionTheTrackerGoesOnBlind) {
   EXPECT_EQ(tracks.features[1].state, FeatureState::out);
 }
 
-TEST_F(TrackerFaults, AFrameThatFailedAndIsToldBlindIsOneFrame) {
+TEST_F(TrackerFaults, AFailedFrameProcessedBlindIsOneFrame) {
   for (const std::int64_t frame : {second / 25, no_time}) {  // with timestamps and without
     Tracker tracker(with_points({{100, 100}}), std::make_unique<Scripted>());
     const auto stamp = [frame](int i) { return frame == no_time ? no_time : i * frame; };
@@ -33,7 +33,7 @@ TEST_F(TrackerFaults, AFrameThatFailedAndIsToldBlindIsOneFrame) {
       EXPECT_THROW(tracker.process(view, stamp(i)), std::runtime_error);
       EXPECT_EQ(tracker.process_blind(320, 240, stamp(i)).frame, static_cast<std::uint64_t>(i));
     }
-    tracker.process_blind(320, 240, stamp(4));  // one without pixels, of its own
+    tracker.process_blind(320, 240, stamp(4));  // a frame without pixels
     script_.throws = false;
     EXPECT_EQ(tracker.process(view, stamp(5)).frame, 5u);
     EXPECT_EQ(script_.time, 5 * second / 25) << frame;
@@ -41,7 +41,7 @@ TEST_F(TrackerFaults, AFrameThatFailedAndIsToldBlindIsOneFrame) {
   }
 }
 
-TEST_F(TrackerFaults, WhatIsAskedOfAFrameThatFailsIsAnsweredOnce) {
+TEST_F(TrackerFaults, RequestsToAFailingFrameAreAnsweredOnce) {
   Tracker tracker(with_points({{10, 20}, {30, 40}}), std::make_unique<Scripted>());
   next(tracker);
   const auto kept = tracker.add_point(12, 13), gone = tracker.add_point(14, 15);
@@ -49,7 +49,7 @@ TEST_F(TrackerFaults, WhatIsAskedOfAFrameThatFailsIsAnsweredOnce) {
   script_.tracking = [&] { EXPECT_TRUE(tracker.remove_point(gone)); };
   script_.throws = true;
   EXPECT_THROW(next(tracker), std::runtime_error);
-  EXPECT_TRUE(tracker.remove_point(0)) << "and after it";
+  EXPECT_TRUE(tracker.remove_point(0)) << "also after it";
   const auto &tracks = tracker.process_blind(320, 240, pts_);
   EXPECT_EQ(ids(tracks), (std::vector<FeatureId>{0, 1, kept}));
   EXPECT_EQ(find(tracks, 0)->state, FeatureState::ended);
@@ -62,8 +62,8 @@ TEST_F(TrackerFaults, WhatIsAskedOfAFrameThatFailsIsAnsweredOnce) {
   EXPECT_EQ(script_.begun, (std::vector<FeatureId>{0, 1, kept}));
 }
 
-// Memory may end between two points: those that have begun must not begin again, the others not be forgotten.
-TEST_F(TrackerFaults, PointsThatTheAlgorithmCannotBeginAreLostAndBeginLater) {
+// Memory may run out between two points. Those that have begun must not begin again, and the others must not be lost.
+TEST_F(TrackerFaults, PointsThatTheAlgorithmFailsToBeginAreLostAndBeginLater) {
   Tracker tracker(with_points({{10, 20}, {30, 40}, {50, 60}}), std::make_unique<Scripted>());
   const auto asked = tracker.add_point(12, 13), last = tracker.add_point(14, 15);
   script_.cannot_begin = 1;
@@ -81,9 +81,9 @@ TEST_F(TrackerFaults, PointsThatTheAlgorithmCannotBeginAreLostAndBeginLater) {
   EXPECT_EQ(script_.begun, (std::vector<FeatureId>{0, 1, 2, asked, last}));
 }
 
-// Ids that are set apart before others enter after them: the algorithm is asked by ascending id all the same, with a
-// report between the frames or without (TrackerLife's track() sees to it).
-TEST_F(TrackerFaults, ClaimsAreByAscendingIdAfterAFault) {
+// Postponed ids may be entered after later ones. The algorithm must still get ascending ids, whether or not there is a
+// report between the frames (TrackerLife's track() checks it).
+TEST_F(TrackerFaults, ClaimsHaveAscendingIdsAfterAFault) {
   for (const bool told : {false, true}) {
     script_.begun.clear();
     Tracker tracker(with_points({{10, 20}}), std::make_unique<Scripted>());
@@ -101,7 +101,7 @@ TEST_F(TrackerFaults, ClaimsAreByAscendingIdAfterAFault) {
   }
 }
 
-TEST_F(TrackerFaults, WhatDetectionCannotBeginIsAsIfNotFound) {
+TEST_F(TrackerFaults, ADetectedPointThatFailsToBeginIsDropped) {
   Settings settings;
   settings.max_features = 6;
   Tracker tracker(settings, std::make_unique<Scripted>());
@@ -114,8 +114,8 @@ TEST_F(TrackerFaults, WhatDetectionCannotBeginIsAsIfNotFound) {
   for (const auto &f : tracks.features) EXPECT_EQ(f.state, FeatureState::tracked) << f.id;
 }
 
-// The positions are of the frame that was tracked: so must be what the algorithm keeps of its pixels.
-TEST_F(TrackerFaults, AFrameThatWasTrackedIsFinished) {
+// The positions are those of the tracked frame, so the algorithm must keep that frame's pixels.
+TEST_F(TrackerFaults, ATrackedFrameIsFinishedDespiteAFault) {
   Tracker tracker(with_points({{10, 20}}), std::make_unique<Scripted>());
   script_.cannot_begin = 0;
   EXPECT_THROW(next(tracker), std::runtime_error);
@@ -125,7 +125,7 @@ TEST_F(TrackerFaults, AFrameThatWasTrackedIsFinished) {
   EXPECT_EQ(script_.finished, 1) << "not tracked";
 }
 
-TEST_F(TrackerFaults, ARemovalLastsUntilItIsDone) {
+TEST_F(TrackerFaults, ARemovalIsKeptUntilItIsDone) {
   Tracker tracker(with_points({{10, 20}, {30, 40}}), std::make_unique<Scripted>());
   next(tracker);
   EXPECT_TRUE(tracker.remove_point(0));
@@ -137,7 +137,7 @@ TEST_F(TrackerFaults, ARemovalLastsUntilItIsDone) {
   EXPECT_EQ(script_.ended, (std::vector<FeatureId>{0, 1}));
 }
 
-TEST_F(TrackerFaults, AResetLastsUntilItIsDone) {
+TEST_F(TrackerFaults, AResetIsKeptUntilItIsDone) {
   Tracker tracker(with_points({{10, 20}}), std::make_unique<Scripted>());
   next(tracker);
   tracker.reset();

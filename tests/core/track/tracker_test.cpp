@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The life of features, with an algorithm that does as the test says.
+// The life of features, with a scripted algorithm.
 #include "track/tracker.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 namespace csd {
 namespace {
 
-TEST_F(TrackerLife, GivenPointsHaveIdsInTheirOrderAndAPointOutsideIsOut) {
+TEST_F(TrackerLife, GivenPointsHaveIdsInOrderAndAPointOutsideIsOut) {
   Tracker tracker(with_points({{10, 20}, {400, 20}, {30.25, 40.5}}), std::make_unique<Scripted>());
   const auto &tracks = next(tracker);
   ASSERT_EQ(tracks.features.size(), 3u);
@@ -27,14 +27,14 @@ TEST_F(TrackerLife, GivenPointsHaveIdsInTheirOrderAndAPointOutsideIsOut) {
   EXPECT_EQ(tracks.features[1].confidence, 0);
   EXPECT_EQ(tracks.features[2].x, 30.25);
   EXPECT_EQ(script_.begun, (std::vector<FeatureId>{0, 2}));
-  script_.kinds[1] = Claim::Kind::lost;  // never begun: nobody can track it
+  script_.kinds[1] = Claim::Kind::lost;  // it never began, so nothing can track it
   next(tracker);
   EXPECT_EQ(find(tracks, 1)->state, FeatureState::out);
   EXPECT_EQ(tracks.frame, 1u);
-  EXPECT_EQ(tracker.remove_nearest(390, 20), 2u) << "1 is out";
+  EXPECT_EQ(tracker.remove_nearest(390, 20), 2u) << "1 is outside";
 }
 
-TEST_F(TrackerLife, WhatWaitsIsNotFreshAndCounted) {
+TEST_F(TrackerLife, AWaitingFeatureIsNotFreshButCounted) {
   Tracker tracker(with_points({{10, 20}, {30, 40}, {50, 60}}), std::make_unique<Scripted>());
   next(tracker);
   script_.waiting = {0, 2};
@@ -47,12 +47,12 @@ TEST_F(TrackerLife, WhatWaitsIsNotFreshAndCounted) {
   EXPECT_EQ(tracker.stats().waited, 3u);
 }
 
-TEST_F(TrackerLife, AJumpIsToldOfUntilAFrameWasTracked) {
+TEST_F(TrackerLife, AJumpIsReportedUntilAFrameIsTracked) {
   Tracker tracker(with_points({{10, 20}}), std::make_unique<Scripted>());
   const auto view = MovingScene::gray_view(texture_);
   constexpr auto frame = second / 25;
   tracker.process(view, 0, frame, true);
-  EXPECT_FALSE(script_.jumped) << "from nothing";
+  EXPECT_FALSE(script_.jumped) << "the first frame is no jump";
   tracker.process(view, frame, frame);
   EXPECT_FALSE(script_.jumped);
   tracker.process(view, 2 * frame, frame, true);
@@ -68,8 +68,8 @@ TEST_F(TrackerLife, AJumpIsToldOfUntilAFrameWasTracked) {
   EXPECT_TRUE(script_.jumped);
 }
 
-/// 1500 of 65536 levels, moved by a few that a window lets pass: only a stream that begins anew is looked at anew.
-TEST_F(TrackerLife, GrayOf16BitIsSeenThroughAWindowOfItsStream) {
+/// 1500 of 65536 levels, shifted by a few, which a window tolerates. Only a new stream gets a new window.
+TEST_F(TrackerLife, Gray16IsSeenThroughItsStreamsWindow) {
   const auto process = [this](Tracker &tracker, int from) {
     cv::Mat1w deep;
     texture_.convertTo(deep, CV_16U, 9, from);
@@ -87,14 +87,14 @@ TEST_F(TrackerLife, GrayOf16BitIsSeenThroughAWindowOfItsStream) {
   cv::Scalar mean, is, should;
   cv::meanStdDev(first, mean, is);
   cv::meanStdDev(texture_, mean, should);
-  EXPECT_GT(is[0], should[0]) << "all of 8 bit is used";
+  EXPECT_GT(is[0], should[0]) << "the full range of 8 bit is used";
   EXPECT_FALSE(same(first, second)) << "the window stays";
-  EXPECT_TRUE(same(first, anew)) << "of another stream's it is another";
+  EXPECT_TRUE(same(first, anew)) << "another stream has another window";
   tracker.reset();
   EXPECT_TRUE(same(process(tracker, 1040), anew));
 }
 
-TEST_F(TrackerLife, AGivenPointNeverEndsADetectedOneIsForgotten) {
+TEST_F(TrackerLife, AGivenPointNeverEndsButADetectedOneDoes) {
   Settings settings;
   settings.max_features = 5;
   settings.forget_after = second;
@@ -113,7 +113,7 @@ TEST_F(TrackerLife, AGivenPointNeverEndsADetectedOneIsForgotten) {
   ASSERT_EQ(tracks.features.size(), 1u);
   EXPECT_EQ(tracks.features[0].id, first);
   for (int i = 0; i < 100; ++i) next(tracker);
-  EXPECT_EQ(tracks.features.size(), 1u) << "an algorithm that does not replenish gets no new features";
+  EXPECT_EQ(tracks.features.size(), 1u) << "without replenishing there are no new features";
 }
 
 TEST_F(TrackerLife, ReplenishingGivesNewIds) {
@@ -142,7 +142,7 @@ TEST_F(TrackerLife, ReplenishingGivesNewIds) {
   EXPECT_LE(most, 6u);
 }
 
-TEST_F(TrackerLife, AChangeOfSizeEndsTheOldIdsAndBeginsThePointsUnderTheNext) {
+TEST_F(TrackerLife, AChangeOfSizeEndsTheOldIdsAndRestartsThePointsWithNewIds) {
   Tracker tracker(with_points({{10, 20}, {100, 100}}), std::make_unique<Scripted>());
   next(tracker);
   cv::Mat larger;
@@ -155,15 +155,15 @@ TEST_F(TrackerLife, AChangeOfSizeEndsTheOldIdsAndBeginsThePointsUnderTheNext) {
   EXPECT_EQ(tracks.features[2].id, 2u);
   EXPECT_EQ(tracks.features[2].x, 10);
   EXPECT_EQ(tracks.features[3].x, 100);
-  EXPECT_EQ(script_.forgotten, 2);  // the first size is a change too
+  EXPECT_EQ(script_.forgotten, 2);  // the first size counts as a change
   next(tracker, larger);
   EXPECT_EQ(tracks.features.size(), 2u);
 }
 
-TEST_F(TrackerLife, ResetDoesTheSame) {
+TEST_F(TrackerLife, ResetEndsTheOldIdsAndRestartsThePoints) {
   Tracker tracker(with_points({{10, 20}}), std::make_unique<Scripted>());
   next(tracker);
-  tracker.add_point(30, 30);  // before the reset: of the stream that is forgotten
+  tracker.add_point(30, 30);  // before the reset, so it belongs to the old stream
   tracker.reset();
   const auto &tracks = next(tracker);
   ASSERT_EQ(tracks.features.size(), 2u);
@@ -173,9 +173,9 @@ TEST_F(TrackerLife, ResetDoesTheSame) {
   EXPECT_EQ(tracks.frame, 1u);
 }
 
-// As where a recording fades in. Detection fills up for two seconds from the first feature on; then the rest is for
-// algorithms that replenish.
-TEST_F(TrackerLife, WhatFadesInIsDetectedTo) {
+// As when a recording fades in. For two seconds from the first feature on, detection adds more. After that, only
+// algorithms that replenish get new features.
+TEST_F(TrackerLife, DetectionFollowsAFadeIn) {
   Settings settings;
   settings.max_features = 20;
   const auto detected_with_all_of_it_from = [&](int frame) {
@@ -200,7 +200,7 @@ TEST_F(TrackerLife, PointsComeAndGoByRequest) {
   ASSERT_EQ(tracks.features.size(), 1u);
   EXPECT_EQ(tracks.features[0].x, 12.5);
   EXPECT_TRUE(tracker.remove_point(id));
-  EXPECT_TRUE(tracker.remove_point(tracker.add_point(14, 15))) << "before its first frame: it never appears";
+  EXPECT_TRUE(tracker.remove_point(tracker.add_point(14, 15))) << "removed before its first frame, it never appears";
   next(tracker);
   ASSERT_EQ(ids(tracks), (std::vector<FeatureId>{id}));
   EXPECT_EQ(tracks.features[0].state, FeatureState::ended);
@@ -209,7 +209,7 @@ TEST_F(TrackerLife, PointsComeAndGoByRequest) {
   EXPECT_EQ(tracker.add_point(1, std::numeric_limits<double>::infinity()), no_feature);
 }
 
-TEST_F(TrackerLife, AnotherThreadMayAskWhileFramesGoThrough) {
+TEST_F(TrackerLife, AnotherThreadMaySendRequestsDuringFrames) {
   Tracker tracker(with_points({{10, 20}}), std::make_unique<Scripted>());
   std::atomic<bool> at_work = true;
   std::vector<FeatureId> kept = {0};
@@ -225,7 +225,7 @@ TEST_F(TrackerLife, AnotherThreadMayAskWhileFramesGoThrough) {
   while (at_work) next(tracker);
   other.join();
   next(tracker);
-  EXPECT_EQ(ids(next(tracker)), kept) << "what was removed last has been told of as ended";
+  EXPECT_EQ(ids(next(tracker)), kept) << "the removed points have been reported as ended";
 }
 
 TEST_F(TrackerLife, AnotherThreadMayResetAndRemoveTheNearest) {
@@ -242,10 +242,10 @@ TEST_F(TrackerLife, AnotherThreadMayResetAndRemoveTheNearest) {
   while (at_work) next(tracker);
   other.join();
   next(tracker);
-  EXPECT_EQ(next(tracker).features.size(), 2u) << "the last that was asked is a reset";
+  EXPECT_EQ(next(tracker).features.size(), 2u) << "the last request is a reset";
 }
 
-TEST_F(TrackerLife, BlackFramesHaveNoFeaturesAndDetectionIsTriedAgain) {
+TEST_F(TrackerLife, BlackFramesHaveNoFeaturesAndDetectionIsRetried) {
   Settings settings;
   settings.max_features = 8;
   Tracker tracker(settings, std::make_unique<Scripted>());
@@ -270,7 +270,7 @@ TEST_F(TrackerLife, DetectionStaysInItsRegion) {
   for (const auto &f : tracks.features) EXPECT_TRUE(settings.region.contains(cv::Point(cvRound(f.x), cvRound(f.y))));
 }
 
-TEST_F(TrackerLife, DetectionKeepsAwayFromHighlightsAsTheSettingsDefineThem) {
+TEST_F(TrackerLife, DetectionAvoidsHighlightsAsSet) {
   Settings settings;
   settings.max_features = 10;
   Tracker by_default(settings, std::make_unique<Scripted>());
@@ -289,7 +289,7 @@ TEST_F(TrackerLife, APictureSmallerThanAPatchOrAPyramidHasNoFeatures) {
   EXPECT_EQ(tracks.features[0].state, FeatureState::lost);
 }
 
-TEST_F(TrackerLife, APointThatComesWhileNothingCanBeSeenBeginsLater) {
+TEST_F(TrackerLife, APointGivenDuringBlackBeginsLater) {
   Tracker tracker(with_points({{100, 100}}), std::make_unique<Scripted>());
   tracker.process_blind(320, 240, 0);
   const auto second_point = tracker.add_point(50, 60);
@@ -298,15 +298,15 @@ TEST_F(TrackerLife, APointThatComesWhileNothingCanBeSeenBeginsLater) {
   EXPECT_EQ(tracks.features[0].state, FeatureState::lost);
   pts_ = 2 * second / 25;
   next(tracker);
-  ASSERT_EQ(tracks.features.size(), 2u) << "under the same ids";
+  ASSERT_EQ(tracks.features.size(), 2u) << "with the same ids";
   EXPECT_EQ(tracks.features[0].id, 0u);
   EXPECT_EQ(tracks.features[0].state, FeatureState::learning);
   EXPECT_EQ(find(tracks, second_point)->state, FeatureState::learning);
   EXPECT_EQ(script_.begun, (std::vector<FeatureId>{0, 1}));
 }
 
-TEST_F(TrackerLife, WhatBeganOnBurntInGraphicsEndsAPointOfTheUserStays) {
-  // A moving texture under a still caption, on which detection puts features, as on any corner.
+TEST_F(TrackerLife, DetectedFeaturesOnBurntInGraphicsEndGivenPointsStay) {
+  // A moving texture under a still caption. Detection puts features on it, as on any corner.
   const cv::Rect caption(240, 226, 175, 26);
   cv::Mat noise(600, 800, CV_8UC1), texture;
   cv::RNG rng(3);
@@ -316,7 +316,7 @@ TEST_F(TrackerLife, WhatBeganOnBurntInGraphicsEndsAPointOfTheUserStays) {
   const auto frame = [&](int i) {
     cv::Mat moved = texture(cv::Rect(i % 150, i % 110, 640, 480)).clone();
     cv::putText(moved, "LASER OFF", {240, 250}, cv::FONT_HERSHEY_SIMPLEX, 1, cv::Scalar(205),
-                2);  // not so bright as to be a highlight
+                2);  // too dark for a highlight
     return moved;
   };
   Settings settings;
@@ -324,7 +324,7 @@ TEST_F(TrackerLife, WhatBeganOnBurntInGraphicsEndsAPointOfTheUserStays) {
   settings.region = caption;
   settings.forget_after = 0;
   for (const bool moves : {false, true}) {
-    script_.motion = {moves ? 2.0 : 0.0, 0};  // away from the graphics, on to tissue
+    script_.motion = {moves ? 2.0 : 0.0, 0};  // away from the graphics, onto tissue
     Tracker tracker(settings, std::make_unique<Scripted>());
     const auto mine = tracker.add_point(410, 248);
     std::size_t detected = 0, ended = 0;
@@ -367,13 +367,13 @@ TEST_F(TrackerLife, PointsFromTheStartKeepTheirIds) {
   EXPECT_EQ(tracks.features[0].x, 30);
   EXPECT_EQ(tracks.features[1].id, 7U);
   EXPECT_EQ(tracks.features[2].id, id);
-  // What is offered while the stream goes on doesn't count.
+  // During a stream, an offer is ignored.
   tracker.offer_start({{9, {10, 20}}});
   EXPECT_EQ(find(next(tracker), 9), nullptr);
   EXPECT_EQ(find(next(tracker), 9), nullptr);
 }
 
-TEST_F(TrackerLife, PointsFromTheStartComeAgainUnderTheirIdsAfterAReset) {
+TEST_F(TrackerLife, PointsFromTheStartComeBackWithTheirIdsAfterAReset) {
   Settings settings;
   settings.points_from_start = true;
   Tracker tracker(settings, std::make_unique<Scripted>());
