@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Many test files in one program, since each program more is linked with all of OpenCV. An argument names a file, as
-// csd/csd_test.cpp: only the tests of the files that are named run, all of them if none is.
+// Many test files share one program, since each program links all of OpenCV. Arguments name files, such as
+// csd/csd_test.cpp: only their tests run. Without arguments all tests run.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 
 namespace {
 
-/// The full names of the tests that `file` defines, as a filter of GoogleTest's.
+/// The full names of the tests that `file` defines, as a GoogleTest filter.
 std::string tests_of(std::string_view file) {
   const auto &all = *testing::UnitTest::GetInstance();
   const std::string end = "/" + std::string(file);
@@ -28,7 +28,7 @@ std::string tests_of(std::string_view file) {
 }  // namespace
 
 int main(int argc, char **argv) {
-  testing::InitGoogleMock(&argc, argv);  // takes its own options away, and finds the tests with parameters
+  testing::InitGoogleMock(&argc, argv);  // removes its own options, and registers the parameterised tests
   std::string names;
   for (int i = 1; i < argc; ++i) {
     const std::string more = tests_of(argv[i]);

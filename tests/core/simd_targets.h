@@ -8,7 +8,7 @@
 
 namespace csd::test {
 
-/// Makes Highway dispatch to one target while it lives.
+/// While it lives, Highway dispatches to one target.
 class OnTarget {
  public:
   explicit OnTarget(std::int64_t target) { choose(target); }
@@ -23,7 +23,7 @@ class OnTarget {
   }
 };
 
-/// Runs a test on each target that this machine has.
+/// Runs a test on each target of this machine.
 template <class Test>
 void on_all_targets(Test test) {
   for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {

@@ -13,7 +13,7 @@ Feature feature(FeatureId id, FeatureState state = FeatureState::tracked) {
   return {id, 1, 1, state, 1, true};
 }
 
-/// Of frames that are numbered from 10 on, in lines from 2 on.
+/// For frames numbered from 10, in lines from 2 on.
 std::vector<std::string> notes_of(const std::vector<std::vector<Feature>> &frames) {
   score::Recording tracks;
   tracks.file = "f";
@@ -23,7 +23,7 @@ std::vector<std::string> notes_of(const std::vector<std::vector<Feature>> &frame
   return notes;
 }
 
-TEST(AbsentFeatures, ThoseThatBeginLateOrEndAreNotMissed) {
+TEST(AbsentFeatures, FeaturesThatBeginLateOrEndAreNotMissed) {
   EXPECT_THAT(notes_of({{feature(1)},
                         {feature(1), feature(2, FeatureState::lost)},
                         {feature(1, FeatureState::ended), feature(2, FeatureState::out)},
@@ -31,13 +31,13 @@ TEST(AbsentFeatures, ThoseThatBeginLateOrEndAreNotMissed) {
               IsEmpty());
 }
 
-TEST(AbsentFeatures, InTheMiddle) {
+TEST(AbsentFeatures, NotesAnAbsenceInTheMiddle) {
   EXPECT_THAT(notes_of({{feature(1), feature(2)}, {feature(2)}, {}, {feature(1), feature(2)}}),
               ElementsAre("f:3: from frame 11 on, 2 features are absent that had not ended, in 2 frames, counted "
                           "as not tracked: is the file whole?"));
 }
 
-TEST(AbsentFeatures, FromTheLastFrame) {
+TEST(AbsentFeatures, NotesAnAbsenceFromTheLastFrame) {
   EXPECT_THAT(notes_of({{feature(1), feature(2, FeatureState::lost)}, {feature(1)}}),
               ElementsAre("f:3: from frame 11 on, 1 feature is absent that had not ended, in 1 frame, counted "
                           "as not tracked: is the file whole?"));
@@ -47,7 +47,7 @@ TEST(AbsentFeatures, AnIdThatBeginsAgainIsAliveAgain) {
   EXPECT_EQ(notes_of({{feature(1, FeatureState::ended)}, {feature(1)}, {}}).size(), 1u);
 }
 
-TEST(AbsentFeatures, AFrameWithoutMetadataSaysNothing) {
+TEST(AbsentFeatures, IgnoresAFrameWithoutMetadata) {
   score::Recording tracks;
   tracks.frames = {{true, 0, 0, 1, {feature(1)}}, {false, 0, 1, 2, {}}, {true, 1, 2, 3, {feature(1)}}};
   std::vector<std::string> notes;

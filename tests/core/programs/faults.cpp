@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// To be loaded before a program (LD_PRELOAD): of the allocations that its main() makes number $CSDTRACK_FAULT fails,
-// from 0; with CSDTRACK_FAULT_LASTS=1 all later ones do, too. The last line of stderr is how many it asked for.
+// Loaded before a program (LD_PRELOAD). Of the allocations in its main(), number $CSDTRACK_FAULT, from 0, fails. With
+// CSDTRACK_FAULT_LASTS=1 all later ones fail, too. The last line on stderr is the number of allocations.
 #include "../../faults.h"
 
 #include <unistd.h>

@@ -12,7 +12,7 @@
 
 namespace csd::programs {
 
-/// A folder of files, gone with it.
+/// A folder of files; the destructor removes it.
 class TestFolder {
  public:
   TestFolder()

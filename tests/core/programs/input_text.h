@@ -12,7 +12,7 @@
 
 namespace csd::programs {
 
-/// What read_input() makes of a file with this content. Without `notes` there must be none.
+/// What read_input() returns for a file with this content. Without `notes`, expects that there are none.
 template <typename Kind>
 Kind read(const std::string &content, std::vector<std::string> *notes = nullptr) {
   const TestFolder folder;
@@ -24,7 +24,7 @@ Kind read(const std::string &content, std::vector<std::string> *notes = nullptr)
   return read;
 }
 
-/// The error that read_input() ends with on a file of this content.
+/// The error of read_input() on a file with this content.
 inline std::string error_of(const std::string &content) {
   const TestFolder folder;
   const std::string file = folder.write("input", content);

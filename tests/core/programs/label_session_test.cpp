@@ -52,7 +52,7 @@ TEST(LabelSession, UndoGoesBackToTheBeginning) {
   EXPECT_TRUE(session.undo());
   EXPECT_FALSE(session.choosing());
   EXPECT_TRUE(session.undo());
-  EXPECT_TRUE(session.choosing()) << "the end of the choosing is taken back by itself";
+  EXPECT_TRUE(session.choosing()) << "one undo takes back the end of choosing";
   EXPECT_EQ(session.points(), 2u);
   EXPECT_TRUE(session.undo());
   EXPECT_EQ(session.points(), 1u);
@@ -61,7 +61,7 @@ TEST(LabelSession, UndoGoesBackToTheBeginning) {
   EXPECT_EQ(session.csv(), "frame,id,x,y,visible\n");
 }
 
-TEST(LabelSession, GoesOnWhereItWasSaved) {
+TEST(LabelSession, ResumesWhereItWasSaved) {
   const TestFolder folder;
   LabelSession session = two_points();
   session.place({5, 5});
@@ -71,17 +71,17 @@ TEST(LabelSession, GoesOnWhereItWasSaved) {
   EXPECT_EQ(again.csv(), session.csv());
   EXPECT_EQ(again.frame(), 100u);
   EXPECT_EQ(again.point(), 1u);
-  // Half a line is asked for again.
+  // A torn line is asked for again.
   const LabelSession torn = LabelSession::resume(read_text_file(folder.write("l", session.csv() + "100,1,3.0")), 50);
   EXPECT_EQ(torn.csv(), session.csv());
-  // With frame 0 alone, points may still be added.
+  // With frame 0 only, points may still be added.
   const LabelSession chosen =
       LabelSession::resume(read_text_file(folder.write("l", "frame,id,x,y,visible\n0,0,1.000,2.000,1\n")), 50);
   EXPECT_TRUE(chosen.choosing());
   EXPECT_EQ(chosen.points(), 1u);
 }
 
-TEST(LabelSession, DoesNotGoOnWithOtherLabels) {
+TEST(LabelSession, RefusesOtherLabels) {
   const TestFolder folder;
   const auto error_of = [&](const std::string &rows) {
     const std::string file = folder.write("l", "frame,id,x,y,visible\n" + rows);
@@ -89,7 +89,7 @@ TEST(LabelSession, DoesNotGoOnWithOtherLabels) {
   };
   EXPECT_THAT(error_of("0,0,1,1,1\n25,0,1,1,1\n"), HasSubstr(":3: is not what labelling every 50 frames wrote"));
   EXPECT_THAT(error_of("0,1,1,1,1\n"), HasSubstr(":2: is not what"));
-  EXPECT_THAT(error_of("0,0,1,1,0\n"), HasSubstr(":2: is not what")) << "chosen, so visible";
+  EXPECT_THAT(error_of("0,0,1,1,0\n"), HasSubstr(":2: is not what")) << "a chosen point is visible";
   EXPECT_THAT(error_of("0,0,1,1,1\n0,1,1,1,1\n50,1,1,1,1\n"), HasSubstr("feature 0 of frame 50 comes here"));
   EXPECT_THAT(error_of("50,0,1,1,1\n"), HasSubstr(":2: is not what"));
 }

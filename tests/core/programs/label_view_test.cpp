@@ -6,22 +6,22 @@
 namespace csd::programs {
 namespace {
 
-TEST(LabelView, ShowsAllOfASmallPictureAsItIs) {
+TEST(LabelView, ShowsAllOfASmallPictureUnscaled) {
   const LabelView view = LabelView::whole({640, 480}, {1500, 850});
   EXPECT_EQ(view.screen, cv::Size(640, 480));
   EXPECT_EQ(view.to_picture({17, 4}), cv::Point2d(17, 4));
 }
 
-TEST(LabelView, ShrinksALargeOneWithPixelCentresAtIntegers) {
+TEST(LabelView, ShrinksALargePictureWithPixelCentresAtIntegers) {
   const LabelView view = LabelView::whole({1920, 1080}, {960, 850});
   EXPECT_EQ(view.screen, cv::Size(960, 540));
-  // A screen pixel covers two by two of the picture's: its middle is between them.
+  // A screen pixel covers 2 × 2 of the picture's pixels: its centre lies between them.
   EXPECT_EQ(view.to_picture({0, 0}), cv::Point2d(0.5, 0.5));
   EXPECT_EQ(view.to_picture({100, 10}), cv::Point2d(200.5, 20.5));
   EXPECT_EQ(view.to_screen({200.5, 20.5}), cv::Point2d(100, 10));
 }
 
-TEST(LabelView, ZoomKeepsWhatIsUnderTheMouse) {
+TEST(LabelView, ZoomKeepsThePlaceUnderTheMouse) {
   LabelView view = LabelView::whole({640, 480}, {1500, 850});
   view.zoom({300, 200}, 4);
   EXPECT_EQ(view.to_picture({300, 200}), cv::Point2d(300, 200));
@@ -29,7 +29,7 @@ TEST(LabelView, ZoomKeepsWhatIsUnderTheMouse) {
   EXPECT_EQ(view.to_screen({301, 199}), cv::Point2d(304, 196));
 }
 
-/// A picture that is black but for one pixel.
+/// A black picture with one white pixel.
 cv::Mat dot(cv::Point at) {
   cv::Mat picture = cv::Mat::zeros(240, 320, CV_8UC3);
   picture.at<cv::Vec3b>(at) = {255, 0, 0};
@@ -66,7 +66,7 @@ TEST(LabelView, MarksLabelsAndShowsWhatToLookFor) {
   session.done_choosing();
   const cv::Mat asking = draw_label_window(view, frame, first, session, {0, 0}, "");
   EXPECT_NE(asking.at<cv::Vec3b>(60, 66), green) << "labels of frame 0 are not those of frame 50";
-  // Point 0 as it was in frame 0: the lower of the two squares at the right, its middle.
+  // Point 0 as in frame 0: the middle of the lower square at the right.
   EXPECT_EQ(asking.at<cv::Vec3b>(248 + 120, 320 + 8 + 120), cv::Vec3b(255, 0, 0));
 }
 

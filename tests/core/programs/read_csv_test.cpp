@@ -15,7 +15,7 @@ using testing::HasSubstr;
 const std::string truth_header = "frame,id,x,y,visible\n";
 const std::string tracks_header = "frame,pts,stream_time,id,x,y,state,confidence,fresh\n";
 
-TEST(TruthCsv, RowsInAnyOrder) {
+TEST(TruthCsv, AcceptsRowsInAnyOrder) {
   const auto truth = read<score::Truth>(truth_header + "50,7,3.5,4,0\n0,7,1,-2.25,1\n50,2,,,0\n0,2,9,9,1\n");
   EXPECT_THAT(truth.ids, ElementsAre(2u, 7u));
   ASSERT_EQ(truth.frames.size(), 2u);
@@ -27,7 +27,7 @@ TEST(TruthCsv, RowsInAnyOrder) {
   EXPECT_EQ(truth.frames[1].frame, 50u);
   EXPECT_EQ(truth.frames[1].points[1].presence, Presence::hidden);
   EXPECT_EQ(truth.frames[1].points[1].position, cv::Point2d(3.5, 4));
-  EXPECT_TRUE(std::isnan(truth.frames[1].points[0].position.x)) << "hidden, nobody knows where";
+  EXPECT_TRUE(std::isnan(truth.frames[1].points[0].position.x)) << "hidden at an unknown place";
 }
 
 TEST(TruthCsv, UncertainAndMissingPointsAreNotLabelled) {
@@ -37,14 +37,14 @@ TEST(TruthCsv, UncertainAndMissingPointsAreNotLabelled) {
   EXPECT_EQ(truth.frames[1].points[0].presence, Presence::unlabelled);
 }
 
-TEST(TruthCsv, OtherColumnsQuotesAndWindowsLinesAreFine) {
+TEST(TruthCsv, AcceptsOtherColumnsQuotesAndWindowsLines) {
   const auto truth =
       read<score::Truth>("\xef\xbb\xbf\"visible\",\"who\",\"y\",\"x\",\"id\",\"frame\"\r\n1,\"me\",2,1,0,4\r\n");
   EXPECT_EQ(truth.frames.at(0).frame, 4u);
   EXPECT_EQ(truth.frames[0].points[0].position, cv::Point2d(1, 2));
 }
 
-TEST(TruthCsv, EachDefectIsNamed) {
+TEST(TruthCsv, NamesEachDefect) {
   EXPECT_EQ(error_of(truth_header + "0,0,1,1,1\n0,1,x,1,1\n"), ":3: 'x' is no number (x)");
   EXPECT_EQ(error_of(truth_header + "0,0,1,,1\n"), ":2: '' is no number (y)");
   EXPECT_EQ(error_of(truth_header + "0,0,nan,1,1\n"), ":2: 'nan' is no number (x)");
@@ -58,7 +58,7 @@ TEST(TruthCsv, EachDefectIsNamed) {
   EXPECT_EQ(error_of(truth_header + "0,0,1,1,2\n"), ": labels nothing");
 }
 
-TEST(TracksCsv, IsReadAsCsdtrackencWritesIt) {
+TEST(TracksCsv, ReadsWhatCsdtrackencWrites) {
   const auto tracks = read<score::Recording>(tracks_header +
                                              "12,480000000,480000000,0,311.204,187.512,tracked,0.931,true\n"
                                              "12,480000000,480000000,4,1.000,2.000,ended,0.000,false\n" +
@@ -77,7 +77,7 @@ TEST(TracksCsv, IsReadAsCsdtrackencWritesIt) {
   EXPECT_EQ(tracks.frames[1].features[0].state, FeatureState::learning);
 }
 
-TEST(TracksCsv, ATornLastLineIsLeftOutAndSaid) {
+TEST(TracksCsv, DropsATornLastLineWithANote) {
   std::vector<std::string> notes;
   const auto tracks =
       read<score::Recording>(tracks_header + "0,0,0,0,1,1,tracked,1.000,true\n1,40,40,0,1,1,tracked,1.000,tr", &notes);
@@ -85,7 +85,7 @@ TEST(TracksCsv, ATornLastLineIsLeftOutAndSaid) {
   EXPECT_THAT(notes, ElementsAre(HasSubstr(":3: the last line has no newline")));
 }
 
-TEST(TracksCsv, ALastFrameThatIsCutBetweenItsRowsIsSaid) {
+TEST(TracksCsv, NotesALastFrameCutBetweenItsRows) {
   std::vector<std::string> notes;
   read<score::Recording>(tracks_header +
                              "0,0,0,0,1,1,tracked,1,true\n0,0,0,1,1,1,tracked,1,true\n"
@@ -94,7 +94,7 @@ TEST(TracksCsv, ALastFrameThatIsCutBetweenItsRowsIsSaid) {
   EXPECT_THAT(notes, ElementsAre(HasSubstr(":4: from frame 1 on, 1 feature is absent")));
 }
 
-TEST(TracksCsv, EachDefectIsNamed) {
+TEST(TracksCsv, NamesEachDefect) {
   EXPECT_EQ(error_of(tracks_header + "0,0,0,0,1,1,found,1.000,true\n"), ":2: there is no state 'found'");
   EXPECT_EQ(error_of(tracks_header + "0,0,0,0,1,1,tracked,1.5,true\n"), ":2: a confidence is from 0 to 1");
   EXPECT_EQ(error_of(tracks_header + "0,0,0,1,1,1,tracked,1,true\n0,0,0,1,1,1,tracked,1,true\n"),
@@ -104,7 +104,7 @@ TEST(TracksCsv, EachDefectIsNamed) {
   EXPECT_EQ(error_of("frame,id,x,y,state\n"), ":1: has no column 'confidence'");
 }
 
-TEST(Input, WhatIsNeitherIsNamed) {
+TEST(Input, NamesAFileThatIsNeitherJsonNorCsv) {
   EXPECT_EQ(error_of(""), ": is empty");
   EXPECT_EQ(error_of(" \n\n"), ": is empty");
   EXPECT_THAT(error_of("hello\n"), HasSubstr(":1: neither JSON nor a header of CSV"));

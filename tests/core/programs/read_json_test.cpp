@@ -25,8 +25,8 @@ std::string feature(int id, const std::string &state = "tracked", const std::str
          confidence + "}";
 }
 
-TEST(Jsonl, TracksAsCsdtrackencWritesThem) {
-  // Also a line without metadata, and members and states that say nothing here.
+TEST(Jsonl, ReadsTracksAsCsdtrackencWritesThem) {
+  // Includes a line without metadata, and members and states without meaning here.
   const auto tracks = read<score::Recording>(
       R"({"schema":1,"source":null,"role":"track","algorithm":null,"frame":null,"pts":null,"width":640,"height":480,"features":[]})"
       "\n" +
@@ -51,13 +51,13 @@ TEST(Jsonl, TracksAsCsdtrackencWritesThem) {
   EXPECT_EQ(tracks.frames[1].features[1].state, FeatureState::lost);
 }
 
-TEST(Jsonl, AFrameThatLacksItsFeaturesIsSaid) {
+TEST(Jsonl, NotesAFrameThatLacksItsFeatures) {
   std::vector<std::string> notes;
   read<score::Recording>(line("track", 0, feature(0)) + line("track", 1, "") + line("track", 2, feature(0)), &notes);
   EXPECT_THAT(notes, ElementsAre(HasSubstr(":2: from frame 1 on, 1 feature is absent")));
 }
 
-TEST(Jsonl, Truth) {
+TEST(Jsonl, ReadsTruth) {
   const auto truth = read<score::Truth>(line("truth", 0, feature(0) + "," + feature(1)) + line("truth", 1, "") +
                                         line("truth", 2, feature(0, "occluded", "0") + "," + feature(2, "out", "0")));
   EXPECT_THAT(truth.ids, ElementsAre(0u, 1u, 2u));
@@ -72,14 +72,14 @@ TEST(Jsonl, Truth) {
   EXPECT_EQ(truth.frames[1].points[2].presence, Presence::out);
 }
 
-TEST(Jsonl, ATornLastLineIsLeftOutAndSaid) {
+TEST(Jsonl, DropsATornLastLineWithANote) {
   std::vector<std::string> notes;
   const std::string torn = line("track", 1, feature(0)).substr(0, 100);
   EXPECT_EQ(read<score::Recording>(line("track", 0, feature(0)) + torn, &notes).frames.size(), 1u);
   EXPECT_THAT(notes, ElementsAre(HasSubstr(":2: the last line has no newline")));
 }
 
-TEST(Jsonl, EachDefectIsNamed) {
+TEST(Jsonl, NamesEachDefect) {
   const std::string good = line("track", 0, feature(0));
   const auto with = [&](const std::string &from, const std::string &to) {
     std::string bad = line("track", 1, feature(0));
@@ -111,7 +111,7 @@ TEST(Jsonl, EachDefectIsNamed) {
   EXPECT_THAT(error_of("{\"schema\":1,\n"), HasSubstr(":1: is no JSON"));
 }
 
-TEST(Labels, OfVlSurgPt) {
+TEST(Labels, ReadsThoseOfVlSurgPt) {
   const auto truth = read<score::Truth>(R"({"30": [[10, 528], [952.5, 604]], "60": [null, [1044, 442]],
     "90": null, "175": [null, null], "0": [[11, 20], [951, 604]]})");
   EXPECT_THAT(truth.ids, ElementsAre(0u, 1u));
@@ -125,7 +125,7 @@ TEST(Labels, OfVlSurgPt) {
   EXPECT_EQ(truth.width, 0) << "the file doesn't say";
 }
 
-TEST(Labels, EachDefectIsNamed) {
+TEST(Labels, NamesEachDefect) {
   EXPECT_EQ(error_of(R"({"0": [[1, 2]], "30": [[1, 2], [3, 4]]})"), ": frame 30: has 2 points, the frame before has 1");
   EXPECT_EQ(error_of(R"({"0": [[1]]})"), ": frame 0: point 0 is neither [x, y] nor null");
   EXPECT_EQ(error_of(R"({"0": [{"status": ["visible"]}]})"), ": frame 0: point 0 is neither [x, y] nor null")

@@ -42,7 +42,7 @@ TEST(Stir, PointsAreTheMiddlesOfBoundingBoxes) {
   }
 }
 
-TEST(Stir, EachDefectIsNamed) {
+TEST(Stir, NamesEachDefect) {
   const TestFolder folder;
   const auto error = [&] { return input_error(folder / "", [&] { read_stir(folder / ""); }); };
   draw(folder / "icgstartseg.png", {{100, 200, 10, 5}});

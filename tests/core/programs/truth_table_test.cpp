@@ -27,7 +27,7 @@ TEST(TruthTable, SortsAndFillsGaps) {
   EXPECT_EQ(truth.frames[1].points[0].position, cv::Point2d(1, 2));
 }
 
-TEST(TruthTable, RefusesWhatIsThereTwiceOrChanges) {
+TEST(TruthTable, RefusesDuplicatesAndChanges) {
   TruthTable table("truth");
   table.add(9, no_time, 5, {Presence::visible, {1, 2}}, 1);
   const auto again = [&] { table.add(9, no_time, 5, {Presence::visible, {1, 2}}, 7); };

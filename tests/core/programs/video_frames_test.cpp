@@ -8,7 +8,7 @@
 namespace csd::programs {
 namespace {
 
-/// A video of grey frames, 16×16: frame n has luma 16 + 10·n.
+/// A 16×16 video of grey frames: frame n has luma 16 + 10·n.
 std::string grey_video(int frames) {
   std::string text = "YUV4MPEG2 W16 H16 F25:1 Ip A1:1 C420jpeg\n";
   for (int n = 0; n < frames; ++n)
@@ -19,13 +19,13 @@ std::string grey_video(int frames) {
 void expect_frame(const Picture &picture, int number) {
   const cv::Mat &frame = picture.bgr;
   ASSERT_EQ(frame.size(), cv::Size(16, 16)) << number;
-  // Luma 16…235 is 0…255.
+  // Luma 16…235 maps to 0…255.
   EXPECT_NEAR(frame.at<cv::Vec3b>(8, 8)[1], 10 * number * 255. / 219, 1) << number;
   EXPECT_EQ(picture.pts, number * 40000000) << number;
   EXPECT_EQ(picture.duration, 40000000) << number;
 }
 
-TEST(VideoFrames, AreGivenByNumberForwardsAndBack) {
+TEST(VideoFrames, AreGivenByNumberForwardsAndBackwards) {
   const TestFolder folder;
   VideoFrames frames(folder.write("video", grey_video(20)));
   for (const int number : {0, 0, 7, 8, 19, 3, 3, 12})
@@ -35,7 +35,7 @@ TEST(VideoFrames, AreGivenByNumberForwardsAndBack) {
   expect_frame(frames.at(2), 2);
 }
 
-TEST(VideoFrames, AreOfTheColourOfTheirMatrix) {
+TEST(VideoFrames, HaveTheColoursOfTheirMatrix) {
   const TestFolder folder;
   const auto near_red = [](const cv::Mat &bgr) {
     cv::Mat wrong;
@@ -56,7 +56,7 @@ TEST(VideoFrames, AreOfTheColourOfTheirMatrix) {
   EXPECT_TRUE(near_red(VideoFrames(folder.write("rgb", pixmap)).at(0).bgr));
 }
 
-TEST(VideoFrames, SaysWhatIsWrong) {
+TEST(VideoFrames, DescribesTheError) {
   const TestFolder folder;
   const auto error_of = [](const std::string &file) -> std::string {
     try {

@@ -19,7 +19,7 @@ Effects moving() {
   return e;
 }
 
-TEST(Camera, ProjectsAsAPinholeDoes) {
+TEST(Camera, ProjectsLikeAPinhole) {
   // By hand: 100 units ahead, 10 to the right, 5 down, focal length 600.
   Camera c;
   c.centre = {1, 2, 3};
@@ -46,17 +46,17 @@ TEST(Camera, APixelsRayMeetsThePlaneWhereItIsSeen) {
   }
 }
 
-TEST(Camera, ItsAxesAreRightAngled) {
+TEST(Camera, ItsAxesArePerpendicular) {
   for (double t = 0; t < 25; t += 0.9) {
     const Camera c = camera_at(t, moving(), 5, vga);
     EXPECT_NEAR(c.right.dot(c.right), 1, 1e-9);
     EXPECT_NEAR(c.right.dot(c.down), 0, 1e-9);
-    EXPECT_NEAR(cv::norm(c.right.cross(c.down) + c.forward), 0, 1e-9);  // z points at the scope: no mirror
-    EXPECT_LT(c.forward[2], -0.8);                                      // down to the tissue
+    EXPECT_NEAR(cv::norm(c.right.cross(c.down) + c.forward), 0, 1e-9);  // z points at the scope: not mirrored
+    EXPECT_LT(c.forward[2], -0.8);                                      // down towards the tissue
   }
 }
 
-TEST(Camera, ZoomsAndRollsAsFarAsThePapersSequences) {
+TEST(Camera, ZoomsAndRollsAsFarAsInThePapersSequences) {
   double least = 9, most = 0, left = 0, right = 0;
   for (double t = 0; t < cycle_seconds; t += 0.02) {
     least = std::min(least, zoom_at(t, 1));
@@ -82,7 +82,7 @@ TEST(Camera, SeesAUnitAsAPixelAtVga) {
   EXPECT_NEAR(middle.y, 239.5, 1e-9);
 }
 
-TEST(Camera, GoesForthAndBackInACavity) {
+TEST(Camera, MovesForwardsAndBackwardsInACavity) {
   Effects e;
   e.set("cavity");
   double nearest = 1e9, farthest = 0;
@@ -95,7 +95,7 @@ TEST(Camera, GoesForthAndBackInACavity) {
   EXPECT_LT(cv::norm(camera_at(0.04, e, 1, vga).centre - camera_at(0, e, 1, vga).centre), 0.1);  // from rest
 }
 
-TEST(Camera, MovesSuddenlyOnlyWithJerk) {
+TEST(Camera, JumpsOnlyWithJerk) {
   Effects sway, jerk;
   sway.set("sway");
   jerk.set("jerk");

@@ -17,7 +17,7 @@ Canvas impulse(cv::Size size, cv::Point at, float value) {
   return c;
 }
 
-TEST(Blur, SpreadsAsAGaussianDoes) {
+TEST(Blur, SpreadsLikeAGaussian) {
   for (const double sigma : {0.8, 1.5, 3.0}) {
     Canvas c = impulse({61, 51}, {30, 25}, 1000);
     std::vector<float> scratch;

@@ -15,7 +15,7 @@ double depth(const cv::Vec3d &p) {
   return nominal_distance - p[2];
 }
 
-TEST(Cavity, IsThePlaneWithoutStrength) {
+TEST(Cavity, WithoutStrengthItIsAPlane) {
   EXPECT_FALSE(Cavity(0).any());
   EXPECT_EQ(Cavity(0).reach(), 0);
   for (double u = -300; u <= 300; u += 77) EXPECT_EQ(Cavity(0).at(u, 50, 12), cv::Vec3d(u, 50, 12));
@@ -32,7 +32,7 @@ TEST(Cavity, ItsEndIsThreeTimesAsFarAsItsWallsInThePicture) {
       farthest = std::max(farthest, depth(c.at(u, v, 0)));
     }
   EXPECT_GT(farthest, 3 * nearest);
-  EXPECT_GT(nearest, 300);  // the scope has room to go
+  EXPECT_GT(nearest, 300);  // leaves the scope room to move
   EXPECT_EQ(depth(c.at(0, 0, 0)), farthest);
 }
 
@@ -44,7 +44,7 @@ TEST(Cavity, RingsRiseFromTheWallAndHideWhatIsBehind) {
     bool back = false;
     for (double r = 40; r < 400; r += 2) {
       const cv::Vec3d p = c.at(r * std::cos(turn), r * std::sin(turn), 0);
-      const double seen = nominal_distance * std::hypot(p[0], p[1]) / depth(p);  // from the axis, in the picture
+      const double seen = nominal_distance * std::hypot(p[0], p[1]) / depth(p);  // off the axis, in the picture
       EXPECT_GT(seen, 0.5 * r);
       EXPECT_LE(seen, r + 1e-9);
       back |= seen < last;
@@ -55,7 +55,7 @@ TEST(Cavity, RingsRiseFromTheWallAndHideWhatIsBehind) {
   EXPECT_GT(hidden, rays / 3);
 }
 
-TEST(Cavity, WallsAreSeenAslantMoreTheDeeperTheyAre) {
+TEST(Cavity, DeeperWallsAreSeenAtASmallerAngle) {
   const Cavity c(1);
   EXPECT_NEAR(Cavity(1e-9).facing(0, 0), 1, 1e-3);
   EXPECT_GT(c.facing(300, 0), c.facing(100, 0));
@@ -65,7 +65,7 @@ TEST(Cavity, WallsAreSeenAslantMoreTheDeeperTheyAre) {
   }
 }
 
-TEST(Cavity, NothingLiesFartherFromItsPlaceThanItSays) {
+TEST(Cavity, PointsStayWithinTheStatedDistanceOfTheirPlace) {
   for (const double strength : {0.3, 1.0, 2.0, 4.0}) {
     const Cavity c(strength);
     for (double v = -320; v <= 320; v += 16)

@@ -11,13 +11,13 @@
 
 namespace csd::sim {
 
-/// A texture of dark dots on grey, and where they are found in a picture without asking the simulator.
+/// A texture of dark dots on grey. Finds them in a picture without asking the simulator.
 struct Dots {
   static constexpr double sigma = 2.2;  // of a dot, pixels of the texture
   static constexpr int pitch = 36;
 
   cv::Mat texture;
-  std::vector<cv::Point2d> centres;  // pixels of the texture, off the lattice of pixels
+  std::vector<cv::Point2d> centres;  // texture pixels, between the pixel lattice
 
   explicit Dots(cv::Size size = {860, 600}) : texture(size, CV_8UC3, cv::Scalar(170, 170, 170)) {
     for (int y = pitch / 2; y < size.height; y += pitch)
@@ -37,8 +37,8 @@ struct Dots {
   }
 
   /// The centroid of the dot nearest to `near` in the green channel, in a disc of `radius` pixels that moves along with
-  /// it. Nothing where the disc leaves the picture, holds no dot, or lies on uneven ground (a fold's edge):
-  /// more than `max_unevenness` grey levels beside a plane, in the mean.
+  /// it. Nothing if the disc leaves the picture, holds no dot, or lies on uneven ground (a fold's edge): in the mean
+  /// more than `max_unevenness` grey levels off a plane.
   static std::optional<cv::Point2d> find(const cv::Mat &bgr, cv::Point2d near, double radius,
                                          double max_unevenness = 1) {
     cv::Point2d at = near;
@@ -54,7 +54,7 @@ struct Dots {
             if (d <= radius) visit(x, y, dx, dy, d);
           }
       };
-      // The ground is a plane fitted to the disc's rim: light may fall off across it.
+      // The ground is a plane fitted to the disc's rim, since light may fall off across it.
       cv::Matx33d normal = cv::Matx33d::zeros();
       cv::Vec3d right(0, 0, 0);
       each([&](int x, int y, double dx, double dy, double d) {

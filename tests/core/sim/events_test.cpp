@@ -6,7 +6,7 @@
 namespace csd::sim {
 namespace {
 
-TEST(Events, WhatComesEachCycleRisesStaysAndFalls) {
+TEST(Events, ACyclicEventRisesStaysAndFalls) {
   const auto at = [](double time) { return each_cycle(time, 2, 1, 6, 2); };
   for (const double cycle : {0.0, 20.0, 400.0}) {
     EXPECT_EQ(at(cycle + 1.9), 0);
@@ -28,20 +28,20 @@ TEST(Events, SmokeComesInAThickAndAThinnerBurst) {
   }
 }
 
-TEST(Events, TheSceneIsAnotherTwiceEachCycle) {
+TEST(Events, TheSceneChangesTwiceEachCycle) {
   for (const double cycle : {0.0, 20.0}) {
     for (const double t : {3.99, 6.0, 12.99, 14.5, 19.9}) EXPECT_FALSE(is_cut(cycle + t)) << t;
     for (const double t : {4.0, 5.99, 13.0, 14.49}) EXPECT_TRUE(is_cut(cycle + t)) << t;
   }
 }
 
-TEST(Events, WhatIsPulledGivesWayInUnevenSteps) {
+TEST(Events, PulledTissueGivesWayInUnevenSteps) {
   EXPECT_EQ(stick_slip(-1, 1, 2, 3), 0);
   EXPECT_EQ(stick_slip(0, 1, 2, 3), 0);
   EXPECT_DOUBLE_EQ(stick_slip(1, 1, 2, 3), 1);
   EXPECT_DOUBLE_EQ(stick_slip(2, 1, 2, 3), 1);
   EXPECT_NE(stick_slip(0.5, 1, 2, 3), stick_slip(0.5, 1, 2, 4));
-  // Half of the time hardly anything moves.
+  // For half of the time hardly anything moves.
   int slow = 0;
   for (int i = 0; i < 600; ++i) {
     const double step = stick_slip((i + 1) / 600.0, 1, 2, 3) - stick_slip(i / 600.0, 1, 2, 3);
@@ -51,7 +51,7 @@ TEST(Events, WhatIsPulledGivesWayInUnevenSteps) {
   EXPECT_GT(slow, 300);
 }
 
-TEST(Events, TheFirstBlackOutBeginsAfterSixSecondsAndTheViewMovesOnMeanwhile) {
+TEST(Events, TheFirstBlackoutBeginsAfterSixSecondsAndTheViewMovesOn) {
   EXPECT_EQ(black_out(5.99, 1).index, -1);
   EXPECT_FALSE(black_out(5.99, 1).dark);
   EXPECT_EQ(black_out(5.99, 1).moved, 0);
@@ -68,7 +68,7 @@ TEST(Events, TheFirstBlackOutBeginsAfterSixSecondsAndTheViewMovesOnMeanwhile) {
   }
 }
 
-TEST(Events, ABlackOutLastsByTheRootOfItsStrength) {
+TEST(Events, ABlackoutLastsByTheRootOfItsStrength) {
   EXPECT_TRUE(black_out(7.24, 0.25).dark) << "1.25 s";
   EXPECT_FALSE(black_out(7.26, 0.25).dark);
 }

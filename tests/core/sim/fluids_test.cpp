@@ -26,7 +26,7 @@ Covered count(const std::string &effects, double time) {
   return c;
 }
 
-constexpr int all = 60 * 80;  // places that count() looks at
+constexpr int all = 60 * 80;  // the number of places that count() looks at
 
 TEST(Fluids, BloodOozesIsWipedAndLeavesAMark) {
   EXPECT_EQ(count("blood", 2.9).blood, 0);
@@ -37,7 +37,7 @@ TEST(Fluids, BloodOozesIsWipedAndLeavesAMark) {
   const Covered after = count("blood", 18.1);
   EXPECT_EQ(after.blood, 0);
   EXPECT_GT(after.changed, later / 2);
-  EXPECT_EQ(count("blood", 3000).changed, after.changed);  // for good
+  EXPECT_EQ(count("blood", 3000).changed, after.changed);  // permanently
 }
 
 TEST(Fluids, WaterRunsAndLeavesAMark) {
@@ -49,7 +49,7 @@ TEST(Fluids, WaterRunsAndLeavesAMark) {
   EXPECT_EQ(count("irrigation", 3000).changed, after.changed);
 }
 
-TEST(Fluids, PlacesBleedAndAreWipedOneAfterAnother) {
+TEST(Fluids, PlacesBleedAndAreWipedInTurn) {
   int blood = 0, changed = 0;
   for (int i = 0; i < 4; ++i) {
     const int bleeds = count("blood", 4.45 + 1.5 * i).blood, wiped = count("blood", 15 + i).changed;
@@ -60,7 +60,7 @@ TEST(Fluids, PlacesBleedAndAreWipedOneAfterAnother) {
   }
 }
 
-TEST(Fluids, ComeAgainInEachCycleOverWhatTheyHaveChanged) {
+TEST(Fluids, RepeatEachCycleOverTheirMarks) {
   const Covered first = count("blood,irrigation", 12.5), again = count("blood,irrigation", 52.5);
   EXPECT_EQ(again.blood, first.blood);
   EXPECT_EQ(again.water, first.water);
@@ -68,7 +68,7 @@ TEST(Fluids, ComeAgainInEachCycleOverWhatTheyHaveChanged) {
   EXPECT_GT(again.changed, all / 4);
 }
 
-TEST(Fluids, StrongerIsLarger) {
+TEST(Fluids, AStrongerEffectIsLarger) {
   EXPECT_GT(count("blood=2", 8).blood, 1.5 * count("blood=1", 8).blood);
   EXPECT_EQ(count("blood=0", 9).blood, 0);
 }

@@ -8,7 +8,7 @@
 namespace csd::sim {
 namespace {
 
-/// A grid over the picture whose corners are jittered; values are linear in the picture's x and y.
+/// A grid over the picture with jittered corners. Values are linear in the picture's x and y.
 struct Grid {
   int columns = 9, rows = 7;
   std::vector<cv::Point2d> image;
@@ -19,7 +19,7 @@ struct Grid {
     for (int j = 0; j < rows; ++j)
       for (int i = 0; i < columns; ++i) {
         const cv::Point2d p(from.x + cell * i + rng.uniform(-5.0, 5.0), from.y + cell * j + rng.uniform(-5.0, 5.0));
-        // As drawn: in 1/256 pixel.
+        // As drawn, in 1/256 pixel.
         image.emplace_back(std::round(p.x * 256) / 256, std::round(p.y * 256) / 256);
         Fragment f;
         f[Fragment::depth] = depth;
@@ -30,7 +30,7 @@ struct Grid {
   }
 };
 
-TEST(Fragments, InterpolateLinearlyAndLeaveNoCracks) {
+TEST(Fragments, InterpolateLinearlyWithoutCracks) {
   const Grid grid(100);
   Fragments f;
   f.reset({150, 100});
@@ -43,7 +43,7 @@ TEST(Fragments, InterpolateLinearlyAndLeaveNoCracks) {
     }
 }
 
-TEST(Fragments, APartIsDrawnToItsBorderWithinTheCells) {
+TEST(Fragments, APartIsDrawnUpToItsBorderWithinTheCells) {
   const Grid grid(100);
   std::vector<std::uint8_t> owners;
   const auto left = [](float u, float) { return u < 217; };
@@ -63,7 +63,7 @@ TEST(Fragments, APartIsDrawnToItsBorderWithinTheCells) {
       }
     }
   EXPECT_GT(drawn, 3000);
-  EXPECT_EQ(f.at(0, 0)[Fragment::depth], Fragments::nothing);  // of the cell with nobody's corner
+  EXPECT_EQ(f.at(0, 0)[Fragment::depth], Fragments::nothing);  // in the cell without any of the part's corners
 }
 
 TEST(Fragments, ShowTheNearest) {
@@ -78,7 +78,7 @@ TEST(Fragments, ShowTheNearest) {
   }
 }
 
-TEST(Fragments, NothingIsWhereNothingIs) {
+TEST(Fragments, EmptyPlacesStayEmpty) {
   const Grid grid(100, {70, 40}, 3);
   Fragments f;
   f.reset({150, 100});
@@ -90,7 +90,7 @@ TEST(Fragments, NothingIsWhereNothingIs) {
 }
 
 TEST(Fragments, ATriangleSeenFromBehindCountsToo) {
-  // Two columns, the right one to the left of the left one.
+  // Two columns; the right one lies left of the left one.
   std::vector<cv::Point2d> image{{60, 10}, {20, 10}, {60, 50}, {20, 50}};
   std::vector<Fragment> corners(4);
   for (auto &c : corners) c[Fragment::depth] = 5;

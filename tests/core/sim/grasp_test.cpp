@@ -14,18 +14,18 @@ double pulled(double time, double strength = 1) {
   return cv::norm(grasp_at(time, strength, 3).pull);
 }
 
-TEST(Grasp, TissueIsAtRestBeforeItAndWithoutIt) {
+TEST(Grasp, TissueIsAtRestBeforeAGraspAndWithoutOne) {
   for (double t = 0; t < 0.7; t += 0.02) EXPECT_EQ(pulled(t), 0) << t;
   for (double t = 0; t < 20; t += 0.3) {
     EXPECT_EQ(pulled(t, 0), 0);
     EXPECT_EQ(grasp_at(t, 0, 3).in, 0);
   }
-  EXPECT_EQ(grasp_at(0, 1, 3).in, 0);  // features are chosen then
+  EXPECT_EQ(grasp_at(0, 1, 3).in, 0);  // features are chosen at this time
   EXPECT_EQ(grasp_at(0.65, 1, 3).in, 1);
   EXPECT_EQ(grasp_at(0.65, 1, 3).open, 0);
 }
 
-TEST(Grasp, EachTimeAnotherPlaceNearTheMiddleIsPulledAsFarAsItSays) {
+TEST(Grasp, EachGraspPullsAnotherPlaceNearTheMiddleToItsStatedDepth) {
   cv::Point2d last(1e9, 1e9);
   for (int i = 0; i < 12; ++i) {
     const Grasp g = grasp_at(5 * i + 3, 1, 3);
@@ -40,7 +40,7 @@ TEST(Grasp, EachTimeAnotherPlaceNearTheMiddleIsPulledAsFarAsItSays) {
   }
 }
 
-TEST(Grasp, IsPulledInStepsAndSpringsBackAtOnce) {
+TEST(Grasp, PullsInStepsAndSpringsBackAtOnce) {
   std::vector<double> steps;
   for (double t = 0.7; t < 2.66; t += 0.04) steps.push_back(pulled(t + 0.04) - pulled(t));
   std::sort(steps.begin(), steps.end());
@@ -55,7 +55,7 @@ TEST(Grasp, FallsOffLikeACuspAndFoldsNothing) {
   for (const double strength : {0.5, 1.0, 2.0, 4.0}) {
     const Grasp g = grasp_at(3, strength, 3);
     const cv::Vec2d d = cv::Vec2d(g.pull[0], g.pull[1]) / std::hypot(g.pull[0], g.pull[1]);
-    const auto moved = [&](double r) {  // along the pull
+    const auto moved = [&](double r) {  // in the direction of the pull
       const cv::Vec3d by = g.at(g.hold.x + r * d[0], g.hold.y + r * d[1]);
       return by[0] * d[0] + by[1] * d[1];
     };

@@ -9,7 +9,7 @@
 namespace csd::sim {
 namespace {
 
-/// The share of a patch of tissue with this normal that is blinded, seen from straight above.
+/// The saturated share of a patch of tissue with this normal, seen from straight above.
 double share(const Highlights &h, float normal_x, float slope_x = 0, float gloss = 1) {
   double sum = 0;
   for (int v = 0; v < 120; ++v)
@@ -23,12 +23,12 @@ double share(const Highlights &h, float normal_x, float slope_x = 0, float gloss
   return sum / (120 * 120);
 }
 
-TEST(Highlights, AreWhereTheSurfaceFacesTheLamp) {
+TEST(Highlights, AppearWhereTheSurfaceFacesTheLamp) {
   const Highlights h(1, 4);
   EXPECT_GT(share(h, 0), 0.01);
   EXPECT_LT(share(h, 0), 0.5);
   EXPECT_EQ(share(h, 0.6F), 0);
-  // 0.5 to the side, the surface must turn back to the lamp: n = −slope/√(1+slope²).
+  // 0.5 to the side, the surface must tilt back to the lamp: n = −slope/√(1+slope²).
   EXPECT_NEAR(share(h, static_cast<float>(-0.5 / std::sqrt(1.25)), 0.5F), share(h, 0), 1e-3);
   EXPECT_LT(share(h, 0, 0.5F), 0.2 * share(h, 0));
 }

@@ -8,7 +8,7 @@
 namespace csd::sim {
 namespace {
 
-TEST(IeeeMath, SineAndCosine) {
+TEST(IeeeMath, SineAndCosineAreExactEnough) {
   for (double t = -3.3; t < 3.3; t += 0.00137) {
     EXPECT_NEAR(sin_turns(t), std::sin(2 * M_PI * t), 1e-11) << t;
     EXPECT_NEAR(cos_turns(t), std::cos(2 * M_PI * t), 1e-11) << t;
@@ -18,20 +18,20 @@ TEST(IeeeMath, SineAndCosine) {
   EXPECT_NEAR(sin_turns(1000000.25), 1, 1e-9);
 }
 
-TEST(IeeeMath, Exponential) {
+TEST(IeeeMath, TheExponentialIsExactEnough) {
   for (double x = -699; x < 699; x += 0.317) EXPECT_NEAR(exp_of(x) / std::exp(x), 1, 1e-13) << x;
   EXPECT_EQ(exp_of(0), 1);
   EXPECT_EQ(exp_of(-701), 0);
   EXPECT_TRUE(std::isnan(exp_of(std::nan(""))));
 }
 
-TEST(IeeeMath, Logarithm) {
+TEST(IeeeMath, TheLogarithmIsExactEnough) {
   for (double x = 1e-9; x < 1e9; x *= 1.0173) EXPECT_NEAR(log2_of(x), std::log2(x), 1e-10) << x;
   EXPECT_EQ(log2_of(1), 0);
   EXPECT_EQ(log2_of(8), 3);
 }
 
-TEST(IeeeMath, Steps) {
+TEST(IeeeMath, StepsAndWindowsHaveKnownValues) {
   EXPECT_EQ(smoothstep(-1.0), 0);
   EXPECT_EQ(smoothstep(0.5), 0.5);
   EXPECT_EQ(smoothstep(2.0), 1);
@@ -42,7 +42,7 @@ TEST(IeeeMath, Steps) {
   EXPECT_EQ(window(6, 2, 1, 6, 1), 0);
 }
 
-TEST(IeeeMath, RandomAccessToRandomness) {
+TEST(IeeeMath, RandomValuesDependOnTheirIndexOnly) {
   double sum = 0;
   for (int i = -500; i < 500; ++i) {
     const double x = hashed(7, 3, i);

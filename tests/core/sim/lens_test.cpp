@@ -16,7 +16,7 @@ Effects only(const std::string &text) {
   return e;
 }
 
-/// A fine grating through the lens: how much of its contrast is left.
+/// The remaining contrast of a fine grating seen through the lens.
 double contrast(const Lens &lens) {
   Canvas c;
   c.resize(size);
@@ -42,10 +42,10 @@ TEST(Lens, GoesOutOfFocusAndBack) {
   EXPECT_GT(contrast(Lens(10, only("focus-blur=2"), size)), 0.9);
 }
 
-TEST(Lens, IsWiped) {
+TEST(Lens, IsWipedByACloth) {
   const Effects e = only("wipe");
   EXPECT_EQ(contrast(Lens(4.9, e, size)), 1);
-  // The cloth comes from the left at 5 s, is in the middle at 5.3 s, and gone at 5.6 s.
+  // The cloth comes from the left at 5 s, is in the middle at 5.3 s, and is gone at 5.6 s.
   EXPECT_LT(Lens(5.05, e, size).lost({150, 60}), 0.5);
   EXPECT_EQ(Lens(5.3, e, size).lost({80, 60}), 1);
   EXPECT_LT(contrast(Lens(5.3, e, size)), 0.05);

@@ -18,10 +18,10 @@ Light at(double time, const std::string &effects) {
 
 const cv::Vec3d up{0, 0, 1}, tilted{0.6, 0, 0.8};
 
-TEST(Light, BelongsToTheTissueWithoutEffects) {
+TEST(Light, WithoutEffectsBelongsToTheTissue) {
   const double lit = at(0, "").on(up, up, {0, 0, 0});
   EXPECT_DOUBLE_EQ(lit, 1);
-  // Whatever the surface does, whenever: only its form at rest counts.
+  // The surface's motion doesn't matter, only its form at rest.
   EXPECT_EQ(at(7, "").on(up, tilted, {30, 50, 60}), lit);
   EXPECT_LT(at(0, "").on(tilted, up, {0, 0, 0}), 0.75 * lit);
   EXPECT_EQ(at(7, "").gain(), cv::Vec3d(1, 1, 1));

@@ -19,7 +19,7 @@ Effects all_geometry(double strength) {
   return e;
 }
 
-TEST(Mesh, CoversThePictureWhateverMoves) {
+TEST(Mesh, CoversThePictureInAnyMotion) {
   for (const double strength : {0.5, 1.0, 1.5}) {
     for (const cv::Size size : {cv::Size(640, 480), {480, 640}, {854, 480}}) {
       cv::Mat grey(64, 64, CV_8UC4, cv::Scalar(9, 9, 9, 9));
@@ -84,7 +84,7 @@ TEST(Mesh, KnowsItsScaleAndItsNormals) {
   for (const auto &p : mesh.points) {
     EXPECT_NEAR(p.normal.dot(p.normal), 1, 1e-9);
     EXPECT_GT(p.normal.dot(p.place.normal), 0.995);
-    // A unit is about a pixel, more where the relief is near or seen aslant.
+    // A unit is about a pixel, and more where the relief is near or seen at an angle.
     EXPECT_NEAR(p.units_log2, 0, 0.6);
   }
 }

@@ -23,7 +23,7 @@ TEST(NoiseField, IsNormalised) {
   EXPECT_EQ(flat.at(2, 3), 0);
 }
 
-/// Correlation of the field with itself `shift` to the right.
+/// The field's correlation with itself, `shift` to the right.
 double correlation(const NoiseField &f, int shift) {
   double sum = 0;
   for (int y = 0; y < f.side(); ++y)
@@ -31,7 +31,7 @@ double correlation(const NoiseField &f, int shift) {
   return sum / f.side() / f.side();
 }
 
-TEST(NoiseField, HasBlobsOfTheSizeAskedFor) {
+TEST(NoiseField, HasBlobsOfTheRequestedSize) {
   for (const double size : {6.0, 12.0, 48.0}) {
     const NoiseField f = fractal_noise(512, {{size, 1}}, 5, 1);
     EXPECT_GT(correlation(f, static_cast<int>(size / 6)), 0.8) << size;
@@ -39,10 +39,10 @@ TEST(NoiseField, HasBlobsOfTheSizeAskedFor) {
   }
 }
 
-TEST(NoiseField, Repeats) {
+TEST(NoiseField, RepeatsSeamlessly) {
   const NoiseField f = fractal_noise(64, {{10, 1}}, 5, 1);
   EXPECT_EQ(f.at(-3, 70), f.at(61, 6));
-  // Nothing jumps from one edge to the other.
+  // There is no jump from one edge to the other.
   double inside = 0, across = 0;
   for (int y = 0; y < 64; ++y) {
     inside += std::abs(f.at(31, y) - f.at(30, y));
@@ -52,7 +52,7 @@ TEST(NoiseField, Repeats) {
 }
 
 TEST(NoiseField, DoublingKeepsStraightLines) {
-  // Cubic B-splines reproduce constants, and here everything but the jump at the edge is linear.
+  // Cubic B-splines reproduce straight lines. Here all is linear, except the jump at the edge.
   NoiseField f(16);
   for (int y = 0; y < 16; ++y)
     for (int x = 0; x < 16; ++x) f.row(y)[x] = static_cast<float>(3 * x);
@@ -70,7 +70,7 @@ TEST(Cells, DivideThePlane) {
       EXPECT_GE(c.value.at(x, y), 0);
       EXPECT_LT(c.value.at(x, y), 1);
       values.insert(c.value.at(x, y));
-      // Where the cell changes, the border is near.
+      // Where the cell changes, a border is near.
       if (c.value.at(x, y) != c.value.at(x + 1 - 128, y)) {
         ++borders;
         EXPECT_LT(std::min(c.edge.at(x, y), c.edge.at(x + 1 - 128, y)), 0.13F);

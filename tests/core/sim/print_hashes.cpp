@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Prints a hash of the bytes of simulated pictures and of their truth, for `same_bytes` to compare.
-//   print_hashes [small-vectors]   the latter: without the vectors of AVX2 and beyond
+//   print_hashes [small-vectors]   small-vectors: without AVX2 and beyond
 #include <hwy/targets.h>
 
 #include <cstdio>
@@ -26,7 +26,7 @@ int main(int argc, char **argv) {
     csd::sim::SimSettings settings;
     settings.style = static_cast<csd::sim::Style>(style);
     settings.effects = csd::sim::scenario_effects(csd::sim::Scenario::mixed);
-    // Two styles with everything there is, the others as usual.
+    // Two styles get every effect, the others the usual ones.
     if (style % 2 == 0) {
       for (std::size_t i = 0; i < csd::sim::effect_count; ++i) settings.effects[static_cast<csd::sim::Effect>(i)] = 1;
     }

@@ -61,7 +61,7 @@ TEST(Effects, ErrorsSayWhatIsWrong) {
   }
   for (const char *bad : {",", "tools,,zoom", "tools,", "=1", "Tools=1"}) EXPECT_NE(error_of(bad), "") << bad;
   EXPECT_EQ(error_of("tools=1,zoom, tools=2"), "the effect tools is named twice");
-  // It goes into messages, and those are UTF-8.
+  // The text goes into messages, which must be UTF-8.
   EXPECT_EQ(error_of("\xffx").find("no effect \"?x\"; there are"), 0u);
   EXPECT_EQ(error_of("tools=\xe9"), "the strength of tools must be a number from 0 to 4, not \"?\"");
 }
@@ -74,7 +74,7 @@ TEST(Effects, AnErrorChangesNothing) {
   EXPECT_EQ(effects[Effect::zoom], 0);
 }
 
-TEST(Scenario, NamesComeBack) {
+TEST(Scenario, NamesAreParsedBack) {
   for (std::size_t i = 0; i < scenario_count; ++i) {
     const auto scenario = static_cast<Scenario>(i);
     EXPECT_EQ(parse_scenario(scenario_name(scenario)), scenario);
@@ -90,7 +90,7 @@ TEST(Scenario, NamesComeBack) {
   }
 }
 
-TEST(Scenario, HasWhatItsNameSays) {
+TEST(Scenario, HasTheEffectsOfItsName) {
   EXPECT_EQ(scenario_effects(Scenario::occlusion)[Effect::tools], 1);
   EXPECT_EQ(scenario_effects(Scenario::zoom)[Effect::zoom], 1);
   EXPECT_EQ(scenario_effects(Scenario::rotation)[Effect::rotation], 1);

@@ -49,7 +49,7 @@ TEST(Sensor, NoiseGrowsWithTheSignal) {
   EXPECT_EQ(luma_deviation(expose("", cv::Scalar::all(128))), 0);
 }
 
-TEST(Sensor, NoiseIsAnotherEachMoment) {
+TEST(Sensor, NoiseDiffersEachMoment) {
   const cv::Mat a = expose("noise", cv::Scalar::all(128), 0), b = expose("noise", cv::Scalar::all(128), 1),
                 difference = a - b + (b - a);
   cv::Mat signed_a, signed_b;
@@ -57,7 +57,7 @@ TEST(Sensor, NoiseIsAnotherEachMoment) {
   b.convertTo(signed_b, CV_32F, 1, -128);
   const double correlation = signed_a.dot(signed_b) / std::sqrt(signed_a.dot(signed_a) * signed_b.dot(signed_b));
   EXPECT_LT(std::abs(correlation), 0.02);
-  // Nor do rows repeat one another.
+  // Nor do rows repeat.
   const double rows = signed_a.row(10).dot(signed_a.row(11)) / signed_a.row(10).dot(signed_a.row(10));
   EXPECT_LT(std::abs(rows), 0.15);
 }
@@ -69,7 +69,7 @@ TEST(Sensor, ChromaIsSofterThanLuma) {
   c.resize(size);
   for (int y = 0; y < size.height; ++y)
     for (int x = 0; x < size.width; ++x) {
-      // A step of colour at constant luma on the upper half, of luma at constant colour on the lower.
+      // The upper half has a step of colour at constant luma, the lower half a step of luma at constant colour.
       const bool right = x >= 160, upper = y < 120;
       c.row(0, y)[x] = upper ? 100 : right ? 150.0F : 50.0F;
       c.row(1, y)[x] = upper ? 100 + (right ? -0.299F / 0.587F * 50 : 0) : right ? 150.0F : 50.0F;
@@ -78,7 +78,7 @@ TEST(Sensor, ChromaIsSofterThanLuma) {
   cv::Mat p;
   std::vector<float> scratch;
   Sensor(e, 1).expose(c, {1, 1, 1}, 0, p, scratch);
-  EXPECT_NEAR(p.at<cv::Vec3b>(60, 159)[2], 118, 8);  // on its way from 100 to 150
+  EXPECT_NEAR(p.at<cv::Vec3b>(60, 159)[2], 118, 8);  // half-way from 100 to 150
   EXPECT_NEAR(p.at<cv::Vec3b>(60, 150)[2], 100, 1);
   EXPECT_NEAR(p.at<cv::Vec3b>(60, 170)[2], 150, 1);
   EXPECT_EQ(p.at<cv::Vec3b>(200, 159), cv::Vec3b(50, 50, 50));

@@ -26,7 +26,7 @@ double sideways(const cv::Vec3d &v) {
   return std::hypot(v[0], v[1]);
 }
 
-TEST(Sheets, AreAsManyAsTheEffectsMake) {
+TEST(Sheets, TheEffectsSetTheirNumber) {
   EXPECT_FALSE(sheets_of("").any());
   EXPECT_EQ(numbers(sheets_of("")), std::vector<int>({0}));
   EXPECT_EQ(numbers(sheets_of("slide")), std::vector<int>({0, Sheets::upper}));
@@ -34,7 +34,7 @@ TEST(Sheets, AreAsManyAsTheEffectsMake) {
   EXPECT_EQ(numbers(sheets_of("slide,tear")), std::vector<int>({0, 1, 2, 3}));
 }
 
-TEST(Sheets, BothHaveAGoodPartOfThePicture) {
+TEST(Sheets, BothCoverAGoodPartOfThePicture) {
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U}) {
     const Sheets s = sheets_of("slide", seed);
     int upper = 0, all = 0;
@@ -67,8 +67,8 @@ TEST(Sheets, TheUpperOneSlidesToAndFroAndTheOtherLiesStill) {
   EXPECT_GT(farthest - nearest, 30);  // a strip is covered and bared
 }
 
-// Where the upper sheet's edge is, the lower one goes on beneath it: there is no hole between them.
-TEST(Sheets, NothingGapesBetweenThem) {
+// The lower sheet goes on beneath the upper one's edge: no hole opens between them.
+TEST(Sheets, NoGapOpensBetweenThem) {
   for (const char *effects : {"slide=0.3", "slide", "slide=4"}) {
     const Sheets s = sheets_of(effects);
     for (double t = 0; t < 15; t += 0.21) {
@@ -84,7 +84,7 @@ TEST(Sheets, NothingGapesBetweenThem) {
   }
 }
 
-/// A place on each lip in the middle of the cut, so far from it.
+/// A point on each lip in the middle of the cut, at this distance from it.
 struct Lips {
   Sheets::Place first, second;
 };
@@ -96,12 +96,12 @@ Lips lips(double beside) {
   return l;
 }
 
-TEST(Sheets, ACutOpensWhereItIsAndFallsOff) {
+TEST(Sheets, ACutOpensInPlaceAndFallsOff) {
   const Sheets s = sheets_of("tear");
   const auto opening = [&](double time, double beside) {
     const Lips l = lips(beside);
     const cv::Vec3d a = s.shift(s.at(time), l.first, 0), b = s.shift(s.at(time), l.second, Sheets::second_lip);
-    EXPECT_NEAR(cv::norm(cv::Vec2d(a[0] + b[0], a[1] + b[1])), 0, 1e-9);  // either goes as far
+    EXPECT_NEAR(cv::norm(cv::Vec2d(a[0] + b[0], a[1] + b[1])), 0, 1e-9);  // both go equally far
     return sideways(b - a);
   };
   EXPECT_EQ(opening(0, 0), 0);
@@ -113,14 +113,14 @@ TEST(Sheets, ACutOpensWhereItIsAndFallsOff) {
   Sheets::Place end = lips(1).second;
   end.lens = end.within = 0;
   EXPECT_EQ(s.shift(s.at(4), end, Sheets::second_lip), cv::Vec3d(0, 0, 0));
-  // In steps: the quickest frame moves it many times as far as the usual one.
+  // It opens in steps: in its quickest frame it moves many times as far as usual.
   std::vector<double> steps;
   for (double t = 0.8; t < 3; t += 0.04) steps.push_back(opening(t + 0.04, 0) - opening(t, 0));
   std::sort(steps.begin(), steps.end());
   EXPECT_GT(steps.back(), 4 * steps[steps.size() / 2]);
 }
 
-TEST(Sheets, LipsAreNeverPushedOverOneAnother) {
+TEST(Sheets, LipsAreNeverPushedOverEachOther) {
   for (const char *effects : {"tear", "tear=2", "tear=4"}) {
     const Sheets s = sheets_of(effects);
     const auto m = s.at(4);
@@ -133,7 +133,7 @@ TEST(Sheets, LipsAreNeverPushedOverOneAnother) {
   }
 }
 
-TEST(Sheets, TheBedIsBareInTheWoundAlone) {
+TEST(Sheets, TheBedIsBareOnlyInTheWound) {
   const Sheets s = sheets_of("tear");
   EXPECT_FALSE(Sheets::bared(s.at(0), lips(1).first));
   EXPECT_TRUE(Sheets::bared(s.at(4), lips(1).first));

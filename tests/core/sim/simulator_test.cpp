@@ -22,7 +22,7 @@ SimSettings with(const std::string &effects, cv::Size size = small) {
   return s;
 }
 
-/// Coloured blobs: quicker to make than tissue.
+/// Coloured blobs, which are quicker to make than tissue.
 cv::Mat blobs() {
   cv::Mat noise(480, 640, CV_32FC3), picture;
   cv::RNG(3).fill(noise, cv::RNG::NORMAL, 0, 1);
@@ -46,7 +46,7 @@ const char *const everything =
     "irrigation,wipe,cut,black,field-stop,text,light,exposure,falloff,vignette,low-texture,motion-blur,focus-blur,"
     "noise,chroma,interlacing";
 
-TEST(Simulator, AFrameDependsOnNothingButItsNumber) {
+TEST(Simulator, AFrameDependsOnlyOnItsNumber) {
   Simulator forward(with(everything)), backward(with(everything));
   const std::uint64_t numbers[] = {0, 3, 70, 112, 129, 160, 215, 300, 1234};
   std::map<std::uint64_t, cv::Mat> pictures;
@@ -54,7 +54,7 @@ TEST(Simulator, AFrameDependsOnNothingButItsNumber) {
   std::vector<cv::Point2d> surface;
   for (int x = 20; x < 300; x += 40) surface.emplace_back(x - 160, 0.3 * x - 60);
   for (auto n = std::rbegin(numbers); n != std::rend(numbers); ++n) {
-    const auto before = backward.truth(*n, surface);  // truth asks for no picture, and disturbs none
+    const auto before = backward.truth(*n, surface);  // truth needs no picture, and changes none
     EXPECT_TRUE(same(frame(backward, *n), pictures[*n])) << "frame " << *n;
     const auto after = forward.truth(*n, surface);
     for (std::size_t i = 0; i < surface.size(); ++i) {
@@ -66,7 +66,7 @@ TEST(Simulator, AFrameDependsOnNothingButItsNumber) {
   }
 }
 
-TEST(Simulator, AnotherSeedIsAnotherScene) {
+TEST(Simulator, AnotherSeedGivesAnotherScene) {
   SimSettings settings = with("heart-mild");
   Simulator one(settings);
   settings.seed = 2;
@@ -74,18 +74,18 @@ TEST(Simulator, AnotherSeedIsAnotherScene) {
   EXPECT_GT(cv::norm(frame(one, 0), frame(two, 0), cv::NORM_L1), 5.0 * 3 * small.area());
 }
 
-// Each effect is there at strength 1, in at least one of the frames, and absent at strength 0.
+// Each effect shows at strength 1 in at least one of the frames, and not at strength 0.
 class EachEffect : public testing::TestWithParam<std::size_t> {};
 
-TEST_P(EachEffect, IsThereAndCanBeAbsent) {
+TEST_P(EachEffect, IsVisibleAndCanBeAbsent) {
   const auto effect = static_cast<Effect>(GetParam());
-  // Something must move for motion blur and two fields to show; tissue and lamp apart for falloff to.
+  // Motion blur and two fields need something that moves; falloff needs tissue and lamp to move apart.
   SimSettings settings = with("heart-strong=1.2,sway");
   settings.texture = blobs();
   SimSettings zero = settings;
   zero.effects.set(std::string(effect_name(effect)) + "=0");
   Simulator absent(zero);
-  // What nobody has asked for is the same as strength 0; what is there by default, or for the test, isn't.
+  // For an effect that is off, strength 0 changes nothing. For one that is on, by default or in this test, it does.
   const bool named = settings.effects[effect] != 0;
   Simulator unnamed(settings);
   settings.effects[effect] = 1;
@@ -105,7 +105,7 @@ INSTANTIATE_TEST_SUITE_P(All, EachEffect, testing::Range(std::size_t{0}, effect_
   return name;
 });
 
-TEST(Simulator, WhatIsCutPulledOrHollowMovesFromRest) {
+TEST(Simulator, CutPulledOrHollowTissueMovesFromRest) {
   Simulator plain(with("", {640, 480}));
   for (const char *effect : {"slide", "tear", "grasp", "cavity"}) {
     Simulator simulator(with(effect, {640, 480}));
@@ -120,9 +120,9 @@ TEST(Simulator, WhatIsCutPulledOrHollowMovesFromRest) {
     };
     EXPECT_LT(farthest(at(0), at(1)), 0.2) << effect;
     EXPECT_GT(farthest(at(0), at(75)), 12) << effect;
-    // A cut and a grip begin in tissue like any other.
+    // A cut and a grip start out as normal tissue.
     const bool later = effect == std::string("tear") || effect == std::string("grasp");
-    const auto difference = [&](std::uint64_t n) {  // grey levels in the mean; their meshes begin elsewhere
+    const auto difference = [&](std::uint64_t n) {  // mean grey levels; their meshes start elsewhere
       return cv::norm(frame(simulator, n), frame(plain, n), cv::NORM_L1) / (3.0 * 640 * 480);
     };
     EXPECT_EQ(difference(0) < 0.1, later) << effect << ' ' << difference(0);
@@ -155,8 +155,8 @@ TEST(Simulator, RendersAnySize) {
   }
 }
 
-// The surface comes through the lens, noise is asked for where 64 bits end: with UBSan each was undefined.
-TEST(Simulator, BearsWhatIsStrongestAndLongest) {
+// The surface comes through the lens, and noise beyond 64 bits is requested. UBSan found each undefined.
+TEST(Simulator, AcceptsTheStrongestEffectsAndTheLatestTimes) {
   std::string strongest;
   for (std::size_t e = 0; e < effect_count; ++e) strongest += std::string(effect_name(static_cast<Effect>(e))) + "=4,";
   strongest.pop_back();
@@ -172,12 +172,12 @@ TEST(Simulator, BearsWhatIsStrongestAndLongest) {
   for (const std::uint64_t n : {1U, 77U, ~0U}) EXPECT_EQ(frame(slow, n).size(), settings.size);
 }
 
-TEST(Simulator, RefusesWhatIsNoPicture) {
+TEST(Simulator, RefusesImpossibleSizes) {
   for (const cv::Size size : {cv::Size(15, 16), {16, 15}, {8193, 8192}, {16 * 16 + 1, 16}, {16, 16 * 16 + 1}})
     EXPECT_THROW(Simulator(with("", size)), std::invalid_argument) << size;
 }
 
-TEST(Simulator, TimeIsInSecondsNotFrames) {
+TEST(Simulator, TimeGoesBySecondsNotByFrames) {
   SimSettings settings = with("heart-mild,zoom,smoke,tools");
   Simulator at25(settings);
   settings.rate = 50;
@@ -185,7 +185,7 @@ TEST(Simulator, TimeIsInSecondsNotFrames) {
   EXPECT_TRUE(same(frame(at25, 60), frame(at50, 120)));
 }
 
-TEST(Simulator, FindsFeaturesOnTheFirstFrameAndCastsThemBack) {
+TEST(Simulator, FindsFeaturesInTheFirstFrameAndCastsThemBack) {
   Simulator simulator(with("heart-mild,noise", {640, 480}));
   const auto features = simulator.detect(100);
   EXPECT_GE(features.size(), 80U);
@@ -208,12 +208,12 @@ TEST(Simulator, CastsPixelsOfAnyFrameBack) {
     int good = 0;
     for (std::size_t i = 0; i < pixels.size(); ++i)
       good += std::hypot(truth[i].x - pixels[i].x, truth[i].y - pixels[i].y) < 1e-6;
-    // On the very edge of a fold a pixel shows two places.
+    // On the edge of a fold, a pixel shows two places.
     EXPECT_GE(good, static_cast<int>(pixels.size()) - 2) << "frame " << n;
   }
 }
 
-TEST(Simulator, SaysWhereThereIsNoTissueToPointAt) {
+TEST(Simulator, RefusesPixelsWithoutTissue) {
   Simulator simulator(with("heart-mild,sway", {640, 480}));
   const auto refused = [&](cv::Point2d pixel) {
     try {
@@ -226,7 +226,7 @@ TEST(Simulator, SaysWhereThereIsNoTissueToPointAt) {
   EXPECT_NE(refused({50, -1e9}).find("50,-1e+09"), std::string::npos) << refused({50, -1e9});
   EXPECT_NE(refused({std::numeric_limits<double>::quiet_NaN(), 3}), "");
   EXPECT_NE(refused({std::numeric_limits<double>::infinity(), 3}), "");
-  // Elsewhere either it is refused or it is exactly there.
+  // Elsewhere it is either refused or exactly in place.
   int found = 0;
   for (double far = 1; far < 1e12; far *= 3) {
     for (const cv::Point2d away : {cv::Point2d(1, 0), {0, 1}, {-1, 0}, {0, -1}, {0.6, -0.8}}) {
@@ -241,7 +241,7 @@ TEST(Simulator, SaysWhereThereIsNoTissueToPointAt) {
   EXPECT_GT(found, 25);
 }
 
-// Tissue as in the clips: a patch's luma deviates by 11 to 19 grey levels where features are.
+// Tissue as in the clips: around features, a patch's luma has a deviation of 11 to 19 grey levels.
 class EachStyle : public testing::TestWithParam<std::size_t> {};
 
 TEST_P(EachStyle, HasTheContrastOfTissue) {
@@ -277,7 +277,7 @@ TEST_P(EachStyle, HasTheContrastOfTissue) {
 INSTANTIATE_TEST_SUITE_P(All, EachStyle, testing::Range(std::size_t{0}, style_count),
                          [](const auto &style) { return std::string(style_name(static_cast<Style>(style.param))); });
 
-TEST(Simulator, NoiseIsThatOfTheClips) {
+TEST(Simulator, NoiseMatchesTheClips) {
   Simulator clean(with("vignette", {640, 480})), noisy(with("vignette,noise", {640, 480}));
   cv::Mat a, b, difference;
   cv::cvtColor(frame(clean, 10), a, cv::COLOR_BGR2GRAY);

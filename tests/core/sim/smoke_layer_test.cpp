@@ -30,12 +30,12 @@ TEST(SmokeLayer, ComesInTwoBursts) {
   EXPECT_EQ(mean_density(10), 0);
   EXPECT_GT(mean_density(13.5), 0.2);
   EXPECT_EQ(mean_density(19), 0);
-  EXPECT_GT(mean_density(24.5), 0.2);  // and again
+  EXPECT_GT(mean_density(24.5), 0.2);  // and the second burst
   EXPECT_GT(mean_density(4.5, 2), mean_density(4.5));
   EXPECT_EQ(mean_density(4.5, 0), 0);
 }
 
-TEST(SmokeLayer, MixesAsEquationOneMeans) {
+TEST(SmokeLayer, MixesAsIntendedByEquation1) {
   const SmokeLayer s(4.5, 1, 2, size);
   Canvas c;
   c.resize(size);

@@ -21,9 +21,9 @@ TEST(Surface, LiesStillWithoutEffects) {
   for (const double t : {0.0, 0.3, 17.0}) EXPECT_EQ(s.at(t).at(place), cv::Vec3d(30, -70, place.rest[2]));
 }
 
-TEST(Surface, NormalIsThatOfItsShapeAtRest) {
+TEST(Surface, TheNormalIsThatOfTheShapeAtRest) {
   for (const char *effects : {"", "fold"}) {
-    // The fold breathes about its shape at rest; without breath and heart it hardly does.
+    // The fold breathes about its shape at rest; without breath and heart it hardly moves.
     const Surface s(only(effects), 4);
     for (double u = -300; u <= 300; u += 60) {
       for (double v = -220; v <= 220; v += 55) {
@@ -39,7 +39,7 @@ TEST(Surface, NormalIsThatOfItsShapeAtRest) {
   }
 }
 
-/// Of how a point moves: the share of its energy near a frequency (Hz), by a Fourier sum over 80 s.
+/// The share of a point's motion energy near a frequency (Hz), by a Fourier sum over 80 s.
 double share_at(const Surface &s, double frequency) {
   const auto place = s.place(-60, 40);
   std::vector<cv::Vec3d> path;
@@ -71,7 +71,7 @@ TEST(Surface, BeatsAndBreathes) {
   EXPECT_LT(share_at(Surface(only("liver"), 2), 1.25), 0.1);
 }
 
-TEST(Surface, MovesAsFarAsItSays) {
+TEST(Surface, MovesAsFarAsStated) {
   for (const char *effects : {"heart-strong", "heart-mild", "liver", "fold", "heart-strong,liver,fold"}) {
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
       const Surface s(only(effects), seed);

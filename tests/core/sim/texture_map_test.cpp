@@ -16,7 +16,7 @@ cv::Mat noise(cv::Size size = {128, 64}) {
   return texture;
 }
 
-TEST(TextureMap, IsItsTexelsAtTheirPlaces) {
+TEST(TextureMap, HasItsTexelsAtTheirPlaces) {
   const cv::Mat texture = noise();
   const TextureMap map(texture, 2);
   for (const cv::Point texel : {cv::Point(0, 0), {64, 32}, {127, 63}, {31, 50}}) {
@@ -30,10 +30,10 @@ TEST(TextureMap, IsItsTexelsAtTheirPlaces) {
   }
 }
 
-TEST(TextureMap, IsBilinearBetweenThem) {
+TEST(TextureMap, IsBilinearBetweenTexels) {
   const cv::Mat texture = noise();
   const TextureMap map(texture, 1);
-  // A quarter of the way from texel (70, 40) to (71, 40), half to (70, 41).
+  // A quarter of the way from texel (70, 40) to (71, 40), and half-way to (70, 41).
   const auto got = map.sample(70 + 0.5F - 64 + 0.25F, 40 + 0.5F - 32 + 0.5F, -9);
   for (int c = 0; c < 4; ++c) {
     const auto t = [&](int x, int y) { return static_cast<double>(texture.at<cv::Vec4b>(y, x)[c]); };
@@ -47,7 +47,7 @@ TEST(TextureMap, FadesToItsMeanFarAway) {
   const TextureMap map(texture, 1);
   const cv::Scalar mean = cv::mean(texture);
   for (int c = 0; c < 4; ++c) EXPECT_NEAR(map.sample(3, 5, 12)[static_cast<std::size_t>(c)], mean[c], 8);
-  // Continuously: from level to level nothing jumps.
+  // Continuously: there is no jump from level to level.
   auto last = map.sample(3, 5, -1);
   for (float level = -1; level < 8; level += 0.01F) {
     const auto now = map.sample(3, 5, level);
@@ -73,14 +73,14 @@ TEST(TextureMap, SamplesARowInVectorsToTheSameBits) {
   }
 }
 
-TEST(TextureMap, RefusesWhatDoesNotRepeat) {
+TEST(TextureMap, RefusesATextureThatDoesNotRepeat) {
   EXPECT_THROW(TextureMap(noise({100, 64}), 1), std::invalid_argument);
   EXPECT_THROW(TextureMap(noise(), 0), std::invalid_argument);
   EXPECT_THROW(TextureMap(cv::Mat(64, 64, CV_8UC3, cv::Scalar()), 1), std::invalid_argument);
   EXPECT_THROW(TextureMap(cv::Mat(), 1), std::invalid_argument);
 }
 
-TEST(ScalePattern, ScalesWhatIsSmallAlone) {
+TEST(ScalePattern, ScalesOnlySmallDetail) {
   // Columns of 4 texels on a ramp.
   cv::Mat texture(64, 128, CV_8UC4);
   for (int y = 0; y < 64; ++y)
@@ -107,7 +107,7 @@ TEST(PictureTexture, PutsAPictureOnTheSurface) {
       bgr.at<cv::Vec3b>(y, x) =
           cv::Vec3b(static_cast<std::uint8_t>(2 * x + 20), static_cast<std::uint8_t>(4 * y + 20), 77);
   const PictureTexture t = texture_of_picture(bgr, 600, 1.6, 200, 1);
-  // In its middle, and mirrored beyond its edges.
+  // In the picture's middle, and mirrored beyond its edges.
   for (const cv::Point2d pixel : {cv::Point2d(40, 20), {10.5, 40.25}, {70, 5}}) {
     const cv::Point2d uv = t.on_surface(pixel);
     for (const double u : {uv.x, 1000 - uv.x}) {  // the right edge is at 500 units

@@ -14,7 +14,7 @@
 namespace csd::sim {
 namespace {
 
-/// A level whose texels repeat, its middle at 0. Points into itself.
+/// A level whose texels repeat, with its middle at 0. Points into itself.
 struct Texels {
   std::vector<std::uint8_t> data;
   TextureMap::Level level;
@@ -62,8 +62,8 @@ TEST(TextureSampling, FindsTheTexelAndRepeats) {
     int x, y;
     float fx, fy;
   } const cases[] = {
-      {0, 0, 1, 0, 0.5F, 0.5F},     {0.5F, 0.25F, 2, 1, 0.5F, 0}, {2, 0, 1, 0, 0.5F, 0.5F},  // a period on
-      {0, 3, 1, 0, 0.5F, 0.5F},     {-1, 0, 3, 0, 0.5F, 0.5F},  // between the last column and the first again
+      {0, 0, 1, 0, 0.5F, 0.5F},     {0.5F, 0.25F, 2, 1, 0.5F, 0}, {2, 0, 1, 0, 0.5F, 0.5F},  // one period later
+      {0, 3, 1, 0, 0.5F, 0.5F},     {-1, 0, 3, 0, 0.5F, 0.5F},  // between the last column and the first, repeated
       {0, -0.5F, 1, 1, 0.5F, 0.5F}, {-0.75F, -0.25F, 0, 0, 0, 0},
   };
   for (const auto &c : cases) {
@@ -75,7 +75,7 @@ TEST(TextureSampling, FindsTheTexelAndRepeats) {
   }
 }
 
-TEST(TextureSampling, LiesBetweenTwoLevels) {
+TEST(TextureSampling, InterpolatesBetweenTwoLevels) {
   struct {
     float level;
     std::size_t fine, coarse;
@@ -121,7 +121,7 @@ void vectors_give_the_bits_of_plain_arithmetic() {
   sample_scalar(levels, 3, -0.3F, fragments.data(), fragments.size(), scalar.data());
   EXPECT_EQ(vectors, scalar);
   EXPECT_NE(scalar[0], untouched);
-  EXPECT_EQ(scalar[3], untouched) << "shows nothing";
+  EXPECT_EQ(scalar[3], untouched) << "an empty fragment";
 }
 
 TEST(TextureSampling, VectorsGiveTheBitsOfPlainArithmetic) {

@@ -52,7 +52,7 @@ TEST(Tissue, FragmentsOfCutPulledAndHollowTissueAreWhereTheirPointsAre) {
         for (int x = 0; x < 640; x += 7) {
           if (f.at(x, y)[Fragment::sheet] < 0) continue;
           const cv::Point3d p = tissue.project(t, {640, 480}, {f.at(x, y)[Fragment::u], f.at(x, y)[Fragment::v]});
-          squares += std::min((p.x - x) * (p.x - x) + (p.y - y) * (p.y - y), 4.0);  // on edges u and v jump
+          squares += std::min((p.x - x) * (p.x - x) + (p.y - y) * (p.y - y), 4.0);  // at edges u and v jump
           ++n;
         }
       std::printf("%s %.1f: %.4f\n", effects, t, std::sqrt(squares / n));
@@ -61,7 +61,7 @@ TEST(Tissue, FragmentsOfCutPulledAndHollowTissueAreWhereTheirPointsAre) {
   }
 }
 
-TEST(Tissue, KnowsHowFarThingsMoveWhileTheShutterIsOpen) {
+TEST(Tissue, KnowsHowFarThingsMoveDuringTheExposure) {
   Tissue tissue = tissue_of(only("heart-strong,sway,jerk"));
   Fragments f;
   const double t = 2.75, shutter = 0.02;
@@ -78,7 +78,7 @@ TEST(Tissue, KnowsHowFarThingsMoveWhileTheShutterIsOpen) {
   EXPECT_GT(most, 0.3);
 }
 
-TEST(Tissue, IsHeldByTheTipOfWhatGrasps) {
+TEST(Tissue, IsHeldByTheGraspersTip) {
   const Tissue tissue = tissue_of(only("grasp,heart-strong,sway"));
   for (const double t : {0.7, 2.2, 3.4, 8.0}) {
     const auto grip = tissue.grip(t, size);
@@ -111,7 +111,7 @@ TEST(Tissue, EdgesOfAWoundAreSoft) {
   EXPECT_GT(between, 0.6 * edges);
 }
 
-TEST(BlurMotion, BlursAlongTheMotionAndShiftsNothing) {
+TEST(BlurMotion, BlursAlongTheMotionWithoutAShift) {
   const cv::Size s{64, 64};
   Fragments f;
   f.reset(s);
@@ -150,7 +150,7 @@ TEST(BlurMotion, BlursAlongTheMotionAndShiftsNothing) {
 }
 
 TEST(Tissue, WashedTissueLooksDifferentForGood) {
-  // Without motion, before and long after: only within the places of the fluids.
+  // Without motion, before and long after, only the places of the fluids differ.
   const Effects effects = only("blood");
   Tissue tissue = tissue_of(effects);
   Fragments f;

@@ -11,7 +11,7 @@
 namespace csd::sim {
 namespace {
 
-TEST(Style, NamesComeBack) {
+TEST(Style, NamesAreParsedBack) {
   std::set<std::string_view> names;
   for (std::size_t i = 0; i < style_count; ++i) {
     const auto style = static_cast<Style>(i);
@@ -28,7 +28,8 @@ TEST(Style, NamesComeBack) {
 }
 
 struct Look {
-  double blue = 0, green = 0, red = 0, small = 0, large = 0;  // means; deviation within 21 units, and of their means
+  // Means; the deviation within patches of 21 units, and that of the patches' means.
+  double blue = 0, green = 0, red = 0, small = 0, large = 0;
 };
 
 Look look(const TextureMap &map) {
@@ -71,13 +72,13 @@ TEST(TissueTexture, IsRedAndFadesWithoutLosingItsForms) {
     const Look full = look(tissue_texture(style, 2, 1024)), faint = look(tissue_texture(style, 2, 1024, 0.25));
     EXPECT_GT(full.red, 1.15 * full.green) << style_name(style);
     EXPECT_GT(full.red, 1.15 * full.blue) << style_name(style);
-    // Most patches of the later styles lie within a lobe, a crust or between vessels, and have little pattern to lose.
+    // In the later styles, most patches lie within a lobe, a crust or between vessels, and have little pattern to lose.
     EXPECT_LT(faint.small, (style > Style::fat ? 0.6 : 0.5) * full.small) << style_name(style);
     EXPECT_GT(faint.large, 0.6 * full.large) << style_name(style);
   }
 }
 
-TEST(TissueTexture, BelongsToItsSeedAndStyle) {
+TEST(TissueTexture, DependsOnSeedAndStyle) {
   const auto pixel = [](Style style, std::uint64_t seed) { return tissue_texture(style, seed, 256).sample(31, 7, 0); };
   EXPECT_EQ(pixel(Style::heart, 1), pixel(Style::heart, 1));
   EXPECT_NE(pixel(Style::heart, 1), pixel(Style::heart, 2));

@@ -30,7 +30,7 @@ double covered(double time, double strength, std::uint64_t seed = 1) {
 }
 
 TEST(Tools, ComeAndGo) {
-  EXPECT_EQ(covered(0.5, 1), 0);  // features are chosen before
+  EXPECT_EQ(covered(0.5, 1), 0);  // features are chosen earlier
   double most = 0, together = 0;
   for (double t = 0; t < 20; t += 0.5) {
     most = std::max(most, covered(t, 1));
@@ -43,7 +43,7 @@ TEST(Tools, ComeAndGo) {
   EXPECT_GT(covered(6, 3), covered(6, 1));
 }
 
-TEST(Tools, HideWhatTheyCoverAndShadeWhatTheyDoNot) {
+TEST(Tools, HideWhatTheyCoverAndShadeTheRest) {
   for (const double t : {4.0, 9.5, 15.0}) {
     const Tools tools(t, 1, 1, size);
     const Canvas c = drawn(tools);
@@ -65,7 +65,7 @@ TEST(Tools, HideWhatTheyCoverAndShadeWhatTheyDoNot) {
   }
 }
 
-// A fuzzer found it: joints of an instrument with a hair's thickness fell together, and the picture became NaN.
+// Found by a fuzzer: the joints of a hair-thin instrument coincided, and the picture became NaN.
 TEST(Tools, FadeToNothing) {
   double before = 1;
   for (const double strength : {1e-2, 1e-5, 1e-8, 1e-12, 1e-14, 1e-17, 1e-30, 1e-310}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The truth against what is in the pictures: dots in the texture, found again by their centroids.
+// Compares the truth with the pictures: dots in the texture, found again by their centroids.
 #include "sim/simulator.h"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ constexpr std::uint64_t frames[] = {0, 9, 45, 88, 140, 163, 190, 231, 284, 333, 
 Errors measure(const SimSettings &settings, const Dots &dots, double searched = 3.2) {
   Simulator simulator(settings);
   std::vector<cv::Point2d> surface;
-  // Each dot, then eight points around it: one that a fold cuts through has no centroid to speak of.
+  // Each dot, then eight points around it: a dot cut by a fold has no useful centroid.
   constexpr std::size_t around = 8;
   for (const auto &c : dots.centres) {
     surface.push_back(simulator.of_texture(c));
@@ -67,7 +67,7 @@ Errors measure(const SimSettings &settings, const Dots &dots, double searched = 
         widest = std::max(widest, r);
       }
       if (narrowest < 0.5 * widest) continue;  // seen at a glancing angle
-      // From the nearest pixel on: the truth only says which dot is meant.
+      // Starts at the nearest pixel. The truth only says which dot is meant.
       const cv::Point2d near(std::round(p.x), std::round(p.y));
       const double radius = (searched * Dots::sigma * zoom + 1) * settings.size.height / 480;
       bool crowded = false;
@@ -95,8 +95,8 @@ TEST_P(Geometry, TruthIsWhereTheDotsAre) {
   effects[GetParam()] = 1;
   const Errors e = measure(settings_of(effects, dots), dots);
   report(std::string(effect_name(GetParam())), e);
-  // A cavity's rings bend and shade the dots themselves: their centroids are no longer their centres. (Fragments lie
-  // where they should to 0.03 there too: tissue_test.)
+  // A cavity's rings bend and shade the dots, so that their centroids are no longer their centres. (Fragments are right
+  // to 0.03 there too: tissue_test.)
   const bool bent = GetParam() == Effect::cavity;
   EXPECT_GT(e.n, bent ? 300 : 1500);
   EXPECT_LE(e.rms(), bent ? 0.15 : 0.05);
@@ -129,8 +129,8 @@ TEST(Truth, HoldsAtOtherSizes) {
   }
 }
 
-// What light, optics and sensor do to a centroid is no error of the truth; it bounds what a tracker can be told to
-// reach.
+// Light, optics and sensor move a centroid, which is no error of the truth. It limits the accuracy that a tracker can
+// be measured to.
 TEST(Truth, IsNearTheDotsThroughLightOpticsAndSensorToo) {
   const Dots dots;
   for (const char *photometric :
@@ -146,7 +146,7 @@ TEST(Truth, IsNearTheDotsThroughLightOpticsAndSensorToo) {
   }
 }
 
-// What a user does: points found in the first frame, no texture coordinates.
+// As a user does it: with points found in the first frame, without texture coordinates.
 TEST(Truth, FollowsPixelsThatWereCastBack) {
   const Dots dots;
   Effects effects;
@@ -157,7 +157,7 @@ TEST(Truth, FollowsPixelsThatWereCastBack) {
   std::vector<cv::Point2d> found;
   for (int y = 12; y < 468; ++y)
     for (int x = 12; x < 628; ++x) {
-      // The darkest pixel around.
+      // The darkest pixel nearby.
       const cv::Mat around = picture(cv::Rect(x - 6, y - 6, 13, 13));
       double darkest = 0;
       cv::Mat green;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What the truth calls hidden or out, against what the pictures show.
+// Compares what the truth calls hidden or out with what the pictures show.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace csd::sim {
 namespace {
 
-/// A simulation whose tissue is one flat colour, so that whatever is before it can be told from it.
+/// A simulation with tissue of one flat colour, so that anything in front of it can be told apart.
 class Flat {
  public:
   static constexpr int green = 120;
@@ -30,7 +30,7 @@ class Flat {
     simulator_->render(n, picture);
     return picture;
   }
-  /// Of the surface points that the pixels of frame n show, or would.
+  /// The surface points that the pixels of frame n show, or would show.
   std::vector<TruthPoint> truth(std::uint64_t n, const std::vector<cv::Point2d> &pixels) {
     return simulator_->truth(n, simulator_->on_surface(n, pixels));
   }
@@ -47,7 +47,7 @@ std::vector<cv::Point2d> lattice(cv::Size size, int step = 12) {
   return points;
 }
 
-/// Counts how often the truth and the colour of the pixel agree; of `tissue` green dominates.
+/// Counts how often the truth agrees with the pixel's colour. In `tissue`, green dominates.
 struct Agreement {
   int hidden = 0, visible = 0, wrong = 0;
 };
@@ -69,17 +69,17 @@ bool greenish(const cv::Vec3b &p) {
   return p[1] > 1.7 * p[0] && p[1] > 1.7 * p[2];
 }
 
-TEST(Visibility, HiddenByATool) {
+TEST(Visibility, AToolHides) {
   Flat flat("tools");
   for (const std::uint64_t n : {80U, 150U, 240U, 330U}) {
-    const Agreement a = compare(flat, n, greenish);  // a shadow is dark, but green
+    const Agreement a = compare(flat, n, greenish);  // a shadow is dark, but still green
     EXPECT_GT(a.hidden, 20) << n;
     EXPECT_GT(a.visible, 1000) << n;
-    EXPECT_LE(a.wrong, 8) << n;  // pixels on the very edge
+    EXPECT_LE(a.wrong, 8) << n;  // pixels right on the edge
   }
 }
 
-TEST(Visibility, HiddenByWhatGrasps) {
+TEST(Visibility, AGraspingToolHides) {
   Flat flat("grasp");
   EXPECT_EQ(compare(flat, 0, greenish).hidden, 0);
   for (const std::uint64_t n : {20U, 75U, 150U, 200U}) {
@@ -89,7 +89,7 @@ TEST(Visibility, HiddenByWhatGrasps) {
   }
 }
 
-TEST(Visibility, HiddenByBloodAndSeenAgain) {
+TEST(Visibility, BloodHidesForATime) {
   Flat flat("blood");
   const Agreement pool = compare(flat, 190, greenish);
   EXPECT_GT(pool.hidden, 100);
@@ -99,21 +99,21 @@ TEST(Visibility, HiddenByBloodAndSeenAgain) {
   EXPECT_EQ(wiped.wrong, 0);
 }
 
-TEST(Visibility, HiddenByWater) {
+TEST(Visibility, WaterHides) {
   Flat flat("irrigation");
   EXPECT_EQ(compare(flat, 100, greenish).hidden, 0);
   EXPECT_GT(compare(flat, 300, greenish).hidden, 100);
   EXPECT_EQ(compare(flat, 400, greenish).hidden, 0);
 }
 
-TEST(Visibility, HiddenByDenseSmoke) {
+TEST(Visibility, DenseSmokeHides) {
   Flat clear("smoke=0"), flat("smoke=2");
   const cv::Mat picture = flat.render(130), without = clear.render(130);
   const auto pixels = lattice(picture.size());
   const auto truth = flat.truth(130, pixels);
   int hidden = 0, visible = 0;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    // Smoke's blue is 196: the share of it in the pixel is its density.
+    // Smoke's blue is 196: its share in the pixel is its density.
     const cv::Point at(pixels[i]);
     const double base = without.at<cv::Vec3b>(at)[0], density = (picture.at<cv::Vec3b>(at)[0] - base) / (196 - base);
     if (density > 0.77) {
@@ -128,12 +128,12 @@ TEST(Visibility, HiddenByDenseSmoke) {
   EXPECT_GT(visible, 100);
 }
 
-TEST(Visibility, HiddenByAHighlight) {
+TEST(Visibility, AHighlightHides) {
   Flat flat("specular");
   const cv::Mat picture = flat.render(20);
   cv::Mat white, blind;
   cv::inRange(picture, cv::Scalar(235, 235, 235), cv::Scalar(255, 255, 255), white);
-  cv::boxFilter(white, blind, CV_8U, {11, 11});  // the share of white around
+  cv::boxFilter(white, blind, CV_8U, {11, 11});  // the share of white pixels around
   const auto pixels = lattice(picture.size(), 3);
   const auto truth = flat.truth(20, pixels);
   int hidden = 0;
@@ -149,7 +149,7 @@ TEST(Visibility, HiddenByAHighlight) {
   EXPECT_GT(hidden, 5);
 }
 
-/// The tissue's own colour tells its place: red grows to the right and blue downwards.
+/// The tissue's colour encodes its place: red grows to the right and blue downwards.
 struct Covered {
   int hidden = 0, wrong = 0;
 };
@@ -178,11 +178,11 @@ Covered covered_by(const std::string &effects, std::uint64_t n, double dim = 1) 
   for (std::size_t i = 0; i < texture.size(); ++i) {
     const TruthPoint &q = truth[3 * i], &right = truth[3 * i + 1], &below = truth[3 * i + 2];
     if (q.visibility == Visibility::out) continue;
-    // Where tissue is seen aslant a pixel shows too much of it.
+    // At a small viewing angle, a pixel shows too much tissue.
     if (std::abs((right.x - q.x) * (below.y - q.y) - (right.y - q.y) * (below.x - q.x)) < 4) continue;
     const cv::Vec3b p = picture.at<cv::Vec3b>(cvRound(q.y), cvRound(q.x));
     if (p[1] < 40 * dim) continue;  // too dark to tell
-    // Which place of the texture the pixel shows: light scales all channels alike.
+    // The texture's place that the pixel shows: light scales all channels alike.
     const double row = (128.0 * p[0] / p[1] - 40) * 480 / 200, column = (128.0 * p[2] / p[1] - 40) * 640 / 200;
     const double off = std::hypot(row - texture[i].y, column - texture[i].x);
     const bool elsewhere = off > 12;
@@ -192,13 +192,13 @@ Covered covered_by(const std::string &effects, std::uint64_t n, double dim = 1) 
   return c;
 }
 
-TEST(Visibility, HiddenByAFold) {
+TEST(Visibility, AFoldHides) {
   const Covered c = covered_by("fold", 0);
   EXPECT_GT(c.hidden, 100);
   EXPECT_LE(c.wrong, c.hidden / 20);
 }
 
-TEST(Visibility, HiddenByASheetThatSlidesOverIt) {
+TEST(Visibility, ASheetThatSlidesOverItHides) {
   for (const std::uint64_t n : {0U, 30U, 90U, 140U}) {
     const Covered c = covered_by("slide", n);
     EXPECT_GT(c.hidden, 100) << n;
@@ -206,16 +206,16 @@ TEST(Visibility, HiddenByASheetThatSlidesOverIt) {
   }
 }
 
-TEST(Visibility, HiddenByTheFoldsOfACavity) {
+TEST(Visibility, TheFoldsOfACavityHide) {
   for (const std::uint64_t n : {0U, 45U, 130U}) {
-    const Covered c = covered_by("cavity", n, 0.7);  // walls near the lamp would be white
+    const Covered c = covered_by("cavity", n, 0.7);  // otherwise walls near the lamp would be white
     EXPECT_GT(c.hidden, 40) << n;
     EXPECT_LE(c.wrong, c.hidden / 10) << n;
   }
 }
 
-// What a wound bares is red though the tissue is grey, and no point lies there.
-TEST(Visibility, NothingIsSeenOfThePointsWhereAWoundGapes) {
+// The bed of a wound is red, although the tissue is grey. No point lies there.
+TEST(Visibility, PointsInAnOpenWoundAreHidden) {
   SimSettings s;
   s.effects = Effects();
   s.effects.set("tear");
@@ -252,7 +252,7 @@ TEST(Visibility, NothingIsSeenOfThePointsWhereAWoundGapes) {
   EXPECT_GT(least, surface.size() * 9 / 10);
 }
 
-TEST(Visibility, OutOfTheFrame) {
+TEST(Visibility, OutOfTheFrameIsOut) {
   Flat flat("sway");
   const auto surface = flat.simulator().on_surface(
       0, std::vector<cv::Point2d>{{-0.4, 5}, {-0.6, 5}, {639.4, 479.4}, {639.6, 5}, {5, -1}, {5, 480}, {-300, 900}});
@@ -264,7 +264,7 @@ TEST(Visibility, OutOfTheFrame) {
   EXPECT_NEAR(truth[6].y, 900, 1e-6);
 }
 
-TEST(Visibility, HiddenWithoutAPicture) {
+TEST(Visibility, BlackoutsCutsClothsAndOverlaysHide) {
   Flat black("black"), cut("cut"), stop("field-stop"), text("text"), wipe("wipe");
   const std::vector<cv::Point2d> middle{{320, 240}, {200, 300}};
   const auto hidden = [&](Flat &flat, std::uint64_t n, std::size_t i) {
@@ -282,7 +282,7 @@ TEST(Visibility, HiddenWithoutAPicture) {
   EXPECT_TRUE(hidden(cut, 149, 1));
   EXPECT_FALSE(hidden(cut, 150, 1));
   EXPECT_FALSE(greenish(cut.render(120).at<cv::Vec3b>(240, 320)));
-  // A cloth on the lens at 5.3 s; a second and a half later it is only wet, at 7.5 s dry.
+  // A cloth is on the lens at 5.3 s. A second and a half later it is only wet, and at 7.5 s dry.
   EXPECT_TRUE(hidden(wipe, 132, 0));
   EXPECT_FALSE(hidden(wipe, 187, 0));
 
@@ -298,7 +298,7 @@ TEST(Visibility, HiddenWithoutAPicture) {
   EXPECT_EQ(clock[1].visibility, Visibility::visible);
 }
 
-/// The shares of the features that the truth calls hidden, over 20 s.
+/// The shares of features that the truth calls hidden, over 20 s.
 struct Shares {
   double mean = 0, most = 0;
 };
@@ -324,7 +324,7 @@ Shares hidden_shares(const std::string &effects, std::uint64_t seed) {
   return shares;
 }
 
-// The paper's three occlusion sequences (§3.2.2): few regions are hidden, more are, then the majority.
+// The paper's three occlusion sequences (§3.2.2): few regions are hidden, then more, then the majority.
 TEST(Visibility, ClassesOfOcclusionAreInOrder) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const Shares few = hidden_shares("tools=0.8", seed), more = hidden_shares("tools=2", seed),

@@ -28,7 +28,7 @@ class APeer : public testing::TestWithParam<PeerKind> {};
 TEST_P(APeer, FollowsARigidScene) {
   const MovingScene scene;
   const bool still = GetParam().name == "still";
-  // Boxes are in whole pixels and change their size.
+  // Boxes have whole pixels and change size.
   const bool flow = GetParam().name.substr(0, 2) == "lk" || GetParam().name == "medianflow";
   const auto peer = GetParam().make();
   peer->start({scene.render({0, 0})}, points);
@@ -43,7 +43,7 @@ TEST_P(APeer, FollowsARigidScene) {
   }
   const int all = frames * static_cast<int>(points.size());
   if (still) {
-    EXPECT_EQ(right, 2 * static_cast<int>(points.size()));  // moved by 1.08 pixels a frame: 1.1, 2.2, 3.2
+    EXPECT_EQ(right, 2 * static_cast<int>(points.size()));  // moves by 1.08 pixels a frame: 1.1, 2.2, 3.2
     EXPECT_EQ(wrong, all - right);
   } else {
     EXPECT_GE(right, all * 9 / 10);
@@ -51,7 +51,7 @@ TEST_P(APeer, FollowsARigidScene) {
   }
 }
 
-TEST_P(APeer, CanBeGivenPointsAtTheEdge) {
+TEST_P(APeer, AcceptsPointsAtTheEdge) {
   const MovingScene scene;
   const auto peer = GetParam().make();
   const std::vector<cv::Point2d> edge{{0, 0}, {319, 239}, {-0.4, 120}, {160, 2}};
@@ -75,7 +75,7 @@ INSTANTIATE_TEST_SUITE_P(Peers, APeer, testing::ValuesIn(peer_kinds().begin(), p
 
 const cv::Mat flat(240, 320, CV_8UC3, cv::Scalar(80, 80, 80));
 
-/// How many are seen in the scene's first picture after one that shows nothing.
+/// How many are found in the scene's first picture after an empty one.
 int seen_again(std::string_view name) {
   const MovingScene scene;
   const auto peer = made(name);
@@ -87,15 +87,15 @@ int seen_again(std::string_view name) {
   return seen;
 }
 
-TEST(CheckedFlow, DropsForEver) {
+TEST(CheckedFlow, NeverFindsALostPointAgain) {
   EXPECT_EQ(seen_again("lk-fb"), 0);
 }
 
-TEST(AnchoredFlow, ComesBack) {
+TEST(AnchoredFlow, FindsALostPointAgain) {
   EXPECT_EQ(seen_again("lk-anchored"), static_cast<int>(points.size()));
 }
 
-/// The mean error in the last ten of 80 noisy pictures: what is chained adds up each step's error.
+/// The mean error in the last ten of 80 noisy pictures. Chained steps add up their errors.
 double late_error(std::string_view name) {
   const MovingScene scene;
   const auto peer = made(name);
@@ -128,7 +128,7 @@ TEST(AnchoredFlow, DoesNotDrift) {
   EXPECT_LT(anchored, 0.2);
 }
 
-TEST(Peers, LengthsGrowWithLargePicturesOnly) {
+TEST(Peers, LengthsGrowOnlyWithLargePictures) {
   EXPECT_EQ(odd_length(21, cv::Mat(240, 320, CV_8UC1)), 21);
   EXPECT_EQ(odd_length(21, cv::Mat(576, 720, CV_8UC1)), 21);
   EXPECT_EQ(odd_length(21, cv::Mat(1152, 1440, CV_8UC1)), 43);  // 42 lies between 41 and 43

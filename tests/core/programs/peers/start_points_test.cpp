@@ -11,7 +11,7 @@
 namespace csd::peers {
 namespace {
 
-/// A file that goes with the test.
+/// A file; the destructor removes it.
 struct File {
   explicit File(const std::string &content) : name(testing::TempDir() + "start_points." + std::to_string(getpid())) {
     std::ofstream(name) << content;
@@ -32,7 +32,7 @@ std::string message_of(const std::string &content) {
   return "";
 }
 
-TEST(StartPoints, AsText) {
+TEST(StartPoints, AreReadFromText) {
   const auto p = read_start_points("10,20; 30.5,-4;");
   EXPECT_EQ(p.ids, (std::vector<FeatureId>{0, 1}));
   EXPECT_EQ(p.positions, (std::vector<cv::Point2d>{{10, 20}, {30.5, -4}}));
@@ -41,7 +41,7 @@ TEST(StartPoints, AsText) {
   EXPECT_THROW(read_start_points(";"), std::runtime_error);
 }
 
-TEST(StartPoints, OfTheVisibleInTheFirstLineOfJson) {
+TEST(StartPoints, AreTheVisibleOnesInTheFirstLineOfJson) {
   const File file(
       R"({"schema":1,"role":"track","frame":0,"width":64,"height":48,"features":[{"id":3,"x":1.5,"y":2,"state":"tracked","confidence":1},)"
       R"({"id":4,"x":9,"y":9,"state":"occluded","confidence":0},)"
@@ -59,7 +59,7 @@ TEST(StartPoints, OfTheVisibleInTheFirstLineOfJson) {
   EXPECT_EQ(read_start_points(truth.name).ids, std::vector<FeatureId>{8});
 }
 
-TEST(StartPoints, OfTheVisibleInFrame0OfCsv) {
+TEST(StartPoints, AreTheVisibleOnesInFrame0OfCsv) {
   const File by_hand("frame,id,x,y,visible\r\n0,1,10,20.5,1\r\n1,1,11,20,1\r\n0,2,30,40,0\r\n0,5,50,60,1\r\n0,6,5");
   const auto p = read_start_points(by_hand.name);
   EXPECT_EQ(p.ids, (std::vector<FeatureId>{1, 5}));
@@ -70,7 +70,7 @@ TEST(StartPoints, OfTheVisibleInFrame0OfCsv) {
   EXPECT_EQ(read_start_points(tracks.name).ids, std::vector<FeatureId>{2});
 }
 
-TEST(StartPoints, SaysWhatIsWrongWhere) {
+TEST(StartPoints, ErrorsSayWhatIsWrongAndWhere) {
   EXPECT_EQ(message_of("{\"schema\":1,\"role\":\"track\",\"frame\":5,\"width\":64,\"height\":48,\"features\":[]}\n"),
             ": has no frame 0");
   EXPECT_EQ(message_of("{\"schema\":1,\"role\":\"track\",\"frame\":null,\"features\":[]}\n"), ": has no frame 0");
@@ -78,7 +78,7 @@ TEST(StartPoints, SaysWhatIsWrongWhere) {
             ": no visible points in the first frame");
   EXPECT_EQ(message_of("frame,id,x,y,visible\n3,1,2,3,1\n"), ": has no frame 0");
   EXPECT_EQ(message_of("frame,id,x,y,visible\n0,1,2,3,0\n"), ": no visible points in the first frame");
-  EXPECT_EQ(message_of("frame,id,x,y,visible\n0,1,2,y,1\n").substr(0, 3), ":2:") << "as csd-score's readers say it";
+  EXPECT_EQ(message_of("frame,id,x,y,visible\n0,1,2,y,1\n").substr(0, 3), ":2:") << "as csd-score's readers report it";
 }
 
 TEST(StartPoints, AreThinnedEvenly) {

@@ -9,7 +9,7 @@ namespace csd::peers {
 namespace {
 
 // docs/metadata.md
-TEST(TrackLine, IsCsdtrackencs) {
+TEST(TrackLine, MatchesCsdtrackencs) {
   Picture picture;
   picture.bgr.create(48, 64, CV_8UC3);
   picture.pts = 480000000;
@@ -27,7 +27,7 @@ TEST(TrackLine, IsCsdtrackencs) {
             "\n");
 }
 
-TEST(TrackLine, SaysNullForTimesItDoesNotKnow) {
+TEST(TrackLine, WritesNullForUnknownTimes) {
   Picture picture;
   picture.bgr.create(48, 64, CV_8UC3);
   const auto line = track_line("still", 0, picture, {}, {});

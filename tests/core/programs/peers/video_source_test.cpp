@@ -44,7 +44,7 @@ TEST(Y4m, GivesPicturesAndTimes) {
 }
 
 TEST(Y4m, ReadsColourByTheMatrixOfTheHeight) {
-  // Pure red of BT.601 in studio range is Y 81, U 90, V 240; one chroma sample for two by two pixels, odd sizes.
+  // Pure red of BT.601 in studio range is Y 81, U 90, V 240. One chroma sample for 2 × 2 pixels; odd sizes.
   std::string frame = "FRAME\n" + std::string(9, '\x51') + std::string(4, '\x5a') + std::string(4, '\xf0');
   std::istringstream sd("YUV4MPEG2 W3 H3 F25:1 C420\n" + frame);
   Picture p;
@@ -56,7 +56,7 @@ TEST(Y4m, ReadsColourByTheMatrixOfTheHeight) {
       EXPECT_NEAR(c[1], 0, 2);
       EXPECT_NEAR(c[2], 255, 2);
     }
-  // Of BT.709 it is Y 63, U 102, V 240.
+  // In BT.709 it is Y 63, U 102, V 240.
   std::istringstream hd("YUV4MPEG2 W1 H720 F25:1 C444\nFRAME\n" + std::string(720, '\x3f') + std::string(720, '\x66') +
                         std::string(720, '\xf0'));
   ASSERT_TRUE(read_y4m(hd)->next(p));
@@ -65,7 +65,7 @@ TEST(Y4m, ReadsColourByTheMatrixOfTheHeight) {
 }
 
 TEST(Y4m, ReadsTheOtherLayouts) {
-  // The second of two pixels is told from the first where chroma is not shared: neutral (128) and red (V 240).
+  // Where chroma is not shared, two pixels differ: neutral (128) and red (V 240).
   const auto second_red = [](const std::string &format, const std::string &chroma) {
     std::istringstream in("YUV4MPEG2 W4 H1 F25:1 " + format + "\nFRAME\n" + std::string(4, '\x51') + chroma);
     Picture p;
@@ -91,7 +91,7 @@ TEST(Y4m, ReadsTheOtherLayouts) {
   EXPECT_EQ(p.bgr.at<cv::Vec3b>(0, 0)[1], 81);
 }
 
-TEST(Y4m, SaysWhatIsWrong) {
+TEST(Y4m, DescribesTheError) {
   EXPECT_NE(message_of("RIFF....").find("does not begin with"), std::string::npos);
   EXPECT_NE(message_of("").find("does not begin with"), std::string::npos);
   EXPECT_NE(message_of("YUV4MPEG2 W2 F25:1\n").find("no width (W) or height (H)"), std::string::npos);
@@ -112,7 +112,7 @@ TEST(Y4m, SaysWhatIsWrong) {
   EXPECT_NE(message_of(good + "GRAPE\n123456").find("frame 1: no FRAME"), std::string::npos);
 }
 
-TEST(Video, ThatIsNoneSaysSo) {
+TEST(Video, ReportsAFileThatIsNoVideo) {
   EXPECT_THROW(open_video("/nonexistent/video.mkv"), std::runtime_error);
 }
 
