@@ -28,7 +28,7 @@ inline void attach(GstBuffer *buffer, const char *source, guint64 frame, int wid
   if (!gst_buffer_add_csd_tracks(buffer, name, &header, features)) g_error("no meta: is the plugin loaded?");
 }
 
-/// Whether there is such an element; if not, says that what needs it is skipped.
+/// Whether the element exists. If not, prints that the test is skipped.
 inline bool have(const char *factory) {
   GstElementFactory *f = gst_element_factory_find(factory);
   if (f) gst_object_unref(f);
@@ -49,7 +49,7 @@ inline GstPadProbeReturn on_buffer(GstPad *, GstPadProbeInfo *info, gpointer dat
   return GST_PAD_PROBE_OK;
 }
 
-/// Calls `call` with each buffer, writable, that leaves (`pad` "src") or enters ("sink") the element `name`.
+/// Calls `call` with each buffer, made writable, that leaves (`pad` "src") or enters ("sink") the element `name`.
 inline void probe(GstElement *pipeline, const char *name, const char *pad, OnBuffer call) {
   GstElement *element = gst_bin_get_by_name(GST_BIN(pipeline), name);
   GstPad *p = gst_element_get_static_pad(element, pad);
@@ -66,8 +66,8 @@ inline GstElement *launch(const std::string &line) {
   return pipeline;
 }
 
-/// Plays to the end and frees the pipeline. The error message's GError, or null after EOS; to be freed. A pipeline that
-/// hangs is ended by check (CK_DEFAULT_TIMEOUT) or meson, whose set-ups know how slow a sanitizer is.
+/// Plays to the end and frees the pipeline. Returns the error message's GError, to be freed, or null after EOS. A
+/// pipeline that hangs is ended by check (CK_DEFAULT_TIMEOUT) or by meson, whose set-ups allow for slow sanitizers.
 inline GError *play(GstElement *pipeline) {
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   GstBus *bus = gst_element_get_bus(pipeline);

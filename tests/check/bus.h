@@ -7,8 +7,7 @@
 
 namespace csd_check {
 
-/// The text of the next message of these types, of errors and warnings; "" if there is none. Those of other types
-/// before it are gone.
+/// The text of the next error or warning of these `types`; "" if there is none. Drops earlier messages of other types.
 inline std::string said(GstBus *bus, GstMessageType types) {
   GstMessage *message = gst_bus_pop_filtered(bus, types);
   if (!message) return "";

@@ -8,7 +8,7 @@
 
 namespace csd_check {
 
-/// Each has an allocator of its own, whose memory must go before it. In any thread.
+/// Has its own allocator, which must outlive its memory. Usable from any thread.
 class CountingMemory {
  public:
   CountingMemory() {

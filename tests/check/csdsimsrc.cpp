@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
-// csdsimsrc: its frames and their truth against the simulator's own, and how it behaves as a source.
+// csdsimsrc: its frames and their truth compared with the simulator's own, and its behaviour as a source.
 #include "sim/simulator.h"
 
 #include <glib/gstdio.h>
@@ -13,7 +13,7 @@
 
 #include "csdtrackmeta.h"
 
-// Its fail() is a macro: after everything that has a function of that name.
+// Defines a macro fail(), so it comes after headers with a function of that name.
 #include <glib/gstdio.h>
 #include <gst/check/gstcheck.h>
 #include <gst/check/gstharness.h>
@@ -60,7 +60,7 @@ const char *word(csd::sim::Visibility v) {
   return v == V::visible ? "tracked" : v == V::hidden ? "occluded" : "out";
 }
 
-/// What the core makes of the same settings.
+/// The core's simulator with the same settings.
 csd::sim::Simulator simulator(const char *effects, csd::sim::Scenario scenario, double strength = 1) {
   csd::sim::SimSettings s;
   s.effects = csd::sim::scenario_effects(scenario, strength);
@@ -86,7 +86,7 @@ bool same_pixels(GstBuffer *buffer, const cv::Mat &picture) {
   return same;
 }
 
-/// Runs a pipeline until its first error, and returns the text.
+/// Runs a pipeline until its first error and returns that error's text.
 std::string error_of(const std::string &properties) {
   GstElement *pipeline = gst_parse_launch(("csdsimsrc num-buffers=2 " + properties + " ! fakesink").c_str(), nullptr);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
@@ -107,7 +107,7 @@ std::string error_of(const std::string &properties) {
   return text;
 }
 
-/// To EOS; the pipeline goes on to exist.
+/// Plays to EOS; keeps the pipeline.
 void play_to_end(GstElement *pipeline) {
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   GstBus *bus = gst_element_get_bus(pipeline);
@@ -120,7 +120,7 @@ void play_to_end(GstElement *pipeline) {
 
 }  // namespace
 
-GST_START_TEST(test_frames_and_truth_are_the_simulators) {
+GST_START_TEST(test_frames_and_truth_equal_the_simulators) {
   Harness h("scenario=occlusion strength=0.7 effects=fold,noise=2 seed=4 style=bowel");
   csd::sim::Simulator sim = simulator("fold,noise=2", csd::sim::Scenario::occlusion, 0.7);
   const auto surface = sim.on_surface(0, sim.detect(100));
@@ -155,7 +155,7 @@ GST_START_TEST(test_frames_and_truth_are_the_simulators) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_points_that_are_given) {
+GST_START_TEST(test_given_points) {
   Harness h("points=\"100.5,80;-20,10;320,240\" features=7");
   GstBuffer *buffer = h.pull();
   const Truth t = truth_of(buffer);
@@ -174,7 +174,7 @@ GST_START_TEST(test_points_that_are_given) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_size_rate_and_format_by_caps) {
+GST_START_TEST(test_caps_set_size_rate_and_format) {
   struct Case {
     const char *format;
     int width, height;
@@ -205,7 +205,7 @@ GST_START_TEST(test_size_rate_and_format_by_caps) {
     gst_buffer_unref(buffer);
     buffer = h.pull();
     fail_unless_equals_uint64(GST_BUFFER_PTS(buffer), gst_util_uint64_scale(GST_SECOND, 1001, 30000));
-    // Tissue, not one colour: what is converted is what was rendered.
+    // Tissue, not a flat colour: the converted frame equals the rendered one.
     GstVideoFrame frame;
     fail_unless(gst_video_frame_map(&frame, &info, buffer, GST_MAP_READ));
     int lowest = 255, highest = 0;
@@ -222,7 +222,7 @@ GST_START_TEST(test_size_rate_and_format_by_caps) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_interlaced_is_said) {
+GST_START_TEST(test_interlaced_output_is_flagged) {
   Harness h("effects=interlacing,heart-strong features=0");
   GstBuffer *buffer = h.pull();
   GstCaps *caps = gst_pad_get_current_caps(h.h->sinkpad);
@@ -238,7 +238,7 @@ GST_START_TEST(test_interlaced_is_said) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_what_is_wrong_is_said) {
+GST_START_TEST(test_errors_are_described) {
   const std::string effects = error_of("effects=\"tools=1,smok=1\"");
   fail_unless(effects.find("\"smok\"") != effects.npos && effects.find("smoke") != effects.npos, "%s", effects.c_str());
   const std::string strength = error_of("effects=tools=9");
@@ -256,7 +256,7 @@ GST_START_TEST(test_what_is_wrong_is_said) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_a_texture_that_names_other_files_is_no_picture) {
+GST_START_TEST(test_a_texture_that_refers_to_other_files_is_refused) {
   g_autofree gchar *folder = g_dir_make_tmp("csdsimsrc-XXXXXX", nullptr);
   for (const char *content :
        {"#EXTM3U\n#EXT-X-VERSION:3\n#EXT-X-TARGETDURATION:9\n#EXTINF:9,\nhttp://127.0.0.1:9/a.ts\n",
@@ -271,8 +271,8 @@ GST_START_TEST(test_a_texture_that_names_other_files_is_no_picture) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_a_texture_by_a_name_that_is_no_utf8) {
-  // A file without a picture: of one that isn't there filesrc says so itself, in what is no UTF-8.
+GST_START_TEST(test_a_texture_whose_name_is_not_utf8) {
+  // The file exists but holds no picture. For a missing file, filesrc itself posts a message that is not UTF-8.
   g_autofree gchar *folder = g_dir_make_tmp("csdsimsrc-XXXXXX", nullptr);
   g_autofree gchar *file = g_build_filename(folder, "\xe9.png", nullptr);
   fail_unless(g_file_set_contents(file, "picture", -1, nullptr));
@@ -338,8 +338,8 @@ GST_START_TEST(test_live_frames_come_at_their_time) {
   GstElement *sim = gst_bin_get_by_name(GST_BIN(pipeline), "sim");
   GstQuery *latency = gst_query_new_latency();
   fail_unless_equals_int(gst_element_set_state(pipeline, GST_STATE_PAUSED), GST_STATE_CHANGE_NO_PREROLL);
-  fail_if(gst_element_query(sim, latency), "the framerate is not known yet");
-  play_to_end(pipeline);  // the sink would warn of a source that can't wait for it
+  fail_if(gst_element_query(sim, latency), "the framerate isn't known yet");
+  play_to_end(pipeline);  // the sink would warn about a source with too little latency
   gboolean live = FALSE;
   GstClockTime least = 0, most = 0;
   fail_unless(gst_element_query(sim, latency));
@@ -348,7 +348,7 @@ GST_START_TEST(test_live_frames_come_at_their_time) {
   GstSample *sample = nullptr;
   g_object_get(sink, "last-sample", &sample, nullptr);
   const GstClockTime last = GST_BUFFER_PTS(gst_sample_get_buffer(sample));
-  // The clock has gone at least as far as the last frame says, and the first frame is not of before the scene was made.
+  // The clock has reached the last frame's time. The first frame is not from before the scene was made.
   GstClock *clock = gst_element_get_clock(pipeline);
   fail_unless(gst_clock_get_time(clock) - gst_element_get_base_time(pipeline) >= last);
   fail_unless(last > 250 * GST_MSECOND);
@@ -402,7 +402,7 @@ GST_START_TEST(test_csdtrack_starts_from_the_truth) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_csdtrack_says_that_there_is_no_truth) {
+GST_START_TEST(test_csdtrack_reports_missing_truth) {
   GstElement *pipeline = gst_parse_launch("videotestsrc num-buffers=3 ! csdtrack points=truth ! fakesink", nullptr);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   GstBus *bus = gst_element_get_bus(pipeline);
@@ -427,18 +427,18 @@ static Suite *csdsimsrc_suite() {
   Suite *s = suite_create("csdsimsrc");
   TCase *tc = tcase_create("general");
   suite_add_tcase(s, tc);
-  tcase_add_test(tc, test_frames_and_truth_are_the_simulators);
-  tcase_add_test(tc, test_points_that_are_given);
-  tcase_add_test(tc, test_size_rate_and_format_by_caps);
-  tcase_add_test(tc, test_interlaced_is_said);
-  tcase_add_test(tc, test_what_is_wrong_is_said);
-  tcase_add_test(tc, test_a_texture_that_names_other_files_is_no_picture);
-  tcase_add_test(tc, test_a_texture_by_a_name_that_is_no_utf8);
+  tcase_add_test(tc, test_frames_and_truth_equal_the_simulators);
+  tcase_add_test(tc, test_given_points);
+  tcase_add_test(tc, test_caps_set_size_rate_and_format);
+  tcase_add_test(tc, test_interlaced_output_is_flagged);
+  tcase_add_test(tc, test_errors_are_described);
+  tcase_add_test(tc, test_a_texture_that_refers_to_other_files_is_refused);
+  tcase_add_test(tc, test_a_texture_whose_name_is_not_utf8);
   tcase_add_test(tc, test_seek);
   tcase_add_test(tc, test_live_frames_come_at_their_time);
   tcase_add_test(tc, test_tracks_and_truth_on_one_frame);
   tcase_add_test(tc, test_csdtrack_starts_from_the_truth);
-  tcase_add_test(tc, test_csdtrack_says_that_there_is_no_truth);
+  tcase_add_test(tc, test_csdtrack_reports_missing_truth);
   return s;
 }
 

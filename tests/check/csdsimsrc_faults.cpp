@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Each allocation of csdsimsrc fails once, one after the other, then all from one on: it makes all its frames, or ends
-// the stream with an error that says why; and the same element makes the scene when there is memory again. The element
-// is linked in, as for csdtrack_faults.cpp.
+// Each allocation of csdsimsrc fails once, one after the other; then all from one on. Either all frames come out, or
+// the stream ends with an error that says why. Once there is memory again, the same element makes the scene. The
+// element is linked in, as in csdtrack_faults.cpp.
 //
-// CSDTRACK_FAULTS=N plants about N faults of each kind (10), spread over all there are (0: each of them).
-#include "planting.h"  // first: its OpenCV must come before check.h
+// CSDTRACK_FAULTS=N plants about N faults of each kind (10), evenly spread (0: all of them).
+#include "planting.h"  // first: its OpenCV must precede check.h
 
 #include <string>
 
@@ -17,10 +17,10 @@ constexpr int frames = 3;
 
 struct Outcome {
   int frames = 0, with_truth = 0;
-  std::string error;  ///< and its detail
+  std::string error;  ///< and its details
 };
 
-/// From READY to the stream's end, or its first error.
+/// From READY to the end of the stream, or to its first error.
 Outcome play(GstElement *pipeline, bool faulty) {
   Outcome outcome;
   GstElement *sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
@@ -78,7 +78,7 @@ void plant(Kind kind, bool last) {
     }
     fail_unless(outcome.error.starts_with("Out of memory"), "fault %ld: %s", n, outcome.error.c_str());
     const Outcome again = play(pipeline, false);
-    fail_unless(again.frames == frames && again.error.empty(), "not well again after fault %ld: %s", n,
+    fail_unless(again.frames == frames && again.error.empty(), "no recovery after fault %ld: %s", n,
                 again.error.c_str());
     return true;
   };
@@ -89,17 +89,17 @@ void plant(Kind kind, bool last) {
 
 }  // namespace
 
-GST_START_TEST(an_allocation_fails) {
+GST_START_TEST(a_single_allocation_fails) {
   plant(operator_new, false);
 }
 GST_END_TEST
 
-GST_START_TEST(memory_is_short) {
+GST_START_TEST(all_allocations_fail_from_one_on) {
   plant(operator_new, true);
 }
 GST_END_TEST
 
-GST_START_TEST(opencv_gets_no_memory) {
+GST_START_TEST(opencv_allocations_fail) {
   plant(opencv_allocation, false);
 }
 GST_END_TEST
@@ -109,11 +109,11 @@ static Suite *csdsimsrc_faults_suite() {
   let_opencv_fail();
   Suite *suite = suite_create("csdsimsrc_faults");
   TCase *tcase = tcase_create("general");
-  tcase_set_timeout(tcase, 0);  // meson's holds
+  tcase_set_timeout(tcase, 0);  // meson's applies
   suite_add_tcase(suite, tcase);
-  tcase_add_test(tcase, an_allocation_fails);
-  tcase_add_test(tcase, memory_is_short);
-  tcase_add_test(tcase, opencv_gets_no_memory);
+  tcase_add_test(tcase, a_single_allocation_fails);
+  tcase_add_test(tcase, all_allocations_fail_from_one_on);
+  tcase_add_test(tcase, opencv_allocations_fail);
   return suite;
 }
 

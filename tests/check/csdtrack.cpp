@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// States, points, and what makes csdtrack forget. Properties are in csdtrack_properties.cpp, output in
-// csdtrack_output.cpp.
+// States, points, and what makes csdtrack forget. csdtrack_properties.cpp tests properties, csdtrack_output.cpp output.
 #include "bus.h"
 #include "csdtrack_harness.h"
 
@@ -22,7 +21,7 @@ GST_START_TEST(states_go_up_and_down) {
 }
 GST_END_TEST
 
-GST_START_TEST(given_points_have_ids_in_order_and_outside_is_out) {
+GST_START_TEST(given_points_have_ids_in_order_and_one_outside_is_out) {
   GstHarness *h = harness("csdtrack algorithm=lk points=\"160,120;96.5,64;-5,10;1e6,1e6\"");
   const auto first = push(h, picture(320, 240, 0));
   fail_unless(first == (States{{0, "learning"}, {1, "learning"}, {2, "out"}, {3, "out"}}) ||
@@ -31,14 +30,14 @@ GST_START_TEST(given_points_have_ids_in_order_and_outside_is_out) {
 }
 GST_END_TEST
 
-GST_START_TEST(flush_size_and_stream_forget_and_format_does_not) {
+GST_START_TEST(flush_size_and_stream_reset_tracks_but_framerate_does_not) {
   GstHarness *h = harness("csdtrack algorithm=lk points=\"160,120\"");
   fail_unless(push(h, picture(320, 240, 0)).count(0) == 1);
-  // Another framerate: the same stream.
+  // Another framerate is the same stream.
   gst_harness_set_src_caps_str(h, "video/x-raw,format=GRAY8,width=320,height=240,framerate=30/1");
   const auto same = push(h, picture(320, 240, 1));
   fail_unless(same.size() == 1 && same.count(0) == 1 && same.at(0) != "ended");
-  // A flush: the old one ends, the same pixels begin again under the next id.
+  // After a flush the old feature ends. The same pixels begin again with the next id.
   gst_harness_push_event(h, gst_event_new_flush_start());
   gst_harness_push_event(h, gst_event_new_flush_stop(TRUE));
   GstSegment segment;
@@ -50,13 +49,13 @@ GST_START_TEST(flush_size_and_stream_forget_and_format_does_not) {
   gst_harness_set_src_caps_str(h, "video/x-raw,format=GRAY8,width=336,height=240,framerate=30/1");
   next = push(h, picture(336, 240, 3));
   fail_unless(next.size() == 2 && next.at(1) == "ended" && next.count(2) == 1);
-  // Another stream; the harness began with one of its own.
+  // Another stream; the harness started one of its own.
   gst_harness_push_event(h, gst_event_new_stream_start("another"));
   gst_harness_set_src_caps_str(h, "video/x-raw,format=GRAY8,width=336,height=240,framerate=30/1");
   gst_harness_push_event(h, gst_event_new_segment(&segment));
   next = push(h, picture(336, 240, 4));
   fail_unless(next.size() == 2 && next.at(2) == "ended" && next.count(3) == 1);
-  // The signal.
+  // The signal reset.
   GstElement *track = element(h);
   g_signal_emit_by_name(track, "reset");
   GstBuffer *out = gst_harness_push_and_pull(h, picture(336, 240, 5));
@@ -69,7 +68,7 @@ GST_START_TEST(flush_size_and_stream_forget_and_format_does_not) {
 }
 GST_END_TEST
 
-GST_START_TEST(points_are_added_and_removed_while_it_runs) {
+GST_START_TEST(points_are_added_and_removed_during_playback) {
   GstElement *track = gst_element_factory_make("csdtrack", nullptr);
   guint id = 7;
   g_signal_emit_by_name(track, "add-point", 10., 10., &id);  // in NULL
@@ -97,7 +96,7 @@ GST_START_TEST(points_are_added_and_removed_while_it_runs) {
 }
 GST_END_TEST
 
-GST_START_TEST(clicks_add_and_remove_points_where_that_is_wanted) {
+GST_START_TEST(clicks_add_and_remove_points_if_enabled) {
   GstHarness *h = harness("csdtrack max-features=0 algorithm=lk name=t");
   GstElement *track = element(h);
   int index = 0;
@@ -124,11 +123,11 @@ GST_START_TEST(clicks_add_and_remove_points_where_that_is_wanted) {
   gst_harness_push_upstream_event(h, gst_navigation_event_new_key_press("r", GST_NAVIGATION_MODIFIER_NONE));
   const auto reset = next();
   fail_unless_equals_string(reset.at(0).c_str(), "ended");
-  click(3, 190, 90);  // there is none
+  click(3, 190, 90);  // there is no point
   fail_unless(next().empty());
   click(1, NAN, 60);
   fail_unless(next().empty());
-  // Whoever is upstream hears of them, too.
+  // Elements upstream get the events, too.
   int heard = 0;
   while (GstEvent *event = gst_harness_try_pull_upstream_event(h)) {
     heard += GST_EVENT_TYPE(event) == GST_EVENT_NAVIGATION;
@@ -143,7 +142,7 @@ GST_END_TEST
 GST_START_TEST(no_frame_is_dropped_for_being_late) {
   GstHarness *h = harness("csdtrack algorithm=lk");
   gst_harness_push_upstream_event(h, gst_event_new_qos(GST_QOS_TYPE_UNDERFLOW, 2., GST_SECOND, GST_SECOND));
-  for (int i = 0; i < 10; ++i) push(h, picture(320, 240, i));  // all are due before the time that QoS asks for
+  for (int i = 0; i < 10; ++i) push(h, picture(320, 240, i));  // all are earlier than QoS asks for
   GstElement *track = element(h);
   GstStructure *stats = nullptr;
   g_object_get(track, "stats", &stats, nullptr);
@@ -159,7 +158,7 @@ GST_START_TEST(no_frame_is_dropped_for_being_late) {
 }
 GST_END_TEST
 
-GST_START_TEST(features_wait_past_the_budget_and_say_so) {
+GST_START_TEST(features_wait_past_the_budget_and_are_marked) {
   GstHarness *h = harness("csdtrack algorithm=csd frame-budget=1 points=\"80,80;160,120;240,160\"");
   guint waited = 0;
   for (int i = 0; i < 4; ++i) {
@@ -171,7 +170,7 @@ GST_START_TEST(features_wait_past_the_budget_and_say_so) {
       fail_unless(gst_csd_structure_get_feature(s, k, &f));
       ++(f.fresh ? fresh : waited);
     }
-    fail_unless_equals_int(fresh, i == 0 ? 3 : 1);  // a nanosecond is for one
+    fail_unless_equals_int(fresh, i == 0 ? 3 : 1);  // a nanosecond is enough for one
     gst_buffer_unref(out);
   }
   GstElement *track = element(h);
@@ -186,7 +185,7 @@ GST_START_TEST(features_wait_past_the_budget_and_say_so) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_segment_in_bytes_is_no_mistake) {
+GST_START_TEST(a_segment_in_bytes_is_accepted) {
   GstHarness *h = harness("csdtrack algorithm=lk points=\"160,120\"");
   GstSegment segment;
   gst_segment_init(&segment, GST_FORMAT_BYTES);
@@ -202,7 +201,7 @@ std::string in_views(const char *mode) {
   return std::string(gray_320) + ",views=2,multiview-mode=" + mode;
 }
 
-/// Two views of 320×240, each with a GstVideoMeta: the first one's picture has texture, the second one's is flat.
+/// Two views of 320×240, each with a GstVideoMeta. The first has texture, the second is flat.
 GstBuffer *separate_views(int index) {
   constexpr gsize bytes = 320 * 240;
   GstBuffer *views = picture(320, 240, index);
@@ -224,14 +223,14 @@ GstBuffer *separate_views(int index) {
 
 }  // namespace
 
-GST_START_TEST(views_that_come_frame_by_frame_are_not_followed_as_one) {
+GST_START_TEST(frame_by_frame_views_are_not_tracked_as_one) {
   for (const char *mode : {"frame-by-frame", "multiview-frame-by-frame"}) {
     GstHarness *h = harness("csdtrack points=\"160,120\"", in_views(mode).c_str());
     GstElement *track = element(h);
     GstBus *bus = gst_bus_new();
     gst_element_set_bus(track, bus);
     gst_util_set_object_arg(G_OBJECT(track), "on-error", "pass");
-    // A recorder goes on, without tracks.
+    // A recorder goes on without tracks.
     for (int i = 0; i < 4; ++i)
       for (const auto &[id, state] : push(h, picture(320, 240, i)))
         fail_unless(state != "learning" && state != "tracked", "%s: %u is %s", mode, id, state.c_str());
@@ -240,7 +239,7 @@ GST_START_TEST(views_that_come_frame_by_frame_are_not_followed_as_one) {
     gst_util_set_object_arg(G_OBJECT(track), "on-error", "error");
     fail_unless_equals_int(gst_harness_push(h, picture(320, 240, 4)), GST_FLOW_ERROR);
     fail_unless(said(bus, GST_MESSAGE_ERROR).find("give each view a stream and a csdtrack") != std::string::npos);
-    // Of another stream it sees one view, and goes on.
+    // A stream with one view is tracked.
     gst_harness_set_src_caps_str(h, in_views("left").c_str());
     fail_unless(push(h, picture(320, 240, 5)).at(0) == "learning");
     gst_element_set_bus(track, nullptr);
@@ -251,11 +250,11 @@ GST_START_TEST(views_that_come_frame_by_frame_are_not_followed_as_one) {
 }
 GST_END_TEST
 
-GST_START_TEST(views_in_one_picture_are_one_picture) {
+GST_START_TEST(views_in_one_picture_are_tracked_as_one_picture) {
   for (const char *mode : {"mono", "left", "right", "side-by-side", "top-bottom", "row-interleaved"}) {
     GstHarness *h = harness("csdtrack points=\"100,120;260,120\"", in_views(mode).c_str());
     for (int i = 0; i < 3; ++i) {
-      // A flag of the buffer says nothing that the caps don't.
+      // A buffer flag adds nothing to the caps.
       GstBuffer *in = picture(320, 240, i);
       GST_BUFFER_FLAG_SET(in, GST_VIDEO_BUFFER_FLAG_FIRST_IN_BUNDLE | GST_VIDEO_BUFFER_FLAG_MULTIPLE_VIEW);
       const States now = push(h, in);
@@ -266,7 +265,7 @@ GST_START_TEST(views_in_one_picture_are_one_picture) {
 }
 GST_END_TEST
 
-GST_START_TEST(of_separate_views_the_first_is_followed) {
+GST_START_TEST(tracks_the_first_of_separate_views) {
   GstHarness *h = harness("csdtrack", in_views("separated").c_str());
   guint n = 0;
   for (int i = 0; i < 3; ++i) n = static_cast<guint>(push(h, separate_views(i)).size());
@@ -280,16 +279,16 @@ static Suite *csdtrack_suite() {
   TCase *tc = tcase_create("element");
   suite_add_tcase(suite, tc);
   tcase_add_test(tc, states_go_up_and_down);
-  tcase_add_test(tc, given_points_have_ids_in_order_and_outside_is_out);
-  tcase_add_test(tc, flush_size_and_stream_forget_and_format_does_not);
-  tcase_add_test(tc, points_are_added_and_removed_while_it_runs);
-  tcase_add_test(tc, clicks_add_and_remove_points_where_that_is_wanted);
+  tcase_add_test(tc, given_points_have_ids_in_order_and_one_outside_is_out);
+  tcase_add_test(tc, flush_size_and_stream_reset_tracks_but_framerate_does_not);
+  tcase_add_test(tc, points_are_added_and_removed_during_playback);
+  tcase_add_test(tc, clicks_add_and_remove_points_if_enabled);
   tcase_add_test(tc, no_frame_is_dropped_for_being_late);
-  tcase_add_test(tc, features_wait_past_the_budget_and_say_so);
-  tcase_add_test(tc, a_segment_in_bytes_is_no_mistake);
-  tcase_add_test(tc, views_that_come_frame_by_frame_are_not_followed_as_one);
-  tcase_add_test(tc, views_in_one_picture_are_one_picture);
-  tcase_add_test(tc, of_separate_views_the_first_is_followed);
+  tcase_add_test(tc, features_wait_past_the_budget_and_are_marked);
+  tcase_add_test(tc, a_segment_in_bytes_is_accepted);
+  tcase_add_test(tc, frame_by_frame_views_are_not_tracked_as_one);
+  tcase_add_test(tc, views_in_one_picture_are_tracked_as_one_picture);
+  tcase_add_test(tc, tracks_the_first_of_separate_views);
   return suite;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// csdtrack attach-analytics=true: what GstAnalytics' own functions read of it. The element is linked in.
+// csdtrack attach-analytics=true, read back with GstAnalytics' own functions. The element is linked in.
 #include "output/analytics.h"
 
 #include <gst/analytics/analytics.h>
@@ -12,7 +12,7 @@
 
 #include "csdtrack.h"
 
-// After everything in C++: Check has a macro `fail`.
+// After all C++ headers: Check has a macro `fail`.
 #include "csdtrack_harness.h"
 
 namespace {
@@ -38,7 +38,7 @@ struct Tracked {
   std::vector<Point> points;
 };
 
-/// The key points that relate to the tracking `id`.
+/// The key points related to the tracking `id`.
 std::vector<Point> points_of([[maybe_unused]] GstAnalyticsRelationMeta *meta, [[maybe_unused]] guint id) {
   std::vector<Point> found;
 #ifdef CSDTRACK_KEYPOINTS
@@ -59,7 +59,7 @@ std::vector<Point> points_of([[maybe_unused]] GstAnalyticsRelationMeta *meta, [[
   return found;
 }
 
-/// What the buffer's relation meta says, by tracking id.
+/// The content of the buffer's relation meta, by tracking id.
 std::map<guint64, Tracked> read(GstBuffer *buffer) {
   std::map<guint64, Tracked> found;
   GstAnalyticsRelationMeta *meta = gst_buffer_get_analytics_relation_meta(buffer);
@@ -83,7 +83,7 @@ std::map<guint64, Tracked> read(GstBuffer *buffer) {
                   GST_ANALYTICS_REL_TYPE_RELATE_TO);
     }
     t.points = points_of(meta, tracking.id);
-    fail_unless(found.emplace(id, t).second, "an id twice");
+    fail_unless(found.emplace(id, t).second, "a duplicate id");
   }
   return found;
 }
@@ -91,7 +91,7 @@ std::map<guint64, Tracked> read(GstBuffer *buffer) {
 }  // namespace
 
 GST_START_TEST(each_feature_is_a_tracking_related_to_its_box) {
-  // Corners of squares, which lk can follow; the second's patch reaches beyond the left edge.
+  // Corners of squares, which lk can follow. The second point's patch reaches beyond the left edge.
   GstHarness *h = harness("csdtrack algorithm=lk attach-analytics=true points=\"160,112;8,96;-9,0\" patch-size=21");
   for (int i = 0; i < 3; ++i) {
     GstBuffer *out = gst_harness_push_and_pull(h, picture(320, 240, i));
@@ -116,7 +116,7 @@ GST_START_TEST(each_feature_is_a_tracking_related_to_its_box) {
 }
 GST_END_TEST
 
-GST_START_TEST(what_is_gone_was_last_seen_when_it_was) {
+GST_START_TEST(a_lost_feature_keeps_the_time_it_was_last_seen) {
   GstHarness *h = harness("csdtrack algorithm=lk attach-analytics=true points=\"160,112;96,96\"");
   GstElement *track = element(h);
   for (int i = 0; i < 4; ++i) {
@@ -137,7 +137,7 @@ GST_START_TEST(what_is_gone_was_last_seen_when_it_was) {
 }
 GST_END_TEST
 
-GST_START_TEST(what_others_attached_stays) {
+GST_START_TEST(other_elements_metadata_stays) {
   GstHarness *h =
       harness("csdtrack algorithm=lk attach-analytics=true points=\"40,40;80,40;120,40;160,40;200,40;240,40\"");
   GstBuffer *in = picture(320, 240, 0);
@@ -159,7 +159,7 @@ GST_START_TEST(what_others_attached_stays) {
 }
 GST_END_TEST
 
-GST_START_TEST(none_without_the_property_and_none_without_features) {
+GST_START_TEST(nothing_is_attached_without_the_property_or_without_features) {
   for (const char *line : {"csdtrack algorithm=lk points=\"160,120\"", "csdtrack algorithm=lk attach-analytics=true"}) {
     GstHarness *h = harness(line);
     GstBuffer *out = gst_harness_push_and_pull(h, picture(320, 240, 0, [](int, int) -> guint8 { return 0; }));
@@ -171,7 +171,7 @@ GST_START_TEST(none_without_the_property_and_none_without_features) {
 GST_END_TEST
 
 #ifdef CSDTRACK_KEYPOINTS
-GST_START_TEST(a_key_point_is_where_the_feature_is_or_is_thought_to_be) {
+GST_START_TEST(a_key_point_is_at_the_features_seen_or_predicted_place) {
   GstVideoInfo info;
   gst_video_info_set_format(&info, GST_VIDEO_FORMAT_GRAY8, 320, 240);
   GstVideoCropMeta crop{};
@@ -219,11 +219,11 @@ static Suite *csdtrack_analytics_suite() {
   TCase *tc = tcase_create("analytics");
   suite_add_tcase(suite, tc);
   tcase_add_test(tc, each_feature_is_a_tracking_related_to_its_box);
-  tcase_add_test(tc, what_is_gone_was_last_seen_when_it_was);
-  tcase_add_test(tc, what_others_attached_stays);
-  tcase_add_test(tc, none_without_the_property_and_none_without_features);
+  tcase_add_test(tc, a_lost_feature_keeps_the_time_it_was_last_seen);
+  tcase_add_test(tc, other_elements_metadata_stays);
+  tcase_add_test(tc, nothing_is_attached_without_the_property_or_without_features);
 #ifdef CSDTRACK_KEYPOINTS
-  tcase_add_test(tc, a_key_point_is_where_the_feature_is_or_is_thought_to_be);
+  tcase_add_test(tc, a_key_point_is_at_the_features_seen_or_predicted_place);
 #endif
   return suite;
 }

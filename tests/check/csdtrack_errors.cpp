@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What csdtrack does when something fails. The element is linked in, above an algorithm that fails on demand: it takes
-// the place of core/algorithms/make_algorithm.cpp.
+// csdtrack's errors. The element is linked with an algorithm that fails on demand, which replaces
+// core/algorithms/make_algorithm.cpp.
 #include <atomic>
 #include <cmath>
 #include <cstring>
@@ -13,7 +13,7 @@
 #include "csdtrackmeta.h"
 #include "track/algorithm.h"
 
-// After everything in C++: Check has a macro `fail`.
+// After all C++ headers: Check has a macro `fail`.
 #include <gst/check/gstcheck.h>
 #include <gst/check/gstharness.h>
 
@@ -22,7 +22,7 @@ namespace {
 enum class Trouble { none, opencv, memory, runtime, number, construction };
 std::atomic<Trouble> trouble = Trouble::none;
 
-/// Where it happens: one of the calls below, or csdtrack's own look at the pixels.
+/// Where the failure happens: in one of the calls below, or in csdtrack's own access to the pixels.
 enum class Stage { track, begin, finish, end, forget, statistics, pixels };
 std::atomic<Stage> stage = Stage::track;
 
@@ -42,7 +42,7 @@ void fail_as_asked(Stage here) {
   }
 }
 
-/// Sees every feature where it was, and none where the stream has jumped.
+/// Finds every feature where it was, and none after a jump.
 class Fragile : public csd::Algorithm {
  public:
   void track(const csd::FrameContext &context, std::vector<csd::Claim> &claims) override {
@@ -170,7 +170,7 @@ GST_START_TEST(an_exception_is_an_element_error) {
 }
 GST_END_TEST
 
-GST_START_TEST(on_error_pass_warns_once_and_frames_go_through_untouched) {
+GST_START_TEST(on_error_pass_warns_once_and_passes_frames_unchanged) {
   Bench b = bench_with("points", "100,100;200,100");
   gst_util_set_object_arg(G_OBJECT(b.track), "on-error", "pass");
   gst_util_set_object_arg(G_OBJECT(b.track), "overlay", "draw");
@@ -192,12 +192,13 @@ GST_START_TEST(on_error_pass_warns_once_and_frames_go_through_untouched) {
   fail_unless(warning != nullptr);
   GError *text = nullptr;
   gst_message_parse_warning(warning, &text, nullptr);
-  fail_unless(std::strstr(text->message, "on-error") == nullptr, "no advice to do what is done: %s", text->message);
+  fail_unless(std::strstr(text->message, "on-error") == nullptr, "advises a setting that is already set: %s",
+              text->message);
   g_error_free(text);
   gst_message_unref(warning);
   fail_unless_equals_int(count(b.bus, static_cast<GstMessageType>(GST_MESSAGE_WARNING | GST_MESSAGE_ERROR)), 0);
   trouble = Trouble::none;
-  fail_unless_equals_int(pushed(b, noise(320, 240, 4), "tracked"), 2);  // it goes on when it can
+  fail_unless_equals_int(pushed(b, noise(320, 240, 4), "tracked"), 2);  // it recovers
   GstStructure *stats = nullptr;
   g_object_get(b.track, "stats", &stats, nullptr);
   guint64 frames = 0, failed = 0;
@@ -237,7 +238,7 @@ GstPadProbeReturn trouble_ends(GstPad *, GstPadProbeInfo *info, gpointer) {
   return GST_PAD_PROBE_OK;
 }
 
-/// What a recorder writes with this element in its line: the encoded stream, each picture with its time.
+/// The output of a recorder with this element in its pipeline: the encoded stream, each picture with its time.
 std::string recorded(const std::string &element, int &warnings) {
   const std::string line = "videotestsrc num-buffers=" + std::to_string(recorded_frames) +
                            " pattern=smpte motion=hsweep ! video/x-raw,format=I420,width=160,height=120 ! " + element +
@@ -278,21 +279,21 @@ std::string recorded(const std::string &element, int &warnings) {
 
 }  // namespace
 
-/// What is recorded is the same to the bit, whichever stage of csdtrack fails for some frames.
-GST_START_TEST(a_recording_bears_any_stage_that_fails) {
+/// The recording is bit-exact, whichever stage of csdtrack fails for some frames.
+GST_START_TEST(a_recording_is_bit_exact_when_any_stage_fails) {
   GstElementFactory *x264 = gst_element_factory_find("x264enc");
   if (!x264) return;
   gst_object_unref(x264);
   int warnings = 0;
   const std::string plain = recorded("identity", warnings);
   fail_unless(plain.size() > 1000);
-  fail_unless(recorded("identity", warnings) == plain, "the encoder itself does not repeat");
+  fail_unless(recorded("identity", warnings) == plain, "the encoder itself is not deterministic");
   for (const Stage failing :
        {Stage::track, Stage::begin, Stage::finish, Stage::end, Stage::forget, Stage::statistics, Stage::pixels}) {
     stage = failing;
     const bool same = recorded("csdtrack on-error=pass attach-roi=true", warnings) == plain;
-    fail_unless(same, "another stream where stage %d fails", static_cast<int>(failing));
-    // Who reads the statistics gets none, and no frame is the worse for it.
+    fail_unless(same, "a different stream if stage %d fails", static_cast<int>(failing));
+    // Readers of the statistics get none, and no frame suffers.
     fail_unless_equals_int(warnings, failing == Stage::statistics ? 0 : 1);
   }
   stage = Stage::track;
@@ -313,7 +314,7 @@ GST_START_TEST(a_discontinuity_reaches_the_algorithm) {
   fail_unless(!claimed(2, true, 0));
   fail_unless(claimed(3, false, 500 * GST_MSECOND));
   fail_unless(!claimed(4, false, 1001 * GST_MSECOND));
-  fail_unless(!claimed(5, false, 500 * GST_MSECOND));  // back
+  fail_unless(!claimed(5, false, 500 * GST_MSECOND));  // backwards
   gst_harness_push_event(b.h, gst_event_new_flush_start());
   gst_harness_push_event(b.h, gst_event_new_flush_stop(TRUE));
   GstSegment segment;
@@ -321,7 +322,7 @@ GST_START_TEST(a_discontinuity_reaches_the_algorithm) {
   gst_harness_push_event(b.h, gst_event_new_segment(&segment));
   GstBuffer *anew = noise(320, 240, 0);
   GST_BUFFER_FLAG_SET(anew, GST_BUFFER_FLAG_DISCONT);
-  fail_unless_equals_int(pushed(b, anew, "learning"), 1);  // of another stream
+  fail_unless_equals_int(pushed(b, anew, "learning"), 1);  // of a new stream
   close(b);
 }
 GST_END_TEST
@@ -345,14 +346,14 @@ GST_START_TEST(an_exception_at_start_fails_the_state_change) {
 GST_END_TEST
 
 GST_START_TEST(a_frame_without_its_pixels) {
-  // Marked as a gap it is none's fault: features are lost, no more.
+  // A buffer marked as a gap is no error: features are lost, nothing more.
   Bench b = bench_with("points", "100,100");
   fail_unless_equals_int(pushed(b, noise(320, 240, 0)), 1);
   GstBuffer *gap = gst_buffer_new();
   GST_BUFFER_FLAG_SET(gap, GST_BUFFER_FLAG_GAP);
   fail_unless_equals_int(pushed(b, gap, "lost"), 1);
   fail_unless_equals_int(count(b.bus, static_cast<GstMessageType>(GST_MESSAGE_WARNING | GST_MESSAGE_ERROR)), 0);
-  // Half a frame is damaged.
+  // Half a frame is a damaged frame.
   gst_util_set_object_arg(G_OBJECT(b.track), "on-error", "pass");
   fail_unless_equals_int(pushed(b, noise(320, 120, 2), "lost"), 1);
   fail_unless_equals_int(count(b.bus, GST_MESSAGE_WARNING), 1);
@@ -419,8 +420,8 @@ static Suite *csdtrack_errors_suite() {
   TCase *tc = tcase_create("errors");
   suite_add_tcase(suite, tc);
   tcase_add_test(tc, an_exception_is_an_element_error);
-  tcase_add_test(tc, on_error_pass_warns_once_and_frames_go_through_untouched);
-  tcase_add_test(tc, a_recording_bears_any_stage_that_fails);
+  tcase_add_test(tc, on_error_pass_warns_once_and_passes_frames_unchanged);
+  tcase_add_test(tc, a_recording_is_bit_exact_when_any_stage_fails);
   tcase_add_test(tc, a_discontinuity_reaches_the_algorithm);
   tcase_add_test(tc, an_exception_at_start_fails_the_state_change);
   tcase_add_test(tc, a_frame_without_its_pixels);

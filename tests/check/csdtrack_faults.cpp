@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Each allocation of csdtrack and each start of a thread fails once, one after the other: every frame must come out as
-// it went in all the same, and tracking must go on. The element is linked in, so that faults.h's functions stand in for
-// the ones that its core and OpenCV call. GLib ends the process when it is out of memory, and isn't meddled with.
+// Each allocation of csdtrack and each start of a thread fails once, one after the other. Every frame must still come
+// out unchanged, and tracking must go on. The element is linked in, so that the functions in faults.h replace those
+// that its core and OpenCV call. GLib's allocations don't fail, since GLib ends the process then.
 //
-// CSDTRACK_FAULTS=N plants about N faults of each kind (10), spread over all there are (0: each of them).
-#include "planting.h"  // first: its OpenCV must come before check.h
+// CSDTRACK_FAULTS=N plants about N faults of each kind (10), evenly spread (0: all of them).
+#include "planting.h"  // first: its OpenCV must precede check.h
 
 #include <cstring>
 #include <string>
@@ -16,9 +16,9 @@
 namespace {
 
 constexpr int size = 128;
-constexpr int frames = 14;  // whose allocations may fail, but for the last
+constexpr int frames = 14;  // all but the last may have failing allocations
 
-/// Moves by a pixel a frame, so that there is something to do.
+/// Moves by a pixel a frame, so that there is something to track.
 GstBuffer *moving(int index) {
   GstBuffer *buffer = picture(size, size, index);
   GstMapInfo map;
@@ -34,10 +34,10 @@ struct Outcome {
   bool started = false;
   int warnings = 0, errors = 0;
   std::string said;   ///< by the last of them
-  guint claimed = 0;  ///< positions in the last frame, which is given all it wants
+  guint claimed = 0;  ///< positions in the last frame, in which nothing fails
 };
 
-/// What applications do between frames. None of it changes what is tracked.
+/// What applications do between frames. None of it changes the tracks.
 void talk_to(GstElement *track) {
   GstStructure *stats = nullptr;
   g_object_get(track, "stats", &stats, nullptr);
@@ -52,7 +52,7 @@ void talk_to(GstElement *track) {
                                     G_TYPE_DOUBLE, 5.0, "pointer_y", G_TYPE_DOUBLE, 5.0, nullptr)));
 }
 
-/// A whole life of the element. What fails is counted from the start of the threads to the frame before the last.
+/// A whole life of the element. Calls count, and may fail, from the start of the threads to the last frame but one.
 Outcome live(const char *algorithm) {
   auto *track =
       GST_ELEMENT(g_object_new(GST_TYPE_CSD_TRACK, "name", "csdtrack", "max-features", 4, "n-threads", 2, nullptr));
@@ -81,7 +81,7 @@ Outcome live(const char *algorithm) {
       counting = false;
       fail_unless_equals_int(flow, GST_FLOW_OK);
       GstBuffer *out = gst_harness_try_pull(h);
-      fail_unless(out != nullptr, "frame %d is gone", i);
+      fail_unless(out != nullptr, "frame %d is missing", i);
       fail_unless_equals_uint64(GST_BUFFER_PTS(out), GST_BUFFER_PTS(same));
       GstMapInfo map;
       gst_buffer_map(same, &map, GST_MAP_READ);
@@ -89,7 +89,7 @@ Outcome live(const char *algorithm) {
       gst_buffer_unmap(same, &map);
       GstCsdHeader header;
       const GstStructure *said = gst_buffer_get_csd_tracks(out, GST_CSD_TRACK_META_NAME, nullptr);
-      fail_unless(!said || gst_csd_structure_get_header(said, &header), "frame %d has half a meta", i);
+      fail_unless(!said || gst_csd_structure_get_header(said, &header), "frame %d has an incomplete meta", i);
       if (i + 1 == frames)
         for (const auto &[id, state] : states(out)) outcome.claimed += state == "tracked" || state == "learning";
       gst_buffer_unref(same);
@@ -126,12 +126,12 @@ void plant(const char *algorithm, Kind kind, bool last) {
   };
   const auto look = [&](long n, const Outcome &outcome) {
     fail_unless(outcome.warnings <= 1, "%s: %d warnings for fault %ld", algorithm, outcome.warnings, n);
-    // Only a start may be refused, and says so; a frame never.
+    // Only a start may fail, with an error; a frame never.
     fail_unless_equals_int(outcome.errors, outcome.started ? 0 : 1);
     fail_unless(kind == thread_start || outcome.said.empty() ||
                     outcome.said.find("Out of memory while tracking") != std::string::npos,
                 "%s: fault %ld is called \"%s\"", algorithm, n, outcome.said.c_str());
-    // What lk and csd-2012 lose they never find again: that is how they are.
+    // lk and csd-2012 never find lost features again, by design.
     fail_unless(!outcome.started || outcome.claimed > 0 || std::strcmp(algorithm, "csd") != 0,
                 "nothing is claimed after fault %ld", n);
     warned += outcome.warnings;
@@ -148,22 +148,22 @@ void plant(const char *algorithm, Kind kind, bool last) {
 
 constexpr const char *algorithms[] = {"csd", "csd-2012", "lk"};
 
-GST_START_TEST(an_allocation_fails) {
+GST_START_TEST(a_single_allocation_fails) {
   plant(algorithms[__i__], operator_new, false);
 }
 GST_END_TEST
 
-GST_START_TEST(memory_is_short) {
+GST_START_TEST(all_allocations_fail_from_one_on) {
   plant(algorithms[__i__], operator_new, true);
 }
 GST_END_TEST
 
-GST_START_TEST(opencv_gets_no_memory) {
+GST_START_TEST(opencv_allocations_fail) {
   plant(algorithms[__i__], opencv_allocation, false);
 }
 GST_END_TEST
 
-GST_START_TEST(a_thread_does_not_start) {
+GST_START_TEST(a_thread_fails_to_start) {
   plant("csd", thread_start, false);
   plant("csd", thread_start, true);
 }
@@ -174,12 +174,12 @@ static Suite *csdtrack_faults_suite() {
   let_opencv_fail();
   Suite *suite = suite_create("csdtrack_faults");
   TCase *tcase = tcase_create("general");
-  tcase_set_timeout(tcase, 0);  // meson's holds
+  tcase_set_timeout(tcase, 0);  // meson's applies
   suite_add_tcase(suite, tcase);
-  tcase_add_loop_test(tcase, an_allocation_fails, 0, G_N_ELEMENTS(algorithms));
-  tcase_add_loop_test(tcase, memory_is_short, 0, G_N_ELEMENTS(algorithms));
-  tcase_add_loop_test(tcase, opencv_gets_no_memory, 0, G_N_ELEMENTS(algorithms));
-  tcase_add_test(tcase, a_thread_does_not_start);
+  tcase_add_loop_test(tcase, a_single_allocation_fails, 0, G_N_ELEMENTS(algorithms));
+  tcase_add_loop_test(tcase, all_allocations_fail_from_one_on, 0, G_N_ELEMENTS(algorithms));
+  tcase_add_loop_test(tcase, opencv_allocations_fail, 0, G_N_ELEMENTS(algorithms));
+  tcase_add_test(tcase, a_thread_fails_to_start);
   return suite;
 }
 

@@ -15,7 +15,7 @@
 
 inline constexpr char gray_320[] = "video/x-raw,format=GRAY8,width=320,height=240,framerate=25/1";
 
-/// A picture with texture everywhere: squares of 16 pixels whose brightness is a hash of their place.
+/// A picture with texture everywhere: squares of 16 pixels, with a hash of their place as brightness.
 inline guint8 texture(int x, int y) {
   guint32 h = static_cast<guint32>(x / 16) * 2654435761u ^ static_cast<guint32>(y / 16) * 40503u;
   h ^= h >> 13;

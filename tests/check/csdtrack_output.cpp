@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What csdtrack hands on, element by harness: messages, metas, overlays, and pixels as they came.
+// csdtrack's output in a harness: messages, metas, overlays, and unchanged pixels.
 #include <atomic>
 #include <barrier>
 #include <thread>
@@ -22,7 +22,7 @@ int warnings(GstBus *bus) {
 
 }  // namespace
 
-GST_START_TEST(a_message_has_the_four_times_and_comes_on_change) {
+GST_START_TEST(a_message_has_four_times_and_is_posted_on_change) {
   GstHarness *h = harness("csdtrack algorithm=lk points=\"160,120\" training-time=0");
   GstElement *track = element(h);
   GstBus *bus = gst_bus_new();
@@ -47,8 +47,8 @@ GST_START_TEST(a_message_has_the_four_times_and_comes_on_change) {
   gst_message_unref(message);
   int more = 0;
   while ((message = gst_bus_pop_filtered(bus, GST_MESSAGE_ELEMENT))) more++, gst_message_unref(message);
-  fail_unless(more <= 1, "%d", more);  // learning → tracked at most: nothing else changes
-  // Every frame, at most one in 100 ms: at 200, 320 and 440 ms of these at 40 ms.
+  fail_unless(more <= 1, "%d", more);  // at most learning → tracked; nothing else changes
+  // Every frame, but at most one message in 100 ms. With frames 40 ms apart: at 200, 320 and 440 ms.
   g_object_set(track, "post-messages", 2, "message-interval", 100 * GST_MSECOND, nullptr);
   for (int i = 5; i < 12; ++i) push(h, picture(320, 240, i));
   std::string when;
@@ -65,7 +65,7 @@ GST_START_TEST(a_message_has_the_four_times_and_comes_on_change) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_change_that_the_interval_holds_back_is_posted_at_the_end) {
+GST_START_TEST(a_change_held_back_by_the_interval_is_posted_at_the_end) {
   for (const bool wanted : {true, false}) {
     GstHarness *h =
         harness("csdtrack algorithm=lk points=\"160,120;96,64\" training-time=0 message-interval=1000000000");
@@ -78,7 +78,7 @@ GST_START_TEST(a_change_that_the_interval_holds_back_is_posted_at_the_end) {
       push(h, picture(320, 240, i));
     }
     GstMessage *message = next();
-    fail_unless(message != nullptr);  // of the first frame
+    fail_unless(message != nullptr);  // from the first frame
     gst_message_unref(message);
     fail_unless(next() == nullptr);
     if (!wanted) gst_util_set_object_arg(G_OBJECT(track), "post-messages", "none");
@@ -109,8 +109,8 @@ GST_START_TEST(a_change_that_the_interval_holds_back_is_posted_at_the_end) {
 }
 GST_END_TEST
 
-// At the end that follows nothing is posted, and the first frame that follows waits for no interval of before.
-GST_START_TEST(a_flush_forgets_what_the_interval_holds_back) {
+// After the flush, EOS posts nothing, and the first frame doesn't wait for the earlier interval.
+GST_START_TEST(a_flush_drops_a_message_held_back_by_the_interval) {
   const bool frames = __i__ == 1;
   GstHarness *h = harness("csdtrack algorithm=lk points=\"160,120\" training-time=0 message-interval=1000000000");
   GstElement *track = element(h);
@@ -120,7 +120,7 @@ GST_START_TEST(a_flush_forgets_what_the_interval_holds_back) {
     if (i == 2) g_signal_emit_by_name(track, "reset");
     push(h, picture(320, 240, i));
   }
-  gst_bus_set_flushing(bus, TRUE);  // the message of the first frame; the third's waits
+  gst_bus_set_flushing(bus, TRUE);  // drops the first frame's message; the third's is held back
   gst_bus_set_flushing(bus, FALSE);
   gst_harness_push_event(h, gst_event_new_flush_start());
   gst_harness_push_event(h, gst_event_new_flush_stop(TRUE));
@@ -151,7 +151,7 @@ GST_START_TEST(the_end_of_a_stream_repeats_no_message) {
   GstElement *track = element(h);
   GstBus *bus = gst_bus_new();
   gst_element_set_bus(track, bus);
-  for (int i = 0; i < 10; ++i) push(h, picture(320, 240, i));  // what the interval held back is out by 120 ms
+  for (int i = 0; i < 10; ++i) push(h, picture(320, 240, i));  // what the interval held back is posted by 120 ms
   gst_bus_set_flushing(bus, TRUE);
   gst_bus_set_flushing(bus, FALSE);
   gst_harness_push_event(h, gst_event_new_eos());
@@ -169,8 +169,8 @@ GST_START_TEST(pixels_behind_a_tee_are_shared_not_copied) {
     for (int i = 0; i < 3; ++i) {
       GstBuffer *in = picture(320, 240, i);
       GstBuffer *before = gst_buffer_copy_deep(in);
-      GstBuffer *out = gst_harness_push_and_pull(h, gst_buffer_ref(in));  // we hold it too, as a tee's other branch
-      fail_unless(out != in);                                             // its metas are not ours to write
+      GstBuffer *out = gst_harness_push_and_pull(h, gst_buffer_ref(in));  // shared, as by a tee's other branch
+      fail_unless(out != in);                                             // its metas are shared
       fail_unless((gst_buffer_peek_memory(out, 0) == gst_buffer_peek_memory(in, 0)) == !draw);
       fail_unless(gst_buffer_get_csd_tracks(in, GST_CSD_TRACK_META_NAME, nullptr) == nullptr);
       fail_if(states(out).empty());
@@ -188,7 +188,7 @@ GST_START_TEST(pixels_behind_a_tee_are_shared_not_copied) {
 }
 GST_END_TEST
 
-GST_START_TEST(overlay_meta_leaves_pixels_and_warns_where_nobody_renders) {
+GST_START_TEST(overlay_meta_keeps_pixels_and_warns_if_nothing_renders) {
   for (const bool renders : {true, false}) {
     GstHarness *h = gst_harness_new_parse("csdtrack algorithm=lk overlay=meta points=\"160,120\"");
     GstElement *track = element(h);
@@ -204,7 +204,7 @@ GST_START_TEST(overlay_meta_leaves_pixels_and_warns_where_nobody_renders) {
       gst_buffer_unref(in);
       gst_buffer_unref(out);
     }
-    // The same wish, and a downstream that answers as before: nothing new to say.
+    // Set again, with downstream answering as before: no new warning.
     for (int i = 3; i < 9; ++i) {
       if (i % 2)
         gst_util_set_object_arg(G_OBJECT(track), "overlay", "meta");
@@ -221,7 +221,7 @@ GST_START_TEST(overlay_meta_leaves_pixels_and_warns_where_nobody_renders) {
 }
 GST_END_TEST
 
-GST_START_TEST(overlay_meta_that_is_set_while_the_caps_are_negotiated) {
+GST_START_TEST(overlay_meta_set_during_caps_negotiation) {
   for (const bool renders : {true, false}) {
     GstHarness *h = gst_harness_new_parse("csdtrack algorithm=lk points=\"160,120\"");
     GstElement *track = element(h);
@@ -232,7 +232,7 @@ GST_START_TEST(overlay_meta_that_is_set_while_the_caps_are_negotiated) {
     std::string attached;
     for (int i = 0; i < 6; ++i) {
       if (i == 2) {
-        // When downstream is asked for its caps, csdtrack has said already which it may send.
+        // By the time downstream gets the query, csdtrack has already offered its caps.
         gst_pad_add_probe(h->sinkpad, GST_PAD_PROBE_TYPE_QUERY_DOWNSTREAM, set_overlay_meta, track, nullptr);
         gst_harness_push_upstream_event(h, gst_event_new_reconfigure());
       }
@@ -250,7 +250,7 @@ GST_START_TEST(overlay_meta_that_is_set_while_the_caps_are_negotiated) {
 }
 GST_END_TEST
 
-GST_START_TEST(overlay_meta_that_is_set_from_another_thread_at_any_time) {
+GST_START_TEST(overlay_meta_set_from_another_thread_at_any_time) {
   GstHarness *h = gst_harness_new_parse("csdtrack algorithm=lk points=\"160,120\" post-messages=none");
   GstElement *track = element(h);
   GstBus *bus = gst_bus_new();
@@ -280,8 +280,8 @@ GST_START_TEST(overlay_meta_that_is_set_from_another_thread_at_any_time) {
 }
 GST_END_TEST
 
-// Which of them wins is nobody's business; the caps that follow must be those of the value that stays.
-GST_START_TEST(overlay_that_two_threads_set_leaves_caps_and_value_of_one_of_them) {
+// Either thread may win. The negotiated caps must match the final value.
+GST_START_TEST(overlay_set_by_two_threads_matches_the_negotiated_caps) {
   GstHarness *h = harness(__i__ ? "csdtrackdec" : "csdtrack algorithm=lk max-features=0 post-messages=none",
                           "video/x-raw,format=GRAY8,width=32,height=32,framerate=25/1");
   GstElement *track = element(h);
@@ -324,7 +324,7 @@ GST_START_TEST(overlay_that_two_threads_set_leaves_caps_and_value_of_one_of_them
 }
 GST_END_TEST
 
-GST_START_TEST(metas_of_others_stay) {
+GST_START_TEST(other_elements_metas_stay) {
   GstHarness *h = harness("csdtrack algorithm=lk attach-roi=true points=\"160,120;-9,0\" patch-size=21");
   GstBuffer *in = picture(320, 240, 0);
   gst_buffer_add_video_region_of_interest_meta(in, "face", 1, 2, 3, 4);
@@ -340,7 +340,7 @@ GST_START_TEST(metas_of_others_stay) {
     auto *roi = reinterpret_cast<GstVideoRegionOfInterestMeta *>(meta);
     theirs |= roi->roi_type == g_quark_from_string("face") && roi->x == 1 && roi->h == 4;
     if (roi->roi_type != g_quark_from_string("csdtrack")) continue;
-    ours = true;  // 21 pixels around 160,120: from 150,110 to 170,130
+    ours = true;  // of 21 pixels around 160,120: from 150,110 to 170,130
     fail_unless(roi->id == 0 && roi->x == 150 && roi->y == 110 && roi->w == 21 && roi->h == 21);
     gdouble x = 0;
     fail_unless(gst_structure_get_double(gst_video_region_of_interest_meta_get_param(roi, "csdtrack"), "x", &x));
@@ -356,16 +356,16 @@ static Suite *csdtrack_output_suite() {
   Suite *suite = suite_create("csdtrack_output");
   TCase *tc = tcase_create("output");
   suite_add_tcase(suite, tc);
-  tcase_add_test(tc, a_message_has_the_four_times_and_comes_on_change);
-  tcase_add_test(tc, a_change_that_the_interval_holds_back_is_posted_at_the_end);
-  tcase_add_loop_test(tc, a_flush_forgets_what_the_interval_holds_back, 0, 2);
+  tcase_add_test(tc, a_message_has_four_times_and_is_posted_on_change);
+  tcase_add_test(tc, a_change_held_back_by_the_interval_is_posted_at_the_end);
+  tcase_add_loop_test(tc, a_flush_drops_a_message_held_back_by_the_interval, 0, 2);
   tcase_add_test(tc, the_end_of_a_stream_repeats_no_message);
   tcase_add_test(tc, pixels_behind_a_tee_are_shared_not_copied);
-  tcase_add_test(tc, overlay_meta_leaves_pixels_and_warns_where_nobody_renders);
-  tcase_add_test(tc, overlay_meta_that_is_set_while_the_caps_are_negotiated);
-  tcase_add_test(tc, overlay_meta_that_is_set_from_another_thread_at_any_time);
-  tcase_add_loop_test(tc, overlay_that_two_threads_set_leaves_caps_and_value_of_one_of_them, 0, 2);
-  tcase_add_test(tc, metas_of_others_stay);
+  tcase_add_test(tc, overlay_meta_keeps_pixels_and_warns_if_nothing_renders);
+  tcase_add_test(tc, overlay_meta_set_during_caps_negotiation);
+  tcase_add_test(tc, overlay_meta_set_from_another_thread_at_any_time);
+  tcase_add_loop_test(tc, overlay_set_by_two_threads_matches_the_negotiated_caps, 0, 2);
+  tcase_add_test(tc, other_elements_metas_stay);
   return suite;
 }
 

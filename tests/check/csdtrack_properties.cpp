@@ -107,7 +107,7 @@ GST_START_TEST(properties_have_their_documented_defaults) {
 }
 GST_END_TEST
 
-GST_START_TEST(bad_points_are_shown_and_stop_null_to_ready) {
+GST_START_TEST(bad_points_are_quoted_and_fail_the_change_to_ready) {
   std::string many;
   for (int i = 0; i < 10001; ++i) many += "1,1;";
   const std::map<std::string, std::string> bad = {{"1,2;3", "\"3\" (point 2)"},
@@ -120,7 +120,7 @@ GST_START_TEST(bad_points_are_shown_and_stop_null_to_ready) {
                                                   {"truths", "\"truths\""},
                                                   {many, "(point 10001)"}};
   for (const auto &[points, shown] : bad) {
-    if (points == ";") continue;  // no points, with the semicolon that may end them
+    if (points == ";") continue;  // no points, with the optional final semicolon
     GstStateChangeReturn result;
     GstMessage *message = message_of(points.c_str(), &result);
     fail_unless_equals_int(result, GST_STATE_CHANGE_FAILURE);
@@ -138,7 +138,7 @@ GST_START_TEST(bad_points_are_shown_and_stop_null_to_ready) {
 }
 GST_END_TEST
 
-GST_START_TEST(points_and_region_are_arrays_too) {
+GST_START_TEST(points_and_region_also_exist_as_arrays) {
   const auto expect = [](const char *property, const char *text, const std::string &expected) {
     const bool points = std::strncmp(property, "points", 6) == 0;
     const std::string both = points ? pair_after(property, text, "points-array", "points")
@@ -180,7 +180,7 @@ GST_START_TEST(a_region_set_in_ready_is_checked_at_paused) {
   fail_unless_equals_int(gst_element_set_state(track, GST_STATE_PAUSED), GST_STATE_CHANGE_FAILURE);
   g_object_set(track, "region", "0,0,5,10", nullptr);
   fail_unless_equals_int(gst_element_set_state(track, GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
-  // From PAUSED on it stays as it is.
+  // From PAUSED on it doesn't change.
   g_object_set(track, "region", "rubbish", nullptr);
   gchar *region = nullptr;
   g_object_get(track, "region", &region, nullptr);
@@ -196,8 +196,8 @@ static Suite *csdtrack_properties_suite() {
   TCase *tc = tcase_create("properties");
   suite_add_tcase(suite, tc);
   tcase_add_test(tc, properties_have_their_documented_defaults);
-  tcase_add_test(tc, bad_points_are_shown_and_stop_null_to_ready);
-  tcase_add_test(tc, points_and_region_are_arrays_too);
+  tcase_add_test(tc, bad_points_are_quoted_and_fail_the_change_to_ready);
+  tcase_add_test(tc, points_and_region_also_exist_as_arrays);
   tcase_add_test(tc, an_array_of_another_shape_is_an_error);
   tcase_add_test(tc, a_region_set_in_ready_is_checked_at_paused);
   return suite;

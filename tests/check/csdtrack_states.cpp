@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Every format, size, layout of the memory, algorithm and overlay against everything that may happen to a stream: each
-// pair of values is in at least one case. Whatever comes, each frame comes out in order and untouched, and what is said
-// of it makes sense.
+// Combines every format, size, memory layout, algorithm and overlay with everything that can happen to a stream: each
+// pair of values is in at least one case. Each frame must come out in order and unchanged, with plausible metadata.
 //
-// CSDTRACK_SIZES=small leaves out what is slow under valgrind, =all has the largest frames, too.
+// CSDTRACK_SIZES=small leaves out what is slow under valgrind; =all adds the largest frames.
 #include <algorithm>
 #include <array>
 #include <functional>
@@ -14,7 +13,7 @@
 
 #include "frame_mapping.h"
 #include "scene.h"
-// After everything in C++: Check has a macro `fail`.
+// After all C++ headers: Check has a macro `fail`.
 #include "csdtrack_harness.h"
 
 namespace {
@@ -32,7 +31,7 @@ constexpr const char *overlays[] = {"none", "meta", "draw"};
 constexpr GstVideoInterlaceMode fields[] = {GST_VIDEO_INTERLACE_MODE_PROGRESSIVE, GST_VIDEO_INTERLACE_MODE_INTERLEAVED,
                                             GST_VIDEO_INTERLACE_MODE_MIXED};
 
-/// Squares with edges that every tracker finds, reddish as tissue is, in that format.
+/// Squares with edges that every tracker finds, reddish like tissue, in that format.
 scene::Buffer draw(const GstVideoInfo &info, unsigned padding) {
   const GstVideoInfo rgb =
       scene::info_of(GST_VIDEO_FORMAT_xRGB, info.width, info.height, GST_VIDEO_INFO_INTERLACE_MODE(&info));
@@ -50,7 +49,7 @@ scene::Buffer draw(const GstVideoInfo &info, unsigned padding) {
   return out;
 }
 
-/// A stream through one csdtrack, of which every frame is checked as it comes out.
+/// A stream through one csdtrack. Checks every frame that comes out.
 class Stream {
  public:
   Stream(const char *algorithm, const char *overlay) : drawn_(std::strcmp(overlay, "draw") == 0) {
@@ -73,7 +72,7 @@ class Stream {
     gst_harness_teardown(h_);
   }
 
-  /// From now on pictures are such.
+  /// Sets the pictures' format from now on.
   void caps(const GstVideoInfo &info, unsigned padding) {
     picture_ = draw(info, padding);
     pixels_.resize(gst_buffer_get_size(picture_.get()));
@@ -124,7 +123,7 @@ class Stream {
 
   void refused(GstFlowReturn why) { fail_unless_equals_int(gst_harness_push(h_, stamped(false)), why); }
 
-  /// One frame of which a rectangle alone is to be seen.
+  /// A frame of which only a rectangle is visible.
   void cropped(int x, int y, Size size) {
     const Size whole = std::exchange(seen_, size);
     frames(1, [=](GstBuffer *buffer) {
@@ -141,7 +140,7 @@ class Stream {
   GstHarness *harness() { return h_; }
 
  private:
-  /// `shared`: somebody else holds the pixels, too.
+  /// `shared`: something else holds the pixels, too.
   GstBuffer *stamped(bool shared) {
     GstBuffer *buffer = shared ? gst_buffer_copy(picture_.get()) : gst_buffer_copy_deep(picture_.get());
     GST_BUFFER_PTS(buffer) = time_;
@@ -162,7 +161,7 @@ class Stream {
     fail_unless_equals_uint64(GST_BUFFER_PTS(out), pts);
     fail_unless_equals_uint64(frame_number(out), frame_++);
     fail_unless(same_pixels(out) || drawn_, "pixels have changed");
-    fail_unless(same_pixels(picture_.get()), "pixels that somebody else holds have changed");
+    fail_unless(same_pixels(picture_.get()), "shared pixels have changed");
     check(gst_buffer_get_csd_tracks(out, GST_CSD_TRACK_META_NAME, nullptr));
     gst_buffer_unref(out);
   }
@@ -177,12 +176,12 @@ class Stream {
     fail_unless(tracks != nullptr && gst_csd_structure_get_header(tracks, &header));
     fail_unless_equals_int(header.width, seen_.width);
     fail_unless_equals_int(header.height, seen_.height);
-    fail_unless(header.n_features > 0 || seen_.width < 300, "nothing is tracked where there is much to see");
+    fail_unless(header.n_features > 0 || seen_.width < 300, "nothing is tracked in a rich picture");
     std::set<guint> ids;
     for (guint i = 0; i < header.n_features; ++i) {
       GstCsdFeature f;
       fail_unless(gst_csd_structure_get_feature(tracks, i, &f));
-      fail_unless(ids.insert(f.id).second, "id %u is there twice", f.id);
+      fail_unless(ids.insert(f.id).second, "id %u is duplicated", f.id);
       fail_unless(known.count(f.state) == 1, "state %s", f.state);
       fail_unless(std::isfinite(f.x) && std::isfinite(f.y) && f.confidence >= 0 && f.confidence <= 1);
       if (std::strcmp(f.state, "tracked") != 0 && std::strcmp(f.state, "learning") != 0) continue;
@@ -196,14 +195,14 @@ class Stream {
   GstElement *track_ = nullptr;
   GstBus *bus_ = nullptr;
   scene::Buffer picture_;
-  std::vector<guint8> pixels_;  ///< of the picture
+  std::vector<guint8> pixels_;  ///< the picture's
   GstVideoInfo info_ = {};
-  Size seen_ = {};  ///< what frames show
+  Size seen_ = {};  ///< the visible size
   GstClockTime time_ = 0;
   guint64 frame_ = 0;
 };
 
-/// What happens between two runs of frames.
+/// What happens between two series of frames.
 struct Event {
   const char *name;
   void (*happen)(Stream &);
@@ -240,7 +239,7 @@ const Event events[] = {
                              GST_VIDEO_INFO_INTERLACE_MODE(&now)),
               0);
      }},
-    {"end and again",
+    {"end and restart",
      [](Stream &s) {
        s.send(gst_event_new_eos());
        s.refused(GST_FLOW_EOS);
@@ -284,7 +283,7 @@ const Event events[] = {
 enum Factor { format, size, padding, algorithm, overlay, field, event, factors };
 using Case = std::array<std::size_t, factors>;
 
-/// Cases in which each pair of values of two factors is met: greedy, each begins with a pair that is still missing.
+/// Cases that cover each pair of values of any two factors. Greedy: each case begins with a pair not covered yet.
 std::vector<Case> pairwise(const Case &counts) {
   std::set<std::array<std::size_t, 4>> missing;
   for (std::size_t a = 0; a < factors; ++a)
@@ -342,7 +341,7 @@ void run(const Case &c) {
 
 }  // namespace
 
-GST_START_TEST(each_pair_is_there) {
+GST_START_TEST(each_pair_is_covered) {
   const Case counts = {4, 3, 2, 2, 3, 2, 5};
   const auto all = pairwise(counts);
   for (std::size_t a = 0; a < factors; ++a)
@@ -354,8 +353,8 @@ GST_START_TEST(each_pair_is_there) {
 }
 GST_END_TEST
 
-// Eight parts, so that one that fails names the others as fine.
-GST_START_TEST(whatever_happens_frames_come_out) {
+// Eight parts, so that a failure doesn't hide the other parts' results.
+GST_START_TEST(every_frame_comes_out_in_every_case) {
   const auto all = cases();
   for (std::size_t i = static_cast<std::size_t>(__i__); i < all.size(); i += 8) run(all[i]);
 }
@@ -364,10 +363,10 @@ GST_END_TEST
 static Suite *csdtrack_states_suite() {
   Suite *suite = suite_create("csdtrack_states");
   TCase *tcase = tcase_create("states");
-  tcase_set_timeout(tcase, 0);  // meson's holds
+  tcase_set_timeout(tcase, 0);  // meson's applies
   suite_add_tcase(suite, tcase);
-  tcase_add_test(tcase, each_pair_is_there);
-  tcase_add_loop_test(tcase, whatever_happens_frames_come_out, 0, 8);
+  tcase_add_test(tcase, each_pair_is_covered);
+  tcase_add_loop_test(tcase, every_frame_comes_out_in_every_case, 0, 8);
   return suite;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// csdtrack while others talk to it: properties, signals, stats and states from two to four threads as frames flow. What
-// is asserted is little: the tsan set-up looks on.
+// csdtrack during access from other threads: properties, signals, stats and states from two to four threads while
+// frames flow. Asserts little: the tsan set-up watches.
 //
-// CSDTRACK_OPERATIONS=N: so many are made by four threads at full speed (2000).
+// CSDTRACK_OPERATIONS=N: the number of operations of four threads at full speed (2000).
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -24,7 +24,7 @@ guint64 stat(GstElement *track, const char *name) {
   return value;
 }
 
-/// Everything that may be done to a running csdtrack from outside, once.
+/// Does everything once that can be done to a running csdtrack from outside.
 void talk(GstElement *track, unsigned round, bool reset) {
   guint id = 0;
   g_signal_emit_by_name(track, "add-point", 40. + round % 200, 60. + round % 100, &id);
@@ -41,14 +41,14 @@ void talk(GstElement *track, unsigned round, bool reset) {
 
 using Clock = std::chrono::steady_clock;
 
-/// Sleeps three times as long as the turn took that began at `start`. Learners have a lower priority than the three
-/// threads that take turns. Under TSan and on one processor a sleep of a fixed length left them none of it: no feature
-/// was ever learnt, and the test went on until its timeout. Half a millisecond at least, else frames hardly get a turn.
+/// Sleeps three times as long as the turn that began at `start`. Learners have a lower priority than the three threads
+/// that take turns. With a fixed sleep, under TSan and on one processor, learners got no time: no feature was ever
+/// learnt, and the test ran into its timeout. It sleeps half a millisecond at least, or frames would hardly get a turn.
 void leave_time_to_learners(Clock::time_point start) {
   std::this_thread::sleep_for(std::max<Clock::duration>(std::chrono::microseconds(500), 3 * (Clock::now() - start)));
 }
 
-/// Until `learned` features have been learnt; then for a hundred rounds more, in which it is reset, too.
+/// Until `learned` features have been learnt. Then a hundred rounds more, which include resets.
 void frames_flow_while_two_threads_talk(const char *launch, guint64 learned) {
   GstHarness *h = harness(launch);
   GstBus *bus = gst_bus_new();
@@ -91,18 +91,18 @@ void frames_flow_while_two_threads_talk(const char *launch, guint64 learned) {
 
 }  // namespace
 
-GST_START_TEST(lk_is_talked_to) {
+GST_START_TEST(lk_with_access_from_other_threads) {
   frames_flow_while_two_threads_talk("csdtrack algorithm=lk", 0);
 }
 GST_END_TEST
 
-GST_START_TEST(csd_2012_is_talked_to_as_it_learns) {
+GST_START_TEST(csd_2012_with_access_while_it_learns) {
   frames_flow_while_two_threads_talk("csdtrack algorithm=csd-2012 max-features=6 n-threads=2 training-time=200000000",
                                      4);
 }
 GST_END_TEST
 
-GST_START_TEST(states_change_while_another_thread_talks) {
+GST_START_TEST(states_change_while_another_thread_accesses_it) {
   GstElement *pipeline = gst_parse_launch(
       "videotestsrc pattern=ball ! video/x-raw,format=GRAY8,width=320,height=240 ! csdtrack name=t max-features=4 ! "
       "fakesink",
@@ -130,7 +130,7 @@ GST_END_TEST
 
 namespace {
 
-/// A pipeline from a test picture to nowhere, with `track` in it.
+/// A pipeline from a test picture to a fakesink, with `track` in it.
 GstElement *pipeline_of(const std::string &track, int buffers = -1) {
   const std::string launch = "videotestsrc pattern=ball num-buffers=" + std::to_string(buffers) +
                              " ! video/x-raw,format=GRAY8,width=160,height=120 ! " + track + " ! fakesink";
@@ -151,8 +151,7 @@ void change_state(GstElement *pipeline, unsigned round) {
   settle(pipeline);
   if (wanted != GST_STATE_PLAYING) return;
   gst_element_seek_simple(pipeline, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH, static_cast<gint64>(round % 9 * GST_SECOND));
-  // A pipeline that is stopped before a seek's segment is through may post an error of its source; one of identity
-  // does.
+  // If a pipeline stops before a seek's segment has finished, its source may post an error; identity's does.
   settle(pipeline);
 }
 
@@ -228,7 +227,7 @@ GST_START_TEST(four_threads_at_full_speed) {
 }
 GST_END_TEST
 
-/// To the end of the stream; no frame is missing.
+/// Plays to the end of the stream; no frame may be missing.
 static void plays_to_its_end(GstElement *pipeline, int elements, guint64 frames) {
   fail_unless(gst_element_set_state(pipeline, GST_STATE_PLAYING) != GST_STATE_CHANGE_FAILURE);
   GstBus *bus = gst_element_get_bus(pipeline);
@@ -268,11 +267,11 @@ GST_END_TEST
 static Suite *csdtrack_threads_suite() {
   Suite *suite = suite_create("csdtrack_threads");
   TCase *tc = tcase_create("threads");
-  tcase_set_timeout(tc, 0);  // meson's holds
+  tcase_set_timeout(tc, 0);  // meson's applies
   suite_add_tcase(suite, tc);
-  tcase_add_test(tc, lk_is_talked_to);
-  tcase_add_test(tc, csd_2012_is_talked_to_as_it_learns);
-  tcase_add_test(tc, states_change_while_another_thread_talks);
+  tcase_add_test(tc, lk_with_access_from_other_threads);
+  tcase_add_test(tc, csd_2012_with_access_while_it_learns);
+  tcase_add_test(tc, states_change_while_another_thread_accesses_it);
   tcase_add_loop_test(tc, four_threads_at_full_speed, 0, 4);
   tcase_add_test(tc, eight_elements_in_a_process);
   tcase_add_loop_test(tc, any_number_of_threads, 1, 17);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
-// csdtrackdec with a file: the same tracks on the same frames, and nothing that a file may hold does harm.
+// csdtrackdec with a file: the same tracks come back on the same frames, and no content of a file does harm.
 #include "csdtrackdec_harness.h"
 
 #include <sys/stat.h>
@@ -29,7 +29,7 @@ GST_START_TEST(a_recording_comes_back_byte_for_byte) {
     const std::string size = "video/x-raw,width=320,height=240,framerate=30000/1001", as = std::string(" role=") + role;
     play_to_end("csdsimsrc num-buffers=40 ! " + size + " ! csdtrack algorithm=lk ! csdtrackenc" + as +
                 " ! filesink location=" + first);
-    // Of another source, so that nothing but the file can tell it.
+    // From another source, so that the tracks can only come from the file.
     play_to_end("videotestsrc num-buffers=40 ! " + size + ",format=NV12 ! csdtrackdec location=" + first +
                 " ! csdtrackenc" + as + " ! filesink location=" + second);
     const std::string lines = read_file(first);
@@ -50,7 +50,7 @@ GST_START_TEST(positions_are_scaled_with_the_picture) {
       {"width=64,height=48", 0, 10.25, 20},
       {"width=128,height=96", 0, 21, 40.5},    // (10.25 + ½)·2 − ½, (20 + ½)·2 − ½
       {"width=32,height=24", 0, 4.875, 9.75},  // (10.25 + ½)/2 − ½, (20 + ½)/2 − ½
-      {"width=128,height=97", -1, 0, 0},       // another aspect
+      {"width=128,height=97", -1, 0, 0},       // another aspect ratio
       {"width=128,height=48", -1, 0, 0},
   };
   for (const auto &c : cases) {
@@ -75,7 +75,7 @@ GST_START_TEST(positions_are_scaled_with_the_picture) {
 }
 GST_END_TEST
 
-GST_START_TEST(with_a_crop_rectangle_the_picture_is_that) {
+GST_START_TEST(a_crop_rectangle_counts_as_the_picture) {
   Harness harness(write_file("crop.jsonl", line(0) + "\n"),
                   "video/x-raw,format=GRAY8,width=128,height=96,framerate=25/1");
   GstBuffer *in = gst_buffer_new_allocate(nullptr, 128 * 96, nullptr);
@@ -91,7 +91,7 @@ GST_START_TEST(with_a_crop_rectangle_the_picture_is_that) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_frame_gets_the_line_that_is_nearest_within_half_a_frame) {
+GST_START_TEST(a_frame_gets_the_nearest_line_within_half_a_frame) {
   // At 0, 40, 80, 200 and 200 ms.
   const std::string path =
       write_file("near.jsonl", lines(0, 3) + line(3, 200 * GST_MSECOND) + "\n" + line(4, 200 * GST_MSECOND) + "\n");
@@ -122,13 +122,13 @@ GST_START_TEST(a_frame_gets_the_line_that_is_nearest_within_half_a_frame) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_frame_without_a_duration_lasts_as_long_as_the_caps_say) {
+GST_START_TEST(a_frame_without_a_duration_lasts_as_the_caps_say) {
   const std::string path = write_file("rate.jsonl", lines(0, 1));
   const struct {
     const char *framerate;
     unsigned ms;
     int number;
-  } cases[] = {{"10/1", 50, 0}, {"10/1", 51, -1}, {"0/1", 20, 0}, {"0/1", 21, -1}};  // 0/1: as of 25 frames a second
+  } cases[] = {{"10/1", 50, 0}, {"10/1", 51, -1}, {"0/1", 20, 0}, {"0/1", 21, -1}};  // 0/1: as at 25 frames a second
   for (const auto &c : cases) {
     Harness harness(path,
                     (std::string("video/x-raw,format=GRAY8,width=64,height=48,framerate=") + c.framerate).c_str());
@@ -137,9 +137,9 @@ GST_START_TEST(a_frame_without_a_duration_lasts_as_long_as_the_caps_say) {
 }
 GST_END_TEST
 
-GST_START_TEST(stream_time_counts) {
+GST_START_TEST(lines_match_by_stream_time) {
   Harness harness(write_file("stream.jsonl", lines(0, 200)));
-  // Timestamps begin at 100 s where the stream is at 4 s.
+  // Timestamps begin at 100 s, at a stream time of 4 s.
   GstSegment segment;
   gst_segment_init(&segment, GST_FORMAT_TIME);
   segment.start = 100 * GST_SECOND;
@@ -161,7 +161,7 @@ GST_START_TEST(ts_offset_is_added_to_the_time_of_the_lines) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_frame_that_a_seek_has_cut_into_is_known_by_its_end) {
+GST_START_TEST(a_frame_cut_by_a_seek_is_matched_by_its_end) {
   const std::string path = write_file("cut.jsonl", lines(0, 200));
   for (const GstClockTime cut : {5 * GST_MSECOND, 35 * GST_MSECOND}) {
     const GstClockTime start = 100 * frame_time + cut;
@@ -173,8 +173,8 @@ GST_START_TEST(a_frame_that_a_seek_has_cut_into_is_known_by_its_end) {
 }
 GST_END_TEST
 
-GST_START_TEST(it_follows_seeks) {
-  // 2.7 MB, so that a place is looked for by bisection; every tenth line belongs to no frame.
+GST_START_TEST(follows_seeks) {
+  // 2.7 MB, so that it searches by bisection. Every tenth line belongs to no frame.
   std::string content = "\xef\xbb\xbf";
   for (guint64 n = 0; n < 10000; ++n) {
     if (n % 10 == 9)
@@ -193,14 +193,14 @@ GST_START_TEST(it_follows_seeks) {
     new_segment(harness.h, from * frame_time);
     for (guint64 n = from; n < from + 12; ++n) check(n);
   }
-  // Without a flush, too: a decoder's gap, a segment that plays again.
+  // Without a flush, too: a decoder's gap, or a segment that plays again.
   new_segment(harness.h, 0);
   for (guint64 n : {6000, 6001, 6100, 9000, 100, 99, 101, 102}) check(n);
   fail_unless(harness.said(GST_MESSAGE_ERROR) == "");
 }
 GST_END_TEST
 
-GST_START_TEST(a_torn_last_line_is_left_out_until_it_is_whole) {
+GST_START_TEST(a_torn_last_line_is_skipped_until_it_is_whole) {
   const std::string path = write_file("torn.jsonl", line(0) + "\n" + line(1).substr(0, 100));
   Harness harness(path);
   fail_unless_equals_int(harness.push(0 * frame_time), 0);
@@ -227,16 +227,16 @@ GST_START_TEST(a_line_without_tracks_and_one_without_features) {
 }
 GST_END_TEST
 
-GST_START_TEST(no_frame_waits_until_megabytes_without_a_time_are_read) {
+GST_START_TEST(no_frame_waits_for_megabytes_without_a_time) {
   Harness harness(write_file("blank.jsonl", line(0) + "\n" + std::string(9 << 20, '\n') + lines(1, 6)));
   std::string numbers;
   for (guint64 n = 0; n < 6; ++n) numbers += std::to_string(harness.push(n * frame_time)) + " ";
-  // 4 MiB for each of two frames, and the third finds its line behind the rest.
+  // 4 MiB are read for each of two frames. The third finds its line behind the rest.
   fail_unless_equals_string(numbers.c_str(), "0 -1 -1 3 4 5 ");
 }
 GST_END_TEST
 
-GST_START_TEST(what_is_no_track_is_refused_with_line_and_reason) {
+GST_START_TEST(invalid_lines_are_refused_with_their_number_and_a_reason) {
   const auto with = [](const char *from, const char *to) {
     std::string bad = line(1);
     return lines(0, 1) + bad.replace(bad.find(from), strlen(from), to) + "\n";
@@ -281,7 +281,7 @@ GST_START_TEST(what_is_no_track_is_refused_with_line_and_reason) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_file_that_cant_be_read_is_refused_in_ready) {
+GST_START_TEST(an_unreadable_file_is_refused_in_ready) {
   const std::string pipe = temporary("pipe");
   fail_unless(mkfifo(pipe.c_str(), 0600) == 0);
   const struct {
@@ -317,7 +317,7 @@ GST_START_TEST(a_file_that_cant_be_read_is_refused_in_ready) {
 }
 GST_END_TEST
 
-GST_START_TEST(pixels_are_touched_by_overlay_draw_alone) {
+GST_START_TEST(only_overlay_draw_changes_pixels) {
   const std::string path = write_file("overlay.jsonl", lines(0, 3));
   for (const char *overlay : {"none", "meta", "draw"}) {
     const bool draw = std::string(overlay) == "draw", meta = std::string(overlay) == "meta";
@@ -328,7 +328,7 @@ GST_START_TEST(pixels_are_touched_by_overlay_draw_alone) {
       const bool tracked = i < 3;
       GstBuffer *in = frame_at(i * frame_time);
       GstMemory *memory = gst_buffer_peek_memory(in, 0);
-      gst_buffer_ref(in);  // as a tee's other branch does
+      gst_buffer_ref(in);  // as in a tee's other branch
       GstBuffer *out = gst_harness_push_and_pull(harness.h, in);
       fail_unless_equals_int(number_on(out), tracked ? i : -1);
       fail_unless_equals_int(number_on(in), -1);
@@ -341,7 +341,7 @@ GST_START_TEST(pixels_are_touched_by_overlay_draw_alone) {
       gst_buffer_unref(in);
       gst_buffer_unref(out);
     }
-    GstBuffer *in = frame_at(GST_CLOCK_TIME_NONE);  // nobody else's: it is the same buffer that goes on
+    GstBuffer *in = frame_at(GST_CLOCK_TIME_NONE);  // not shared: the same buffer comes out
     GstBuffer *out = gst_harness_push_and_pull(harness.h, in);
     fail_unless(out == in);
     gst_buffer_unref(out);
@@ -350,7 +350,7 @@ GST_START_TEST(pixels_are_touched_by_overlay_draw_alone) {
 }
 GST_END_TEST
 
-GST_START_TEST(metas_of_others_stay) {
+GST_START_TEST(other_elements_metas_stay) {
   Harness harness(write_file("others.jsonl", line(5, 0) + "\n"));
   GstBuffer *in = frame_at(0);
   attach(in, "live", 1, 64, 48, 1, 2);
@@ -362,10 +362,10 @@ GST_START_TEST(metas_of_others_stay) {
 }
 GST_END_TEST
 
-GST_START_TEST(location_is_taken_over_in_ready_and_its_lack_is_said_once) {
+GST_START_TEST(location_is_read_in_ready_and_its_absence_is_reported_once) {
   const std::string path = write_file("late.jsonl", lines(0, 9));
   Harness harness;
-  g_object_set(harness.element, "location", path.c_str(), nullptr);  // PLAYING: it stays as it was
+  g_object_set(harness.element, "location", path.c_str(), nullptr);  // in PLAYING it doesn't change
   for (int i = 0; i < 3; ++i) fail_unless_equals_int(harness.push(i * frame_time), -1);
   assert_holds(harness.said(GST_MESSAGE_WARNING), "There are no tracks to put on the frames. Set location");
   fail_unless(harness.said(GST_MESSAGE_WARNING) == "");
@@ -386,21 +386,21 @@ static Suite *csdtrackdec_suite() {
   gst_object_unref(gst_plugin_load_by_name("csdtrack"));
   tcase_add_test(tc, a_recording_comes_back_byte_for_byte);
   tcase_add_test(tc, positions_are_scaled_with_the_picture);
-  tcase_add_test(tc, with_a_crop_rectangle_the_picture_is_that);
-  tcase_add_test(tc, a_frame_gets_the_line_that_is_nearest_within_half_a_frame);
-  tcase_add_test(tc, a_frame_without_a_duration_lasts_as_long_as_the_caps_say);
-  tcase_add_test(tc, stream_time_counts);
+  tcase_add_test(tc, a_crop_rectangle_counts_as_the_picture);
+  tcase_add_test(tc, a_frame_gets_the_nearest_line_within_half_a_frame);
+  tcase_add_test(tc, a_frame_without_a_duration_lasts_as_the_caps_say);
+  tcase_add_test(tc, lines_match_by_stream_time);
   tcase_add_test(tc, ts_offset_is_added_to_the_time_of_the_lines);
-  tcase_add_test(tc, a_frame_that_a_seek_has_cut_into_is_known_by_its_end);
-  tcase_add_test(tc, it_follows_seeks);
-  tcase_add_test(tc, a_torn_last_line_is_left_out_until_it_is_whole);
+  tcase_add_test(tc, a_frame_cut_by_a_seek_is_matched_by_its_end);
+  tcase_add_test(tc, follows_seeks);
+  tcase_add_test(tc, a_torn_last_line_is_skipped_until_it_is_whole);
   tcase_add_test(tc, a_line_without_tracks_and_one_without_features);
-  tcase_add_test(tc, no_frame_waits_until_megabytes_without_a_time_are_read);
-  tcase_add_test(tc, what_is_no_track_is_refused_with_line_and_reason);
-  tcase_add_test(tc, a_file_that_cant_be_read_is_refused_in_ready);
-  tcase_add_test(tc, pixels_are_touched_by_overlay_draw_alone);
-  tcase_add_test(tc, metas_of_others_stay);
-  tcase_add_test(tc, location_is_taken_over_in_ready_and_its_lack_is_said_once);
+  tcase_add_test(tc, no_frame_waits_for_megabytes_without_a_time);
+  tcase_add_test(tc, invalid_lines_are_refused_with_their_number_and_a_reason);
+  tcase_add_test(tc, an_unreadable_file_is_refused_in_ready);
+  tcase_add_test(tc, only_overlay_draw_changes_pixels);
+  tcase_add_test(tc, other_elements_metas_stay);
+  tcase_add_test(tc, location_is_read_in_ready_and_its_absence_is_reported_once);
   return s;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
-// The recipe of docs/elements.md for large frames on a GPU, in OpenGL's memory (Mesa's software GL does): a small copy
-// is tracked, and the tracks are put on the large frames, of which none is mapped or copied.
+// The recipe of docs/elements.md for large frames on a GPU, in OpenGL memory (Mesa's software GL is enough). It tracks
+// a small copy and puts the tracks on the large frames, none of which is mapped or copied.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -20,10 +20,10 @@ namespace {
 
 constexpr int width = 640, height = 360, small_width = 320, small_height = 180, frames = 12;
 constexpr gsize large_bytes = gsize{4} * width * height;
-/// GST_MAP_GL of gst/gl/gl.h: the texture, where it is.
+/// GST_MAP_GL of gst/gl/gl.h: maps the texture in place.
 constexpr int map_gl = GST_MAP_FLAG_LAST << 1;
 
-/// Maps into system memory, and copies, of all memory of GL's allocator from watch() on.
+/// Counts maps into system memory, and copies, of all memory of GL's allocator from watch() on.
 std::atomic<int> large_maps = 0, small_maps = 0, large_copies = 0;
 GstMemoryMapFullFunction real_map = nullptr;
 GstMemoryCopyFunction real_copy = nullptr;
@@ -38,7 +38,7 @@ GstMemory *counting_copy(GstMemory *memory, gssize offset, gssize size) {
   return real_copy(memory, offset, size);
 }
 
-/// With the first frame, before another thread has it.
+/// Runs at the first frame, before another thread has it.
 void watch(GstAllocator *allocator) {
   if (real_map) return;
   real_map = std::exchange(allocator->mem_map_full, counting_map);
@@ -50,7 +50,7 @@ struct Place {
   double x, y;
 };
 
-/// By the frames' times.
+/// Keyed by the frames' times.
 using Places = std::map<GstClockTime, std::vector<Place>>;
 
 Places::mapped_type places_on(GstBuffer *buffer, int of_width, int of_height) {
@@ -67,7 +67,7 @@ Places::mapped_type places_on(GstBuffer *buffer, int of_width, int of_height) {
   return places;
 }
 
-/// Looks at buffers as they are: none becomes writable for it, and so none is copied.
+/// Looks at buffers without making them writable, so that none is copied.
 void look(GstElement *pipeline, const char *name, const char *pad_name, std::function<void(GstBuffer *)> call) {
   GstElement *element = gst_bin_get_by_name(GST_BIN(pipeline), name);
   GstPad *pad = gst_element_get_static_pad(element, pad_name);
@@ -128,14 +128,14 @@ GST_START_TEST(a_small_copy_is_tracked_and_no_large_frame_is_mapped) {
   fail_unless_equals_int(same, frames);
   fail_unless_equals_int(large_maps, 0);
   fail_unless_equals_int(large_copies, 0);
-  // It counts: the small frames are there to be mapped.
-  fail_unless(small_maps >= frames, "%d small frames were seen", small_maps.load());
+  // The count works: the small frames are mapped.
+  fail_unless(small_maps >= frames, "%d small frames were mapped", small_maps.load());
   for (const auto &[time, places] : put) {
     const auto &of = tracked[time];
     fail_unless(!of.empty() && places.size() == of.size());
     for (std::size_t i = 0; i < places.size(); ++i) {
       fail_unless_equals_int(places[i].id, of[i].id);
-      // A line has three places behind the point.
+      // A line has three decimals.
       fail_unless(std::abs(places[i].x - ((of[i].x + 0.5) * 2 - 0.5)) < 0.0011);
       fail_unless(std::abs(places[i].y - ((of[i].y + 0.5) * 2 - 0.5)) < 0.0011);
     }
@@ -143,7 +143,7 @@ GST_START_TEST(a_small_copy_is_tracked_and_no_large_frame_is_mapped) {
 }
 GST_END_TEST
 
-/// The last frame's pixels, and where its features are.
+/// The last frame's pixels, and its features' places.
 static std::vector<guint8> shown(const std::string &overlay, std::vector<Place> &places) {
   std::vector<guint8> pixels(large_bytes);
   GstElement *pipeline = launch(recipe("overlay=" + overlay,
@@ -157,12 +157,12 @@ static std::vector<guint8> shown(const std::string &overlay, std::vector<Place> 
   return pixels;
 }
 
-GST_START_TEST(markers_are_drawn_by_the_gpu) {
+GST_START_TEST(the_gpu_draws_the_markers) {
   std::vector<Place> places;
   const auto without = shown("none", places), with = shown("meta", places);
   fail_unless(!places.empty());
   for (const Place &place : places) {
-    // A marker's radius is about a hundredth of the picture's height; what is in it varies with the state.
+    // A marker's radius is about a hundredth of the picture's height. Its shape depends on the state.
     int changed = 0;
     for (int y = std::max(0, static_cast<int>(place.y) - 12); y < std::min(height, static_cast<int>(place.y) + 13); ++y)
       for (int x = std::max(0, static_cast<int>(place.x) - 12); x < std::min(width, static_cast<int>(place.x) + 13);
@@ -182,11 +182,11 @@ static Suite *csdtrackdec_gl_suite() {
   suite_add_tcase(s, tc);
   gst_object_unref(gst_plugin_load_by_name("csdtrack"));
   tcase_add_test(tc, a_small_copy_is_tracked_and_no_large_frame_is_mapped);
-  tcase_add_test(tc, markers_are_drawn_by_the_gpu);
+  tcase_add_test(tc, the_gpu_draws_the_markers);
   return s;
 }
 
-/// In a process of its own: each test's GL begins in its own fork.
+/// Checks in a process of its own, since each test's GL begins in its own fork.
 static bool there_is_gl() {
   gint status = 1;
   return g_spawn_command_line_sync(

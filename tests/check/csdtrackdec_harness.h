@@ -21,7 +21,7 @@ namespace csd_check {
 inline constexpr char gray_64[] = "video/x-raw,format=GRAY8,width=64,height=48,framerate=25/1";
 inline constexpr GstClockTime frame_time = 40 * GST_MSECOND;
 
-/// A file in a folder that goes with the process.
+/// A file in a folder that is removed with the process.
 inline std::string temporary(const char *name) {
   static const struct Folder {
     gchar *path = g_dir_make_tmp("csdtrackdec-XXXXXX", nullptr);
@@ -49,7 +49,7 @@ inline std::string read_file(const std::string &path) {
   return text;
 }
 
-/// The samples of a recording's text track, one after the other, by a reader that isn't ours.
+/// The samples of a recording's text track, one after the other, by an independent reader.
 inline std::string extracted(const std::string &recording) {
   const std::string out = temporary("extracted");
   const std::string command = "ffmpeg -v error -y -i " + recording + " -map 0:s -c copy -f data " + out;
@@ -60,7 +60,7 @@ inline std::string extracted(const std::string &recording) {
   return read_file(out);
 }
 
-/// What csdtrackenc writes of frame `n`, of 64×48 pixels, that was tracked: one feature, at 10+n,20. No newline.
+/// What csdtrackenc writes for a tracked frame `n` of 64×48 pixels: one feature, at 10+n,20. Without newline.
 inline std::string line(guint64 n, GstClockTime stream_time) {
   g_autofree gchar *text = g_strdup_printf(
       "{\"schema\":1,\"source\":\"csdtrack0\",\"role\":\"track\",\"algorithm\":\"csd\",\"frame\":%" G_GUINT64_FORMAT
@@ -80,7 +80,7 @@ inline std::string lines(guint64 from, guint64 to) {
   return text;
 }
 
-/// Adds a meta of so many features, others in each frame.
+/// Adds a meta of `count` features, which differ in each frame.
 inline void attach_many(GstBuffer *buffer, guint64 frame, guint count, const std::string &source = "csdtrack0") {
   std::vector<GstCsdFeature> features;
   for (guint i = 0; i < count; ++i)
@@ -103,7 +103,7 @@ inline GstBuffer *frame_at(GstClockTime pts, GstClockTime duration = frame_time)
   return buffer;
 }
 
-/// The number of the frame whose tracks are on this one, −1 where there are none.
+/// The number of the frame whose tracks this buffer has, −1 if it has none.
 inline int number_on(GstBuffer *buffer, const char *name = GST_CSD_TRACK_META_NAME) {
   GstCsdHeader header;
   const GstStructure *tracks = gst_buffer_get_csd_tracks(buffer, name, nullptr);
@@ -134,7 +134,7 @@ struct Harness {
   Harness(const Harness &) = delete;
   Harness &operator=(const Harness &) = delete;
 
-  /// The number of the tracks that come out on this frame.
+  /// Pushes a frame and returns the number of the tracks on it.
   int push(GstBuffer *frame) {
     GstBuffer *out = gst_harness_push_and_pull(h, frame);
     fail_unless(out != nullptr);
@@ -150,14 +150,14 @@ struct Harness {
 inline constexpr char ndjson[] = "application/x-ndjson", utf8[] = "text/x-raw,format=utf8",
                       markup[] = "text/x-raw,format=pango-markup";
 
-/// A buffer of csdtrackenc's.
+/// A buffer from csdtrackenc.
 struct Encoded {
   std::string text;
   GstClockTime pts, duration;
   bool discont;
 };
 
-/// What csdtrackenc makes of a frame at 80 ms, flagged DISCONT, with so many features.
+/// csdtrackenc's output for a frame at 80 ms, flagged DISCONT, with `count` features.
 inline std::vector<Encoded> encoded(guint count, const std::string &source = "csdtrack0",
                                     GstClockTime duration = frame_time, const char *out = utf8,
                                     const char *in = gray_64) {
@@ -185,8 +185,7 @@ inline GstBuffer *bytes(const std::string &text, GstClockTime pts = GST_CLOCK_TI
   return buffer;
 }
 
-/// csdtrackdec with both of its sink pads, not live. Waits for its text as long as a test may last, unless told
-/// otherwise.
+/// csdtrackdec with both sink pads, not live. By default it waits for its text as long as a test may last.
 struct TextHarness : Harness {
   GstHarness *text;
 
@@ -205,12 +204,12 @@ struct TextHarness : Harness {
   void end() { fail_unless(gst_harness_push_event(text, gst_event_new_eos())); }
 };
 
-/// A frame that is pushed by another thread. The tests look at what comes of it, not at when.
+/// A frame pushed by another thread. Tests check the result, not its time.
 class Waiting {
  public:
   Waiting(TextHarness &harness, GstClockTime pts)
       : thread_([this, &harness, pts] { flow_ = gst_harness_push(harness.h, frame_at(pts)); }) {
-    // It has most probably begun to wait when the test goes on. If not, the test finds less than it could.
+    // By now it has most probably begun to wait. If not, the test finds less than it could.
     g_usleep(20000);
   }
   GstFlowReturn join() {
@@ -238,7 +237,7 @@ inline void new_segment(GstHarness *h, GstClockTime start, GstClockTime base = 0
   fail_unless(gst_harness_push_event(h, gst_event_new_segment(&segment)));
 }
 
-/// Nothing is wrong that nobody has asked for yet.
+/// Fails on any message that no test has asked for yet.
 inline void assert_silent(Harness &harness) {
   const std::string text = harness.said(static_cast<GstMessageType>(GST_MESSAGE_WARNING | GST_MESSAGE_ERROR));
   fail_unless(text.empty(), "%s", text.c_str());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
-// csdtrackdec live, with the pad `text`: what it tells of its latency, and that no frame is held for longer. Time is
-// GstTestClock's: it stands still until a test moves it.
+// csdtrackdec live, with the pad `text`: the latency it reports, and that it holds no frame for longer. Time is
+// GstTestClock's, which stands still until a test moves it.
 #include <gst/check/gsttestclock.h>
 
 #include <string>
@@ -50,7 +50,7 @@ void assert_same(const Latency &found, const Latency &expected, const std::strin
               GST_TIME_ARGS(found.min), GST_TIME_ARGS(found.max));
 }
 
-/// When the next of those who wait by the clock goes on.
+/// The time at which the next clock wait ends.
 GstClockTime next_alarm(GstTestClock *clock, const char *what) {
   GList *ids = nullptr;
   fail_unless(gst_test_clock_timed_wait_for_multiple_pending_ids(clock, 1, 20000, &ids), "nobody waits: %s", what);
@@ -59,7 +59,7 @@ GstClockTime next_alarm(GstTestClock *clock, const char *what) {
   return time;
 }
 
-/// Both pads are live, and a frame may come late by `latency`.
+/// Both pads are live; a frame may be late by `latency`.
 struct LiveHarness : TextHarness {
   GstTestClock *clock;
 
@@ -70,7 +70,7 @@ struct LiveHarness : TextHarness {
   }
   ~LiveHarness() { gst_object_unref(clock); }
 
-  /// A frame that comes when it is captured finds no text until `due`, and then goes on without.
+  /// A frame that comes when captured finds no text until `due`, and then goes on without tracks.
   void assert_held_until(GstClockTime pts, GstClockTime due) {
     Waiting frame(*this, pts);
     fail_unless_equals_uint64(next_alarm(clock, "a frame for its text"), due);
@@ -91,13 +91,13 @@ struct LiveHarness : TextHarness {
 
 }  // namespace
 
-GST_START_TEST(the_latency_is_that_of_both_pads) {
+GST_START_TEST(the_latency_covers_both_pads) {
   const struct {
     Latency video, text, both;
   } cases[] = {
       {{TRUE, 40 * ms, none}, {TRUE, 400 * ms, none}, {TRUE, 400 * ms, none}},
       {{TRUE, 400 * ms, 900 * ms}, {TRUE, 40 * ms, 500 * ms}, {TRUE, 400 * ms, 500 * ms}},
-      {{TRUE, 0, 40 * ms}, {TRUE, 400 * ms, none}, {TRUE, 400 * ms, 40 * ms}},  // a queue is missing: the bin says so
+      {{TRUE, 0, 40 * ms}, {TRUE, 400 * ms, none}, {TRUE, 400 * ms, 40 * ms}},  // a queue is missing; the bin says so
       {{TRUE, 40 * ms, 80 * ms}, {FALSE, 0, none}, {TRUE, 40 * ms, 80 * ms}},
       {{FALSE, 0, none}, {TRUE, 400 * ms, 500 * ms}, {TRUE, 400 * ms, 500 * ms}},
       {{FALSE, 0, none}, {FALSE, 0, none}, {FALSE, 0, none}},
@@ -113,7 +113,7 @@ GST_START_TEST(the_latency_is_that_of_both_pads) {
 }
 GST_END_TEST
 
-GST_START_TEST(the_latency_is_no_less_than_the_property_says) {
+GST_START_TEST(the_latency_is_at_least_min_upstream_latency) {
   LiveHarness harness;
   answer_latency(harness.h->srcpad, {TRUE, 0, 500 * ms});
   g_object_set(harness.element, "min-upstream-latency", 50 * ms, nullptr);
@@ -128,7 +128,7 @@ GST_START_TEST(the_latency_is_no_less_than_the_property_says) {
 }
 GST_END_TEST
 
-GST_START_TEST(text_that_is_not_read_has_no_latency) {
+GST_START_TEST(unread_text_has_no_latency) {
   Harness harness(write_file("read.jsonl", lines(0, 2)));
   GstHarness *text = gst_harness_new_with_element(harness.element, "text", nullptr);
   gst_harness_set_upstream_latency(text, 400 * ms);
@@ -137,21 +137,21 @@ GST_START_TEST(text_that_is_not_read_has_no_latency) {
 }
 GST_END_TEST
 
-GST_START_TEST(another_latency_is_posted) {
+GST_START_TEST(a_change_of_latency_is_posted) {
   LiveHarness harness;
   const auto shown = [&](guint64 n) {
     harness.push_line(n);
     fail_unless_equals_int(harness.push(n * frame_time), static_cast<int>(n));
     return harness.latency_message();
   };
-  fail_unless(!shown(0));  // nobody has asked yet
+  fail_unless(!shown(0));  // no query yet
   latency_of(harness.element);
   fail_unless(!shown(1));
   gst_harness_set_upstream_latency(harness.text, 200 * ms);
   gst_harness_push_event(harness.text, gst_event_new_stream_start("another"));
   gst_harness_set_src_caps_str(harness.text, utf8);
   fail_unless(shown(2));
-  // Until the pipeline has handled it, the old one is what sinks reckon with.
+  // Until the pipeline has handled the message, sinks still use the old latency.
   harness.assert_held_until(3 * frame_time, 3 * frame_time + 100 * ms);
   latency_of(harness.element);
   fail_unless(!shown(4));
@@ -169,8 +169,9 @@ GST_START_TEST(another_latency_is_posted) {
 }
 GST_END_TEST
 
-/// A pipeline with a sink that synchronises, in which each frame's text comes 400 ms after the frame, and says so.
-GST_START_TEST(a_sink_that_synchronises_shows_frames_whose_text_is_late) {
+/// A synchronising sink, in a pipeline where each frame's text comes 400 ms after the frame. The reported latency says
+/// so.
+GST_START_TEST(a_synchronising_sink_shows_frames_with_late_text) {
   constexpr guint64 count = 26, late = 400 * ms, processing = 20 * ms;  // the latter is the sink's own
   GstElement *pipeline = gst_pipeline_new(nullptr), *element = gst_element_factory_make("csdtrackdec", nullptr),
              *sink = gst_element_factory_make("fakesink", nullptr);
@@ -196,7 +197,7 @@ GST_START_TEST(a_sink_that_synchronises_shows_frames_whose_text_is_late) {
   GstPad *video = source("sink", gray_64, {TRUE, 0, none}), *text = source("text", utf8, {TRUE, late, none});
   fail_unless_equals_int(gst_element_set_state(pipeline, GST_STATE_PLAYING), GST_STATE_CHANGE_SUCCESS);
 
-  // Each frame is through when the next one has long been captured.
+  // Each frame is finished long after the next one is captured.
   std::thread frames([&] {
     for (guint64 n = 0; n < count; ++n) gst_pad_push(video, frame_at(n * frame_time));
   });
@@ -232,7 +233,7 @@ GST_START_TEST(text_that_stops_holds_no_frame_beyond_the_latency) {
   for (int n = 0; n < 2; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
   for (guint64 n = 2; n < 6; ++n) harness.assert_held_until(n * frame_time, n * frame_time + 100 * ms);
   assert_holds(harness.said(GST_MESSAGE_WARNING), "no text has come within 100 ms, the latency. Put a queue");
-  // What is late is left out; then text is in time again, and frames get it while they wait.
+  // Late text is dropped. Then text is in time again, and frames get it while they wait.
   for (guint64 n = 2; n < 7; ++n) harness.push_line(n);
   fail_unless_equals_int(harness.push(6 * frame_time), 6);
   for (guint64 n = 7; n < 9; ++n) {
@@ -245,7 +246,7 @@ GST_START_TEST(text_that_stops_holds_no_frame_beyond_the_latency) {
     gst_buffer_unref(out);
     harness.assert_nobody_waits();
   }
-  // A frame that is late itself takes what is there.
+  // A late frame takes the text that is there.
   gst_test_clock_set_time(harness.clock, GST_SECOND);
   fail_unless_equals_int(harness.push(9 * frame_time), -1);
   harness.push_line(10);
@@ -254,7 +255,7 @@ GST_START_TEST(text_that_stops_holds_no_frame_beyond_the_latency) {
 }
 GST_END_TEST
 
-GST_START_TEST(max_wait_counts_where_it_is_shorter) {
+GST_START_TEST(a_shorter_max_wait_takes_precedence) {
   LiveHarness harness;
   g_object_set(harness.element, "max-wait", 10 * ms, nullptr);
   harness.assert_held_until(0, 10 * ms);
@@ -267,8 +268,8 @@ GST_START_TEST(max_wait_counts_where_it_is_shorter) {
 }
 GST_END_TEST
 
-GST_START_TEST(each_pad_has_its_segment) {
-  // The frames begin at 100 s, are at 0 in the stream and 10 s of running time; the text is of the stream from 0 on.
+GST_START_TEST(each_pad_has_its_own_segment) {
+  // The frames begin at 100 s, at a stream time of 0 and a running time of 10 s. The text's stream time begins at 0.
   LiveHarness harness;
   GstSegment segment;
   gst_segment_init(&segment, GST_FORMAT_TIME);
@@ -296,7 +297,7 @@ GST_START_TEST(each_pad_is_flushed_by_itself) {
     gst_harness_push_event(harness.h, gst_event_new_flush_stop(TRUE));
     new_segment(harness.h, 0);
   }
-  // The lines stay for the frames that come then; those of a text that is flushed go, and its frame waits on.
+  // The lines stay for later frames. If the text is flushed, its lines go, and the frame waits on.
   harness.push_line(1);
   harness.push_line(2);
   fail_unless_equals_int(harness.push(1 * frame_time), 1);
@@ -306,7 +307,7 @@ GST_START_TEST(each_pad_is_flushed_by_itself) {
   Waiting frame(harness, 3 * frame_time);
   next_alarm(harness.clock, "a frame for its text");
   flush(harness.text);
-  fail_unless_equals_uint64(next_alarm(harness.clock, "the frame still"), 3 * frame_time + 100 * ms);
+  fail_unless_equals_uint64(next_alarm(harness.clock, "the same frame"), 3 * frame_time + 100 * ms);
   new_segment(harness.text, 0);
   harness.push_line(3);
   frame.join();
@@ -326,7 +327,7 @@ GST_START_TEST(sparse_text_with_gaps_holds_nothing) {
     fail_unless_equals_int(harness.push(n * frame_time), n % 5 == 0 ? static_cast<int>(n) : -1);
     harness.assert_nobody_waits();
   }
-  // One that comes while a frame waits.
+  // A gap that comes while a frame waits.
   Waiting frame(harness, 21 * frame_time);
   next_alarm(harness.clock, "a frame for its text");
   gst_harness_push_event(harness.text, gst_event_new_gap(21 * frame_time, GST_SECOND));
@@ -336,14 +337,14 @@ GST_START_TEST(sparse_text_with_gaps_holds_nothing) {
 }
 GST_END_TEST
 
-GST_START_TEST(while_paused_the_clock_does_not_count) {
+GST_START_TEST(paused_time_does_not_count) {
   LiveHarness harness;
   gst_element_set_state(harness.element, GST_STATE_PAUSED);
   gst_test_clock_set_time(harness.clock, GST_SECOND);
   Waiting frame(harness, 0);
   fail_unless(gst_harness_try_pull(harness.h) == nullptr);
   harness.assert_nobody_waits();
-  // As a pipeline does it: what has gone by is no running time.
+  // As a pipeline does it: the time in PAUSED is no running time.
   gst_element_set_base_time(harness.element, GST_SECOND);
   gst_element_set_state(harness.element, GST_STATE_PLAYING);
   fail_unless_equals_uint64(next_alarm(harness.clock, "a frame for its text"), GST_SECOND + 100 * ms);
@@ -360,17 +361,17 @@ static Suite *csdtrackdec_live_suite() {
   TCase *tc = tcase_create("text");
   suite_add_tcase(s, tc);
   gst_object_unref(gst_plugin_load_by_name("csdtrack"));
-  tcase_add_test(tc, the_latency_is_that_of_both_pads);
-  tcase_add_test(tc, the_latency_is_no_less_than_the_property_says);
-  tcase_add_test(tc, text_that_is_not_read_has_no_latency);
-  tcase_add_test(tc, another_latency_is_posted);
-  tcase_add_test(tc, a_sink_that_synchronises_shows_frames_whose_text_is_late);
+  tcase_add_test(tc, the_latency_covers_both_pads);
+  tcase_add_test(tc, the_latency_is_at_least_min_upstream_latency);
+  tcase_add_test(tc, unread_text_has_no_latency);
+  tcase_add_test(tc, a_change_of_latency_is_posted);
+  tcase_add_test(tc, a_synchronising_sink_shows_frames_with_late_text);
   tcase_add_test(tc, text_that_stops_holds_no_frame_beyond_the_latency);
-  tcase_add_test(tc, max_wait_counts_where_it_is_shorter);
-  tcase_add_test(tc, each_pad_has_its_segment);
+  tcase_add_test(tc, a_shorter_max_wait_takes_precedence);
+  tcase_add_test(tc, each_pad_has_its_own_segment);
   tcase_add_test(tc, each_pad_is_flushed_by_itself);
   tcase_add_test(tc, sparse_text_with_gaps_holds_nothing);
-  tcase_add_test(tc, while_paused_the_clock_does_not_count);
+  tcase_add_test(tc, paused_time_does_not_count);
   return s;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
-// csdtrackdec with frames in any memory: it maps and copies none of it. csdtrackdec_gl.cpp has the same in OpenGL's.
+// csdtrackdec with frames in any memory: it neither maps nor copies it. csdtrackdec_gl.cpp tests OpenGL memory.
 #include <string>
 
 #include "counting_memory.h"
@@ -10,8 +10,8 @@ using namespace csd_check;
 
 namespace {
 
-// Twice as large as the picture that was tracked. Caps with and without features, and formats that GstVideoInfo doesn't
-// know (of a later GStreamer, or nobody's).
+// Twice as large as the tracked picture. Caps with and without features, and formats unknown to GstVideoInfo (from a
+// later GStreamer, or invented).
 constexpr const char *not_mapped[] = {
     "video/x-raw(memory:GLMemory),format=RGBA,texture-target=2D",
     "video/x-raw(memory:VAMemory),format=NV12",
@@ -49,7 +49,7 @@ bool has_features_of(GstCaps *caps, GstCaps *others) {
   return gst_caps_features_is_equal(gst_caps_get_features(caps, 0), gst_caps_get_features(others, 0));
 }
 
-/// Answers CAPS queries in its own order, not in that of the filter, as transforms do.
+/// Answers CAPS queries in its own order instead of the filter's, as transforms do.
 GstPadProbeReturn in_own_order(GstPad *, GstPadProbeInfo *info, gpointer own) {
   GstQuery *query = GST_PAD_PROBE_INFO_QUERY(info);
   if (GST_QUERY_TYPE(query) != GST_QUERY_CAPS) return GST_PAD_PROBE_OK;
@@ -78,11 +78,11 @@ GST_START_TEST(no_memory_is_mapped_or_copied) {
       for (guint64 n = 0; n < 3; ++n) {
         GstBuffer *in = opaque_frame(memory, n);
         GstMemory *const its = gst_buffer_peek_memory(in, 0);
-        gst_buffer_ref(in);  // as a tee's other branch does
+        gst_buffer_ref(in);  // as in a tee's other branch
         GstBuffer *out = gst_harness_push_and_pull(harness.h, in);
         fail_unless(out != nullptr, "%s", text.c_str());
         fail_unless(gst_buffer_peek_memory(out, 0) == its, "%s, overlay=%s", text.c_str(), overlay);
-        // Of a line of 64×48 pixels, at 10.25+n, 20: pixel centres are at integers.
+        // The line is for 64×48 pixels, at 10.25+n, 20. Pixel centres are at integers.
         const auto [x, y] = place_on(out);
         fail_unless_equals_float(x, (10.25 + static_cast<double>(n) + 0.5) * 2 - 0.5);
         fail_unless_equals_float(y, (20 + 0.5) * 2 - 0.5);
@@ -90,7 +90,7 @@ GST_START_TEST(no_memory_is_mapped_or_copied) {
         gst_buffer_unref(in);
         gst_buffer_unref(out);
       }
-      // The memory's feature stays, and that of the composition is beside it.
+      // The memory's feature stays, and the composition's is added.
       g_autoptr(GstCaps) in_caps = gst_caps_from_string(text.c_str());
       g_autoptr(GstCaps) out_caps = gst_pad_get_current_caps(harness.h->sinkpad);
       if (meta) gst_caps_features_add(gst_caps_get_features(in_caps, 0), composition);
@@ -100,7 +100,7 @@ GST_START_TEST(no_memory_is_mapped_or_copied) {
       fail_unless_equals_int(memory.copies(), 0);
       assert_silent(harness);
     }
-  CountingMemory memory;  // counts
+  CountingMemory memory;  // checks that it counts
   GstBuffer *frame = opaque_frame(memory, 0), *copy = gst_buffer_copy_deep(frame);
   GstMapInfo map;
   fail_unless(gst_buffer_map(frame, &map, GST_MAP_READ));
@@ -120,7 +120,7 @@ GST_START_TEST(drawing_is_refused_with_a_reason) {
       CountingMemory memory;
       Harness harness(path, nullptr, late ? "none" : "draw");
       g_autoptr(GstCaps) caps = gst_caps_from_string(text.c_str());
-      // Who can choose finds nothing of that memory on offer.
+      // Queries get no offer of that memory.
       g_autoptr(GstCaps) offered = gst_pad_peer_query_caps(harness.h->srcpad, nullptr);
       fail_unless(gst_caps_can_intersect(offered, caps) == late, "%s", text.c_str());
       g_autoptr(GstCaps) drawn = gst_caps_from_string(gray_64);
@@ -139,8 +139,8 @@ GST_START_TEST(drawing_is_refused_with_a_reason) {
 }
 GST_END_TEST
 
-GST_START_TEST(compositions_are_for_who_takes_plain_caps_first_too) {
-  // As glimagesink's and gloverlaycompositor's caps are.
+GST_START_TEST(compositions_work_downstream_of_caps_that_list_plain_first) {
+  // As glimagesink and gloverlaycompositor do.
   const std::string path = write_file("order.jsonl", lines(0, 3));
   for (const char *memory : {"memory:GLMemory", "memory:SystemMemory"}) {
     CountingMemory counting;
@@ -166,7 +166,7 @@ static Suite *csdtrackdec_memory_suite() {
   gst_object_unref(gst_plugin_load_by_name("csdtrack"));
   tcase_add_test(tc, no_memory_is_mapped_or_copied);
   tcase_add_test(tc, drawing_is_refused_with_a_reason);
-  tcase_add_test(tc, compositions_are_for_who_takes_plain_caps_first_too);
+  tcase_add_test(tc, compositions_work_downstream_of_caps_that_list_plain_first);
   return s;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
-// csdtrackdec's pad `text`, requested, linked and released while the element changes its state in another thread. What
-// happens between two steps of GStreamer's is made to happen by what it logs there.
+// csdtrackdec's pad `text`: requested, linked and released while another thread changes the element's state. The tests
+// hook GStreamer's log messages to act between two of its steps.
 #include <atomic>
 #include <functional>
 #include <string>
@@ -13,7 +13,7 @@ using namespace csd_check;
 
 namespace {
 
-/// Who brings text: a pad that sends lines as a demuxer does.
+/// The text's source: a pad that sends lines as a demuxer does.
 class Source {
  public:
   explicit Source(const char *form = "text/x-raw,format=utf8", GstFormat unit = GST_FORMAT_TIME) {
@@ -55,7 +55,7 @@ void change_state(GstElement *element, GstState state) {
   fail_unless(gst_element_set_state(element, state) == GST_STATE_CHANGE_SUCCESS);
 }
 
-/// Acts once, in the middle of what logs `text`.
+/// Acts once, within the call that logs `text`.
 class When {
  public:
   When(const char *category, const char *text, std::function<void()> act)
@@ -83,7 +83,7 @@ class When {
   std::atomic<bool> done_ = false;
 };
 
-/// csdtrackdec with a text pad that is linked, one way or another while it starts. Its lines come to its frames.
+/// csdtrackdec with a text pad linked while it starts, in one way or another. Expects its lines on its frames.
 void expect_lines(GstElement *element, Source &source) {
   GstHarness *h = gst_harness_new_with_element(element, "sink", "src");
   gst_harness_set_src_caps_str(h, gray_64);
@@ -147,7 +147,7 @@ struct Held {
   std::atomic<bool> inside = false, stopped = false, stopped_inside = false;
 };
 
-/// Holds the text's thread where it posts its error, for 300 ms or until the element has stopped.
+/// Holds the text's thread while it posts its error, for 300 ms or until the element has stopped.
 GstBusSyncReply hold(GstBus *, GstMessage *message, gpointer data) {
   auto &held = *static_cast<Held *>(data);
   if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR) {
@@ -161,7 +161,7 @@ GstBusSyncReply hold(GstBus *, GstMessage *message, gpointer data) {
 
 }  // namespace
 
-GST_START_TEST(the_element_stops_after_the_text_of_a_pad_that_is_released) {
+GST_START_TEST(the_element_stops_after_the_text_thread_of_a_released_pad) {
   Held held;
   GstElement *element = ready();
   GstBus *bus = gst_bus_new();
@@ -179,7 +179,7 @@ GST_START_TEST(the_element_stops_after_the_text_of_a_pad_that_is_released) {
   held.stopped = true;
   streams.join();
   releases.join();
-  fail_unless(!held.stopped_inside, "it stopped while a line was being read");
+  fail_unless(!held.stopped_inside, "it stopped while reading a line");
   gst_object_unref(text);
   change_state(element, GST_STATE_NULL);
   gst_element_set_bus(element, nullptr);
@@ -188,7 +188,7 @@ GST_START_TEST(the_element_stops_after_the_text_of_a_pad_that_is_released) {
 }
 GST_END_TEST
 
-GST_START_TEST(pads_come_and_go_while_states_change) {
+GST_START_TEST(pads_come_and_go_during_state_changes) {
   GstElement *element = ready();
   Source source;
   std::atomic<bool> over = false;
@@ -219,8 +219,8 @@ static Suite *csdtrackdec_pads_suite() {
   gst_object_unref(gst_plugin_load_by_name("csdtrack"));
   tcase_add_test(tc, the_element_starts_while_the_pad_is_added);
   tcase_add_test(tc, text_comes_before_the_element_has_started);
-  tcase_add_test(tc, the_element_stops_after_the_text_of_a_pad_that_is_released);
-  tcase_add_test(tc, pads_come_and_go_while_states_change);
+  tcase_add_test(tc, the_element_stops_after_the_text_thread_of_a_released_pad);
+  tcase_add_test(tc, pads_come_and_go_during_state_changes);
   return s;
 }
 

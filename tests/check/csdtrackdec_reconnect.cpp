@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
-// csdtrackdec whose text breaks off and comes anew: what brought it has ended, connects again or is linked again.
+// csdtrackdec whose text breaks off and starts again: its source ended, reconnected or was linked again.
 #include "csdtrackdec_harness.h"
 
 using namespace csd_check;
 
 namespace {
 
-/// The ways in which another stream of text begins.
+/// How another stream of text can begin.
 struct Way {
   const char *name;
   void (*go)(TextHarness &);
 };
 
-/// What a source says at its begin.
+/// The events with which a source begins.
 void begin_stream(TextHarness &harness, const char *id = "another", guint group = 0) {
   GstEvent *start = gst_event_new_stream_start(id);
   if (group != 0) gst_event_set_group_id(start, group);
@@ -49,7 +49,7 @@ void assert_torn(TextHarness &harness, const char *way, const char *line) {
 
 }  // namespace
 
-GST_START_TEST(half_a_line_is_dropped_with_a_warning) {
+GST_START_TEST(a_torn_line_is_dropped_with_a_warning) {
   for (const Way &way : ways) {
     TextHarness harness(ndjson);
     fail_unless_equals_int(gst_harness_push(harness.text, bytes(lines(0, 2) + line(2).substr(0, 99))), GST_FLOW_OK);
@@ -63,7 +63,7 @@ GST_START_TEST(half_a_line_is_dropped_with_a_warning) {
 }
 GST_END_TEST
 
-GST_START_TEST(where_nothing_is_lost_nothing_is_said) {
+GST_START_TEST(without_loss_there_is_no_warning) {
   for (const Way &way : ways)
     for (const char *rest : {"", " \r", "\n"}) {
       TextHarness harness(ndjson);
@@ -77,7 +77,7 @@ GST_START_TEST(where_nothing_is_lost_nothing_is_said) {
 }
 GST_END_TEST
 
-GST_START_TEST(the_end_within_a_line_is_said_once) {
+GST_START_TEST(an_end_within_a_line_is_reported_once) {
   TextHarness harness(ndjson);
   gst_harness_push(harness.text, bytes(lines(0, 1) + line(1)));
   harness.end();
@@ -91,8 +91,8 @@ GST_START_TEST(the_end_within_a_line_is_said_once) {
 }
 GST_END_TEST
 
-GST_START_TEST(lines_that_come_again_count_from_the_first_on) {
-  // What is sent again is known by another x. The frames don't begin anew.
+GST_START_TEST(repeated_lines_replace_the_old_ones_from_the_first_on) {
+  // Repeated lines have another x. The frames don't restart.
   for (const char *caps : {ndjson, utf8})
     for (const Way &way : ways) {
       TextHarness harness(caps);
@@ -104,7 +104,7 @@ GST_START_TEST(lines_that_come_again_count_from_the_first_on) {
       send(0, 6, 0);
       for (int n = 0; n < 2; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
       way.go(harness);
-      send(1, 3, 100);  // those of the old stream from 1 on are not waited for any more
+      send(1, 3, 100);  // the old stream's lines from 1 on are no longer used
       way.go(harness);
       send(3, 9, 200);
       harness.end();
@@ -115,8 +115,8 @@ GST_START_TEST(lines_that_come_again_count_from_the_first_on) {
 }
 GST_END_TEST
 
-GST_START_TEST(room_is_made_for_lines_that_come_again) {
-  // 256 lines of a time that no frame comes to.
+GST_START_TEST(room_is_made_for_repeated_lines) {
+  // 256 lines with times that no frame reaches.
   TextHarness harness(ndjson);
   std::string far;
   for (guint64 n = 0; n < 256; ++n) far += line(n, n * frame_time + 1000 * GST_SECOND) + "\n";
@@ -127,7 +127,7 @@ GST_START_TEST(room_is_made_for_lines_that_come_again) {
 }
 GST_END_TEST
 
-GST_START_TEST(after_a_line_that_was_refused) {
+GST_START_TEST(lines_after_a_refused_line_are_read) {
   for (const char *caps : {utf8, ndjson}) {
     TextHarness harness(caps);
     fail_unless_equals_int(harness.push_line("nonsense\n", 0), GST_FLOW_ERROR);
@@ -140,8 +140,8 @@ GST_START_TEST(after_a_line_that_was_refused) {
 }
 GST_END_TEST
 
-GST_START_TEST(the_next_part_of_both_streams_is_kept_apart) {
-  // As concat plays one recording after the other. The text runs ahead, or the video does.
+GST_START_TEST(the_next_parts_of_both_streams_stay_apart) {
+  // As concat plays one recording after another. Either the text or the video runs ahead.
   for (const bool ahead : {true, false}) {
     TextHarness harness;
     const auto begin_frames = [&](guint group) {
@@ -179,13 +179,13 @@ static Suite *csdtrackdec_reconnect_suite() {
   TCase *tc = tcase_create("text");
   suite_add_tcase(s, tc);
   gst_object_unref(gst_plugin_load_by_name("csdtrack"));
-  tcase_add_test(tc, half_a_line_is_dropped_with_a_warning);
-  tcase_add_test(tc, where_nothing_is_lost_nothing_is_said);
-  tcase_add_test(tc, the_end_within_a_line_is_said_once);
-  tcase_add_test(tc, lines_that_come_again_count_from_the_first_on);
-  tcase_add_test(tc, room_is_made_for_lines_that_come_again);
-  tcase_add_test(tc, after_a_line_that_was_refused);
-  tcase_add_test(tc, the_next_part_of_both_streams_is_kept_apart);
+  tcase_add_test(tc, a_torn_line_is_dropped_with_a_warning);
+  tcase_add_test(tc, without_loss_there_is_no_warning);
+  tcase_add_test(tc, an_end_within_a_line_is_reported_once);
+  tcase_add_test(tc, repeated_lines_replace_the_old_ones_from_the_first_on);
+  tcase_add_test(tc, room_is_made_for_repeated_lines);
+  tcase_add_test(tc, lines_after_a_refused_line_are_read);
+  tcase_add_test(tc, the_next_parts_of_both_streams_stay_apart);
   return s;
 }
 

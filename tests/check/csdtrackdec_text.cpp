@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
-// csdtrackdec with lines that come to its pad `text`: which frame waits for what, and that none waits for ever.
+// csdtrackdec with lines on its pad `text`: which frame waits for what, and that none waits for ever.
 #include <atomic>
 #include <thread>
 
@@ -19,20 +19,20 @@ int pull_number(TextHarness &harness) {
 
 }  // namespace
 
-GST_START_TEST(lines_come_in_every_form) {
+GST_START_TEST(lines_are_read_in_every_form) {
   const std::string plain = lines(0, 3);
   std::string escaped;
   for (const char c : line(1)) escaped += c == '"' ? std::string("&quot;") : std::string(1, c);
   std::string named = line(2);
   named.replace(named.find("csdtrack0"), 9, "a&amp;quot;&lt;b&gt;&apos;&#39;&#x26;&unknown;&");
-  {  // A stream of bytes, cut anywhere; its last line is torn.
+  {  // A byte stream cut at any place; its last line is torn.
     TextHarness harness(ndjson);
     const std::string all = plain + line(3);
     for (std::size_t at = 0; at < all.size(); at += 7) gst_harness_push(harness.text, bytes(all.substr(at, 7)));
     harness.end();
     for (int n = 0; n < 4; ++n) fail_unless_equals_int(harness.push(n * frame_time), n < 3 ? n : -1);
   }
-  {  // All in one.
+  {  // All lines in one buffer.
     TextHarness harness(ndjson);
     gst_harness_push(harness.text, bytes(plain, 0));
     harness.end();
@@ -52,8 +52,8 @@ GST_START_TEST(lines_come_in_every_form) {
 }
 GST_END_TEST
 
-GST_START_TEST(the_time_of_the_buffer_counts_more_than_that_in_the_line) {
-  // A part of a recording that begins anew at 0: its lines tell of the time of the whole.
+GST_START_TEST(the_buffers_time_takes_precedence_over_the_lines) {
+  // A part of a recording that restarts at 0: its lines hold times of the whole recording.
   for (const char *caps : {utf8, ndjson}) {
     TextHarness harness(caps);
     for (guint64 n = 0; n < 5; ++n) harness.push_line(line(n, 100 * GST_SECOND) + "\n", n * frame_time);
@@ -69,7 +69,7 @@ GST_START_TEST(a_frame_waits_for_its_line_a_later_one_a_gap_or_the_end) {
     int number;
   } cases[] = {
       {"its line", [](TextHarness &h) { h.push_line(2); }, 2},
-      {"its line, a bit earlier, then a later one",
+      {"its line, slightly early, then a later one",
        [](TextHarness &h) {
          h.push_line(line(2), 2 * frame_time - 5 * GST_MSECOND);
          h.push_line(3);
@@ -84,7 +84,7 @@ GST_START_TEST(a_frame_waits_for_its_line_a_later_one_a_gap_or_the_end) {
        -1},
       {"a gap", [](TextHarness &h) { gst_harness_push_event(h.text, gst_event_new_gap(0, GST_SECOND)); }, -1},
       {"the end", [](TextHarness &h) { h.end(); }, -1},
-      {"no link any more",
+      {"the pad is unlinked",
        [](TextHarness &h) {
          GstPad *pad = gst_element_get_static_pad(h.element, "text");
          gst_pad_unlink(h.text->srcpad, pad);
@@ -95,7 +95,7 @@ GST_START_TEST(a_frame_waits_for_its_line_a_later_one_a_gap_or_the_end) {
   for (const auto &c : cases) {
     TextHarness harness;
     Waiting frame(harness, 2 * frame_time);
-    // A gap that ends before the frame does says nothing of it.
+    // A gap that ends before the frame says nothing about it.
     gst_harness_push_event(harness.text, gst_event_new_gap(0, frame_time));
     fail_unless(gst_harness_try_pull(harness.h) == nullptr, "%s: it didn't wait", c.what);
     c.come(harness);
@@ -106,7 +106,7 @@ GST_START_TEST(a_frame_waits_for_its_line_a_later_one_a_gap_or_the_end) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_gap_whose_end_is_beyond_all_time_lasts_for_ever) {
+GST_START_TEST(a_gap_that_ends_beyond_all_time_lasts_for_ever) {
   constexpr GstClockTime most = GST_CLOCK_TIME_NONE - 1, a_second = GST_SECOND;
   const struct {
     GstClockTime begin, duration;
@@ -120,7 +120,7 @@ GST_START_TEST(a_gap_whose_end_is_beyond_all_time_lasts_for_ever) {
                   begin, duration);
     }
   }
-  // Where it ends isn't known: nothing comes before it begins, and more it doesn't say.
+  // A gap of unknown length only says that nothing comes before its start.
   TextHarness harness(utf8, GST_MSECOND);
   gst_harness_push_event(harness.text, gst_event_new_gap(GST_SECOND, GST_CLOCK_TIME_NONE));
   harness.push(0 * frame_time);
@@ -151,9 +151,9 @@ GST_START_TEST(no_frame_waits_longer_than_max_wait) {
   for (int n = 0; n < 3; ++n) fail_unless_equals_int(harness.push(n * frame_time), -1);
   assert_holds(harness.said(GST_MESSAGE_WARNING), "no text has come within 1 ms. Put a queue before each pad");
   g_object_set(harness.element, "max-wait", 3600 * GST_SECOND, nullptr);
-  harness.push_line(0);  // too late: it is of no frame any more, and the next one doesn't wait either
+  harness.push_line(0);  // too late for any frame; the next frame doesn't wait either
   fail_unless_equals_int(harness.push(3 * frame_time), -1);
-  // Text is ahead again: frames wait again.
+  // Text is ahead again, so frames wait again.
   harness.push_line(4);
   fail_unless_equals_int(harness.push(4 * frame_time), 4);
   Waiting frame(harness, 5 * frame_time);
@@ -164,7 +164,7 @@ GST_START_TEST(no_frame_waits_longer_than_max_wait) {
 }
 GST_END_TEST
 
-GST_START_TEST(with_max_wait_0_none_waits_and_none_warns) {
+GST_START_TEST(with_max_wait_0_no_frame_waits_and_nothing_warns) {
   TextHarness harness(utf8, 0);
   fail_unless_equals_int(harness.push(0 * frame_time), -1);
   harness.push_line(1);
@@ -184,7 +184,7 @@ GST_START_TEST(text_that_runs_ahead_is_held_back_not_lost) {
   g_usleep(20000);
   fail_unless_equals_uint64(pushed, 256);
   for (int n = 0; n < 500; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
-  // A part of the video that shows nothing, then more of it; then it ends, and the text need not go on.
+  // The video has a gap, then goes on. After its end, the text is no longer held back.
   gst_harness_push_event(harness.h, gst_event_new_gap(700 * frame_time, frame_time));
   while (pushed < 900) g_usleep(1000);
   fail_unless_equals_int(harness.push(700 * frame_time), 700);
@@ -194,7 +194,7 @@ GST_START_TEST(text_that_runs_ahead_is_held_back_not_lost) {
 }
 GST_END_TEST
 
-GST_START_TEST(both_streams_are_sought_in) {
+GST_START_TEST(both_streams_seek) {
   TextHarness harness;
   for (guint64 n = 0; n < 5; ++n) harness.push_line(n);
   for (int n = 0; n < 3; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
@@ -210,7 +210,7 @@ GST_START_TEST(both_streams_are_sought_in) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_flush_forgets_what_has_come_of_a_line) {
+GST_START_TEST(a_flush_drops_a_torn_line) {
   TextHarness harness(ndjson);
   gst_harness_push(harness.text, bytes(line(7).substr(0, 99)));
   flush(harness.text);
@@ -220,8 +220,8 @@ GST_START_TEST(a_flush_forgets_what_has_come_of_a_line) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_segment_that_plays_again) {
-  // The text runs ahead into the second round, then the third.
+GST_START_TEST(a_segment_plays_again) {
+  // The text runs ahead into the second round, and then into the third.
   TextHarness harness;
   const auto text_round = [&](guint64 round) {
     if (round > 0) new_segment(harness.text, 0, round * GST_SECOND);
@@ -239,7 +239,7 @@ GST_START_TEST(a_segment_that_plays_again) {
 }
 GST_END_TEST
 
-GST_START_TEST(backwards_no_frame_waits) {
+GST_START_TEST(in_reverse_no_frame_waits) {
   TextHarness harness;
   new_segment(harness.h, 0, 0, -1);
   new_segment(harness.text, 0, 0, -1);
@@ -248,7 +248,7 @@ GST_START_TEST(backwards_no_frame_waits) {
 }
 GST_END_TEST
 
-GST_START_TEST(what_is_no_line_is_refused_and_the_video_goes_on) {
+GST_START_TEST(an_invalid_line_is_refused_and_the_video_goes_on) {
   const struct {
     const char *caps, *text, *reason;
   } cases[] = {
@@ -291,7 +291,7 @@ GST_START_TEST(with_location_the_pad_is_not_read) {
 }
 GST_END_TEST
 
-GST_START_TEST(there_is_one_pad_text_and_it_comes_again) {
+GST_START_TEST(there_is_one_text_pad_and_it_can_be_requested_again) {
   GstElement *element = gst_element_factory_make("csdtrackdec", nullptr);
   for (int i = 0; i < 2; ++i) {
     GstPad *pad = gst_element_request_pad_simple(element, "text");
@@ -314,7 +314,7 @@ GST_START_TEST(tracks_come_back_out_of_a_recording) {
     fail_unless(error == nullptr, "%s: %s", text.c_str(), error ? error->message : "");
   };
   const std::string wide = "queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0 ! ";
-  // x264enc as it is by default: it holds 2 s back.
+  // x264enc with its defaults: it delays by 2 s.
   play_to_end(
       "csdsimsrc num-buffers=90 ! video/x-raw,format=I420,width=160,height=120,framerate=30000/1001 ! "
       "csdtrack algorithm=lk ! tee name=t matroskamux name=m ! filesink location=" +
@@ -326,11 +326,11 @@ GST_START_TEST(tracks_come_back_out_of_a_recording) {
   for (const std::string &line : lines_of(lines)) joined += line;
   fail_unless(extracted(recording) == joined);
 
-  // The decoder may be as slow as valgrind makes it.
+  // The decoder may be slow under valgrind.
   play_to_end("filesrc location=" + recording +
               " ! matroskademux name=d csdtrackdec name=r max-wait=3600000000000 ! csdtrackenc ! " +
               "filesink location=" + second + " d.video_0 ! queue ! decodebin ! r.sink d.subtitle_0 ! queue ! r.text");
-  // The times are Matroska's, in milliseconds; the tracks are what they were.
+  // The times are Matroska's, in milliseconds; the tracks are unchanged.
   const auto before = lines_of(lines), after = lines_of(read_file(second));
   fail_unless_equals_int(after.size(), 90);
   for (std::size_t i = 0; i < after.size(); ++i) {
@@ -348,21 +348,21 @@ static Suite *csdtrackdec_text_suite() {
   TCase *tc = tcase_create("text");
   suite_add_tcase(s, tc);
   gst_object_unref(gst_plugin_load_by_name("csdtrack"));
-  tcase_add_test(tc, lines_come_in_every_form);
-  tcase_add_test(tc, the_time_of_the_buffer_counts_more_than_that_in_the_line);
+  tcase_add_test(tc, lines_are_read_in_every_form);
+  tcase_add_test(tc, the_buffers_time_takes_precedence_over_the_lines);
   tcase_add_test(tc, a_frame_waits_for_its_line_a_later_one_a_gap_or_the_end);
-  tcase_add_test(tc, a_gap_whose_end_is_beyond_all_time_lasts_for_ever);
+  tcase_add_test(tc, a_gap_that_ends_beyond_all_time_lasts_for_ever);
   tcase_add_test(tc, a_flush_or_a_stop_ends_the_wait);
   tcase_add_test(tc, no_frame_waits_longer_than_max_wait);
-  tcase_add_test(tc, with_max_wait_0_none_waits_and_none_warns);
+  tcase_add_test(tc, with_max_wait_0_no_frame_waits_and_nothing_warns);
   tcase_add_test(tc, text_that_runs_ahead_is_held_back_not_lost);
-  tcase_add_test(tc, both_streams_are_sought_in);
-  tcase_add_test(tc, a_flush_forgets_what_has_come_of_a_line);
-  tcase_add_test(tc, a_segment_that_plays_again);
-  tcase_add_test(tc, backwards_no_frame_waits);
-  tcase_add_test(tc, what_is_no_line_is_refused_and_the_video_goes_on);
+  tcase_add_test(tc, both_streams_seek);
+  tcase_add_test(tc, a_flush_drops_a_torn_line);
+  tcase_add_test(tc, a_segment_plays_again);
+  tcase_add_test(tc, in_reverse_no_frame_waits);
+  tcase_add_test(tc, an_invalid_line_is_refused_and_the_video_goes_on);
   tcase_add_test(tc, with_location_the_pad_is_not_read);
-  tcase_add_test(tc, there_is_one_pad_text_and_it_comes_again);
+  tcase_add_test(tc, there_is_one_text_pad_and_it_can_be_requested_again);
   tcase_add_test(tc, tracks_come_back_out_of_a_recording);
   return s;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
-// csdtrackenc: each form read back by a reader that isn't ours, and how it behaves in a pipeline.
+// csdtrackenc: each form read back by an independent reader, and its behaviour in a pipeline.
 #include <gst/check/gstharness.h>
 #include <gst/video/video.h>
 
@@ -63,14 +63,14 @@ void assert_type(JsonObject *o, const char *member, GType type) {
   fail_unless(node && JSON_NODE_HOLDS_VALUE(node) && json_node_get_value_type(node) == type, "%s", member);
 }
 
-/// fail_unless_equals_string() keeps the pointer only, so a temporary would be gone.
+/// fail_unless_equals_string() only keeps the pointer, which a temporary would leave dangling.
 void assert_text(const std::string &text, const std::string &expected) {
   fail_unless_equals_string(text.c_str(), expected.c_str());
 }
 
 }  // namespace
 
-GST_START_TEST(test_line_is_the_documented_one) {
+GST_START_TEST(test_the_line_is_as_documented) {
   Harness harness;
   harness.push(tracked_frame(12));
   GstBuffer *buffer = nullptr;
@@ -115,7 +115,7 @@ GST_START_TEST(test_json_fields_and_types) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_unknown_is_null) {
+GST_START_TEST(test_unknown_values_are_null) {
   Harness harness;
   GstBuffer *bare = frame(0);
   GST_BUFFER_PTS(bare) = GST_BUFFER_DURATION(bare) = GST_CLOCK_TIME_NONE;
@@ -131,7 +131,7 @@ GST_END_TEST;
 
 GST_START_TEST(test_times_follow_the_segment) {
   Harness harness;
-  // From 1 s of the stream, at double speed, 10 s after the pipeline began.
+  // From a stream time of 1 s, at double speed, 10 s after the pipeline began.
   GstSegment segment;
   gst_segment_init(&segment, GST_FORMAT_TIME);
   segment.rate = 2;
@@ -197,7 +197,7 @@ GST_START_TEST(test_role) {
   fail_unless_equals_float(json_object_get_double_member(feature, "x"), 5.5);
   fail_unless_equals_float(json_object_get_double_member(feature, "y"), 6.25);
 
-  harness.push(tracked_frame(1, "tracker"));  // no truth on it
+  harness.push(tracked_frame(1, "tracker"));  // without truth
   json = parse(harness.pull());
   fail_unless_equals_string(json_object_get_string_member(object(json), "role"), "truth");
   fail_unless(json_object_get_null_member(object(json), "frame"));
@@ -277,7 +277,8 @@ GST_START_TEST(test_text_has_a_duration_and_no_newline) {
   harness.push(in);
   const std::string line = harness.pull(&out);
   fail_unless(line.back() == '}');
-  fail_unless(json_object_get_null_member(object(parse(line)), "duration"), "that the frame had none is still said");
+  fail_unless(json_object_get_null_member(object(parse(line)), "duration"),
+              "the line still says that the frame had none");
   fail_unless_equals_uint64(GST_BUFFER_DURATION(out), frame_time);
   gst_buffer_unref(out);
 }
@@ -310,7 +311,7 @@ GST_START_TEST(test_any_memory_and_events) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_qos_ends_here_and_other_events_go_on) {
+GST_START_TEST(test_qos_ends_here_and_other_events_pass) {
   Harness harness;
   harness.push(frame(0));
   harness.pull();
@@ -348,7 +349,7 @@ GST_START_TEST(test_nothing_in_common_is_an_error) {
   fail_unless(strstr(error->message, "application/x-ndjson") != nullptr);
   g_error_free(error);
   gst_message_unref(message);
-  gst_bus_set_flushing(bus, TRUE);  // its messages hold the element
+  gst_bus_set_flushing(bus, TRUE);  // its messages hold references to the element
   gst_element_set_state(sink, GST_STATE_NULL);
   gst_harness_teardown(h);
   gst_object_unref(src);
@@ -358,10 +359,10 @@ GST_START_TEST(test_nothing_in_common_is_an_error) {
 }
 GST_END_TEST;
 
-GST_START_TEST(a_crop_rectangle_laid_on_later_moves_the_tracks) {
+GST_START_TEST(a_crop_rectangle_added_later_moves_the_tracks) {
   Harness h("application/x-ndjson");
   const struct {
-    guint frame_width, crop_width;  // of a frame that was tracked as 64×48
+    guint frame_width, crop_width;  // of a frame tracked as 64×48
     int width;                      // as written
     double x;                       // of feature 0, at 31.2044
     unsigned features;
@@ -385,7 +386,7 @@ GST_START_TEST(a_crop_rectangle_laid_on_later_moves_the_tracks) {
 }
 GST_END_TEST
 
-/// The stream tags that have come out since the last call: title, language, codec of each, and "|".
+/// The stream tags since the last call: each stream's title, language, codec, and "|".
 static std::string stream_tags(Harness &harness) {
   std::string out;
   while (GstEvent *event = gst_harness_try_pull_event(harness.h)) {
@@ -402,11 +403,11 @@ static std::string stream_tags(Harness &harness) {
   return out;
 }
 
-GST_START_TEST(the_track_says_what_it_is_once_a_stream) {
+GST_START_TEST(the_track_is_tagged_once_a_stream) {
   Harness harness;
   for (guint64 i = 0; i < 2; ++i) fail_unless_equals_int(harness.push(tracked_frame(i)), GST_FLOW_OK);
   fail_unless(stream_tags(harness) == "csdtrack zxx |");
-  // Another stream; the third has tags of its own.
+  // Another stream. The third one has its own tags.
   gst_harness_push_event(harness.h, gst_event_new_stream_start("another"));
   fail_unless_equals_int(harness.push(tracked_frame(2)), GST_FLOW_OK);
   fail_unless(stream_tags(harness) == "csdtrack zxx |");
@@ -424,9 +425,9 @@ static Suite *csdtrackenc_suite() {
   Suite *s = suite_create("csdtrackenc");
   TCase *tc = tcase_create("general");
   suite_add_tcase(s, tc);
-  tcase_add_test(tc, test_line_is_the_documented_one);
+  tcase_add_test(tc, test_the_line_is_as_documented);
   tcase_add_test(tc, test_json_fields_and_types);
-  tcase_add_test(tc, test_unknown_is_null);
+  tcase_add_test(tc, test_unknown_values_are_null);
   tcase_add_test(tc, test_times_follow_the_segment);
   tcase_add_test(tc, test_reference_timestamp);
   tcase_add_test(tc, test_names_are_escaped);
@@ -436,10 +437,10 @@ static Suite *csdtrackenc_suite() {
   tcase_add_test(tc, test_csv_header_without_frames_and_after_flush);
   tcase_add_test(tc, test_text_has_a_duration_and_no_newline);
   tcase_add_test(tc, test_any_memory_and_events);
-  tcase_add_test(tc, test_qos_ends_here_and_other_events_go_on);
+  tcase_add_test(tc, test_qos_ends_here_and_other_events_pass);
   tcase_add_test(tc, test_nothing_in_common_is_an_error);
-  tcase_add_test(tc, the_track_says_what_it_is_once_a_stream);
-  tcase_add_test(tc, a_crop_rectangle_laid_on_later_moves_the_tracks);
+  tcase_add_test(tc, the_track_is_tagged_once_a_stream);
+  tcase_add_test(tc, a_crop_rectangle_added_later_moves_the_tracks);
   return s;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
-// What csdtrackenc leaves in files and recordings, read back by readers that aren't ours.
+// csdtrackenc's files and recordings, read back by independent readers.
 #include <glib/gstdio.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -38,7 +38,7 @@ std::string read_file(const std::string &path) {
   return text;
 }
 
-/// Frames 0…n−1 to `tail`, each by way of `call`.
+/// Frames 0…n−1 into `tail`; `call` gets each of them.
 GstElement *probed_pipeline(int n, const std::string &tail, csd_check::OnBuffer call) {
   GstElement *pipeline = csd_check::launch("videotestsrc num-buffers=" + std::to_string(n) + " ! " + video_caps +
                                            " ! identity name=in ! " + tail);
@@ -46,7 +46,7 @@ GstElement *probed_pipeline(int n, const std::string &tail, csd_check::OnBuffer 
   return pipeline;
 }
 
-/// Frames 0…n−1, all but the second with tracks, to `tail`.
+/// Frames 0…n−1 into `tail`, all but the second with tracks.
 GstElement *tracked_pipeline(int n, const std::string &tail) {
   return probed_pipeline(n, tail, [](GstBuffer *b, unsigned i) {
     if (i != 1) attach(b, "csdtrack0", i, 64, 48, 1.5 * i, 2);
@@ -110,8 +110,8 @@ GST_START_TEST(test_csv_in_german_by_python) {
 }
 GST_END_TEST;
 
-/// A meta is a protocol: its states may be any words, and its numbers none.
-GST_START_TEST(test_csv_of_what_others_write) {
+/// The meta is a protocol: its states may be any words, and its numbers may be NaN.
+GST_START_TEST(test_csv_of_other_programs_metadata) {
   const std::string path = temporary("t.csv");
   play_to_end(probed_pipeline(1, "csdtrackenc ! text/csv ! filesink location=" + path, [](GstBuffer *b, unsigned) {
     const GstCsdFeature feature{1, NAN, -INFINITY, "held, \"well\"", 0.5, TRUE};
@@ -127,7 +127,7 @@ GST_START_TEST(test_csv_of_what_others_write) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_travels_in_matroska) {
+GST_START_TEST(test_travels_through_matroska) {
   if (!have("matroskamux") || !have("x264enc") || !have("h264parse")) return;
   const std::string path = temporary("t.mkv");
   play_to_end(tracked_pipeline(
@@ -144,7 +144,7 @@ GST_START_TEST(test_travels_in_matroska) {
     gst_buffer_map(buffer, &map, GST_MAP_READ);
     std::string text(reinterpret_cast<char *>(map.data), map.size);
     gst_buffer_unmap(buffer, &map);
-    // matroskademux hands out pango-markup: its escaping is undone here.
+    // matroskademux gives pango-markup; this undoes its escaping.
     for (const auto &[markup, plain] : {std::pair{"&quot;", "\""}, {"&lt;", "<"}, {"&gt;", ">"}, {"&amp;", "&"}})
       for (std::size_t at; (at = text.find(markup)) != std::string::npos;) text.replace(at, strlen(markup), plain);
     lines.push_back(text.c_str());
@@ -208,11 +208,11 @@ static Suite *csdtrackenc_files_suite() {
   gst_object_unref(gst_plugin_load_by_name("csdtrack"));
   tcase_add_test(tc, test_file_has_a_line_per_frame);
   tcase_add_test(tc, test_csv_in_german_by_python);
-  tcase_add_test(tc, test_csv_of_what_others_write);
-  tcase_add_test(tc, test_travels_in_matroska);
+  tcase_add_test(tc, test_csv_of_other_programs_metadata);
+  tcase_add_test(tc, test_travels_through_matroska);
   tcase_add_test(tc, test_full_disk);
 #ifndef CSDTRACK_SANITIZED
-  // Stock gst-launch-1.0 can't load a sanitized plugin.
+  // The system's gst-launch-1.0 can't load a sanitized plugin.
   tcase_add_test(tc, test_killed);
 #else
   (void)test_killed;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
-// The metadata and its C header: fields, types, several on a buffer, its transform function. What becomes of it
-// downstream is csdtrackmeta_matrix's.
+// The metadata and its C header: fields, types, several metas on a buffer, the transform function. csdtrackmeta_matrix
+// tests what other elements do to it.
 #include <gst/video/video.h>
 
 #include "attach.h"
 #include "output/meta.h"
 
-// Last, for it defines a macro `fail`.
+// Last, since it defines a macro `fail`.
 #include <gst/check/gstcheck.h>
 
 using csd_check::attach;
@@ -34,7 +34,7 @@ GST_START_TEST(test_fields_and_types) {
   GstBuffer *buffer = gst_buffer_new();
   fail_unless(csd::add_track_meta(buffer, tracks, "here", "lk") != nullptr);
 
-  // As another program sees it, without the header.
+  // As seen by another program, without the header.
   GstCustomMeta *meta = gst_buffer_get_custom_meta(buffer, "GstCsdTrackMeta");
   fail_unless(meta != nullptr);
   const GstStructure *s = gst_custom_meta_get_structure(meta);
@@ -74,14 +74,14 @@ GST_START_TEST(test_fields_and_types) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_source_that_is_no_text) {
+GST_START_TEST(test_a_source_name_that_is_not_text) {
   GstStructure *s = csd::new_tracks_structure("csdtrack", csd::Tracks{}, "a\xff", "lk");
   fail_unless_equals_string(gst_structure_get_string(s, "source"), "a\xef\xbf\xbd");
   gst_structure_free(s);
 }
 GST_END_TEST;
 
-GST_START_TEST(test_registered_with_right_tags) {
+GST_START_TEST(test_is_registered_with_the_right_tags) {
   fail_unless(csd::register_track_metas());
   fail_unless(csd::register_track_metas());
   for (const char *name : {"GstCsdTrackMeta", "GstCsdTruthMeta"}) {
@@ -131,12 +131,12 @@ GST_START_TEST(test_unreadable_structures) {
   gst_csd_structure_set(s, &header, nullptr);
   fail_unless(gst_csd_structure_get_header(s, &header) && header.n_features == 0);
   gst_structure_set(s, "schema", G_TYPE_INT, 2, nullptr);
-  fail_if(gst_csd_structure_get_header(s, &header), "a schema from the future is not guessed at");
+  fail_if(gst_csd_structure_get_header(s, &header), "a future schema is not guessed at");
   gst_structure_free(s);
 }
 GST_END_TEST;
 
-GST_START_TEST(test_scales_and_is_absent_where_a_rectangle_is_scaled) {
+GST_START_TEST(test_scales_but_is_dropped_by_a_scaled_rectangle) {
   GstVideoInfo in, out;
   gst_video_info_set_format(&in, GST_VIDEO_FORMAT_I420, 64, 48);
   gst_video_info_set_format(&out, GST_VIDEO_FORMAT_I420, 32, 24);
@@ -175,11 +175,11 @@ static Suite *csdtrackmeta_suite() {
   gst_object_unref(plugin);
   suite_add_tcase(s, tc);
   tcase_add_test(tc, test_fields_and_types);
-  tcase_add_test(tc, test_source_that_is_no_text);
-  tcase_add_test(tc, test_registered_with_right_tags);
+  tcase_add_test(tc, test_a_source_name_that_is_not_text);
+  tcase_add_test(tc, test_is_registered_with_the_right_tags);
   tcase_add_test(tc, test_several_metas);
   tcase_add_test(tc, test_unreadable_structures);
-  tcase_add_test(tc, test_scales_and_is_absent_where_a_rectangle_is_scaled);
+  tcase_add_test(tc, test_scales_but_is_dropped_by_a_scaled_rectangle);
   return s;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
-// What becomes of the metadata downstream: right, or absent. A white square is drawn where the metadata says that a
-// feature is, and looked for in what arrives. Each element is a row of a table of docs/elements.md, which must say what
-// is measured here; `ninja -C build meta-matrix` writes it.
+// What becomes of the metadata downstream: it must be right or absent. Draws a white square where the metadata puts a
+// feature, and looks for it in the output. Each element is a row of a table in docs/elements.md, which must match the
+// measurement; `ninja -C build meta-matrix` writes it.
 #include <gst/video/video.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 #include "attach.h"
 
-// Last, for it defines a macro `fail`.
+// Last, since it defines a macro `fail`.
 #include <gst/check/gstcheck.h>
 
 namespace {
@@ -31,11 +31,11 @@ struct Point {
 // The square covers the pixels 80…119 × 60…99 of 640 × 480.
 constexpr int in_width = 640, in_height = 480, square_x = 80, square_y = 60, square_side = 40;
 constexpr Point in_centre = {99.5, 79.5};
-constexpr double no_brighter = 60;  // what is counted as black: coded black is not quite
-// Pixels of what arrives. videoscale's bilinear filter itself shifts a picture by a third of a pixel when it doubles
-// the width; who forgets that centres are at integers is off by a half then.
+constexpr double no_brighter = 60;  // counts as black, since coded black is not quite black
+// Pixels of the output. When it doubles the width, videoscale's bilinear filter itself shifts the picture by a third of
+// a pixel. An element that forgets that centres are at integers would be off by a half.
 constexpr double tracks_tolerance = 0.4;
-constexpr double box_tolerance = 1;  // a box's pixels are whole
+constexpr double box_tolerance = 1;  // a box has whole pixels
 
 /// A picture's size, and where its feature is.
 struct At {
@@ -48,7 +48,7 @@ constexpr std::nullopt_t gone = std::nullopt;
 struct Row {
   const char *elements;
   std::optional<At> at;  ///< of the tracks, by hand; none: no tracks arrive
-  bool all = true;       ///< on all buffers that arrive; else on some
+  bool all = true;       ///< on all buffers that arrive, otherwise on some
 };
 
 // x' = (x + 1/2) s − 1/2: 100/2 − 1/2 and 80/2 − 1/2; 100·3/2 − 1/2 and 80·3/2 − 1/2; 100/4 − 1/2 and 80/4 − 1/2.
@@ -98,17 +98,17 @@ constexpr auto rows = std::to_array<Row>({
     {"rtpvrawpay", gone},
 });
 
-/// What arrives at the end. Sums are over all buffers, the rest is of the last.
+/// What arrives. Sums are over all buffers, the rest is from the last buffer.
 struct Arrived {
-  bool there = true;  ///< all of these elements
+  bool there = true;  ///< all these elements exist
   std::string error;
   unsigned buffers = 0, tracks = 0, truths = 0, boxes = 0, parameters = 0;
   GstCsdHeader header{};
   GstCsdFeature feature{}, second{};
-  bool truth_agrees = true;            ///< with the tracks, of which it is a copy
+  bool truth_agrees = true;            ///< with the tracks, whose copy it is
   Point box;                           ///< centre of the region of interest
-  double tracks_off = 0, box_off = 0;  ///< the most that they are off from where the square is
-  int width = 0, height = 0;           ///< 0: what arrives is not raw
+  double tracks_off = 0, box_off = 0;  ///< their largest distance from the square
+  int width = 0, height = 0;           ///< 0: the output is not raw
 };
 
 void put_in(GstBuffer *buffer, unsigned frame) {
@@ -124,14 +124,14 @@ void put_in(GstBuffer *buffer, unsigned frame) {
   gst_buffer_unmap(buffer, &map);
 }
 
-/// Centre of what is bright. The square is alone in the picture.
+/// The centre of the bright area. The square is alone in the picture.
 Point look(const GstVideoInfo &info, GstBuffer *buffer) {
   GstVideoFrame frame;
   if (!gst_video_frame_map(&frame, &info, buffer, GST_MAP_READ)) g_error("a frame can't be mapped");
   const int component = GST_VIDEO_INFO_IS_RGB(&info) ? 1 : 0;  // green, or luma
   const auto *data = static_cast<const guint8 *>(GST_VIDEO_FRAME_COMP_DATA(&frame, component));
   double weight = 0, x_sum = 0, y_sum = 0;
-  // Only in the quarter that it is in: textoverlay writes into the others.
+  // Only in the square's quarter: textoverlay writes into the others.
   for (int y = 0; y < info.height / 2; ++y)
     for (int x = 0; x < info.width / 2; ++x) {
       const guint8 value = data[y * GST_VIDEO_FRAME_COMP_STRIDE(&frame, component) +
@@ -145,7 +145,7 @@ Point look(const GstVideoInfo &info, GstBuffer *buffer) {
   return {x_sum / weight, y_sum / weight};
 }
 
-/// How far two points are apart, in x or in y; infinite if one is nowhere.
+/// The distance of two points in x or in y, the larger; infinite if one is nowhere.
 double apart(Point a, Point b) {
   const double far = std::max(std::abs(a.x - b.x), std::abs(a.y - b.y));
   return std::isnan(far) ? INFINITY : far;
@@ -153,7 +153,7 @@ double apart(Point a, Point b) {
 
 void take_out(Arrived &arrived, GstBuffer *buffer, const GstCaps *caps) {
   ++arrived.buffers;
-  Point truly = in_centre;  // as encoded video can't be looked at
+  Point truly = in_centre;  // since encoded video can't be inspected
   GstVideoInfo info;
   if (gst_structure_has_name(gst_caps_get_structure(caps, 0), "video/x-raw") && gst_video_info_from_caps(&info, caps)) {
     arrived.width = info.width;
@@ -221,7 +221,7 @@ std::string fate(unsigned metas, unsigned buffers, Point position, double off, d
   return metas == buffers ? kept : kept + " on some buffers";
 }
 
-/// The row of the page.
+/// The page's row.
 std::string line_of(const char *elements, const Arrived &a) {
   return std::string("| `") + elements + "` | " +
          fate(a.tracks, a.buffers, {a.feature.x, a.feature.y}, a.tracks_off, tracks_tolerance) + " | " +
@@ -240,7 +240,7 @@ std::string read_page() {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// What stands between the marks.
+/// The text between the marks.
 std::string_view written(const std::string &page) {
   const auto begin = page.find(begin_mark), end = page.find(end_mark);
   if (begin == std::string::npos || end == std::string::npos || end < begin)
@@ -256,7 +256,7 @@ std::string heading() {
          "| through | GstCsdTrackMeta, GstCsdTruthMeta | box of `attach-roi` | its parameters |\n|---|---|---|---|\n";
 }
 
-/// The row of the page that is about these elements, or "".
+/// The page's row for these elements, or "".
 std::string row_on_page(std::string_view table, const char *elements) {
   std::istringstream lines{std::string(table)};
   const std::string begin = std::string("| `") + elements + "` |";
@@ -265,7 +265,7 @@ std::string row_on_page(std::string_view table, const char *elements) {
   return "";
 }
 
-/// Measures all rows and writes them into the page. What can't be measured here keeps its row.
+/// Measures all rows and writes them into the page. Rows that can't be measured here stay.
 int write_page() {
   std::string page = read_page();
   const std::string_view old = written(page);
@@ -302,7 +302,7 @@ void assert_at(const char *elements, const Arrived &a, const std::optional<At> &
 
 }  // namespace
 
-GST_START_TEST(test_row) {
+GST_START_TEST(test_measured_row_matches_the_page) {
   const Row &row = rows[static_cast<std::size_t>(__i__)];
   const Arrived a = send_through(row.elements);
   if (!a.there) {
@@ -310,10 +310,10 @@ GST_START_TEST(test_row) {
     return;
   }
   assert_at(row.elements, a, row.at, row.all);
-  // What is asserted so far holds with every GStreamer; the page tells of one.
+  // The assertions up to here hold with every GStreamer. The page is about one version.
   const std::string page = read_page();
   if (written(page).find(heading()) != 0) {
-    g_printerr("SKIP: the page tells of another GStreamer\n");
+    g_printerr("SKIP: the page is about another GStreamer\n");
     return;
   }
   const std::string said = row_on_page(written(page), row.elements), measured = line_of(row.elements, a);
@@ -321,7 +321,7 @@ GST_START_TEST(test_row) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_page_has_these_rows_and_no_others) {
+GST_START_TEST(test_page_has_exactly_these_rows) {
   const std::string page = read_page();
   std::istringstream lines{std::string(written(page))};
   std::string line;
@@ -329,23 +329,23 @@ GST_START_TEST(test_page_has_these_rows_and_no_others) {
   }
   for (const Row &row : rows) {
     fail_unless(static_cast<bool>(std::getline(lines, line)));
-    fail_unless(line.find(std::string("| `") + row.elements + "` |") == 0, "%s: write it anew", line.c_str());
+    fail_unless(line.find(std::string("| `") + row.elements + "` |") == 0, "%s: run meta-matrix", line.c_str());
   }
-  fail_if(static_cast<bool>(std::getline(lines, line)), "%s: write it anew", line.c_str());
+  fail_if(static_cast<bool>(std::getline(lines, line)), "%s: run meta-matrix", line.c_str());
 }
 GST_END_TEST;
 
-GST_START_TEST(test_aspect) {
-  // Other pixels, the same display aspect: 640·2 : 480 is 1280 : 480, without a border. 100·2 − 1/2.
+GST_START_TEST(test_pixel_aspect_ratio) {
+  // Other pixels with the same display aspect: 640·2 : 480 is 1280 : 480, without a border. 100·2 − 1/2.
   const char *elements = "videoscale ! video/x-raw,width=1280,height=480,pixel-aspect-ratio=1/1";
   assert_at(elements, send_through(elements, "2/1"), At{1280, 480, 199.5, 79.5});
-  // 321 columns of 240.75 rows: an aspect that differs by less than a row leaves no border.
+  // 321 columns make 240.75 rows: an aspect that is off by less than a row leaves no border.
   elements = "videoscale ! video/x-raw,width=321,height=240,pixel-aspect-ratio=1/1";
   assert_at(elements, send_through(elements), At{321, 240, 100. * 321 / 640 - 0.5, 39.5});
 }
 GST_END_TEST;
 
-GST_START_TEST(test_absent_where_it_would_be_wrong) {
+GST_START_TEST(test_is_absent_where_it_would_be_wrong) {
   for (const char *borders : {"true", "false"}) {
     const std::string scale =
         std::string("videoscale add-borders=") + borders + " ! video/x-raw,pixel-aspect-ratio=1/1,";
@@ -360,10 +360,10 @@ static Suite *csdtrackmeta_matrix_suite() {
   Suite *s = suite_create("csdtrackmeta_matrix");
   TCase *tc = tcase_create("general");
   suite_add_tcase(s, tc);
-  tcase_add_loop_test(tc, test_row, 0, static_cast<int>(rows.size()));
-  tcase_add_test(tc, test_page_has_these_rows_and_no_others);
-  tcase_add_test(tc, test_aspect);
-  tcase_add_test(tc, test_absent_where_it_would_be_wrong);
+  tcase_add_loop_test(tc, test_measured_row_matches_the_page, 0, static_cast<int>(rows.size()));
+  tcase_add_test(tc, test_page_has_exactly_these_rows);
+  tcase_add_test(tc, test_pixel_aspect_ratio);
+  tcase_add_test(tc, test_is_absent_where_it_would_be_wrong);
   return s;
 }
 
@@ -375,7 +375,7 @@ int main(int argc, char **argv) {
   if (!plugin) g_error("no plugin: is GST_PLUGIN_PATH set?");
   gst_object_unref(plugin);
   if (write) {
-    alarm(1200);  // neither check nor meson ends a pipeline that hangs
+    alarm(1200);  // neither check nor meson ends a pipeline that hangs here
     return write_page();
   }
   return gst_check_run_suite(csdtrackmeta_matrix_suite(), "csdtrackmeta_matrix", __FILE__);

@@ -18,7 +18,7 @@ namespace {
 
 using csd::FrameView;
 
-/// R G B of a pixel of the view, by the textbook formula in double; a gray view gives its luma thrice.
+/// R G B of a pixel of the view, by the textbook formula in double. In a gray view all three are its luma.
 scene::Rgb pixel(const FrameView &view, int x, int row) {
   std::array<double, 3> c{};
   for (int k = 0; k < (view.model == csd::ColourModel::gray ? 1 : 3); ++k) {
@@ -57,7 +57,7 @@ void expect_scene(const FrameView &view, int left, int top, bool fields, double 
   EXPECT_LT(colour_sum / (view.rows * view.width), mean_limit) << what;
 }
 
-/// One chroma sample off would be 4 in R (4:2:2) on average over the three: more than this.
+/// An error of one chroma sample would be 4 in R (4:2:2), and more than this on average over the three.
 constexpr double whole_frame = 1.8;
 
 class EveryFormat : public testing::TestWithParam<GstVideoFormat> {};
@@ -84,7 +84,7 @@ TEST_P(EveryFormat, ShowsTheSameSceneWithAnyStride) {
     }
 }
 
-/// Random bits, whole frames of them, are what GStreamer's own unpacking finds there: each sample of each pixel.
+/// On whole frames of random bits, finds what GStreamer's own unpacking finds: each sample of each pixel.
 TEST_P(EveryFormat, ReadsEverySampleAsGStreamerUnpacksIt) {
   constexpr int width = 67, height = 6;
   const GstVideoInfo info = scene::info_of(GetParam(), width, height);
@@ -93,7 +93,7 @@ TEST_P(EveryFormat, ReadsEverySampleAsGStreamerUnpacksIt) {
   GstMapInfo map;
   ASSERT_TRUE(gst_buffer_map(buffer.get(), &map, GST_MAP_WRITE));
   std::generate_n(map.data, map.size, [&] { return static_cast<guint8>(random()); });
-  // I420_10LE and its like have nothing above their bits; what is there all the same is another's guess than ours.
+  // I420_10LE and similar formats have no bits above the depth. Others may interpret stray bits there differently.
   const unsigned depth = GST_VIDEO_INFO_COMP_DEPTH(&info, 0);
   if (GST_VIDEO_INFO_N_PLANES(&info) == 3 && depth > 8)
     for (gsize i = 1; i < map.size; i += 2) map.data[i] &= static_cast<guint8>((1u << (depth - 8)) - 1);
@@ -102,7 +102,7 @@ TEST_P(EveryFormat, ReadsEverySampleAsGStreamerUnpacksIt) {
   const FrameView view = csd::frame_view(frame, info);
   const GstVideoFormatInfo &format = *frame.info.finfo;
   const bool deep = gst_video_format_get_info(format.unpack_format)->bits == 16;
-  std::vector<std::uint16_t> line(4 * static_cast<std::size_t>(width + 16));  // alpha and three; of 8 bit: of bytes
+  std::vector<std::uint16_t> line(4 * static_cast<std::size_t>(width + 16));  // alpha and three; bytes for 8 bit
   for (int y = 0; y < height; ++y) {
     format.unpack_func(&format, GST_VIDEO_PACK_FLAG_TRUNCATE_RANGE, line.data(), frame.data, frame.info.stride, 0, y,
                        width);
@@ -131,7 +131,7 @@ TEST_P(EveryFormat, GivesTheWorkingImageTheSceneToo) {
   ASSERT_EQ(work.size(), cv::Size(64, 48));
   cv::Mat bgr;
   work.gather_bgr(cv::Rect(0, 0, 64, 48), bgr);
-  // GStreamer makes deep gray of gray of 8 bit, by repeating its bits: up to ½ is added.
+  // GStreamer makes deep gray from 8-bit gray by repeating its bits, which adds up to ½.
   const double limit = view.model == csd::ColourModel::gray && GST_VIDEO_INFO_COMP_DEPTH(&info, 0) > 8 ? 2.1 : 1.6;
   double sum = 0;
   for (int y = 0; y < 48; ++y)
@@ -165,7 +165,7 @@ TEST_P(EveryFormat, ShowsTheCropRectangle) {
   }
 }
 
-TEST_P(EveryFormat, ShowsTheFieldThatIsFirst) {
+TEST_P(EveryFormat, ShowsTheFirstField) {
   for (const auto mode : {GST_VIDEO_INTERLACE_MODE_INTERLEAVED, GST_VIDEO_INTERLACE_MODE_MIXED})
     for (const auto &[width, height] : {std::pair{64, 48}, {65, 49}, {31, 50}, {33, 51}, {8, 2}})
       for (const bool top_first : {true, false})
@@ -204,8 +204,8 @@ TEST_P(EveryFormat, CropsFields) {
     }
 }
 
-TEST_P(EveryFormat, LooksAtAProgressiveFrameOfAMixedStreamAsItsTopField) {
-  // The same bytes, made as a progressive frame: only the caps say mixed.
+TEST_P(EveryFormat, TreatsAProgressiveFrameOfAMixedStreamAsItsTopField) {
+  // The same bytes as a progressive frame: only the caps say mixed.
   const scene::Buffer buffer = scene::make(scene::info_of(GetParam(), 65, 48));
   const GstVideoInfo info = scene::info_of(GetParam(), 65, 48, GST_VIDEO_INTERLACE_MODE_MIXED);
   const scene::Frame frame(info, buffer.get(), GST_MAP_READ);
@@ -226,15 +226,15 @@ TEST(FrameView, TakesFieldOrderFromCapsBeforeFlags) {
   GST_BUFFER_FLAG_SET(buffer.get(), GST_VIDEO_BUFFER_FLAG_TFF);
   GST_VIDEO_INFO_FIELD_ORDER(&info) = GST_VIDEO_FIELD_ORDER_BOTTOM_FIELD_FIRST;
   EXPECT_EQ(csd::frame_fields(scene::Frame(info, buffer.get(), GST_MAP_READ)), csd::Fields::bottom_first);
-  // Mixed: flags alone count, frame by frame.
+  // Mixed: only flags count, frame by frame.
   GST_VIDEO_INFO_INTERLACE_MODE(&info) = GST_VIDEO_INTERLACE_MODE_MIXED;
   EXPECT_EQ(csd::frame_fields(scene::Frame(info, buffer.get(), GST_MAP_READ)), csd::Fields::progressive);
   GST_BUFFER_FLAG_SET(buffer.get(), GST_VIDEO_BUFFER_FLAG_INTERLACED);
   EXPECT_EQ(csd::frame_fields(scene::Frame(info, buffer.get(), GST_MAP_READ)), csd::Fields::top_first);
 }
 
-TEST(FrameView, StaysInsideAPlaneThatLacksTheLastChromaLine) {
-  // 6 lines of I420 with 3 chroma lines, not the 4 that two whole fields need; V ends with the memory.
+TEST(FrameView, StaysInsideAPlaneWithoutTheLastChromaLine) {
+  // 6 lines of I420 with 3 chroma lines, instead of the 4 that two whole fields need. V ends with the memory.
   const GstVideoInfo info = scene::info_of(GST_VIDEO_FORMAT_I420, 8, 6, GST_VIDEO_INTERLACE_MODE_INTERLEAVED);
   const scene::Buffer buffer(gst_buffer_new_allocate(nullptr, 8 * 6 + 2 * 4 * 3, nullptr));
   gsize offset[4] = {0, 48, 60, 0};
@@ -281,8 +281,8 @@ TEST(FrameView, LeavesOutADecodersPadding) {
   expect_scene(view, 0, 0, false, whole_frame, "padded");
 }
 
-/// The scene as NV12 whose planes lie as a hardware decoder's: lines longer than the picture's, of another length in
-/// each plane, lines below it, something before; and the planes in one memory or in two.
+/// The scene as NV12 with the planes of a hardware decoder: lines longer than the picture's, of a different length in
+/// each plane, lines below the picture, bytes before it; the planes in one memory or in two.
 TEST(FrameView, FindsNv12PlanesWhereTheMetaSays) {
   constexpr int width = 66, height = 50;
   const GstVideoInfo info = scene::info_of(GST_VIDEO_FORMAT_NV12, width, height);
@@ -298,7 +298,7 @@ TEST(FrameView, FindsNv12PlanesWhereTheMetaSays) {
                   bytes.data() + offset[plane] + static_cast<gsize>(y * stride[plane]));
   for (const bool split : {false, true}) {
     const scene::Buffer buffer(gst_buffer_new());
-    const gsize first = split ? offset[1] - 11 : size;  // what is before the second plane is in its memory
+    const gsize first = split ? offset[1] - 11 : size;  // the bytes before the second plane are in its memory
     for (const auto &[from, length] : {std::pair{gsize{0}, first}, {first, size - first}}) {
       if (length == 0) continue;
       GstMemory *memory = gst_allocator_alloc(nullptr, length, nullptr);
@@ -316,7 +316,7 @@ TEST(FrameView, FindsNv12PlanesWhereTheMetaSays) {
   }
 }
 
-TEST(MappedFrame, RefusesAGstVideoMetaThatLies) {
+TEST(MappedFrame, RefusesAWrongGstVideoMeta) {
   const GstVideoInfo info = scene::info_of(GST_VIDEO_FORMAT_I420, 64, 48);
   using Lie = void (*)(GstVideoMeta &);
   const auto maps = [&info](Lie lie) {
@@ -335,8 +335,8 @@ TEST(MappedFrame, RefusesAGstVideoMetaThatLies) {
   EXPECT_TRUE(maps([](GstVideoMeta &meta) {
     meta.offset[0] = 47 * 64;
     meta.stride[0] = -64;
-  })) << "from the bottom up";
-  // Beyond the memory, before it, and what is of another picture than the caps tell.
+  })) << "bottom-up";
+  // Beyond the memory, before it, and for another picture than in the caps.
   EXPECT_FALSE(maps([](GstVideoMeta &meta) { ++meta.offset[2]; }));
   EXPECT_FALSE(maps([](GstVideoMeta &meta) { meta.stride[2] = 4096; }));
   EXPECT_FALSE(maps([](GstVideoMeta &meta) { meta.stride[0] = -64; }));
@@ -348,8 +348,8 @@ TEST(MappedFrame, RefusesAGstVideoMetaThatLies) {
   EXPECT_FALSE(maps([](GstVideoMeta &meta) { meta.format = GST_VIDEO_FORMAT_Y444; }));
 }
 
-/// Packed formats of which GstVideoFormatInfo doesn't tell where samples lie: the last one is the line's end.
-TEST(MappedFrame, KnowsHowLongALineOfAPackedFormatIs) {
+/// Packed formats whose samples GstVideoFormatInfo doesn't locate: the last sample ends the line.
+TEST(MappedFrame, KnowsTheLineLengthOfPackedFormats) {
   for (const auto &[name, width, bytes] : {std::tuple{"Y210", 6, 24},
                                            {"Y210", 5, 24},
                                            {"Y410", 5, 20},
@@ -399,7 +399,7 @@ TEST(FrameView, KnowsMatrixAndRange) {
   EXPECT_NEAR(view_of(GST_VIDEO_FORMAT_BGRx, 480, nullptr).kr, 0.299, 1e-6) << "as after a converter";
 }
 
-TEST(TemplateCaps, TakeWholePicturesOnly) {
+TEST(TemplateCaps, AcceptOnlyWholePictures) {
   GstCaps *caps = csd::template_caps();
   ASSERT_EQ(gst_caps_get_size(caps), 6u);
   const auto takes = [&](const char *text) {

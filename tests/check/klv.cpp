@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
-// Lines in packets of SMPTE 336: their bytes, and what csdtrackdec makes of packets that are cut, torn, lost, or
-// others'.
+// Lines in packets of SMPTE 336: their bytes, and how csdtrackdec reads packets that are cut, torn, lost or foreign.
 #include "record/klv.h"
 
 #include <random>
@@ -15,13 +14,13 @@ namespace {
 
 constexpr char klv[] = "meta/x-klv,parsed=true";
 
-/// As docs/metadata.md has it. `key` ends in the line's number and how many pieces are still to come.
+/// As in docs/metadata.md. `key` ends in the line's number and the number of pieces still to come.
 std::string key(unsigned line = 0, unsigned rest = 0) {
   return std::string("\x06\x0e\x2b\x34\x01\x01\x01\x01\x0f\x63\x73\x64\x74\x72", 14) + static_cast<char>(line) +
          static_cast<char>(rest);
 }
 
-/// With a length of so many bytes behind the first.
+/// With a length field of that many bytes after the first.
 std::string packet(const std::string &key, const std::string &value, unsigned bytes = 3) {
   std::string out = key + static_cast<char>(0x80 | bytes);
   for (unsigned i = bytes; i-- > 0;) out += static_cast<char>(value.size() >> 8 * i);
@@ -31,18 +30,18 @@ std::string packet(guint64 n) {
   return packet(key(), line(n));
 }
 
-/// Of a drone's camera (MISB ST 0601), with half of our label in its value, and brackets.
+/// From a drone's camera (MISB ST 0601), with half of our label and some brackets in its value.
 const std::string foreign = packet({"\x06\x0e\x2b\x34\x02\x0b\x01\x01\x0e\x01\x03\x01\x01\x00\x00\x00", 16},
                                    "\x02\x08" + key().substr(0, 9) + "{}" + key().substr(0, 13), 1);
 
-/// What stands before a packet in a synchronous metadata stream: service, sequence, flags, length.
+/// The header of a packet in a synchronous metadata stream: service, sequence, flags, length.
 std::string access_unit(const std::string &value) {
   return std::string{'\xfc', '\x07', '\xdf', static_cast<char>(value.size() >> 8), static_cast<char>(value.size())} +
          value;
 }
 
 struct Klv : TextHarness {
-  /// As from a file, where lines have their own times; or from a demuxer.
+  /// BYTES is as from a file, where lines have their own times; TIME is as from a demuxer.
   explicit Klv(GstFormat format = GST_FORMAT_BYTES) : TextHarness(klv) {
     GstSegment segment;
     gst_segment_init(&segment, format);
@@ -53,7 +52,7 @@ struct Klv : TextHarness {
     if (discont) GST_BUFFER_FLAG_SET(buffer, GST_BUFFER_FLAG_DISCONT);
     return gst_harness_push(text, buffer);
   }
-  /// Which of the frames 0 to `count` get their own line; none gets another's.
+  /// Which of the frames 0 to `count` get their own line. None may get another's.
   std::set<int> right(int count) {
     std::set<int> numbers;
     for (int n = 0; n < count; ++n) {
@@ -71,7 +70,7 @@ void fail_unless_numbers(const std::set<int> &got, std::set<int> expected) {
   fail_unless(got == expected, "%s", text.c_str());
 }
 
-/// The pieces of the line of frame `n`, which is two features long: `count` of them, each with one more.
+/// The pieces of frame `n`'s line, which has two features: `count` of them, each with one more.
 std::vector<std::string> pieces(guint64 n, unsigned number, unsigned count) {
   std::vector<std::string> packets;
   std::string text = line(n);
@@ -86,7 +85,7 @@ std::vector<std::string> pieces(guint64 n, unsigned number, unsigned count) {
 
 }  // namespace
 
-GST_START_TEST(lengths_are_in_as_few_bytes_as_they_take) {
+GST_START_TEST(a_length_uses_as_few_bytes_as_possible) {
   const struct {
     std::size_t size;
     std::string length;
@@ -101,7 +100,7 @@ GST_START_TEST(lengths_are_in_as_few_bytes_as_they_take) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_line_is_a_packet) {
+GST_START_TEST(a_line_is_one_packet) {
   const auto packets = encoded(2, "csdtrack0", frame_time, klv), lines = encoded(2, "csdtrack0", frame_time, ndjson);
   fail_unless_equals_int(packets.size(), 1);
   std::string text = lines[0].text;
@@ -113,14 +112,14 @@ GST_START_TEST(a_line_is_a_packet) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_longer_line_is_several) {
+GST_START_TEST(a_longer_line_is_several_packets) {
   const auto packets = encoded(2500, "csdtrack0", frame_time, klv);
   fail_unless_equals_int(packets.size(), 3);
   std::string text;
   GstClockTime time = 2 * frame_time;
   for (std::size_t i = 0; i < packets.size(); ++i) {
     const Encoded &p = packets[i];
-    // What mpegtsmux 1.22 can say the length of.
+    // The longest that mpegtsmux 1.22 can encode.
     fail_unless(p.text.size() <= 65527 && (i == 2 || p.text.size() > 64000));
     const auto number = static_cast<unsigned char>(p.text[14]);
     fail_unless(number > 0 && number < 128);
@@ -136,7 +135,7 @@ GST_START_TEST(a_longer_line_is_several) {
 }
 GST_END_TEST
 
-GST_START_TEST(packets_are_found_however_they_are_cut) {
+GST_START_TEST(packets_are_found_at_any_cut) {
   const auto cut = pieces(2, 7, 3);
   std::string all = foreign + packet(0) + access_unit(packet(1)) + foreign;
   for (const std::string &piece : cut) all += piece + foreign;
@@ -144,7 +143,7 @@ GST_START_TEST(packets_are_found_however_they_are_cut) {
   std::mt19937 random(1);
   for (std::size_t size = 0; size < 60; ++size) {
     Klv harness;
-    // First of one size, in the last rounds of any.
+    // First in cuts of one size, in the last rounds of random sizes.
     for (std::size_t at = 0, step; at < all.size(); at += step) {
       step = size == 0 ? all.size() : size < 40 ? size : 1 + random() % 300;
       fail_unless_equals_int(harness.push_bytes(all.substr(at, step)), GST_FLOW_OK);
@@ -156,10 +155,10 @@ GST_START_TEST(packets_are_found_however_they_are_cut) {
 }
 GST_END_TEST
 
-GST_START_TEST(what_is_torn_costs_its_line) {
+GST_START_TEST(a_torn_packet_costs_its_line) {
   const std::string whole = packet(1);
   for (std::size_t left = 14; left < whole.size(); ++left) {
-    // Of the middle, away from where key, length and what follows meet, some places are enough.
+    // In the middle, away from the boundaries of key, length and the next packet, a few places are enough.
     if (left > 40 && left + 10 < whole.size() && left % 9 != 0) continue;
     for (const std::string &next : {std::string(), foreign, access_unit("")}) {
       Klv harness;
@@ -172,7 +171,7 @@ GST_START_TEST(what_is_torn_costs_its_line) {
       assert_holds(harness.said(GST_MESSAGE_WARNING), "broke off in line 2: its frame passes without tracks");
       assert_silent(harness);
     }
-    // Its end is all that comes.
+    // Only its end arrives.
     Klv harness;
     harness.push_bytes(packet(0) + whole.substr(whole.size() - left) + packet(2));
     harness.end();
@@ -182,9 +181,9 @@ GST_START_TEST(what_is_torn_costs_its_line) {
 }
 GST_END_TEST
 
-GST_START_TEST(what_a_demuxer_says_is_lost_is_not_waited_for) {
+GST_START_TEST(packets_a_demuxer_reports_lost_are_not_waited_for) {
   Klv harness;
-  // The begin of one and the end of the next would be a whole line.
+  // The start of one and the end of the next would make a whole line.
   harness.push_bytes(packet(1).substr(0, 250));
   harness.push_bytes(packet(2).substr(250) + packet(3), GST_CLOCK_TIME_NONE, true);
   harness.end();
@@ -193,12 +192,12 @@ GST_START_TEST(what_a_demuxer_says_is_lost_is_not_waited_for) {
 }
 GST_END_TEST
 
-GST_START_TEST(what_is_spoilt_costs_its_line) {
+GST_START_TEST(a_damaged_packet_costs_its_line) {
   const std::string spoilt[] = {
       packet(key(), "{\"schema\":1"),
       packet(key(), line(1).replace(10, 1, "2")),
-      packet(key(), line(0, 0)),  // earlier than the one before it
-      key() + '\x80' + line(1),   // of a length that is not said
+      packet(key(), line(0, 0)),  // earlier than the previous one
+      key() + '\x80' + line(1),   // of an unspecified length
       key() + "\x84\x7f\xff\xff\xff" + line(1),
       key() + "\xff" + line(1),
   };
@@ -215,7 +214,7 @@ GST_START_TEST(what_is_spoilt_costs_its_line) {
 }
 GST_END_TEST
 
-GST_START_TEST(pieces_of_a_line_that_lost_one_are_not_joined) {
+GST_START_TEST(a_line_with_a_lost_piece_is_not_joined) {
   const auto a = pieces(1, 5, 3), b = pieces(2, 6, 3);
   const struct {
     std::string bytes;
@@ -239,15 +238,15 @@ GST_START_TEST(pieces_of_a_line_that_lost_one_are_not_joined) {
 }
 GST_END_TEST
 
-GST_START_TEST(the_time_of_the_buffer_counts_more_than_that_in_the_line) {
-  {  // A transport stream begins at other times than what was tracked.
+GST_START_TEST(the_buffers_time_takes_precedence_over_the_lines) {
+  {  // A transport stream starts at other times than the tracked one.
     Klv harness(GST_FORMAT_TIME);
     for (guint64 n = 0; n < 4; ++n)
       harness.push_bytes(foreign + packet(key(), line(n, 100 * GST_SECOND)), n * frame_time);
     fail_unless_numbers(harness.right(4), {0, 1, 2, 3});
     assert_silent(harness);
   }
-  {  // Two in a buffer: the second is as far from the first as they themselves say. So is one that lasts beyond it.
+  {  // Two packets in a buffer: the second keeps its distance from the first. So does one that ends in the next buffer.
     Klv harness(GST_FORMAT_TIME);
     std::string all;
     for (guint64 n = 0; n < 5; ++n) all += packet(key(), line(n, 100 * GST_SECOND + n * frame_time));
@@ -258,7 +257,7 @@ GST_START_TEST(the_time_of_the_buffer_counts_more_than_that_in_the_line) {
     fail_unless_numbers(harness.right(5), {0, 1, 2, 3, 4});
     assert_silent(harness);
   }
-  {  // A buffer that begins a packet is its time, also where that ends in the next.
+  {  // A packet has the time of the buffer in which it begins, even if it ends in the next.
     Klv harness(GST_FORMAT_TIME);
     const std::string one = packet(key(), line(1, 100 * GST_SECOND));
     harness.push_bytes(one.substr(0, 50), frame_time);
@@ -266,7 +265,7 @@ GST_START_TEST(the_time_of_the_buffer_counts_more_than_that_in_the_line) {
     harness.end();
     fail_unless_numbers(harness.right(3), {1});
   }
-  {  // One that is torn doesn't leave its time to the next.
+  {  // A torn packet doesn't pass its time on to the next.
     Klv harness(GST_FORMAT_TIME);
     const auto other = [](guint64 n) { return packet(key(), line(n, 100 * GST_SECOND + n * frame_time)); };
     harness.push_bytes(other(0), 0);
@@ -276,7 +275,7 @@ GST_START_TEST(the_time_of_the_buffer_counts_more_than_that_in_the_line) {
     harness.end();
     fail_unless_numbers(harness.right(7), {0, 2, 3, 5});
   }
-  {  // Of a transport stream that has lost its times nobody knows when it is.
+  {  // In a transport stream that has lost its times, no packet's time is known.
     Klv harness(GST_FORMAT_TIME);
     for (guint64 n = 0; n < 3; ++n) harness.push_bytes(packet(n));
     fail_unless_numbers(harness.right(3), {});
@@ -285,7 +284,7 @@ GST_START_TEST(the_time_of_the_buffer_counts_more_than_that_in_the_line) {
 }
 GST_END_TEST
 
-GST_START_TEST(nothing_that_comes_is_an_error) {
+GST_START_TEST(no_input_is_an_error) {
   std::mt19937 random(2);
   for (int round = 0; round < 200; ++round) {
     Klv harness;
@@ -313,7 +312,7 @@ GST_START_TEST(nothing_that_comes_is_an_error) {
       fail_unless_equals_int(harness.push_bytes(all.substr(at, step), GST_CLOCK_TIME_NONE, random() % 16 == 0),
                              GST_FLOW_OK);
     }
-    // What is whole comes back, whatever was before it.
+    // A whole packet is read, whatever came before it.
     const std::string end = packet(key(), line(20, 20 * frame_time));
     harness.push_bytes(end);
     harness.end();
@@ -323,7 +322,7 @@ GST_START_TEST(nothing_that_comes_is_an_error) {
 }
 GST_END_TEST
 
-GST_START_TEST(only_what_others_say_is_told_once) {
+GST_START_TEST(foreign_packets_alone_are_reported_once) {
   {
     Klv harness;
     for (int i = 0; i < 49; ++i) harness.push_bytes(foreign);
@@ -335,7 +334,7 @@ GST_START_TEST(only_what_others_say_is_told_once) {
     fail_unless_numbers(harness.right(2), {0});
     fail_unless(harness.said(GST_MESSAGE_WARNING).empty());
   }
-  {  // A long line comes in many buffers, and others' packets among ours.
+  {  // A long line comes in many buffers, and foreign packets may come among ours.
     Klv harness;
     const std::string one = packet(0);
     for (std::size_t at = 0; at < one.size(); at += 2) harness.push_bytes(one.substr(at, 2));
@@ -347,7 +346,7 @@ GST_START_TEST(only_what_others_say_is_told_once) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_transport_stream_takes_what_is_longest) {
+GST_START_TEST(a_transport_stream_takes_the_longest_lines) {
   if (!have("mpegtsmux") || !have("tsdemux")) return;
   const std::string file = temporary("long.ts");
   const auto collect = [](GstElement *pipeline, const char *name) {
@@ -369,7 +368,7 @@ GST_START_TEST(a_transport_stream_takes_what_is_longest) {
   const GstClockTimeDiff shift = GST_CLOCK_DIFF(sent[0].second, got[0].second);
   for (std::size_t i = 0; i < sent.size(); ++i) {
     fail_unless(got[i].first == sent[i].first, "%u", unsigned(i));
-    // Times are in 90 kHz.
+    // Times have a resolution of 90 kHz.
     const GstClockTimeDiff off = GST_CLOCK_DIFF(sent[i].second, got[i].second) - shift;
     fail_unless(ABS(off) < 20 * GST_USECOND, "%u: %" GST_STIME_FORMAT, unsigned(i), GST_STIME_ARGS(off));
   }
@@ -381,18 +380,18 @@ static Suite *klv_suite() {
   TCase *tc = tcase_create("general");
   suite_add_tcase(s, tc);
   gst_object_unref(gst_plugin_load_by_name("csdtrack"));
-  tcase_add_test(tc, only_what_others_say_is_told_once);
-  tcase_add_test(tc, lengths_are_in_as_few_bytes_as_they_take);
-  tcase_add_test(tc, a_line_is_a_packet);
-  tcase_add_test(tc, a_longer_line_is_several);
-  tcase_add_test(tc, packets_are_found_however_they_are_cut);
-  tcase_add_test(tc, what_is_torn_costs_its_line);
-  tcase_add_test(tc, what_a_demuxer_says_is_lost_is_not_waited_for);
-  tcase_add_test(tc, what_is_spoilt_costs_its_line);
-  tcase_add_test(tc, pieces_of_a_line_that_lost_one_are_not_joined);
-  tcase_add_test(tc, the_time_of_the_buffer_counts_more_than_that_in_the_line);
-  tcase_add_test(tc, nothing_that_comes_is_an_error);
-  tcase_add_test(tc, a_transport_stream_takes_what_is_longest);
+  tcase_add_test(tc, foreign_packets_alone_are_reported_once);
+  tcase_add_test(tc, a_length_uses_as_few_bytes_as_possible);
+  tcase_add_test(tc, a_line_is_one_packet);
+  tcase_add_test(tc, a_longer_line_is_several_packets);
+  tcase_add_test(tc, packets_are_found_at_any_cut);
+  tcase_add_test(tc, a_torn_packet_costs_its_line);
+  tcase_add_test(tc, packets_a_demuxer_reports_lost_are_not_waited_for);
+  tcase_add_test(tc, a_damaged_packet_costs_its_line);
+  tcase_add_test(tc, a_line_with_a_lost_piece_is_not_joined);
+  tcase_add_test(tc, the_buffers_time_takes_precedence_over_the_lines);
+  tcase_add_test(tc, no_input_is_an_error);
+  tcase_add_test(tc, a_transport_stream_takes_the_longest_lines);
   return s;
 }
 

@@ -20,7 +20,7 @@ TEST(Latency, PercentileIsAtMostASixteenthTooHigh) {
   EXPECT_EQ(latency.quantile(1), ~std::uint64_t{0});
 }
 
-TEST(MessageGate, AChangeInTheIntervalIsPostedAtItsEnd) {
+TEST(MessageGate, AChangeWithinTheIntervalIsPostedAtItsEnd) {
   csd::MessageGate gate;
   const auto change = GST_CSD_TRACK_POST_MESSAGES_CHANGE;
   EXPECT_TRUE(gate.due(change, 100, true, 0));
@@ -31,7 +31,7 @@ TEST(MessageGate, AChangeInTheIntervalIsPostedAtItsEnd) {
   EXPECT_TRUE(gate.due(change, 100, true, 10)) << "time went back";
   EXPECT_TRUE(gate.due(change, 100, true, GST_CLOCK_TIME_NONE));
   EXPECT_FALSE(gate.due(GST_CSD_TRACK_POST_MESSAGES_NONE, 0, true, 900));
-  EXPECT_FALSE(gate.due(change, 0, false, 901)) << "what came while nobody listened is gone";
+  EXPECT_FALSE(gate.due(change, 0, false, 901)) << "changes are dropped while posting is off";
 }
 
 }  // namespace

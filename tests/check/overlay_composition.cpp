@@ -12,7 +12,7 @@
 
 namespace {
 
-/// The least in-place element that attaches compositions as OverlayNegotiation says.
+/// A minimal in-place element that attaches compositions as OverlayNegotiation decides.
 struct Stage {
   GstBaseTransform parent;
   csd::OverlayNegotiation *negotiation;
@@ -107,7 +107,7 @@ struct Outcome {
   std::string caps;
 };
 
-/// Answers the allocation query of the sink "render" as a sink that renders compositions.
+/// Answers the allocation query of the sink "render" like a sink that renders compositions.
 GstPadProbeReturn render(GstPad *, GstPadProbeInfo *info, gpointer) {
   GstQuery *query = GST_PAD_PROBE_INFO_QUERY(info);
   if (GST_QUERY_TYPE(query) != GST_QUERY_ALLOCATION) return GST_PAD_PROBE_OK;
@@ -165,7 +165,7 @@ TEST(OverlayNegotiation, AttachesWhereDownstreamRenders) {
   EXPECT_EQ(queued.attached, 5);
 }
 
-TEST(OverlayNegotiation, SaysOnceWhereDownstreamTakesTheCapsButDoesNotRender) {
+TEST(OverlayNegotiation, WarnsOnceIfDownstreamTakesTheCapsWithoutRendering) {
   for (const char *sink : {"fakesink", "identity ! fakesink"}) {
     const Outcome out = run(source + sink);
     EXPECT_TRUE(out.ran) << sink;
@@ -175,7 +175,7 @@ TEST(OverlayNegotiation, SaysOnceWhereDownstreamTakesTheCapsButDoesNotRender) {
   }
 }
 
-TEST(OverlayNegotiation, SaysOnceWhereDownstreamRefusesTheFeature) {
+TEST(OverlayNegotiation, WarnsOnceIfDownstreamRefusesTheFeature) {
   for (const char *sink : {"video/x-raw ! fakesink", "videoconvert ! video/x-raw,format=RGB ! fakesink"}) {
     const Outcome out = run(source + sink);
     EXPECT_TRUE(out.ran) << sink;
@@ -184,8 +184,8 @@ TEST(OverlayNegotiation, SaysOnceWhereDownstreamRefusesTheFeature) {
   }
 }
 
-TEST(OverlayNegotiation, KeepsUpstreamsFeatureAndAsksNobody) {
-  // An upstream stage that has been allowed to; the sink then need not say it again for the one that is looked at.
+TEST(OverlayNegotiation, KeepsUpstreamsFeatureWithoutAQuery) {
+  // The feature comes from an upstream stage that was allowed to set it. The sink need not confirm it again.
   const Outcome out =
       run("videotestsrc num-buffers=5 ! video/x-raw,width=320,height=240 ! csdteststage ! csdteststage name=stage ! "
           "fakesink name=render",
@@ -195,14 +195,14 @@ TEST(OverlayNegotiation, KeepsUpstreamsFeatureAndAsksNobody) {
   EXPECT_NE(out.caps.find(feature), std::string::npos) << out.caps;
 }
 
-TEST(CompleteCaps, LetStreamsInThatDoNotNameTheirInterlacing) {
+TEST(CompleteCaps, AdmitStreamsThatDoNotNameTheirInterlacing) {
   const Outcome out = run(
       "videotestsrc num-buffers=5 ! video/x-raw,format=I420,width=320,height=240 ! capssetter join=false replace=true "
       "caps=video/x-raw,format=I420,width=320,height=240,framerate=30/1 ! csdteststage name=stage ! fakesink");
   EXPECT_TRUE(out.ran);
 }
 
-TEST(OverlayNegotiation, OffersBothDownstreamAndTakesNothingAway) {
+TEST(OverlayNegotiation, OffersBothDownstreamAndRemovesNothing) {
   Stage *stage = stage_of(g_object_ref_sink(gst_element_factory_make("csdteststage", nullptr)));
   csd::OverlayNegotiation &negotiation = *stage->negotiation;
   GstCaps *plain = gst_caps_from_string("video/x-raw, format=I420");
@@ -219,7 +219,7 @@ TEST(OverlayNegotiation, OffersBothDownstreamAndTakesNothingAway) {
   const std::string f = "video/x-raw(meta:GstVideoOverlayComposition), format=(string)I420";
   const std::string g = "video/x-raw(memory:SystemMemory, meta:GstVideoOverlayComposition), format=(string)I420";
   negotiation.set_wanted(&stage->parent, false);
-  EXPECT_EQ(offered(GST_PAD_SINK, plain), p) << "not wanted: as it comes";
+  EXPECT_EQ(offered(GST_PAD_SINK, plain), p) << "not wanted: unchanged";
   negotiation.set_wanted(&stage->parent, true);
   EXPECT_EQ(offered(GST_PAD_SINK, plain), g + "; " + f + "; " + p);
   EXPECT_EQ(offered(GST_PAD_SINK, with), f);
@@ -254,7 +254,7 @@ TEST(OverlayComposition, LooksLikeThePainter) {
   EXPECT_LE(worst, 3);
 }
 
-TEST(OverlayComposition, KeepsAnEarlierOne) {
+TEST(OverlayComposition, KeepsAnEarlierComposition) {
   const scene::Buffer buffer(gst_buffer_new());
   csd::Tracks tracks;
   tracks.width = 320, tracks.height = 240;

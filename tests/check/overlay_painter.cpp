@@ -21,7 +21,7 @@ csd::Feature feature(csd::FeatureId id, double x, double y, csd::FeatureState st
   return out;
 }
 
-/// Every state, inside and over each edge, overlapping too.
+/// Every state, inside and over each edge, some overlapping.
 csd::Tracks some_tracks(int width, int height) {
   using enum csd::FeatureState;
   csd::Tracks tracks;
@@ -31,7 +31,7 @@ csd::Tracks some_tracks(int width, int height) {
   return tracks;
 }
 
-/// Which pixels of a frame markers may touch, from the sprites' own coverage.
+/// The pixels that markers may change, from the sprites' own coverage.
 cv::Mat1b touched(int width, int height, const csd::PictureArea &area, const csd::Tracks &tracks) {
   cv::Mat1b mask = cv::Mat1b::zeros(height, width);
   csd::Markers markers(area.height);
@@ -84,7 +84,7 @@ std::string format_name(const testing::TestParamInfo<GstVideoFormat> &info) {
   return gst_video_format_to_string(info.param);
 }
 
-TEST_P(EveryFormat, LeavesAllButTheMarkersAsItWas) {
+TEST_P(EveryFormat, ChangesOnlyTheMarkers) {
   for (const auto mode : {GST_VIDEO_INTERLACE_MODE_PROGRESSIVE, GST_VIDEO_INTERLACE_MODE_INTERLEAVED})
     for (const auto &[width, height] : {std::pair{160, 120}, {161, 121}, {163, 118}})
       for (const unsigned padding : {0u, 12u})
@@ -124,7 +124,7 @@ TEST_P(EveryFormat, LeavesAllButTheMarkersAsItWas) {
               luma_changed += mask(y, x) && before[i] != after[i];
               for (std::size_t k = 0; k < 4; ++k) {
                 if (before[i][k] == after[i][k] || mask(y, x)) continue;
-                // Chroma may also change where its sample serves a pixel that is covered.
+                // Chroma may also change where its sample belongs to a covered pixel, too.
                 bool shared = false;
                 if (yuv && k >= 2) {
                   const int sx = static_cast<int>(format->w_sub[1]), sy = static_cast<int>(format->h_sub[1]);
@@ -139,14 +139,14 @@ TEST_P(EveryFormat, LeavesAllButTheMarkersAsItWas) {
             }
           EXPECT_EQ(outside, 0u) << width << "x" << height << " fields " << fields << " crop " << cropped;
           EXPECT_GT(luma_changed, covered / 2) << "markers show";
-          // Padding bytes around the planes too: every byte that changed holds a sample of the picture, which the
-          // comparison above has seen; so no more bytes may differ than covered samples have.
+          // The planes' padding bytes are compared, too. Every changed byte must be a sample of the picture, which was
+          // compared above. So at most as many bytes may differ as the covered samples have.
           EXPECT_LE(plane_bytes_changed, covered * 4 * (GST_VIDEO_FORMAT_INFO_DEPTH(format, 0) > 8 ? 4 : 2));
         }
 }
 
-/// The colour in the middle of an opaque stroke, after GStreamer's own conversion to RGB. Each pixel with the chroma
-/// sample that serves it: which neighbours' a converter mixes in, and how, changed between 1.22 and 1.26.
+/// The colour in the middle of an opaque stroke, after GStreamer's own conversion to RGB. Uses each pixel's own chroma
+/// sample, because the way a converter mixes in the neighbours changed between 1.22 and 1.26.
 TEST_P(EveryFormat, DrawsTheStatesColour) {
   if (GST_VIDEO_FORMAT_INFO_IS_GRAY(gst_video_format_get_info(GetParam()))) return;
   const GstVideoInfo info = scene::info_of(GetParam(), 1920, 1080);
@@ -160,7 +160,7 @@ TEST_P(EveryFormat, DrawsTheStatesColour) {
   }
   scene::convert(info, buffer.get(), rgb, shown.get(), GST_VIDEO_CHROMA_MODE_NONE);
   const scene::Frame frame(rgb, shown.get(), GST_MAP_READ);
-  // The circle of radius 1080/80 = 14 crosses the row of its centre there; the dot is small.
+  // A circle of radius 1080/80 = 14 crosses its centre's row there; the dot is small.
   const auto *line = static_cast<const std::uint8_t *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0)) +
                      540 * GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0);
   int nearest = 1000;
@@ -173,8 +173,8 @@ TEST_P(EveryFormat, DrawsTheStatesColour) {
 INSTANTIATE_TEST_SUITE_P(OverlayPainter, EveryFormat, testing::ValuesIn(scene::formats(CSD_VIDEO_FORMATS)),
                          format_name);
 
-/// Two bits of alpha, or sixteen: what is opaque is all of them.
-TEST(OverlayPainter, IsOpaqueInAlphaOfAnyDepth) {
+/// Alpha may have two bits or sixteen; an opaque pixel has all of them set.
+TEST(OverlayPainter, IsOpaqueWithAlphaOfAnyDepth) {
   for (const char *name : {"RGBA", "VUYA", "Y410", "BGR10A2_LE", "RGBA64_LE", "ARGB64"}) {
     const GstVideoInfo info = scene::info_of(gst_video_format_from_string(name), 320, 240);
     const scene::Buffer buffer = scene::allocate(info, 0, 0);
@@ -194,7 +194,7 @@ TEST(OverlayPainter, IsOpaqueInAlphaOfAnyDepth) {
   }
 }
 
-TEST(OverlayPainter, SurvivesPositionsAndSizesWithoutSense) {
+TEST(OverlayPainter, SurvivesImpossiblePositionsAndSizes) {
   for (const auto &[width, height] : {std::pair{1, 1}, {3, 2}, {16, 2160}}) {
     const GstVideoInfo info = scene::info_of(GST_VIDEO_FORMAT_I420, width, height);
     const scene::Buffer buffer = scene::make(info);
@@ -207,12 +207,12 @@ TEST(OverlayPainter, SurvivesPositionsAndSizesWithoutSense) {
 }
 
 struct Megabyte {
-  std::shared_ptr<int> token;  ///< one object for all: its count tells how many there are
+  std::shared_ptr<int> token;  ///< one object for all: its use count tells how many sprites exist
   std::uint64_t key = 0;
   std::size_t bytes() const { return 1 << 20; }
 };
 
-TEST(SpriteCache, HoldsSoManyBytesAndTheLastFramesSprites) {
+TEST(SpriteCache, IsBoundedInBytesButKeepsTheLastFramesSprites) {
   constexpr std::uint64_t room = csd::SpriteCache<Megabyte>::max_bytes >> 20;
   constexpr std::uint64_t least = csd::SpriteCache<Megabyte>::min_frames;
   const auto token = std::make_shared<int>();
@@ -226,34 +226,34 @@ TEST(SpriteCache, HoldsSoManyBytesAndTheLastFramesSprites) {
         return Megabyte{token, key};
       };
       EXPECT_EQ(cache.get(key, make).key, key);
-      EXPECT_LE(token.use_count() - 1, static_cast<long>(room) + 1) << "and the one that found no room";
+      EXPECT_LE(token.use_count() - 1, static_cast<long>(room) + 1) << "and the one that did not fit";
     }
     return made;
   };
   EXPECT_EQ(made_for(0, room), room);
   EXPECT_EQ(made_for(0, room), 0u);
-  EXPECT_EQ(made_for(0, room + 5), 5u) << "only what finds no room";
-  EXPECT_EQ(made_for(0, room + 5), 5u) << "and that in every frame";
+  EXPECT_EQ(made_for(0, room + 5), 5u) << "only those that do not fit";
+  EXPECT_EQ(made_for(0, room + 5), 5u) << "the same in every frame";
   EXPECT_EQ(made_for(100, 10), 10u) << "no room for others yet";
-  EXPECT_EQ(made_for(100, 10), 10u) << "what the last frame did not show makes some";
+  EXPECT_EQ(made_for(100, 10), 10u) << "sprites not in the last frame make room";
   EXPECT_EQ(made_for(100, 10), 0u);
   for (std::uint64_t frame = 0; frame < least; ++frame) EXPECT_EQ(made_for(100, 1), 0u);
-  EXPECT_EQ(token.use_count() - 1, 10) << "may come back";
+  EXPECT_EQ(token.use_count() - 1, 10) << "they may come back";
   for (std::uint64_t frame = 0; frame < least; ++frame) EXPECT_EQ(made_for(100, 1), 0u);
-  EXPECT_EQ(token.use_count() - 1, 1) << "what was not shown for so long is gone";
+  EXPECT_EQ(token.use_count() - 1, 1) << "sprites unused for so long are gone";
   cache.clear();
   EXPECT_EQ(token.use_count(), 1);
   EXPECT_EQ(made_for(100, 10), 10u);
 }
 
-TEST(Markers, TellStatesApartByShapeAlone) {
+TEST(Markers, StatesDifferInShapeAlone) {
   for (const int lines : {240, 480, 720, 2160}) {
     csd::Markers markers(lines);
     std::vector<cv::Mat1b> coverage;
     for (std::size_t s = 0; s + 1 < csd::feature_states; ++s) {
       const csd::Sprite &sprite = markers.sprite(static_cast<csd::FeatureState>(s), 42);
       cv::Mat1b alpha(sprite.rgba.size());
-      // Where the bright core is: alpha alone has the halo too.
+      // Where the bright core is, since alpha includes the halo.
       for (int y = 0; y < alpha.rows; ++y)
         for (int x = 0; x < alpha.cols; ++x) alpha(y, x) = sprite.rgba(y, x)[1] > 70 ? 255 : 0;
       for (const cv::Mat1b &other : coverage) {
@@ -265,7 +265,7 @@ TEST(Markers, TellStatesApartByShapeAlone) {
   }
 }
 
-TEST(Markers, PutTheIdWhereThePictureIs) {
+TEST(Markers, PutTheIdInsideThePicture) {
   csd::Markers markers(480);
   EXPECT_FALSE(markers.text_left(123, 320, 640));
   EXPECT_TRUE(markers.text_left(123, 630, 640));
@@ -274,7 +274,7 @@ TEST(Markers, PutTheIdWhereThePictureIs) {
   const csd::Sprite left = markers.sprite(csd::FeatureState::tracked, 123, true);
   EXPECT_LT(right.origin.x, right.rgba.cols / 2);
   EXPECT_GT(left.origin.x, left.rgba.cols / 2);
-  EXPECT_LE(630 - left.origin.x + left.rgba.cols - 640, 2) << "all but the shape's edge is inside";
+  EXPECT_LE(630 - left.origin.x + left.rgba.cols - 640, 2) << "only the shape's edge may be outside";
 }
 
 TEST(Markers, GrowWithThePicture) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
-// Behind OpenCV: its macro fail() is not meant for streams.
+// After OpenCV, because its macro fail() collides with streams.
 #include <gst/check/gstcheck.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char *kind_names[kinds] = {"operator new", "OpenCV allocation", "thread start"};
 
-/// OpenCV's own, that fails on demand.
+/// OpenCV's own allocator, which fails on demand.
 class FailingAllocator : public cv::MatAllocator {
  public:
   cv::UMatData *allocate(int dims, const int *sizes, int type, void *data, size_t *step, cv::AccessFlag flags,
@@ -28,17 +28,17 @@ class FailingAllocator : public cv::MatAllocator {
   void deallocate(cv::UMatData *data) const override { cv::Mat::getStdAllocator()->deallocate(data); }
 };
 
-/// From now on a cv::Mat's memory is an OpenCV allocation that fails() is asked about. OpenCV works in one thread.
+/// From now on, fails() decides about each allocation of a cv::Mat. OpenCV uses one thread.
 [[maybe_unused]] void let_opencv_fail() {
   static FailingAllocator allocator;
   cv::Mat::setDefaultAllocator(&allocator);
   cv::setNumThreads(1);
 }
 
-/// What each fault of a kind comes to: `life` with call number n failing, and with `last` all later ones, too. Before,
-/// it is lived twice without one: for what is made once in a process, and to count the calls; `fine` looks at the
-/// second. `look` gets n and the outcome of each fault, and says whether the fault showed; one must. $CSDTRACK_FAULTS
-/// says about how many are planted (10; 0: all), spread over all there are.
+/// Runs `life` once for each fault of a kind: call number n fails, and with `last` all later ones, too. Before that, it
+/// runs `life` twice without faults, for what a process makes only once, and to count the calls; `fine` checks the
+/// second run. `look` gets n and the outcome of each fault, and says whether the fault had an effect; at least one
+/// must. $CSDTRACK_FAULTS says about how many faults to plant (10; 0: all), evenly spread.
 template <class Life, class Fine, class Look>
 void plant_each(const char *name, Kind kind, bool last, Life life, Fine fine, Look look) {
   life();

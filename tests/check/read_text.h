@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-// Last of all includes, for it defines a macro `fail`.
+// The last include, since it defines a macro `fail`.
 #include <gst/check/gstcheck.h>
 
 namespace csd_check {

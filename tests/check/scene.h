@@ -9,13 +9,13 @@
 #include <memory>
 #include <vector>
 
-/// One scene, given to every raw format by GStreamer's own converter.
+/// One scene in every raw format, made by GStreamer's own converter.
 namespace scene {
 
 using Rgb = std::array<double, 3>;
 
-/// Noise in all three alike, so that luma tells every pixel; and smooth colour (slope 2 a pixel in R along x, in B
-/// along y), so that subsampling costs little. With `fields`, odd lines have their red and blue the other way round.
+/// The same noise in R, G and B, so that luma identifies every pixel, plus smooth colour (R rises by 2 a pixel along x,
+/// B along y), so that subsampling costs little. With `fields`, odd lines swap red and blue.
 inline Rgb colour(int x, int y, bool fields = false) {
   std::uint32_t h = static_cast<std::uint32_t>(x) * 0x9e3779b1u ^ static_cast<std::uint32_t>(y) * 0x85ebca6bu;
   h ^= h >> 15;
@@ -33,7 +33,7 @@ struct Unref {
 };
 using Buffer = std::unique_ptr<GstBuffer, Unref>;
 
-/// A mapped frame, unmapped at the end of its life.
+/// A mapped frame; the destructor unmaps it.
 struct Frame : GstVideoFrame {
   Frame(const GstVideoInfo &info, GstBuffer *buffer, GstMapFlags flags) : GstVideoFrame{} {
     mapped = gst_video_frame_map(this, &info, buffer, flags);
@@ -63,8 +63,8 @@ inline GstVideoInfo info_of(GstVideoFormat format, int width, int height,
   return info;
 }
 
-/// A buffer of that format, every byte `fill`. With `padding` it has a GstVideoMeta with that many pixels and lines
-/// more than the picture on all sides, so that strides and offsets are unusual.
+/// A buffer of that format with every byte set to `fill`. With `padding` it has a GstVideoMeta with that many extra
+/// pixels and lines on all sides, for unusual strides and offsets.
 inline Buffer allocate(const GstVideoInfo &info, unsigned padding = 0, std::uint8_t fill = 0xa5) {
   GstVideoInfo layout = info;
   if (padding > 0) {
@@ -73,7 +73,8 @@ inline Buffer allocate(const GstVideoInfo &info, unsigned padding = 0, std::uint
     align.padding_left = align.padding_right = align.padding_top = align.padding_bottom = padding;
     gst_video_info_align(&layout, &align);
   }
-  // Interlaced P010 of 4n+2 lines lacks a chroma line that GStreamer's own packing writes to (seen, 1.22): room for it.
+  // Interlaced P010 of 4n+2 lines lacks a chroma line that GStreamer's own packing writes to (seen in 1.22): adds room
+  // for it.
   const gsize size = layout.size + static_cast<gsize>(GST_VIDEO_INFO_PLANE_STRIDE(&layout, 0));
   Buffer buffer(gst_buffer_new_allocate(nullptr, size, nullptr));
   gst_buffer_memset(buffer.get(), 0, fill, size);

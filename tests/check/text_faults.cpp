@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Each allocation of csdtrackenc and csdtrackdec fails once, one after the other, then all from one on: they do what
-// they do otherwise, or end the stream with one error; a line is never half written, and a frame never has another's
-// tracks. The elements are linked in, as for csdtrack_faults.cpp.
+// Each allocation of csdtrackenc and csdtrackdec fails once, one after the other; then all from one on. Either they
+// work as usual, or the stream ends with one error. A line is never half written, and a frame never has another frame's
+// tracks. The elements are linked in, as in csdtrack_faults.cpp.
 //
-// CSDTRACK_FAULTS=N plants about N faults of each kind (10), spread over all there are (0: each of them).
-#include "planting.h"  // first: its OpenCV must come before check.h
+// CSDTRACK_FAULTS=N plants about N faults of each kind (10), evenly spread (0: all of them).
+#include "planting.h"  // first: its OpenCV must precede check.h
 
 #include <algorithm>
 #include <string>
@@ -20,12 +20,12 @@ namespace {
 constexpr int frames = 6;
 
 struct Outcome {
-  std::string text;  ///< that was written, or the frames' numbers
+  std::string text;  ///< the written text, or the frames' numbers
   int errors = 0;
   std::string said;  ///< by the last error
 };
 
-/// From READY to the end of the stream. Only what the element does may fail.
+/// From READY to the end of the stream. Only the element's own work may fail.
 template <class Say>
 Outcome live(GType type, const char *property, const std::string &value, Say say) {
   auto *element = GST_ELEMENT(g_object_new(type, property, value.c_str(), nullptr));
@@ -105,7 +105,7 @@ void plant(const char *name, Outcome (*life)(), bool last) {
     fail_unless(outcome.errors <= 1, "%s: %d errors for fault %ld", name, outcome.errors, n);
     fail_unless(outcome.errors == 1 ? whole.starts_with(outcome.text) : outcome.text == whole,
                 "%s: fault %ld, %d errors, came to\n%s", name, n, outcome.errors, outcome.text.c_str());
-    fail_unless(outcome.text.empty() || outcome.text.ends_with('\n'), "%s: fault %ld left half a line", name, n);
+    fail_unless(outcome.text.empty() || outcome.text.ends_with('\n'), "%s: fault %ld left a torn line", name, n);
     fail_unless(outcome.errors == 0 || outcome.said.find("memory") != std::string::npos,
                 "%s: fault %ld is called \"%s\"", name, n, outcome.said.c_str());
     return outcome.errors > 0;
@@ -115,13 +115,13 @@ void plant(const char *name, Outcome (*life)(), bool last) {
 
 }  // namespace
 
-GST_START_TEST(an_allocation_fails) {
+GST_START_TEST(a_single_allocation_fails) {
   plant("csdtrackenc", encode, false);
   plant("csdtrackdec", decode, false);
 }
 GST_END_TEST
 
-GST_START_TEST(memory_is_short) {
+GST_START_TEST(all_allocations_fail_from_one_on) {
   plant("csdtrackenc", encode, true);
   plant("csdtrackdec", decode, true);
 }
@@ -131,10 +131,10 @@ static Suite *text_faults_suite() {
   gst_element_register_csdtrackdec(nullptr);
   Suite *suite = suite_create("text_faults");
   TCase *tcase = tcase_create("general");
-  tcase_set_timeout(tcase, 0);  // meson's holds
+  tcase_set_timeout(tcase, 0);  // meson's applies
   suite_add_tcase(suite, tcase);
-  tcase_add_test(tcase, an_allocation_fails);
-  tcase_add_test(tcase, memory_is_short);
+  tcase_add_test(tcase, a_single_allocation_fails);
+  tcase_add_test(tcase, all_allocations_fail_from_one_on);
   return suite;
 }
 

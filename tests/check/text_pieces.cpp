@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
-// Lines that are too long for a sample of a text track: how csdtrackenc cuts them and csdtrackdec joins them, and that
-// files bring them back.
+// Lines too long for a sample of a text track: csdtrackenc cuts them, csdtrackdec joins them, and files give them back.
 #include "csdtrackdec_harness.h"
 
 using namespace csd_check;
 
 namespace {
 
-constexpr std::size_t most = 65535;  // bytes of a text in MP4: 16 bits say how many
+constexpr std::size_t most = 65535;  // the most bytes of a text in MP4, whose length has 16 bits
 
 std::string joined(const std::vector<Encoded> &pieces) {
   std::string text;
@@ -22,7 +21,7 @@ std::string escaped(const std::string &text) {
   return out;
 }
 
-/// The pieces of frame 2's line, of 1500 features, for csdtrackdec.
+/// The pieces of frame 2's line of 1500 features, for csdtrackdec.
 struct Cut {
   std::vector<Encoded> pieces = encoded(1500);
   Cut() { fail_unless_equals_int(pieces.size(), 2); }
@@ -33,7 +32,7 @@ struct Cut {
   }
 };
 
-/// Frames 0 to 4 have these tracks.
+/// Expects tracks with these numbers on frames 0 to 4.
 void assert_numbers(TextHarness &harness, std::vector<int> numbers) {
   for (std::size_t n = 0; n < numbers.size(); ++n) fail_unless_equals_int(harness.push(n * frame_time), numbers[n]);
 }
@@ -55,7 +54,7 @@ bool can_record() {
   return have("x264enc") && have("avdec_h264") && have("qtmux") && have("matroskamux");
 }
 
-/// Records 20 frames, every other one of 1500 features, and returns their lines.
+/// Records 20 frames, every other one with 1500 features, and returns their lines.
 std::string record(const std::string &muxer, const std::string &recording) {
   const std::string file = temporary("first.jsonl"), wide = "queue max-size-time=0 max-size-buffers=0 max-size-bytes=0";
   GstElement *pipeline =
@@ -69,7 +68,7 @@ std::string record(const std::string &muxer, const std::string &recording) {
   return read_file(file);
 }
 
-/// The text of samples that lie one behind the other, in MP4 each behind its length of two bytes.
+/// The text of consecutive samples; in MP4 each follows its length of two bytes.
 std::string in_samples(const std::string &bytes, bool mp4) {
   if (!mp4) return bytes;
   std::string text;
@@ -88,7 +87,7 @@ std::string played(const std::string &recording, const std::string &demuxer, con
 }  // namespace
 
 GST_START_TEST(a_line_that_fits_is_one_buffer) {
-  // Source names that make the line of 900 features as long as one may be, and one byte longer.
+  // Source names that make a line of 900 features exactly as long as allowed, and one byte longer.
   const std::size_t rest = most - joined(encoded(900, "")).size();
   fail_unless(rest < 10000);
   const auto fits = encoded(900, std::string(rest, 's')), over = encoded(900, std::string(rest + 1, 's'));
@@ -100,7 +99,7 @@ GST_START_TEST(a_line_that_fits_is_one_buffer) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_longer_line_is_cut_between_features_and_divides_the_time) {
+GST_START_TEST(a_longer_line_is_cut_between_features_and_shares_the_time) {
   const auto pieces = encoded(5000);
   fail_unless_equals_int(pieces.size(), 6);
   fail_unless(joined(pieces) + "\n" == joined(encoded(5000, "csdtrack0", frame_time, ndjson)));
@@ -133,7 +132,7 @@ GST_START_TEST(a_longer_line_of_a_frame_without_duration) {
 }
 GST_END_TEST
 
-GST_START_TEST(what_no_cut_can_shorten_stays_whole) {
+GST_START_TEST(a_line_that_no_cut_can_shorten_stays_whole) {
   const std::string name(2 * most, 's');
   const auto pieces = encoded(3, name);
   fail_unless(joined(pieces) + "\n" == joined(encoded(3, name, frame_time, ndjson)));
@@ -146,7 +145,7 @@ GST_START_TEST(pieces_are_joined) {
     TextHarness harness(escape ? markup : utf8);
     Cut cut;
     cut.push(harness, 0, false, escape);
-    // Nothing of a line that is on its way: what a demuxer says of the time between its pieces.
+    // A gap that a demuxer reports between the pieces does not concern the line in progress.
     gst_harness_push_event(harness.text, gst_event_new_gap(2 * frame_time, frame_time));
     harness.push_line("", 2 * frame_time);
     Waiting frame(harness, 2 * frame_time);
@@ -169,7 +168,7 @@ GST_START_TEST(pieces_are_joined) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_line_whose_begin_lies_before_a_seek_is_passed_over) {
+GST_START_TEST(a_line_that_begins_before_a_seek_is_skipped) {
   TextHarness harness;
   Cut cut;
   cut.push(harness, 0);
@@ -185,7 +184,7 @@ GST_START_TEST(a_line_whose_begin_lies_before_a_seek_is_passed_over) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_line_that_is_torn_is_left_out) {
+GST_START_TEST(a_torn_line_is_left_out) {
   const struct {
     const char *what;
     void (*come)(TextHarness &, Cut &);
@@ -218,7 +217,7 @@ GST_START_TEST(a_line_that_is_torn_is_left_out) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_line_without_end_is_refused) {
+GST_START_TEST(an_endless_line_is_refused) {
   TextHarness harness;
   const std::string feature = "{\"id\":1},";
   std::string piece;
@@ -231,7 +230,7 @@ GST_START_TEST(a_line_without_end_is_refused) {
 }
 GST_END_TEST
 
-GST_START_TEST(files_bring_them_back) {
+GST_START_TEST(files_give_them_back) {
   if (!can_record()) return;
   for (const auto &c : containers) {
     const std::string recording = temporary("r"), second = temporary("second.jsonl");
@@ -257,7 +256,7 @@ GST_START_TEST(files_bring_them_back) {
 }
 GST_END_TEST
 
-GST_START_TEST(files_are_sought_in) {
+GST_START_TEST(files_can_be_sought_in) {
   if (!can_record()) return;
   for (const auto &c : containers) {
     if (std::string(c.muxer).find("fragment") != std::string::npos) continue;  // qtdemux 1.22 seeks there in video only
@@ -276,7 +275,7 @@ GST_START_TEST(files_are_sought_in) {
       fail_unless(numbers.size() == frames - static_cast<unsigned>(first), "%s to %u: %u", c.muxer,
                   unsigned(to / GST_MSECOND), unsigned(numbers.size()));
       for (std::size_t i = 0; i < numbers.size(); ++i) {
-        // Of the frame that is sought the line may have begun before.
+        // The line of the frame sought may have begun earlier.
         const bool there = numbers[i] == first + static_cast<int>(i);
         fail_unless(there || (i == 0 && to % frame_time != 0 && numbers[i] == -1), "%s to %u: %d on frame %u", c.muxer,
                     unsigned(to / GST_MSECOND), numbers[i], unsigned(i));
@@ -292,15 +291,15 @@ static Suite *text_pieces_suite() {
   suite_add_tcase(s, tc);
   gst_object_unref(gst_plugin_load_by_name("csdtrack"));
   tcase_add_test(tc, a_line_that_fits_is_one_buffer);
-  tcase_add_test(tc, a_longer_line_is_cut_between_features_and_divides_the_time);
+  tcase_add_test(tc, a_longer_line_is_cut_between_features_and_shares_the_time);
   tcase_add_test(tc, a_longer_line_of_a_frame_without_duration);
-  tcase_add_test(tc, what_no_cut_can_shorten_stays_whole);
+  tcase_add_test(tc, a_line_that_no_cut_can_shorten_stays_whole);
   tcase_add_test(tc, pieces_are_joined);
-  tcase_add_test(tc, a_line_whose_begin_lies_before_a_seek_is_passed_over);
-  tcase_add_test(tc, a_line_that_is_torn_is_left_out);
-  tcase_add_test(tc, a_line_without_end_is_refused);
-  tcase_add_test(tc, files_bring_them_back);
-  tcase_add_test(tc, files_are_sought_in);
+  tcase_add_test(tc, a_line_that_begins_before_a_seek_is_skipped);
+  tcase_add_test(tc, a_torn_line_is_left_out);
+  tcase_add_test(tc, an_endless_line_is_refused);
+  tcase_add_test(tc, files_give_them_back);
+  tcase_add_test(tc, files_can_be_sought_in);
   return s;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// A gstreamer-analytics for the tests of a machine that has none, or none with key points: it keeps what it is told and
-// gives it back. Nothing is scaled or copied along with a frame.
+// A gstreamer-analytics for tests on machines without one, or without key points. It stores the values and returns
+// them. It does not scale them, or copy them along with a frame.
 #include <gst/analytics/gstanalyticskeypointmtd.h>
 
 #include <map>
@@ -26,7 +26,7 @@ struct Store {
   std::map<std::pair<guint, guint>, GstAnalyticsRelTypes> relations;
 };
 
-// Their addresses are the types.
+// Their addresses serve as types.
 const char tracking_kind = 't', detection_kind = 'd', point_kind = 'p';
 
 }  // namespace
@@ -59,7 +59,7 @@ gboolean add(GstAnalyticsRelationMeta *meta, const Entry &entry, GstAnalyticsMtd
   return TRUE;
 }
 
-/// From the one that `state` counts to on: the first of that type for which `wanted` holds.
+/// From index `state` on, the first entry of that type for which `wanted` holds.
 template <class Wanted>
 gboolean next(GstAnalyticsRelationMeta *meta, gpointer *state, GstAnalyticsMtdType type, GstAnalyticsMtd *found,
               Wanted wanted) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What csdtrack and its tests use of gstreamer-analytics since 1.24, in its shape. ../../library.cpp does it.
+// The part of gstreamer-analytics 1.24 and later that csdtrack and its tests use, with the same signatures.
+// ../../library.cpp implements it.
 #pragma once
 
 #include <gst/gst.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What csdtrack and its tests use of the key points of gstreamer-analytics 1.30, in its shape (its main branch, 2026).
+// The part of gstreamer-analytics 1.30's key points that csdtrack and its tests use, with the same signatures (its main
+// branch, 2026).
 #pragma once
 
 #include <gst/analytics/analytics.h>
