@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The core on numpy arrays: what Python gives is checked here, and nothing is copied but the results.
+// The core on numpy arrays. Checks Python's values here, and copies nothing but the results.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -27,7 +27,7 @@ namespace py = pybind11;
 namespace csd {
 namespace {
 
-constexpr int learner_nice = 10;  // learners give way, as those of the element do
+constexpr int learner_nice = 10;  // learners yield to other threads, as the element's do
 
 constexpr std::size_t algorithms = static_cast<std::size_t>(AlgorithmKind::csd_forest) + 1;
 
@@ -48,7 +48,7 @@ std::vector<std::string> words(std::size_t count, std::string_view (*word)(std::
 
 // ---- A frame's result ----------------------------------------------------------------------------------------------
 
-/// A row of the array that process() returns; numpy's U8 holds the longest of the states' words.
+/// A row of the array that process() returns. numpy's U8 holds the longest state's word.
 struct Row {
   std::uint32_t id;
   double x, y;
@@ -96,8 +96,8 @@ class PyTracker {
         pool_(std::make_unique<ThreadPool>(threads, learner_nice)),
         tracker_(std::make_unique<Tracker>(settings, make_algorithm(settings, *pool_))) {}
 
-  /// A learner that is at work is waited for; other threads of Python go on meanwhile. In a process that was forked off
-  /// there is none to wait for, and what is left of it is leaked.
+  /// Waits for a working learner while other Python threads go on. A forked process has no learner to wait for, so it
+  /// leaks what is left of it.
   ~PyTracker() {
     if (getpid() != process_) {
       static_cast<void>(tracker_.release());
@@ -112,8 +112,8 @@ class PyTracker {
   PyTracker(const PyTracker &) = delete;
   PyTracker &operator=(const PyTracker &) = delete;
 
-  /// pybind11 asks for memory by this where a method is called without __init__() before it, and then would take what
-  /// lies there for a tracker.
+  /// If a method is called without __init__() before it, pybind11 allocates with this operator, and would then use
+  /// uninitialised memory as a tracker.
   static void *operator new(std::size_t) {
     throw py::type_error("this Tracker was made without __init__(): make it by csdtrack.Tracker(...)");
   }
@@ -169,7 +169,7 @@ class PyTracker {
   }
 
  private:
-  /// The core's process() belongs to one thread at a time.
+  /// Only one thread at a time may be in the core's process().
   class Turn {
    public:
     explicit Turn(std::atomic<bool> &busy) : busy_(busy) {
@@ -185,7 +185,7 @@ class PyTracker {
     std::atomic<bool> &busy_;
   };
 
-  /// After a fork its threads are not there, and what they had locked stays so.
+  /// After a fork, the tracker's threads are missing, and their locks stay locked.
   Tracker &own_tracker() const {
     if (getpid() != process_)
       throw std::runtime_error(
@@ -209,16 +209,16 @@ class PyTracker {
     warned_ = size;
     const std::string text = "a picture of " + std::to_string(size.width) + "×" + std::to_string(size.height) +
                              " pixels is smaller than a feature's patch: set patch_size lower, or give a larger one";
-    // 2: the line that calls __init__.py's process().
+    // 2: the caller of __init__.py's process().
     if (PyErr_WarnEx(PyExc_RuntimeWarning, text.c_str(), 2) != 0) throw py::error_already_set();
   }
 
   std::string algorithm_;
   bool bgr_;
   py::dtype type_;
-  cv::Size warned_;  ///< the size of which it was said that it is too small
+  cv::Size warned_;  ///< the size last warned about as too small
   std::atomic<bool> busy_{false};
-  pid_t process_ = getpid();          ///< that its threads are in
+  pid_t process_ = getpid();          ///< the process in which its threads run
   std::unique_ptr<ThreadPool> pool_;  // outlives the tracker
   std::unique_ptr<Tracker> tracker_;
 };
@@ -254,7 +254,7 @@ PYBIND11_MODULE(_core, m) {
   m.attr("STATES") = py::tuple(py::cast(words(feature_states, state_word)));
   m.attr("ALGORITHMS") = py::tuple(py::cast(words(algorithms, algorithm_word)));
 
-  // What is documented, and names and defaults of arguments, are in __init__.py's class upon this one.
+  // Documentation, and names and defaults of arguments, are in the class in __init__.py that wraps this one.
   py::class_<PyTracker>(m, "Tracker")
       .def(py::init(&make_tracker))
       .def("process", &PyTracker::process)

@@ -30,7 +30,7 @@ Pixels::Pixels(const py::object &frame, bool bgr) {
   view_.height = view_.rows = static_cast<int>(info_.shape[0]);
   view_.width = static_cast<int>(info_.shape[1]);
   view_.model = gray ? ColourModel::gray : ColourModel::rgb;
-  // As GStreamer weighs RGB of this height: what the element says of the same picture is the same.
+  // As GStreamer weighs RGB of this height, so that the element reports the same for the same picture.
   const bool standard_definition = view_.height <= 576;
   view_.kr = standard_definition ? 0.299 : 0.2126;
   view_.kb = standard_definition ? 0.114 : 0.0722;

@@ -7,11 +7,11 @@
 
 namespace csd {
 
-/// An array's pixels, held so that nobody can resize the array meanwhile. Belongs to who holds the GIL.
+/// An array's pixels. While it holds them, the array can't be resized. Only for the holder of the GIL.
 class Pixels {
  public:
-  /// `frame` is to be a numpy array of uint8, H×W or H×W×3; its strides may be anything. TypeError and ValueError say
-  /// what else it is.
+  /// `frame` must be a numpy array of uint8, H×W or H×W×3, with any strides. Otherwise TypeError and ValueError say
+  /// what it is.
   Pixels(const pybind11::object &frame, bool bgr);
 
   const FrameView &view() const { return view_; }

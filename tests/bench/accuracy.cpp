@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// How well an algorithm tracks simulated tissue: the loop for whoever changes one. Simulator, Tracker and scores in one
-// process, no pipeline; what is published comes from pipelines/experiments.
-// --help tells more.
+// How well an algorithm tracks simulated tissue: for quick tests while changing one. Runs simulator, Tracker and scores
+// in one process without a pipeline. Published numbers come from pipelines/experiments. See --help.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -39,14 +38,14 @@ struct Options {
   csd2012::Choices choices;
   std::uint64_t frames = 500, first_seed = 1, last_seed = 1;
   std::size_t features = 100, worst = 0;
-  std::int64_t budget = 0;  // of a frame, in looks at the clock
+  std::int64_t budget = 0;  // a frame's, in reads of the clock
   bool list = false, bound = false;
   std::string keep, clips, evidence;
   std::vector<std::string> tissue;
   std::vector<Sequence> wanted;
 };
 
-/// Reports on features that nobody looked at in the frame.
+/// Counts reports on features that had no look in the frame.
 struct Waiting {
   std::size_t reports = 0, claims = 0, right = 0;
   double believed = 0;  // sum of the claims' confidence
@@ -54,12 +53,12 @@ struct Waiting {
 
 struct Row {
   score::TrackerScore score;
-  double ms = 0;  // of a frame
+  double ms = 0;  // per frame
   Waiting waiting;
 };
 
-/// What csd went by where it judged a feature, for tests/bench/fit: a line for each fifth frame, with what was to be
-/// said: 1 where the feature is visible and within 5 px (at 576 lines or less).
+/// The evidence on which csd judged a feature, for tests/bench/fit. A line for every fifth frame, with the right
+/// answer: 1 if the feature is visible and within 5 px (at 576 lines or less).
 class EvidenceFile {
  public:
   void open(const std::string &name) {
@@ -141,7 +140,7 @@ Row track(const Rendered &rendered, const Options &options, const std::string &n
       sample.presence = truth.visibility == sim::Visibility::visible  ? score::Presence::visible
                         : truth.visibility == sim::Visibility::hidden ? score::Presence::hidden
                                                                       : score::Presence::out;
-      const auto &feature = tracks.features.at(f);  // by ascending id, as clip.ids
+      const auto &feature = tracks.features.at(f);  // by ascending id, like clip.ids
       sample.reported = true;
       sample.claimed = claims_position(feature.state);
       sample.dx = feature.x - truth.x;
@@ -163,8 +162,8 @@ Row track(const Rendered &rendered, const Options &options, const std::string &n
   return row;
 }
 
-/// Of the claims on what the truth calls hidden, the share within 5 px (at 576 lines or less) of where it is: tissue
-/// that is still seen, through water or smoke.
+/// Of the claims on hidden points, the share within 5 px (at 576 lines or less) of the truth: there, tissue still shows
+/// through water or smoke.
 double seen_through(const score::Clip &clip) {
   const score::Outcomes outcomes(clip, score::tolerance(clip.height, score::headline_pixels));
   std::size_t claimed = 0, near = 0;
@@ -206,7 +205,7 @@ void print_worst(const score::Clip &clip, std::size_t wanted) {
                 static_cast<unsigned long long>(feature.counts.missed),
                 static_cast<unsigned long long>(feature.counts.wrong),
                 static_cast<unsigned long long>(feature.counts.on_hidden));
-    // The frames, a character for every fifth: . correct, m missed, w wrong, h claimed while hidden, blank hidden.
+    // The frames, one character for every fifth: . correct, m missed, w wrong, h claimed while hidden, blank hidden.
     for (std::size_t i = 0; i < clip.moments.size(); i += 5) {
       const auto k = feature.index * clip.moments.size() + i;
       std::putchar(outcomes.visible[k] ? (outcomes.correct[k]   ? '.'
@@ -222,21 +221,21 @@ constexpr char usage[] =
     R"(usage: csd-accuracy [--algorithm csd] [--frames 500] [--features 100] [--seeds 1-2] [--set NAME=NUMBER]... [--keep DIR]
                     [--worst N] [--clips DIR] [--tissue DIR]... [--evidence FILE] [--bound] [--budget N] [--list] [SEQUENCE...]
 
-Prints a row for each sequence and seed; SEQUENCE may be the beginning of several names. hidden: the share of hidden samples
-that is claimed; seen: of these claims, the share within 5 px of the truth; (last): of the last fifth.
+Prints a row for each sequence and seed. SEQUENCE may be the beginning of several names. hidden: the share of hidden samples
+that is claimed. seen: of these claims, the share within 5 px of the truth. (last): for the last fifth.
 
---set       one of the algorithm's numbers (core/csd/tuning.h, core/csd2012/choices.h)
---clips     (or $CSDTRACK_CLIPS) also sequences whose texture is a picture of real tissue, compressed as recorders do (by ffmpeg)
---tissue    each picture and video of the folder (its first frame) is the texture of each kind of sequence, KIND/PICTURE; they
-            alone run then, and a table ends the output: for each kind the means over its pictures, and the worst picture
---keep      rendered sequences stay in DIR as raw I420 beside their truth, for the next run: rendering costs ten times what
-            tracking does
---worst     lists the features that erred most
---evidence  writes what csd's judgements went by, for tests/bench/fit
---bound     adds what a look finds that begins at the true place
---budget    a frame's, where each look at the clock takes 1, so it is the same on every machine; another line says of what
-            waited how much was right
---list      names the sequences and ends
+--set       sets one of the algorithm's numbers (core/csd/tuning.h, core/csd2012/choices.h)
+--clips     (or $CSDTRACK_CLIPS) adds sequences whose texture is a picture of real tissue, compressed as by recorders (ffmpeg)
+--tissue    uses each picture and video of the folder (its first frame) as the texture of each kind of sequence, KIND/PICTURE.
+            Only these run then. The output ends with a table: for each kind the means over its pictures, and the worst picture
+--keep      keeps rendered sequences in DIR for the next run, as raw I420 beside their truth: rendering takes ten times as
+            long as tracking
+--worst     lists the N features with the largest errors
+--evidence  writes the evidence of csd's judgements, for tests/bench/fit
+--bound     adds the results of looks that start at the true place
+--budget    sets a frame's budget. Each read of the clock takes 1, so it is the same on every machine. Another line says how
+            many of the waiting features were right
+--list      lists the sequences and exits
 )";
 
 AlgorithmKind parse_algorithm(std::string_view name) {
@@ -307,7 +306,7 @@ Options parse(int argc, char **argv) {
   return options;
 }
 
-/// What --tissue is about: of each kind, the means over the pictures and the picture with the least sensitivity.
+/// The summary of --tissue: for each kind, the means over the pictures and the picture with the least sensitivity.
 class Summary {
  public:
   void add(const std::string &name, const score::TrackerScore &score) {

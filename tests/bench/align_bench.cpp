@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What one feature's alignment costs in a frame, and its anchor while it is learnt, on each SIMD target; OpenCV's PyrLK
-// there and back beside it.
+// The cost of aligning one feature in a frame, and of its anchor during learning, on each SIMD target. For comparison:
+// OpenCV's PyrLK forward and backward.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ namespace {
 constexpr int features = 100;
 const cv::Size size{640, 480};
 
-/// Two frames of a texture with sensor noise, and a hundred features: where they were, where they are.
+/// Two frames of a texture with sensor noise, and a hundred features with their places in both.
 struct Scene {
   cv::Mat first, second;
   Pyramid pyramid;
@@ -32,7 +32,7 @@ struct Scene {
   Scene(double degrees, bool highlights) : anchors(features) {
     const test::Waves texture(1, 6, 60, 22);
     const test::View before{{{320, 240}}, 1, 120, 2, 1, size};
-    // From one frame to the next: half a pixel at the centre, up to 3 px at the edge.
+    // Between the frames, the texture moves by half a pixel at the centre and up to 3 px at the edge.
     const auto turn = test::similarity(degrees), more = test::similarity(degrees + .3, 1.005);
     const test::View after{{{320.4, 239.7}, more}, .95, 118, 2, 2, size};
     first = render(texture, before);
@@ -40,7 +40,7 @@ struct Scene {
     Pyramid p;
     p.build(first);
     pyramid.build(second);
-    if (highlights) {  // one in every patch, or nearly
+    if (highlights) {  // in nearly every patch
       WorkFrame frame;
       frame.load(MovingScene::gray_view(cv::Mat(size, CV_8UC1, 100)));
       cv::Mat forbidden = cv::Mat::zeros(size, CV_8UC1);
@@ -53,7 +53,7 @@ struct Scene {
       const cv::Point2d at(140 + (n * 53) % 360, 90 + (n * 97) % 300);
       points.emplace_back(at);
       for (int l = 0; l <= Anchor::coarsest; ++l) anchors[i].set(l, make_anchor_level(sample(p, {}, {at}, l)));
-      // A prediction that is off by about half a pixel.
+      // A prediction with an error of about half a pixel.
       const cv::Vec2d u = more * cv::Vec2d(at.x - 320, at.y - 240);
       start.push_back({{320.4 + u[0] + .5 * std::sin(n), 239.7 + u[1] + .5 * std::cos(n)}, turn});
     }
@@ -102,7 +102,7 @@ void coarse_and_fine(benchmark::State &state, Align run, Kind kind) {
   per_feature(state);
 }
 
-/// A level's samples of the training time, with the gain, bias and noise of each.
+/// A level's samples over the training time, each with its own gain, bias and noise.
 std::vector<PatchSample> training(std::size_t samples) {
   const test::Waves texture(1, 6, 60, 22);
   cv::RNG random(1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What the baselines cost, per feature and frame, in a whole Tracker: 640 × 480, I420, `features` detected.
+// The cost of the baselines per feature and frame, in a whole Tracker: 640 × 480, I420, `features` detected.
 #include <benchmark/benchmark.h>
 
 #include "algorithms/make_algorithm.h"

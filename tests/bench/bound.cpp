@@ -15,7 +15,7 @@
 namespace csd::bench {
 namespace {
 
-/// How the tissue around each point has moved since the first frame, by the true places of its neighbours.
+/// How the tissue around each point has moved since the first frame, from its neighbours' true places.
 class TrueMotion {
  public:
   TrueMotion(const std::vector<sim::TruthPoint> &first, const std::vector<sim::TruthPoint> &now) : first_(first) {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What csd costs on real video, and whether its points come home: each clip is decoded into memory, then tracked
-// forward and backward (a palindrome) with features that csd finds in the first frame. No pipeline, so that it is
-// quick.
+// The cost of csd on real video, and whether its points return to their start. Decodes each clip into memory, then
+// tracks it forward and backward (a palindrome), with features that csd finds in the first frame. Quick, since it needs
+// no pipeline.
 //   bench-clips [--algorithm csd] [--features 50] [--frames 250] [--rivals] [--set NUMBER=VALUE]
 //               [--threads 0] [VIDEO...]
-// Without VIDEO those in $CSDTRACK_CLIPS. A row for each clip: the share of samples that is claimed; of two claims on
-// the same image, the share more than 5 px apart (at 576 lines or less; docs/metrics.md); ms a frame p50, p95, the most
-// after the first, and the first. beads.mkv gets its truth's sensitivity and K too, if beads.truth.csv lies beside it.
-// --set: of csd's Tuning. --threads: that help this one. --rivals: beside it OpenCV's PyrLK forward and backward on the
-// same points, and its CSRT on ten of them.
+// Without VIDEO it takes the clips in $CSDTRACK_CLIPS. Prints a row for each clip: the share of samples claimed; of two
+// claims on the same image, the share more than 5 px apart (at 576 lines or less; docs/metrics.md); ms a frame: p50,
+// p95, the most after the first frame, and the first. beads.mkv also gets its sensitivity and K, if beads.truth.csv
+// lies beside it. --set changes csd's Tuning. --threads adds helping threads. --rivals adds OpenCV's PyrLK forward and
+// backward on the same points, and its CSRT on ten of them.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -43,7 +43,7 @@ using Clock = std::chrono::steady_clock;
 struct Options {
   csd::AlgorithmKind algorithm = csd::AlgorithmKind::csd;
   csd::Tuning tuning;
-  unsigned threads = 0;  // besides this one
+  unsigned threads = 0;  // in addition to this one
   unsigned features = 50;
   std::size_t frames = 250;
   bool rivals = false;
@@ -66,10 +66,10 @@ struct Clip {
   cv::Size size;
   std::vector<cv::Mat> pictures;  // I420, raw
 
-  /// Of the palindrome's frame.
+  /// The picture of a frame of the palindrome.
   const cv::Mat &picture(std::size_t i) const { return pictures[std::min(i, 2 * pictures.size() - 2 - i)]; }
   std::size_t frames() const { return 2 * pictures.size() - 1; }
-  /// Pixels of this picture in 5 px at 576 lines or less.
+  /// This picture's pixels for 5 px at 576 lines or less.
   double tolerance() const { return 5 * std::max(1.0, size.height / 576.0); }
 };
 
@@ -119,7 +119,7 @@ Run track(const Clip &clip, const Options &options, std::size_t frames, const st
   return out;
 }
 
-/// Claimed, and more than the tolerance apart.
+/// Pairs of claims, and those farther apart than the tolerance.
 struct Palindrome {
   double claimed = 0, apart = 0;
 };
@@ -201,7 +201,7 @@ Truth read_truth(const fs::path &file) {
   return out;
 }
 
-/// The paper's sensitivity and K; uncertain samples count for nothing.
+/// The paper's sensitivity and K. Uncertain samples don't count.
 csd::score::PaperScore score(const Clip &clip, const Run &run, const Truth &truth) {
   std::vector<csd::score::Counts> counts;
   for (std::size_t i = 0; i < run.features.size(); ++i) {
@@ -223,7 +223,7 @@ csd::score::PaperScore score(const Clip &clip, const Run &run, const Truth &trut
   return csd::score::paper_score(counts);
 }
 
-/// ms a frame: OpenCV's PyrLK there and back, from each frame to the next, on the points that csd began with.
+/// ms a frame for OpenCV's PyrLK, forward and backward between successive frames, on csd's first points.
 std::vector<double> time_lk(const Clip &clip, const std::vector<csd::Feature> &starts) {
   std::vector<cv::Point2f> points, next, back;
   for (const auto &f : starts) points.emplace_back(static_cast<float>(f.x), static_cast<float>(f.y));

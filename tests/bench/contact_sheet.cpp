@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Writes a picture of a simulation: six frames of it, those of FRAMES in the environment ("0,65,130,200,270,345"); with
-// MARKS also its features, green where they are seen, red where they are hidden.
+// Writes a picture of a simulation with six of its frames: those in the environment's FRAMES ("0,65,130,200,270,345").
+// With MARKS it also shows the features: green if visible, red if hidden.
 //   contact-sheet OUT.jpg SCENARIO [EFFECTS [STYLE [SEED [TEXTURE]]]]
-// To be looked at; what a simulation is for is measured elsewhere.
+// For viewing only; other programs measure simulations.
 #include <array>
 #include <cstdint>
 #include <cstdio>
@@ -20,14 +20,14 @@
 namespace {
 
 std::array<std::uint64_t, 6> frames_shown() {
-  std::array<std::uint64_t, 6> shown{0, 65, 130, 200, 270, 345};  // something of all that happens in most scenarios
+  std::array<std::uint64_t, 6> shown{0, 65, 130, 200, 270, 345};  // shows something of each event in most scenarios
   const char *wanted = std::getenv("FRAMES");
   if (!wanted) return shown;
   std::istringstream text(wanted);
   for (std::size_t i = 0; i < shown.size(); ++i) {
     char comma = ',';
     if ((i > 0 && !(text >> comma)) || comma != ',' || !(text >> shown[i]))
-      throw std::runtime_error("FRAMES must be six numbers with commas, not \"" + std::string(wanted) + "\"");
+      throw std::runtime_error("FRAMES must be six numbers separated by commas, not \"" + std::string(wanted) + "\"");
   }
   return shown;
 }

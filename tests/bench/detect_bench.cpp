@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What detection costs, once for each picture that it looks at, and the content area, in each frame.
+// The cost of detection, once for each picture it looks at, and of the content area, in each frame.
 #include <benchmark/benchmark.h>
 
 #include <opencv2/imgproc.hpp>
@@ -21,7 +21,7 @@ constexpr int patch = 21;
 constexpr int window = 7;
 constexpr std::size_t wanted = 50;
 
-/// 640 × `lines`: a window of a texture that goes to and fro, noise, a round field on black, and text.
+/// 640 × `lines`: a window that swings over a texture, noise, a round field on black, and text.
 cv::Mat picture(int lines, int frame) {
   static const cv::Mat texture = blob_texture({700, 640});
   const cv::Size size(640, lines);
@@ -64,8 +64,8 @@ void detect_all(benchmark::State &state) {
   for (auto _ : state) benchmark::DoNotOptimize(detect(luma, {}, {}, {patch, wanted}).data());
 }
 
-/// The mean over frames at 25 a second, most of which look at nothing; `changed` is the share of them in which the
-/// forbidden area became another.
+/// The mean over frames at 25 a second, most of which need no look. In the share `changed` of them the forbidden area
+/// changes.
 void content_area_per_frame(benchmark::State &state) {
   std::vector<cv::Mat> frames;
   for (int i = 0; i < 128; ++i) frames.push_back(picture(static_cast<int>(state.range(0)), i));

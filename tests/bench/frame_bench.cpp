@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What `csd` pays for each frame before it looks at a feature: luma, pyramid and glare weights. Beside them what OpenCV
-// takes for a pyramid of 8 bit.
+// The cost of a frame in `csd` before it looks at a feature: luma, pyramid and glare weights. For comparison: OpenCV's
+// time for an 8-bit pyramid.
 #include <benchmark/benchmark.h>
 
 #include <hwy/highway.h>
@@ -23,7 +23,7 @@ constexpr struct {
   test::Layout layout;
 } layouts[] = {{"I420", test::Layout::i420}, {"I420_10LE", test::Layout::i420_10le}, {"RGB", test::Layout::rgb}};
 
-/// Smooth tissue with highlights, and a round picture area as an endoscope has it.
+/// Smooth tissue with highlights, and an endoscope's round picture area.
 struct Scene {
   test::Packed packed;
   cv::Mat forbidden;
@@ -62,7 +62,7 @@ void pyramid(benchmark::State &state, const Scene &scene) {
   }
 }
 
-/// Colour that a working image smaller than the picture has to scale first is in it: load() forgets it.
+/// If the working image is smaller than the picture, this includes scaling the colour, since load() drops it.
 void glare(benchmark::State &state, const Scene &scene) {
   WorkFrame frame;
   GlareWeights weights;
@@ -99,7 +99,7 @@ void opencv(benchmark::State &state, const Scene &scene) {
   }
 }
 
-// Each on the best SIMD target of the machine, and on AVX2 where that isn't the best.
+// Each on the machine's best SIMD target, and on AVX2 where that isn't the best.
 const int registered = [] {
   constexpr struct {
     const char *name;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What a frame costs the streaming thread (Tracker::process), by size, format, number of features and algorithm, with
-// OpenCV's PyrLK on as many points of the same frames beside it; then how csd's cost and memory grow, and what its
-// budget holds. Learning runs in its own thread meanwhile, as in use.
+// The time of a frame on the streaming thread (Tracker::process), by size, format, number of features and algorithm.
+// For comparison: OpenCV's PyrLK on as many points of the same frames. Then how csd's cost and memory grow, and whether
+// its budget holds. Learning runs in its own thread, as in use.
 #include <malloc.h>
 
 #include <algorithm>
@@ -43,14 +43,14 @@ struct Format {
   const char *name;
 };
 
-constexpr int pictures = 16;  // that go to and fro, so that the motion has no jump
+constexpr int pictures = 16;  // played forwards and backwards, so that the motion has no jump
 
 int picture_of(int frame) {
   const int i = frame % (2 * pictures - 2);
   return i < pictures ? i : 2 * pictures - 2 - i;
 }
 
-/// The scene of the size's working image, enlarged: texture of the same fineness in the working image at every size.
+/// The scene at the size of the working image, enlarged. So the working image's texture is equally fine at every size.
 std::vector<cv::Mat> render(cv::Size size) {
   const double zoom = std::max(1.0, size.height / 576.0);
   const csd::MovingScene scene({static_cast<int>(size.width / zoom), static_cast<int>(size.height / zoom)});
@@ -75,8 +75,8 @@ Percentiles time_tracker(const std::vector<csd::test::Packed> &frames, csd::Algo
     const auto pts = i * csd::second / 25;
     return tracker.process(frames[static_cast<std::size_t>(picture_of(i++))].view, pts, csd::second / 25).frame;
   };
-  // The start is not what a frame costs: detection, LK, learning. csd-2012's is over when its descriptors have taken
-  // over; the learners get time for that.
+  // The start (detection, LK, learning) is not part of a frame's cost. csd-2012's start ends when its descriptors have
+  // taken over; the learners get time for that.
   for (int k = 0; k < warm; ++k) next();
   while (algorithm == csd::AlgorithmKind::csd_2012 && tracker.stats().learned < tracker.stats().detected && i < 20000) {
     next();
@@ -115,7 +115,7 @@ struct Growth {
 };
 
 struct Grown {
-  double first, p50, p95, most;  // ms; first: the frame with which all begins
+  double first, p50, p95, most;  // ms; first: the very first frame
   double heap;                   // MB in use at the end
   std::vector<double> times;
 };
@@ -125,7 +125,7 @@ double heap() {
   return static_cast<double>(info.uordblks + info.hblkhd) / 1e6;
 }
 
-/// Points on a grid, so that there are as many as wanted.
+/// Points on a grid, exactly as many as wanted.
 std::vector<csd::StartPoint> grid(cv::Size size, unsigned wanted) {
   std::vector<csd::StartPoint> points;
   const double side = std::sqrt(0.81 * size.area() / wanted);
@@ -145,7 +145,7 @@ Grown grow(const std::vector<csd::test::Packed> &frames, const Growth &what) {
   csd::Tracker tracker(settings, make_algorithm(settings, pool));
   tracker.offer_start(grid(what.size, what.features));
   Grown out{};
-  // Two seconds: all anchors are made in the first.
+  // Two seconds: all anchors are complete after the first.
   for (int i = 0; i < what.timed + 50; ++i) {
     const auto start = Clock::now();
     tracker.process(frames[static_cast<std::size_t>(picture_of(i))].view, i * csd::second / 25, csd::second / 25);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What the working image costs: load(), and colour of one window and of the whole picture; and the window of GRAY16_LE.
+// The cost of the working image: load(), colour of one window and of the whole picture, and the gray window of
+// GRAY16_LE.
 #include <benchmark/benchmark.h>
 
 #include <string>
@@ -39,7 +40,7 @@ void load(benchmark::State &state, test::Layout layout, Size size) {
   }
 }
 
-/// One more window of a frame of which every band has been asked for.
+/// Another window of a frame in which every band has been used already.
 void window(benchmark::State &state, test::Layout layout, Size size) {
   const auto packed = test::pack(noise(size), layout);
   WorkFrame frame;
@@ -54,7 +55,7 @@ void window(benchmark::State &state, test::Layout layout, Size size) {
   }
 }
 
-/// The first colour of a frame, all of it: scaled where it has to be, and converted.
+/// All the colour of a frame for the first time: scaled if necessary, and converted.
 void whole(benchmark::State &state, test::Layout layout, Size size) {
   const auto packed = test::pack(noise(size), layout);
   WorkFrame frame;
@@ -68,7 +69,7 @@ void whole(benchmark::State &state, test::Layout layout, Size size) {
   }
 }
 
-/// The same once more.
+/// The same for the second time.
 void whole_again(benchmark::State &state, test::Layout layout, Size size) {
   const auto packed = test::pack(noise(size), layout);
   WorkFrame frame;
@@ -80,7 +81,7 @@ void whole_again(benchmark::State &state, test::Layout layout, Size size) {
   }
 }
 
-/// The range of a picture of which 4 % of 16 bit are used.
+/// Finds the range of a picture that uses 4 % of 16 bit.
 void gray_window(benchmark::State &state, Size size) {
   cv::Mat1w picture(size.height, size.width);
   cv::RNG(1).fill(picture, cv::RNG::UNIFORM, 1000, 3600);

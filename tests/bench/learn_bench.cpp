@@ -15,7 +15,7 @@ using namespace csd;
 
 constexpr int side = 21;
 
-/// Texture with a spectrum like tissue's: noise at several scales, and sensor noise of σ = 3.
+/// Texture with a spectrum like tissue's: noise at several scales, plus sensor noise of σ = 3.
 cv::Mat texture(int rows, int cols, std::uint64_t seed) {
   cv::RNG rng(seed);
   cv::Mat sum = cv::Mat::zeros(rows, cols, CV_32F);
@@ -32,7 +32,7 @@ cv::Mat texture(int rows, int cols, std::uint64_t seed) {
   return out;
 }
 
-/// A quarter are the feature (a place seen within a pixel, with noise and gain), the rest anywhere else.
+/// A quarter of the samples show the feature (its place within a pixel, with noise and gain), the rest other places.
 void fill(GrowingTree &tree, int samples) {
   const cv::Mat image = texture(480, 640, 1);
   cv::RNG rng(2);

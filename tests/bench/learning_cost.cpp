@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The paper's Fig. 11: what learning costs a feature in each frame, with both ways to look for a node's test, and what
-// tracking one costs (§3.3).
+// The paper's Fig. 11: the cost of learning a feature in each frame, for both searches for a node's test, and the cost
+// of tracking it (§3.3).
 //   learning-cost FEATURES FRAMES SEED
-// follows detected features through the simulator's deformation with csd-2012, all work in one thread, and prints a
-// table, tab separated: search, frame, then per feature ms of learning, leaves retrained, ms of everything else
-// (working image, LK while learning, search of the window, cutting out samples). Times are the thread's processor time:
-// what else the machine does is not in them. What is done once a frame is divided by FEATURES.
+// Follows detected features through the simulator's deformation with csd-2012, with all work in one thread. Prints a
+// table, tab separated: search, frame, then per feature the ms of learning, leaves retrained, and the ms of everything
+// else (working image, LK while learning, search of the window, cutting out samples). Times are the thread's processor
+// time, so other load on the machine doesn't count. Work done once a frame is divided by FEATURES.
 #include <time.h>
 
 #include <cstdint>
@@ -31,7 +31,7 @@ double processor_ms() {
   return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
 }
 
-/// Runs each job where it is posted, after those before it: what a frame costs is then the time that process() takes.
+/// Runs each job when it is posted, after the earlier ones: so process()'s time is a frame's cost.
 class Inline final : public Executor {
  public:
   void post(std::function<void()> job) override {
@@ -44,7 +44,7 @@ class Inline final : public Executor {
     running_ = false;
   }
 
-  /// Processor time of all jobs so far: csd-2012 posts what it learns, and nothing else.
+  /// Processor time of all jobs so far: csd-2012 posts its learning, and nothing else.
   double spent_ms() const { return spent_ms_; }
 
  private:

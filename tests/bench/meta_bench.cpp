@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
-// What the tracks cost a frame once they are known: as a meta, as a message, as text.
+// The cost per frame of handing on the tracks: as a meta, as a message, as text.
 #include <benchmark/benchmark.h>
 
 #include "output/meta.h"
@@ -18,7 +18,7 @@ csd::Tracks tracks(int n) {
   return t;
 }
 
-/// The meta on a buffer that is then freed, as csdtrack does it.
+/// Adds the meta to a buffer that is then freed, as csdtrack does.
 void BM_AddMeta(benchmark::State &state) {
   const csd::Tracks t = tracks(int(state.range(0)));
   for (auto _ : state) {
@@ -29,7 +29,7 @@ void BM_AddMeta(benchmark::State &state) {
 }
 BENCHMARK(BM_AddMeta)->Arg(50)->Arg(100)->Unit(benchmark::kMicrosecond);
 
-/// What each element costs that makes the buffer writable.
+/// The cost in each element that makes the buffer writable.
 void BM_CopyMeta(benchmark::State &state) {
   GstBuffer *buffer = gst_buffer_new();
   csd::add_track_meta(buffer, tracks(int(state.range(0))), "csdtrack0", "csd-2012");

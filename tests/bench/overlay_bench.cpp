@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What a frame's overlay costs: 100 features at 1280×720, of all states that are drawn, with ids of three digits.
+// The cost of a frame's overlay: 100 features at 1280×720 in all drawn states, with ids of three digits.
 #include <benchmark/benchmark.h>
 
 #include <cstring>
@@ -32,7 +32,7 @@ void draw(benchmark::State &state, const char *format) {
   gst_video_frame_map(&frame, &info, buffer, GST_MAP_READWRITE);
   const csd::Tracks tracks = hundred(1280, 720);
   csd::OverlayPainter painter;
-  painter.draw(frame, info, nullptr, tracks);  // sprites are made once
+  painter.draw(frame, info, nullptr, tracks);  // makes the sprites, once
   for (auto _ : state) {
     painter.draw(frame, info, nullptr, tracks);
     benchmark::ClobberMemory();

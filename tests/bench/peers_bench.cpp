@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What a point and frame costs with csd, and with OpenCV's trackers as csd-peers runs them: 640 × 480, one thread.
+// The cost per point and frame of csd, and of OpenCV's trackers as csd-peers runs them: 640 × 480, one thread.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -30,7 +30,7 @@ void count(benchmark::State &state) {
                                                    benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
-/// With its supporting points and all that it does with a frame.
+/// Includes its support points and all other work of a frame.
 void csd_frame(benchmark::State &state) {
   const auto frames = packed_swing();
   Settings settings;
@@ -43,7 +43,7 @@ void csd_frame(benchmark::State &state) {
     const auto pts = static_cast<std::int64_t>(i) * second / 25;
     benchmark::DoNotOptimize(tracker.process(frames[i++ % frames.size()].view, pts).features.data());
   };
-  while (i < 50) next();  // the anchors are made
+  while (i < 50) next();  // until the anchors are made
   for (auto _ : state) next();
   count(state);
 }

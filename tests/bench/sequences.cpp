@@ -40,7 +40,7 @@ const Sequence sequences[] = {
     {"picture-zoom", S::zoom, "specular=1", T::heart, "cutting.mp4"},
     {"picture-rotation", S::rotation, "smoke=1", T::heart, "cholecystectomy.mp4"},
 };
-// On each picture of real tissue.
+// For each picture of real tissue.
 const Sequence kinds[] = {
     {"beat", S::deformation, "heart-mild=0,heart-strong=1,light=1", T::heart},
     {"turn", S::rotation, "smoke=1", T::heart},
@@ -52,7 +52,7 @@ const Sequence kinds[] = {
     {"cavity", S::deformation, "cavity=1,liver=0.4,sway=0.5,specular=0.7,motion-blur=0.5", T::heart},
 };
 
-/// Without the dark border: the side that has most of it loses a row or column until none has any.
+/// Crops the dark border: removes a row or column from the side with the most border until none is left.
 cv::Mat without_border(const cv::Mat &picture) {
   cv::Mat luma;
   cv::cvtColor(picture, luma, cv::COLOR_BGR2GRAY);
@@ -76,7 +76,7 @@ cv::Mat without_border(const cv::Mat &picture) {
   return picture(inside).clone();
 }
 
-/// Of a picture or video, what its dark border leaves.
+/// A picture's or video's first frame without its dark border.
 cv::Mat first_frame(const std::string &video) {
   cv::Mat frame;
   cv::VideoCapture(video).read(frame);
@@ -85,7 +85,7 @@ cv::Mat first_frame(const std::string &video) {
   return frame;
 }
 
-/// The file's pictures, as they look after H.264.
+/// Passes the file's pictures through H.264.
 void compress(const std::string &file) {
   const std::string raw = "-f rawvideo -pix_fmt yuv420p -s 640x480 -r 25 ", plain = file + ".plain";
   fs::rename(file, plain);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Sequences of simulated tissue for csd-accuracy: which there are, and their pictures and truth.
+// Sequences of simulated tissue for csd-accuracy: their list, their pictures and their truth.
 #pragma once
 
 #include <cstddef>
@@ -18,13 +18,13 @@ struct Sequence {
   sim::Scenario scenario;
   const char *effects;
   sim::Style style;
-  std::string clip = {};  ///< picture or video, whose first frame is the texture; then the video is compressed
+  std::string clip = {};  ///< picture or video whose first frame is the texture; the rendered video is then compressed
 };
 
-/// Those that need no folder, and those on first frames of `clips`, a folder; "" leaves these out.
+/// Sequences that need no folder, and those on first frames of the folder `clips`; "" leaves the latter out.
 std::vector<Sequence> known_sequences(const std::string &clips);
-/// Each kind of sequence on each picture and video of the folders, by kind: KIND/PICTURE. Throws std::runtime_error
-/// if there is none.
+/// Each kind of sequence on each picture and video of the folders, named KIND/PICTURE and sorted by kind. Throws
+/// std::runtime_error if there is none.
 std::vector<Sequence> on_tissue(const std::vector<std::string> &folders);
 
 inline const cv::Size picture_size{640, 480};
@@ -36,7 +36,7 @@ struct Rendered {
   std::string file;                                 ///< raw I420
 };
 
-/// Renders the sequence into `folder`, or finds it there. Throws std::runtime_error where that fails.
+/// Renders the sequence into `folder`, or finds it there. Throws std::runtime_error on failure.
 Rendered render(const Sequence &sequence, std::uint64_t seed, std::uint64_t frames, std::size_t features,
                 const std::string &folder);
 

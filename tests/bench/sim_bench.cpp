@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Frames a second of the simulator at 640×480 on one core: the counter items_per_second.
+// The simulator's frames a second at 640×480 on one core: the counter items_per_second.
 #include <benchmark/benchmark.h>
 
 #include "sim/simulator.h"
@@ -16,7 +16,7 @@ void render(benchmark::State &state, const csd::sim::Effects &effects) {
   std::uint64_t n = 0;
   for (auto _ : state) {
     simulator.render(n, picture);
-    n = (n + 37) % 500;  // of all that happens in a cycle
+    n = (n + 37) % 500;  // frames from a whole cycle of events
     benchmark::DoNotOptimize(picture.data);
   }
   state.SetItemsProcessed(state.iterations());

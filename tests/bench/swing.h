@@ -10,7 +10,7 @@
 
 namespace csd {
 
-/// One swing of a scene of 640×480, BGR: its end meets its beginning.
+/// One swing of a scene of 640×480, BGR, which ends where it begins.
 inline std::vector<cv::Mat> swing() {
   constexpr int pictures = 20;
   const MovingScene scene({640, 480});

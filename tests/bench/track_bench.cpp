@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What a feature costs, per frame and once: recursive start, search, update, learning; OpenCV's PyrLK beside them.
+// The cost of a feature, per frame and once: recursive start, search, update, learning. For comparison: OpenCV's PyrLK.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -35,7 +35,7 @@ std::vector<cv::Point2f> points(int count) {
   return p;
 }
 
-/// Each lesson has a frame of its own, of which one feature learns.
+/// Each lesson has its own frame, from which one feature learns.
 void learn(FeatureLearner &learner, const cv::Mat &bgr, const cv::Mat &luma, cv::Point at) {
   Snapshot s;
   s.bgr = bgr;
@@ -43,7 +43,7 @@ void learn(FeatureLearner &learner, const cv::Mat &bgr, const cv::Mat &luma, cv:
   learner.learn(s, at);
 }
 
-/// A learner that has had 12 frames, which is half a second at 25 frames a second.
+/// A learner after 12 frames, half a second at 25 frames a second.
 std::unique_ptr<FeatureLearner> taught(PairSearch search, std::uint64_t seed, int lessons = 12) {
   LearnerOptions options;
   options.choices.exhaustive = search == PairSearch::exhaustive;

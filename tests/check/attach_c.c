@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-/* The header in C11; called by test_read_meta.py. */
+/* Uses the header from C11. Called by test_read_meta.py. */
 #include "csdtrackmeta.h"
 
 gboolean csd_check_attach(GstBuffer *buffer);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// csdtrack with caps and frames of any kind: formats, sizes, rates; buffers that are too short or too long, of several
-// memories, read-only; GstVideoMeta and GstVideoCropMeta that lie.
+// csdtrack with caps and frames of any kind: formats, sizes, rates; buffers that are too short or too long, in several
+// memories, read-only; with wrong GstVideoMeta and GstVideoCropMeta.
 #include "elements.h"
 
 void csd_fuzz::run(std::string_view bytes) {
   Numbers from(reinterpret_cast<const std::uint8_t *>(bytes.data()), bytes.size());
   Rig rig("csdtrack");
   rig.renders_compositions = from.ConsumeBool();
-  // on-error=pass most of the time: else the first bad frame is the last.
+  // on-error=pass most of the time: otherwise the first bad frame is the last.
   gst_util_set_object_arg(G_OBJECT(rig.element()), "on-error", one_in(from, 4) ? "error" : "pass");
   static const char *const overlays[] = {"none", "draw", "meta"};
   static const char *const algorithms[] = {"csd", "lk", "ms1", "ms2", "sift", "csd-2012"};

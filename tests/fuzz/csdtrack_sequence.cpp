@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// csdtrack's properties and signals, with frames, events, queries and changes of state between them, in any order.
+// csdtrack's properties and signals, mixed with frames, events, queries and changes of state in any order.
 #include "elements.h"
 
 namespace {
@@ -60,7 +60,7 @@ void csd_fuzz::run(std::string_view bytes) {
   Numbers from(reinterpret_cast<const std::uint8_t *>(bytes.data()), bytes.size());
   Rig rig("csdtrack");
   g_object_set(rig.element(), "n-threads", 1u, nullptr);
-  // Mostly the fastest: this is about the element, and csd's own frames are csdtrack_frames'.
+  // Mostly the fastest algorithm: this tests the element, and csdtrack_frames tests csd's frames.
   if (!one_in(from, 4)) gst_util_set_object_arg(G_OBJECT(rig.element()), "algorithm", "lk");
   for (unsigned properties = choose(from, 5); properties > 0; --properties) set_property(from, rig.element());
   rig.set_state(GST_STATE_PLAYING);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// csdtrackdec with frames, and with lines in a file or on its pad `text`. The input: lines, a separator, numbers that
-// say what is done with them. All in one thread: a frame waits for its text no longer than a millisecond, and an
-// input's lines never fill the queue.
+// csdtrackdec with frames, and with lines in a file or on its pad `text`. The input: lines, a separator, and numbers
+// that choose the actions. All in one thread: a frame waits for its text for at most a millisecond, and an input's
+// lines never fill the queue.
 #include "elements.h"
 #include "record/klv.h"
 
@@ -9,7 +9,7 @@ namespace {
 
 using namespace csd_fuzz;
 
-/// Something linked to the pad `text`.
+/// A source linked to the pad `text`.
 class TextPad {
  public:
   TextPad(Rig &rig, std::string_view bytes)
@@ -46,7 +46,7 @@ class TextPad {
     gst_segment_init(&segment, format);
     gst_pad_push_event(ours_, gst_event_new_segment(&segment));
   }
-  /// A line, or some bytes. As KLV most are in a packet, which may be one of several and may be cut.
+  /// A line, or some bytes. In KLV most are in a packet, which may be one of several and may be cut.
   void push(Numbers &from) {
     const std::size_t end = bytes_.find('\n');
     std::size_t size = end == std::string_view::npos ? bytes_.size() : end + 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// csdtrackenc with frames whose metas aren't as csdtrack writes them, for each of its forms downstream, with events and
-// changes of state in between.
+// csdtrackenc with frames whose metas differ from csdtrack's, in each of its forms, with events and changes of state in
+// between.
 #include <cmath>
 #include <iterator>
 
@@ -19,7 +19,7 @@ double number(Numbers &from) {
                                 : from.ConsumeFloatingPoint<double>();
 }
 
-/// UTF-8, which all that is in a GstStructure is.
+/// Text in UTF-8, as all text in a GstStructure must be.
 std::string word(Numbers &from) {
   const std::string any = text(from, 24);
   gchar *valid = g_utf8_make_valid(any.c_str(), -1);
@@ -28,7 +28,7 @@ std::string word(Numbers &from) {
   return word;
 }
 
-/// Makes a field something else, or takes it away.
+/// Changes a field's value or type, or removes the field.
 void spoil(Numbers &from, GstStructure *structure) {
   static const char *const fields[] = {"schema",        "source",         "algorithm", "frame", "width", "height",
                                        "tracked-width", "tracked-height", "features",  "id",    "x",     "y",

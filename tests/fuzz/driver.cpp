@@ -8,8 +8,8 @@
 #include "fuzz.h"
 
 #ifdef CSDTRACK_FUZZ_DECODES
-// GStreamer 1.26's GstVideoDecoder keeps a frame whose caps are refused (a PNG of 60000x60000). Whose a leak is, the
-// fast unwinder can't say: it ends in g_malloc. With whole stacks it would be 12 inputs a second, not 60.
+// GStreamer 1.26's GstVideoDecoder keeps a frame whose caps are refused (a PNG of 60000x60000). The fast unwinder can't
+// tell whose leak it is, because it ends in g_malloc. Full stacks would allow 12 inputs a second instead of 60.
 #define DECODERS_LEAKS "leak:libgstvideo\n"
 #define DECODERS_STACKS ":fast_unwind_on_malloc=0:malloc_context_size=5"
 #else
@@ -17,11 +17,11 @@
 #define DECODERS_STACKS
 #endif
 
-// Here and not in the environment: what a finding leaves can be given to the program as it is.
+// Set here and not in the environment, so that a finding can be given to the program directly.
 extern "C" {
 const char *__asan_default_options();
 const char *__asan_default_options() {
-  // A small quarantine: libFuzzer counts it as the target's memory.
+  // A small quarantine, since libFuzzer counts it as the target's memory.
   return "detect_stack_use_after_return=1:strict_string_checks=1:quarantine_size_mb=32:allocator_may_return_null="
          "0" DECODERS_STACKS;
 }
@@ -31,7 +31,7 @@ const char *__ubsan_default_options() {
 }
 const char *__lsan_default_suppressions();
 const char *__lsan_default_suppressions() {
-  return "leak:ld-linux\n" DECODERS_LEAKS;  // tests/setups/lsan.supp says why
+  return "leak:ld-linux\n" DECODERS_LEAKS;  // tests/setups/lsan.supp explains it
 }
 int LLVMFuzzerInitialize(int *, char ***);
 int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size);
@@ -48,7 +48,7 @@ std::string_view planted() {
   return fault ? fault : "";
 }
 
-/// Faults that no code under test is needed for.
+/// Faults to plant, independent of the code under test.
 void plant() {
   if (planted() == "critical") g_return_if_fail_warning("csdtrack", __func__, "planted");
   if (planted() == "leak") *static_cast<volatile char *>(g_malloc(16)) = 1;
@@ -56,8 +56,8 @@ void plant() {
 
 bool hears = true;
 
-/// What GLib or GStreamer call a bug of their caller is one of ours. Not by G_DEBUG=fatal-criticals: that ends in a
-/// SIGTRAP, of which libFuzzer knows nothing, so that no input would be left.
+/// A critical from GLib or GStreamer is a bug of ours. G_DEBUG=fatal-criticals is no use: it ends in a SIGTRAP, which
+/// libFuzzer doesn't handle, and the input would be lost.
 GLogWriterOutput log(GLogLevelFlags level, const GLogField *fields, gsize count, gpointer) {
   if (hears && (level & (G_LOG_LEVEL_CRITICAL | G_LOG_LEVEL_ERROR))) {
     g_log_writer_standard_streams(level, fields, count, nullptr);

@@ -16,7 +16,7 @@
 namespace csd_fuzz {
 namespace {
 
-/// What downstream looks at: that what was said of a frame can be read.
+/// Reads the metadata as a downstream element does.
 void read_tracks(GstBuffer *buffer) {
   for (const char *name : {GST_CSD_TRACK_META_NAME, GST_CSD_TRUTH_META_NAME}) {
     GstCsdHeader header;
@@ -33,7 +33,7 @@ GstFlowReturn chain(GstPad *, GstObject *, GstBuffer *buffer) {
   return GST_FLOW_OK;
 }
 
-/// An EOS goes to the bus, for wait().
+/// Forwards an EOS to the bus, for wait().
 gboolean event(GstPad *pad, GstObject *, GstEvent *event) {
   if (GST_EVENT_TYPE(event) == GST_EVENT_EOS)
     gst_bus_post(GST_BUS(g_object_get_data(G_OBJECT(pad), "bus")), gst_message_new_eos(nullptr));
@@ -88,13 +88,13 @@ GstEvent *navigation(Numbers &from) {
 }  // namespace
 
 void start() {
-  // No plugin of the system, no registry: the elements are linked in.
+  // Without system plugins and registry: the elements are linked in.
   for (const char *name : {"GST_PLUGIN_PATH_1_0", "GST_PLUGIN_SYSTEM_PATH_1_0"}) g_setenv(name, "", TRUE);
   g_setenv("GST_REGISTRY_DISABLE", "yes", TRUE);
   gst_init(nullptr, nullptr);
   expect(gst_element_register_csdtrack(nullptr) && gst_element_register_csdtrackdec(nullptr) &&
          gst_element_register_csdtrackenc(nullptr) && gst_element_register_csdsimsrc(nullptr));
-  cv::setNumThreads(1);  // OpenCV's threads make a run another one each time
+  cv::setNumThreads(1);  // with OpenCV's threads, no two runs would be the same
 }
 
 void set_property(Numbers &from, GstElement *element) {
@@ -102,7 +102,7 @@ void set_property(Numbers &from, GstElement *element) {
   GParamSpec **specs = g_object_class_list_properties(G_OBJECT_GET_CLASS(element), &count);
   const GParamSpec *spec = specs[choose(from, std::min(count, 256u) - 1)];
   g_free(specs);
-  // GstObject's own, and what would look for plugins.
+  // GstObject's own properties, and one that would look for plugins.
   static const std::string others[] = {"name", "parent", "typefind"};
   if (!(spec->flags & G_PARAM_WRITABLE) ||
       std::find(std::begin(others), std::end(others), spec->name) != std::end(others))
@@ -110,11 +110,11 @@ void set_property(Numbers &from, GstElement *element) {
   GValue value = G_VALUE_INIT;
   g_value_init(&value, spec->value_type);
   if (const auto *u = G_IS_PARAM_SPEC_UINT(spec) ? G_PARAM_SPEC_UINT(spec) : nullptr) {
-    // Threads and the like cost time, not insight.
+    // More threads cost time and find nothing more.
     const guint most = std::strcmp(spec->name, "n-threads") == 0 ? 3 : u->maximum;
     g_value_set_uint(&value, from.ConsumeIntegralInRange(u->minimum, most));
   } else if (const auto *u64 = G_IS_PARAM_SPEC_UINT64(spec) ? G_PARAM_SPEC_UINT64(spec) : nullptr) {
-    // A frame waits so long for its text: not here.
+    // A frame would wait this long for its text.
     const guint64 most = std::strcmp(spec->name, "max-wait") == 0 ? GST_MSECOND : u64->maximum;
     g_value_set_uint64(&value, from.ConsumeIntegralInRange(u64->minimum, most));
   } else if (const auto *i = G_IS_PARAM_SPEC_INT(spec) ? G_PARAM_SPEC_INT(spec) : nullptr) {
@@ -197,7 +197,7 @@ Rig::~Rig() {
   if (caps_) gst_caps_unref(caps_);
 }
 
-/// Each text must be one that a binding can read.
+/// Each text must be readable by a binding, which needs UTF-8.
 void Rig::read_messages() {
   while (GstMessage *message = gst_bus_pop(bus_)) {
     GError *error = nullptr;
@@ -223,7 +223,7 @@ void Rig::wait() {
 void Rig::set_state(GstState state) {
   const GstState before = GST_STATE(element_);
   gst_element_set_state(element_, state);
-  // Pads that were inactive have forgotten what was sticky.
+  // Inactive pads have forgotten their sticky events.
   if (before <= GST_STATE_READY && state > GST_STATE_READY) begin();
 }
 

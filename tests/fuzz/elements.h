@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What the targets of the elements share: an element between two pads of ours, and what goes through it, decoded from
-// an input's bytes. Without GstHarness, whose threads and clocks are more than is needed a hundred times a second.
+// Shared by the element targets: an element between two pads, and its data and events, decoded from an input's bytes.
+// GstHarness is not used: its threads and clocks cost too much for hundreds of runs a second.
 #pragma once
 
 #include <fuzzer/FuzzedDataProvider.h>
@@ -17,7 +17,7 @@ namespace csd_fuzz {
 
 using Numbers = FuzzedDataProvider;
 
-/// 0 to `most`, which is below 256: one byte.
+/// 0 to `most`, which must be below 256: takes one byte.
 inline unsigned choose(Numbers &from, unsigned most) {
   return from.ConsumeIntegralInRange<unsigned>(0, most);
 }
@@ -25,31 +25,31 @@ inline bool one_in(Numbers &from, unsigned n) {
   return choose(from, n - 1) == n - 1;
 }
 
-/// One of at most 256.
+/// One of up to 256 values.
 template <class T>
 T pick(Numbers &from, std::initializer_list<T> values) {
   return values.begin()[choose(from, static_cast<unsigned>(values.size()) - 1)];
 }
 
-/// Text of at most `most` bytes without a zero: what a program can set. Not always UTF-8.
+/// Text of up to `most` bytes without NUL, as a program can set it. Not always UTF-8.
 std::string text(Numbers &from, std::size_t most = 48);
 
-/// Caps of raw video. `wild`: also such as no element should take; else a size of at most 80×64 and a rate.
+/// Caps of raw video, of up to 80×64 with a rate. `wild`: sometimes caps that no element should take.
 GstCaps *video_caps(Numbers &from, bool wild);
 
-/// A frame of these caps, of a moving texture. `wild`: its size, its memories, its GstVideoMeta and GstVideoCropMeta
-/// may lie. Never more than 64 KiB of memory.
+/// A frame of these caps with a moving texture. `wild`: its size, memories, GstVideoMeta and GstVideoCropMeta may be
+/// wrong. Uses at most 64 KiB of memory.
 GstBuffer *frame(Numbers &from, const GstCaps *caps, unsigned index, bool wild);
 
-/// Sets some property of the element's own or of its class's to a value that its GParamSpec allows.
+/// Sets one of the element's properties, its own or inherited, to a value that its GParamSpec allows.
 void set_property(Numbers &from, GstElement *element);
-/// Reads all of them.
+/// Reads all properties.
 void get_properties(GstElement *element);
 
-/// An element, from NULL to NULL.
+/// Runs an element from NULL to NULL.
 class Rig {
  public:
-  /// `downstream`: what our pad behind it takes; null: anything. Takes it.
+  /// `downstream`: the caps that the pad downstream accepts; null: any. Takes ownership.
   explicit Rig(const char *factory, GstCaps *downstream = nullptr);
   ~Rig();
   Rig(const Rig &) = delete;
@@ -57,18 +57,18 @@ class Rig {
 
   GstElement *element() const { return element_; }
   void set_state(GstState state);
-  /// Caps from here on, with what a stream needs before them.
-  void set_caps(GstCaps *caps);  ///< takes it
+  /// Sets the caps from here on, after the events that a stream begins with.
+  void set_caps(GstCaps *caps);  ///< takes ownership
   const GstCaps *caps() const { return caps_; }
-  GstFlowReturn push(GstBuffer *buffer);  ///< takes it
-  bool push(GstEvent *event);             ///< takes it
-  bool push_upstream(GstEvent *event);    ///< takes it
-  /// An event of any kind, either way; `index` frames have gone before.
+  GstFlowReturn push(GstBuffer *buffer);  ///< takes ownership
+  bool push(GstEvent *event);             ///< takes ownership
+  bool push_upstream(GstEvent *event);    ///< takes ownership
+  /// Sends any event up- or downstream, after `index` frames.
   void some_event(Numbers &from, unsigned index);
   void some_query(Numbers &from);
-  /// Until an EOS or an error, of an element with a thread of its own.
+  /// Waits for an EOS or an error of an element with its own thread.
   void wait();
-  /// What is told downstream of overlays that aren't drawn.
+  /// Whether the pad downstream claims to render overlay compositions.
   bool renders_compositions = false;
 
  private:
@@ -76,7 +76,7 @@ class Rig {
   void read_messages();
 
   GstElement *element_;
-  GstPad *src_ = nullptr, *sink_ = nullptr;  ///< ours
+  GstPad *src_ = nullptr, *sink_ = nullptr;  ///< the rig's own pads
   GstCaps *caps_ = nullptr;
   GstBus *bus_;
 };

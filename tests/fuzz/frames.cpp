@@ -10,7 +10,7 @@ namespace {
 
 constexpr gsize max_bytes = 64 << 10;
 
-/// Of exactly these bytes: a read beyond them is seen. The allocator's own memory is aligned, and longer.
+/// Exactly these bytes, so that a read beyond them is detected. The allocator's own memory is aligned and longer.
 GstMemory *memory(const std::vector<guint8> &bytes, gsize from, gsize size, bool read_only) {
   const gsize there = size > planted_bytes() ? size - planted_bytes() : size;
   auto *copy = static_cast<guint8 *>(g_malloc(std::max<gsize>(there, 1)));
@@ -19,7 +19,7 @@ GstMemory *memory(const std::vector<guint8> &bytes, gsize from, gsize size, bool
                                 size, copy, g_free);
 }
 
-/// Squares whose brightness is a hash of their place, moving: something to track in most formats.
+/// Moving squares, with a hash of their place as brightness: most formats have something to track.
 std::vector<guint8> pixels(gsize size, gsize stride, unsigned index) {
   std::vector<guint8> bytes(size);
   for (gsize i = 0; i < size; ++i) {
@@ -31,7 +31,7 @@ std::vector<guint8> pixels(gsize size, gsize stride, unsigned index) {
   return bytes;
 }
 
-/// A GstVideoMeta as decoders add it, padded; or one that says anything.
+/// A padded GstVideoMeta as decoders add it, or one with wrong values.
 void add_video_meta(Numbers &from, GstBuffer *buffer, const GstVideoInfo &info) {
   gsize offset[GST_VIDEO_MAX_PLANES];
   gint stride[GST_VIDEO_MAX_PLANES];
@@ -59,7 +59,7 @@ void add_video_meta(Numbers &from, GstBuffer *buffer, const GstVideoInfo &info) 
         meta->n_planes = choose(from, GST_VIDEO_MAX_PLANES);
         break;
       default:
-        // Above what GStreamer knows lies what no list holds: GST_VIDEO_FORMAT_UNKNOWN stands for it.
+        // GST_VIDEO_FORMAT_UNKNOWN stands for formats beyond those that GStreamer knows.
         meta->format = static_cast<GstVideoFormat>(choose(from, GST_VIDEO_FORMAT_AV12));
     }
   }
@@ -92,8 +92,8 @@ std::string text(Numbers &from, std::size_t most) {
   return text.substr(0, text.find('\0'));
 }
 
-/// A byte says what it said when there were 24 formats, but for those from 190 on, which no input had that was stored
-/// by then: they are of what came later.
+/// A byte means the format that it meant when there were 24 formats. Only those from 190 on mean later ones: no input
+/// stored at that time used them.
 static const std::string &format_of(unsigned byte) {
   static const std::vector<std::string> formats = [] {
     std::vector<std::string> names;
@@ -108,7 +108,7 @@ static const std::string &format_of(unsigned byte) {
 }
 
 GstCaps *video_caps(Numbers &from, bool wild) {
-  const bool odd = wild && one_in(from, 4);  // what no element should take, or hardly
+  const bool odd = wild && one_in(from, 4);  // what no element, or hardly any, should take
   std::string format = format_of(choose(from, 255));
   int width = static_cast<int>(choose(from, 79)) + 1, height = static_cast<int>(choose(from, 63)) + 1;
   if (odd) {

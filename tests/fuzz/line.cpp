@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// A line of .jsonl, as csdtrackdec gets one from a file or from a text track, and as the programs read it.
+// A line of .jsonl as csdtrackdec gets it from a file or a text track, and as the programs read it.
 #include "fuzz.h"
 #include "record/track_file.h"
 

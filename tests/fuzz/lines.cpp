@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// A file of .jsonl as csdtrackdec reads it, by times that go on, jump and go back; then the same bytes in pieces, as a
-// stream of them comes. The input: the file, a separator, numbers.
+// A file of .jsonl as csdtrackdec reads it, by times that advance, jump and go back. Then the same bytes as a stream,
+// in pieces. The input: the file, a separator, numbers.
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include "fuzz.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// csd-motion from its file to its tables.
+// csd-motion from its input file to its tables.
 #include "fuzz.h"
 #include "programs/motion_report.h"
 #include "programs/read_input.h"

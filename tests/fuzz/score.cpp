@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// csd-score from its files to its tables. The input: a file of truth, a separator, a file of tracks.
+// csd-score from its input files to its tables. The input: a file of truth, a separator, a file of tracks.
 #include "fuzz.h"
 #include "programs/palindrome_report.h"
 #include "programs/read_input.h"
@@ -11,7 +11,7 @@ namespace {
 using namespace csd;
 
 void report(const score::Truth &truth, const score::Recording &tracks, std::vector<std::string> &notes) {
-  // A size, for files of CSV say none.
+  // Sets a size, since CSV files have none.
   score::AlignOptions options;
   options.width = 640;
   options.height = 480;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The file of csdsimsrc's property `texture`: decoded by the same elements, laid on a surface that is smaller.
+// The file of csdsimsrc's property `texture`: decoded by the same elements and laid on a smaller surface.
 #include <gst/gst.h>
 
 #include <stdexcept>
@@ -10,10 +10,10 @@
 
 namespace {
 
-/// What decodes PNG, and no more: start() has hidden all plugins. Not JPEG: jpegdec (1.22) never comes back from some
-/// 18 bytes.
+/// Loads what decodes PNG, and no more: start() has hidden all plugins. Not JPEG: jpegdec (1.22) never returns from
+/// some 18-byte inputs.
 bool load_decoders() {
-  csd_fuzz::ignore_criticals();  // pngdec's base class (1.22) on a picture of 2^31 bytes and more, to begin with
+  csd_fuzz::ignore_criticals();  // pngdec's base class (1.22) has one for pictures of 2^31 bytes and more, for example
   for (const char *name : {"coreelements", "typefindfunctions", "playback", "app", "videoconvertscale", "png"}) {
     const std::string file = std::string(FUZZ_PLUGINS "/libgst") + name + ".so";
     GstPlugin *plugin = gst_plugin_load_file(file.c_str(), nullptr);

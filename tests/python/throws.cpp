@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// A module that is linked as ours are, for imports_test.py to load: exceptions that pass destructors in it.
+// A module linked like ours, for imports_test.py to load. Its exceptions pass destructors.
 #include <opencv2/imgproc.hpp>
 
 #include <string>
@@ -16,7 +16,7 @@ struct Guard {
   bool &gone_;
 };
 
-/// Whether `body` throws an Exception, and what is alive meanwhile is destroyed.
+/// Whether `body` throws an Exception and the objects alive are destroyed.
 template <class Exception, class Body>
 bool thrown(Body body) {
   bool gone = false;
@@ -29,7 +29,7 @@ bool thrown(Body body) {
   return false;
 }
 
-/// Whether the colour of a picture that is scaled down can be read, after each failure of an allocation on the way.
+/// Whether the colour of a downscaled picture can be read after each allocation on the way has failed once.
 bool survives_lack_of_memory() {
   constexpr int width = 320, height = 180;
   const std::vector<std::uint8_t> pixels(std::size_t{3} * width * height, 100);

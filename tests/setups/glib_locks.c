@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
- * Tells ThreadSanitizer of GLib's locks: GLib is not instrumented and its locks are futexes of its own, so TSan would
- * take all that they guard for races. Loaded before GLib by the tsan set-up; does nothing in a program without TSan.
+ * Tells ThreadSanitizer about GLib's locks. GLib is not instrumented and has its own futex locks, so TSan would report
+ * races on everything that they guard. The tsan set-up loads this before GLib. It does nothing in a program without
+ * TSan.
  *
- * A lock acquires what the last unlock of the same address released. Readers release too: that orders more than a
- * reader lock does, and so can hide a race between two readers that write, but it never invents one. */
+ * A lock acquires what the last unlock of the same address released. Readers release, too. That orders more than a
+ * reader lock does: it can hide a race between two readers that write, but never reports a false one. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <glib.h>
@@ -18,7 +19,7 @@ static void release(void *address) {
   if (__tsan_release) __tsan_release(address);
 }
 
-/* The function that this library stands in front of. A race to look it up is harmless: both find the same. */
+/* Finds the function that this library wraps. A race here is harmless: both threads find the same. */
 #define NEXT(name)                                             \
   static __typeof__(&name) next;                               \
   if (!__atomic_load_n((void **)&next, __ATOMIC_ACQUIRE)) {    \
@@ -78,8 +79,8 @@ __attribute__((visibility("default"))) gboolean g_cond_wait_until(GCond *cond, G
   return signalled;
 }
 
-/* A queue's lock is taken within GLib, where this library is not asked: who takes something out sees what was done
- * before it was put in. GstHarness hands frames over by such queues. */
+/* GLib takes a queue's lock internally, out of reach of this library. After taking an item out, a thread sees what was
+ * done before the item was put in. GstHarness passes frames through such queues. */
 __attribute__((visibility("default"))) void g_async_queue_push(GAsyncQueue *queue, gpointer item) {
   NEXT(g_async_queue_push)
   release(queue);
@@ -107,7 +108,7 @@ __attribute__((visibility("default"))) gpointer g_async_queue_timeout_pop(GAsync
   return item;
 }
 
-/* One-time initialisation: who sees the value sees what was done for it. In the headers these are macros as well. */
+/* One-time initialisation: a thread that sees the value sees the work behind it. The headers also define macros. */
 #undef g_once_init_enter
 #undef g_once_init_leave
 __attribute__((visibility("default"))) gboolean g_once_init_enter(volatile void *location) {

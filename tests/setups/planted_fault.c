@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later
- * planted-fault none|leak|read|overflow|crash: leaks a GstBuffer, reads behind the end of an array, overflows an
- * integer or dies by a signal on purpose: proves that the set-ups can fail. */
+ * planted-fault none|leak|read|overflow|crash: proves that the set-ups can fail. On purpose it leaks a GstBuffer, reads
+ * beyond the end of an array, overflows an integer or dies by a signal. */
 #include <gst/gst.h>
 #include <limits.h>
 #include <stdio.h>

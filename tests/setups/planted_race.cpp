@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Two threads count up one variable. Without an argument nothing guards it: the tsan set-up must fail. With one, a
-// GMutex does: the set-up must pass, which it can only if it knows of GLib's locks.
+// Two threads increment one variable. Without an argument nothing guards it, and the tsan set-up must fail. With one a
+// GMutex does, and the set-up must pass, which it can only if it knows GLib's locks.
 #include <glib.h>
 
 #include <thread>
