@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-# Sourced by tests/distro and tests/debian: an empty Debian to try things in, and the count of what was tried.
-# Expects $name, the command, for its messages.
+# Sourced by tests/distro and tests/debian: an empty Debian for experiments, and the count of attempts.
+# Expects the command's name in $name, for messages.
 
 passed=0 failed=0 child=
 
@@ -9,19 +9,19 @@ die() {
   exit "${2:-1}"
 }
 
-# apart COMMAND...: with mounts and processes of its own, which end with it. To be run in the background.
+# apart COMMAND...: runs it with its own mounts and processes, which end with it. To be run in the background.
 apart() {
   exec unshare --mount --propagation private --pid --kill-child "$@"
 }
 
-# new_root SUITE [FOLDER]: debootstraps into FOLDER, empty or new, or into a temporary one that goes at the end. Sets
-# $folder, and $logs (which stay) unless it is set.
+# new_root SUITE [FOLDER]: debootstraps into FOLDER, empty or new, or into a temporary one that is removed at the end.
+# Sets $folder, and $logs unless it is set; logs are kept.
 new_root() {
   local suite=$1 tool mirror
   [ "$(id -u)" = 0 ] || die 'needs root'
   for tool in debootstrap unshare git; do command -v $tool >/dev/null || die "install $tool first"; done
 
-  # The machine's own source of this suite, whichever way its apt lists it; else of the suite it runs, which has the others too.
+  # The machine's own apt source of this suite. Else that of its own suite, which has the other suites, too.
   mirror=${CSDTRACK_MIRROR:-$(apt-get indextargets --format '$(CODENAME) $(SUITE) $(COMPONENT) $(REPO_URI)' 2>/dev/null |
     awk -v suite="$suite" -v own="$(. /etc/os-release && echo "$VERSION_CODENAME")" '$3 != "main" { next }
       $1 == suite || $2 == suite { found = $4; exit } $1 == own && !other { other = $4 } END { print found ? found : other }')}
@@ -33,26 +33,26 @@ new_root() {
   else
     folder=$(mktemp -d "${TMPDIR:-/tmp}/csdtrack-$suite.XXXXXX") || exit 1
     trap 'rm -rf --one-file-system "$folder"' EXIT
-    chmod 755 "$folder"  # it is the / of users such as munge's, whose daemon does not start otherwise
+    chmod 755 "$folder"  # it is / for users such as munge's, whose daemon would not start otherwise
   fi
   folder=$(cd "$folder" && pwd)
   logs=${logs:-$folder.log}
   mkdir -p "$logs" || exit 1
-  # unshare heeds no lesser signal.
+  # unshare ignores weaker signals.
   trap 'kill -KILL ${child:-} 2>/dev/null; wait; exit 130' INT TERM HUP
 
   echo "$suite into $folder"
   apart debootstrap --variant=minbase "$suite" "$folder" "$mirror" >"$logs/debootstrap.log" 2>&1 &
   child=$!
   wait $child || { tail -n 5 "$logs/debootstrap.log" >&2; die 'debootstrap failed'; }
-  # How this machine reaches the network; nothing else of its configuration.
+  # Copies this machine's network settings, and none of its other configuration.
   cp -L /etc/resolv.conf /etc/hosts "$folder/etc/" 2>/dev/null
   apt-config dump --no-empty --format '%F "%v";%n' Acquire::http Acquire::https Acquire::Check-Valid-Until \
     Acquire::Check-Date 2>/dev/null | grep ' "..*"' >"$folder/etc/apt/apt.conf.d/90-machine"
   mkdir -p "$folder/home/csdtrack"
 }
 
-# inside COMMAND...: in the new system, with an environment of its own.
+# inside COMMAND...: runs it in the new system, with a clean environment.
 inside() {
   apart bash -c '
     folder=$0
@@ -62,11 +62,11 @@ inside() {
         bash -c "cd /home/csdtrack && exec \"\$@\"" bash "$@"' "$folder" "$@" </dev/null
 }
 
-# attempt NAME COMMAND...: counts whether it succeeds.
+# attempt NAME COMMAND...: runs it and counts success or failure.
 attempt() {
   local name=$1 start=$SECONDS
   shift
-  # In the background, so that a signal is heeded at once.
+  # In the background, so that signals take effect at once.
   "$@" >"$logs/$name.log" 2>&1 &
   child=$!
   if wait $child; then
@@ -80,7 +80,7 @@ attempt() {
   fi
 }
 
-# tell: the last line, and the exit code.
+# tell: prints the last line and exits with the result.
 tell() {
   echo "$passed passed, $failed failed"
   [ $failed = 0 ]

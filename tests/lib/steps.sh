@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-# Sourced by tests/run, tests/more, tests/long and tests/coverage: the steps, the count, the times. Expects $root and
-# pipelines/lib/setup.sh. A step is a function step_NAME; it reports what it did by check(), check_build() and meson_tests().
+# Sourced by tests/run, tests/more, tests/long and tests/coverage: the steps, the counts, the times. Expects $root and
+# pipelines/lib/setup.sh. A step is a function step_NAME. It reports by check(), check_build() and meson_tests().
 
 passed=0 failed=0 skipped=0
 build_seconds=0 sources=0
@@ -26,8 +26,8 @@ check() {
   fi
 }
 
-# check_build NAME COMMAND...: a check whose time is the compiler's. What ninja compiles in it is counted, and so is what
-# syntax.py looks at.
+# check_build NAME COMMAND...: a check whose time counts as build time. It also counts the files that ninja compiles and
+# that syntax.py checks.
 check_build() {
   local start=$SECONDS log=$logs/${1//[^a-zA-Z0-9]/-}.log status
   check "$@"
@@ -37,8 +37,8 @@ check_build() {
   return $status
 }
 
-# read_words [ARGUMENT...]: sets `steps`, those named among `every_step`, or all, and `install`. Ends the command for
-# --help, which calls usage(), and for words that are none.
+# read_words [ARGUMENT...]: sets `steps` to the named ones of `every_step`, or to all, and sets `install`. For --help it calls
+# usage() and exits. Unknown words are errors.
 read_words() {
   local word command=tests/${0##*/}
   steps=() install=
@@ -53,12 +53,12 @@ read_words() {
   [ ${#steps[@]} -gt 0 ] || steps=("${every_step[@]}")
 }
 
-# ready [--no-install] KIND...: installs what tests/packages lists for these kinds, and says what will be missed.
+# ready [--no-install] KIND...: installs the packages of these kinds in tests/packages, and says what will be skipped.
 ready() {
   local clips=${CSDTRACK_CLIPS:-$root/../shared/clips}
   if [ "$1" = --no-install ]; then shift; else
     ensure_packages "$@" || exit 1
-    # Decimal commas are one of the things that break writers.
+    # Decimal commas often break code that writes numbers.
     if ! locale -a | grep -qi '^de_DE\.utf-\?8$'; then
       as_root localedef -i de_DE -f UTF-8 de_DE.UTF-8 || exit 1
     fi
@@ -66,7 +66,7 @@ ready() {
   [ -d "$clips" ] || echo "no clips in $clips: tests on real video skip"
 }
 
-# run_steps STEP...: one after the other; then a table of what each took, the last line, and the exit code.
+# run_steps STEP...: runs them in turn. Then prints a table of their times and the last line, and exits with the result.
 run_steps() {
   local prefix=step_ step start spent
   [ "${0##*/}" != long ] || prefix=step_long_
@@ -84,8 +84,8 @@ run_steps() {
   finish
 }
 
-# meson_tests NAME DIR [MESON TEST OPTIONS]: runs tests of a build folder and counts their cases. One at a time more than there are
-# processors: many of the pipelines' wait for a clock.
+# meson_tests NAME DIR [MESON TEST OPTIONS]: runs tests of a build folder and counts their cases. Runs one more at a time than
+# there are processors, since many pipeline tests wait for a clock.
 meson_tests() {
   local name=$1 dir=$2 setup='' option start=$SECONDS log
   shift 2
@@ -106,16 +106,16 @@ meson_tests() {
     "$([ "$f" = 0 ] && echo ok || echo FAILED)" "$name" "$p" "$f" "$s" $((SECONDS - start))
   if [ "$f" != 0 ]; then
     printf '        %s\n' "${tally[@]:1}"
-    # The next step of the same folder begins its logs anew.
+    # The next step in the same folder overwrites these logs.
     cp "$dir"/meson-logs/testlog*.txt "$logs/tests-$name-all.log" 2>/dev/null
-    # gst-check's and GoogleTest's failures, the sanitizers' and leaks' reports, Python's exceptions.
+    # Failures of gst-check and GoogleTest, reports of sanitizers and leaks, Python's exceptions.
     grep -hE ':[FE]:|: Failure$|ERROR: |runtime error:|^SUMMARY|^leaks: |^[A-Za-z.]*(Error|Exception): ' "$logs/tests-$name-all.log" |
       cut -c1-300 | head -n 30 | sed 's/^/        /'
     echo "        all of it: $logs/tests-$name-all.log, $log"
   fi
 }
 
-# finish: the last line, and the exit code.
+# finish: prints the last line and exits with the result.
 finish() {
   if [ $((passed + failed)) = 0 ]; then failed=1; fi
   printf '%d passed, %d failed' $passed $failed
@@ -127,8 +127,8 @@ finish() {
 
 source_files() { find "$root"/{core,gst,python,tests} \( -name '*.cpp' -o -name '*.c' -o -name '*.h' \) "$@"; }
 
-# build_tree DIR COMPILER [MESON OPTIONS] [-- TARGETS]: sets the folder up and builds it. No cache of a compiler's: what it
-# takes is the same everywhere.
+# build_tree DIR COMPILER [MESON OPTIONS] [-- TARGETS]: sets up and builds the folder. Uses no compiler cache, so that times
+# are comparable.
 build_tree() {
   local dir=$root/$1 cc=$2 cxx=clang++
   local -a options=()
@@ -140,7 +140,7 @@ build_tree() {
 
 step_build() {
   check_build 'build' build_tree build gcc -Dtests=enabled -Dbenchmarks=enabled -Dpython=enabled || return
-  check 'the plugin links neither windows nor image files, and nothing that opens sockets or starts programs' plugin_links
+  check 'the plugin links no GUI or image-file library, and calls nothing that opens sockets or starts programs' plugin_links
 }
 
 plugin_links() {
@@ -164,14 +164,14 @@ step_experiments() {
   meson_tests experiments "$root/build" --suite=experiments
 }
 
-# Of a file's processor time a compiler spends more than half on -O2 and on variables' places for a debugger.
+# The compiler spends more than half of its time on -O2 and on the debugger's locations of variables.
 instrumented=(-Dtests=enabled -Dbenchmarks=disabled -Dpython=disabled -Db_lundef=false -Dbuildtype=custom -Doptimization=1
   -Ddebug=true -Dcpp_args=-g1 -Dc_args=-g1)
 
-# One tree for the tests and for libFuzzer's targets, by clang, which alone has it.
+# One tree for the tests and libFuzzer's targets. Only clang has libFuzzer.
 asan_build() { check_build 'build with ASan, UBSan and libFuzzer' build_tree build-asan clang "${instrumented[@]}" -Dfuzz=true -Db_sanitize=address,undefined; }
 
-# The programs, the simulator's whole pictures and larger sizes of csdtrack_states are tests/long's: each a good part of the time.
+# tests/long runs the programs, whole simulated pictures and csdtrack_states' larger sizes: each would take a good part of the time.
 step_asan() {
   asan_build || return
   CSDTRACK_SIZES=small meson_tests asan "$root/build-asan" --setup=asan --no-suite=quickstart --no-suite=whole-pictures --no-suite=programs
@@ -194,11 +194,11 @@ step_tsan() {
 
 step_soak() { check 'soak: three minutes' "$root/tests/soak" --no-install 0.05; }
 
-# The tests' own sources are compiled by clang with ASan.
+# The ASan step compiles the tests' own sources with clang.
 step_clang() { check_build 'clang' clang_syntax core gst python; }
 
-# clang_syntax [FOLDER...]: compiles without writing anything: the warnings are what we want, and it takes a third of the
-# time. Of all sources, or of those below the folders. Without precompiled headers: a file that misses an #include is found here.
+# clang_syntax [FOLDER...]: compiles all sources, or those in the folders, for their warnings only, which takes a third of the
+# time. Uses no precompiled headers, so that it finds missing #includes.
 clang_syntax() {
   CC=clang CXX=clang++ configure "$root/build-clang" -Dtests=enabled -Dbenchmarks=enabled -Db_pch=false || return
   "$root/tests/lib/syntax.py" "$root/build-clang" "$jobs" "${@/#/$root/}"
@@ -210,14 +210,14 @@ step_format() {
 
 step_rules() {
   check 'rule: at most 450 lines a file, 700 an element' rule_lines
-  check 'rule: core/ knows no GStreamer and no GLib' rule_core
-  check 'rule: the rooms of core/ know what they may' rule_rooms
+  check 'rule: core/ includes no GStreamer and no GLib' rule_core
+  check 'rule: the rooms of core/ include only what they may' rule_rooms
   check 'rule: every source names its licence' rule_spdx
   check 'rule: scripts parse' rule_scripts
   check 'rule: every core file has its test at the mirrored path' rule_mirrored
-  check 'rule: docs/method.md names what is there' "$root/tests/lib/method_names.py"
-  check 'rule: links of the documentation lead somewhere' "$root/tests/lib/links.py"
-  check 'rule: tests/bench/ablation finds what it takes out' "$root/tests/bench/ablation" --check
+  check 'rule: names in docs/method.md exist' "$root/tests/lib/method_names.py"
+  check 'rule: links in the documentation work' "$root/tests/lib/links.py"
+  check 'rule: tests/bench/ablation finds the code it removes' "$root/tests/bench/ablation" --check
 }
 
 rule_lines() {
@@ -225,7 +225,7 @@ rule_lines() {
   while read -r file; do
     lines=$(wc -l <"$file") most=450
     case $file in "$root"/gst/csd*.cpp) most=700 ;; esac
-    [ "$lines" -le $most ] || { echo "error: $file has $lines lines, $most are allowed"; bad=1; }
+    [ "$lines" -le $most ] || { echo "error: $file has $lines lines; at most $most are allowed"; bad=1; }
   done < <(source_files)
   return $bad
 }
@@ -235,7 +235,7 @@ rule_core() {
     --exclude-dir=programs --exclude-dir=text
 }
 
-# CONTRIBUTING.md has the same as a table, with what each room is for.
+# CONTRIBUTING.md has the same table, with each room's purpose.
 rule_rooms() {
   local bad=0 room other
   local -A may=(
@@ -246,9 +246,9 @@ rule_rooms() {
   for room in "$root"/core/*/; do
     room=$(basename "$room")
     [ "$room" != precompiled ] || continue
-    [ -n "${may[$room]+known}" ] || { echo "error: core/$room has no line in rule_rooms"; bad=1; continue; }
+    [ -n "${may[$room]+known}" ] || { echo "error: core/$room is missing in rule_rooms"; bad=1; continue; }
     while read -r other; do
-      [[ " $room ${may[$room]} " == *" $other "* ]] || { echo "error: core/$room includes $other/, which it may not know"; bad=1; }
+      [[ " $room ${may[$room]} " == *" $other "* ]] || { echo "error: core/$room may not include $other/"; bad=1; }
     done < <(grep -rhoE '^ *# *include "[a-z0-9_]+/' "$root/core/$room" --include='*.h' --include='*.cpp' | sed 's/.*"//; s#/$##' | sort -u)
   done
   return $bad
@@ -263,29 +263,29 @@ rule_spdx() {
   return $bad
 }
 
-# What a header or a source of the core does is tested in a file of its own, and a test names a file of the core.
+# Each header or source of the core has its own test file, and each test file belongs to a file of the core.
 rule_mirrored() {
   local bad=0 name
   while read -r name; do
     case $name in
-      # Nothing but types, constants and interfaces.
+      # Only types, constants and interfaces.
       image/frame_view | csd/frame | track/algorithm | track/executor | precompiled/*) continue ;;
-      # A program's parts are tested through the program (csd_X_test.py), by themselves where that reaches more.
+      # A program's parts are tested through the program (csd_X_test.py), or by themselves where that covers more.
       programs/*) continue ;;
-      # Parts of text/read_line, tested through it.
+      # Parts of text/read_line, which its test covers.
       text/json | text/json_node | text/feature_state) continue ;;
     esac
     [ -f "$root/tests/core/${name}_test.cpp" ] || { echo "error: core/$name has no tests/core/${name}_test.cpp"; bad=1; }
   done < <(cd "$root/core" && find . \( -name '*.cpp' -o -name '*.h' \) -printf '%P\n' | sed 's/\.[a-z]*$//' | sort -u)
   while read -r name; do
     case $name in
-      # The simulator as a whole: what its truth says against what its pictures show.
+      # The simulator as a whole: its truth compared with its pictures.
       sim/truth | sim/visibility) ;;
-      # The tracker where something fails; csd as a whole on each kind of simulated tissue.
+      # The tracker's failures; csd as a whole on each kind of simulated tissue.
       track/tracker_faults | csd/csd_scenes) ;;
       *)
         [ -f "$root/core/$name.h" ] || [ -f "$root/core/$name.cpp" ] ||
-          { echo "error: tests/core/${name}_test.cpp is the test of no file of the core"; bad=1; } ;;
+          { echo "error: tests/core/${name}_test.cpp belongs to no file of the core"; bad=1; } ;;
     esac
     grep -qw "${name##*/}" "$root/tests/core/${name%/*}/meson.build" ||
       { echo "error: tests/core/${name}_test.cpp is not built"; bad=1; }
@@ -293,7 +293,7 @@ rule_mirrored() {
   return $bad
 }
 
-# Every bash or Python script of ours.
+# All bash and Python scripts of this repository.
 scripts() {
   find "$root"/{core,docs,pipelines,python,tests} -type f \( -name '*.sh' -o -name '*.py' -o -perm -u+x \) -not -path '*/__pycache__/*'
 }
