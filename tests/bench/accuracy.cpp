@@ -287,7 +287,7 @@ Options parse(int argc, char **argv) {
     } else if (name == "--tissue") {
       options.tissue.push_back(value());
     } else if (name.starts_with('-')) {
-      throw std::runtime_error("there is no option " + std::string(name) + "; csd-accuracy --help tells more");
+      throw std::runtime_error("there is no option " + std::string(name) + "; see csd-accuracy --help");
     } else {
       names.emplace_back(name);
     }

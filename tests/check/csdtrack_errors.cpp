@@ -214,7 +214,7 @@ namespace {
 
 constexpr int recorded_frames = 20, recorded_bytes = 160 * 120 * 3 / 2;
 
-/// Sets what goes wrong with the frame that comes to csdtrack: the fifth to the ninth.
+/// Makes the fifth to the ninth frame fail as they reach csdtrack.
 GstPadProbeReturn trouble_begins(GstPad *, GstPadProbeInfo *info, gpointer element) {
   auto *track = static_cast<GstElement *>(element);
   GstBuffer *frame = gst_pad_probe_info_get_buffer(info);
@@ -345,7 +345,7 @@ GST_START_TEST(an_exception_at_start_fails_the_state_change) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_frame_without_its_pixels) {
+GST_START_TEST(a_gap_buffer_loses_features_and_half_a_frame_is_an_error) {
   // A buffer marked as a gap is no error: features are lost, nothing more.
   Bench b = bench_with("points", "100,100");
   fail_unless_equals_int(pushed(b, noise(320, 240, 0)), 1);
@@ -364,7 +364,7 @@ GST_START_TEST(a_frame_without_its_pixels) {
 }
 GST_END_TEST
 
-GST_START_TEST(frames_without_timestamps) {
+GST_START_TEST(frames_without_timestamps_are_tracked) {
   Bench b = bench_with("points", "100,100");
   for (int i = 0; i < 5; ++i) {
     GstBuffer *in = noise(320, 240, i);
@@ -380,7 +380,7 @@ GST_START_TEST(frames_without_timestamps) {
 }
 GST_END_TEST
 
-GST_START_TEST(frames_too_small_for_a_feature) {
+GST_START_TEST(frames_too_small_for_a_feature_warn_once) {
   for (const int side : {1, 2, 4}) {
     Bench b = bench(side, side);
     for (int i = 0; i < 3; ++i) fail_unless_equals_int(pushed(b, noise(side, side, i)), 0);
@@ -390,7 +390,7 @@ GST_START_TEST(frames_too_small_for_a_feature) {
 }
 GST_END_TEST
 
-GST_START_TEST(frames_without_anything_to_see) {
+GST_START_TEST(flat_frames_have_no_features_and_no_warnings) {
   for (const int value : {0, 16, 128, 255}) {
     Bench b = bench();
     for (int i = 0; i < 3; ++i) fail_unless_equals_int(pushed(b, noise(320, 240, i, value, value + 1)), 0);
@@ -403,7 +403,7 @@ GST_START_TEST(frames_without_anything_to_see) {
 }
 GST_END_TEST
 
-GST_START_TEST(the_largest_frame) {
+GST_START_TEST(the_largest_frame_passes) {
   Bench b = bench(16384, 16384);
   constexpr gsize size = gsize{16384} * 16384;
   GstBuffer *frame = gst_buffer_new_allocate(nullptr, size, nullptr);
@@ -424,11 +424,11 @@ static Suite *csdtrack_errors_suite() {
   tcase_add_test(tc, a_recording_is_bit_exact_when_any_stage_fails);
   tcase_add_test(tc, a_discontinuity_reaches_the_algorithm);
   tcase_add_test(tc, an_exception_at_start_fails_the_state_change);
-  tcase_add_test(tc, a_frame_without_its_pixels);
-  tcase_add_test(tc, frames_without_timestamps);
-  tcase_add_test(tc, frames_too_small_for_a_feature);
-  tcase_add_test(tc, frames_without_anything_to_see);
-  tcase_add_test(tc, the_largest_frame);
+  tcase_add_test(tc, a_gap_buffer_loses_features_and_half_a_frame_is_an_error);
+  tcase_add_test(tc, frames_without_timestamps_are_tracked);
+  tcase_add_test(tc, frames_too_small_for_a_feature_warn_once);
+  tcase_add_test(tc, flat_frames_have_no_features_and_no_warnings);
+  tcase_add_test(tc, the_largest_frame_passes);
   return suite;
 }
 

@@ -130,7 +130,7 @@ void plant(const char *algorithm, Kind kind, bool last) {
     fail_unless_equals_int(outcome.errors, outcome.started ? 0 : 1);
     fail_unless(kind == thread_start || outcome.said.empty() ||
                     outcome.said.find("Out of memory while tracking") != std::string::npos,
-                "%s: fault %ld is called \"%s\"", algorithm, n, outcome.said.c_str());
+                "%s: fault %ld is reported as \"%s\"", algorithm, n, outcome.said.c_str());
     // lk and csd-2012 never find lost features again, by design.
     fail_unless(!outcome.started || outcome.claimed > 0 || std::strcmp(algorithm, "csd") != 0,
                 "nothing is claimed after fault %ld", n);

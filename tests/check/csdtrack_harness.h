@@ -69,7 +69,7 @@ inline guint64 frame_number(GstBuffer *buffer) {
   return header.frame;
 }
 
-/// The states of the frame that comes out for this one.
+/// Pushes a frame and returns the states on the frame that comes out.
 inline std::map<guint, std::string> push(GstHarness *h, GstBuffer *in) {
   GstBuffer *out = gst_harness_push_and_pull(h, in);
   fail_unless(out != nullptr);

@@ -220,7 +220,7 @@ GST_START_TEST(a_flush_drops_a_torn_line) {
 }
 GST_END_TEST
 
-GST_START_TEST(a_segment_plays_again) {
+GST_START_TEST(a_segment_can_play_again) {
   // The text runs ahead into the second round, and then into the third.
   TextHarness harness;
   const auto text_round = [&](guint64 round) {
@@ -358,7 +358,7 @@ static Suite *csdtrackdec_text_suite() {
   tcase_add_test(tc, text_that_runs_ahead_is_held_back_not_lost);
   tcase_add_test(tc, both_streams_seek);
   tcase_add_test(tc, a_flush_drops_a_torn_line);
-  tcase_add_test(tc, a_segment_plays_again);
+  tcase_add_test(tc, a_segment_can_play_again);
   tcase_add_test(tc, in_reverse_no_frame_waits);
   tcase_add_test(tc, an_invalid_line_is_refused_and_the_video_goes_on);
   tcase_add_test(tc, with_location_the_pad_is_not_read);

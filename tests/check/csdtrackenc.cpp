@@ -284,7 +284,7 @@ GST_START_TEST(test_text_has_a_duration_and_no_newline) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_any_memory_and_events) {
+GST_START_TEST(test_accepts_any_memory_and_passes_events) {
   Harness harness(nullptr, "video/x-raw(memory:Whatever),format=Unheard,width=64,height=48,framerate=0/1");
   fail_unless_equals_int(harness.push(frame(0)), GST_FLOW_OK);
   parse(harness.pull());
@@ -327,7 +327,7 @@ GST_START_TEST(test_qos_ends_here_and_other_events_pass) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_nothing_in_common_is_an_error) {
+GST_START_TEST(test_caps_without_a_common_format_are_an_error) {
   GstHarness *h = gst_harness_new_with_padnames("csdtrackenc", "sink", nullptr);
   GstElement *sink = gst_element_factory_make("capsfilter", nullptr);
   GstCaps *caps = gst_caps_from_string("audio/x-raw");
@@ -436,9 +436,9 @@ static Suite *csdtrackenc_suite() {
   tcase_add_test(tc, test_csv);
   tcase_add_test(tc, test_csv_header_without_frames_and_after_flush);
   tcase_add_test(tc, test_text_has_a_duration_and_no_newline);
-  tcase_add_test(tc, test_any_memory_and_events);
+  tcase_add_test(tc, test_accepts_any_memory_and_passes_events);
   tcase_add_test(tc, test_qos_ends_here_and_other_events_pass);
-  tcase_add_test(tc, test_nothing_in_common_is_an_error);
+  tcase_add_test(tc, test_caps_without_a_common_format_are_an_error);
   tcase_add_test(tc, the_track_is_tagged_once_a_stream);
   tcase_add_test(tc, a_crop_rectangle_added_later_moves_the_tracks);
   return s;

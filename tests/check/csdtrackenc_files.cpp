@@ -163,7 +163,7 @@ GST_START_TEST(test_travels_through_matroska) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_full_disk) {
+GST_START_TEST(test_a_full_disk_is_an_error) {
   GError *error =
       csd_check::play(tracked_pipeline(100, "csdtrackenc ! filesink buffer-mode=unbuffered location=/dev/full"));
   fail_unless(g_error_matches(error, GST_RESOURCE_ERROR, GST_RESOURCE_ERROR_NO_SPACE_LEFT));
@@ -171,7 +171,7 @@ GST_START_TEST(test_full_disk) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_killed) {
+GST_START_TEST(test_a_killed_process_leaves_whole_lines) {
   const std::string path = temporary("k.jsonl");
   const std::string location = "location=" + path;
   const char *argv[] = {"gst-launch-1.0", "-q",
@@ -210,12 +210,12 @@ static Suite *csdtrackenc_files_suite() {
   tcase_add_test(tc, test_csv_in_german_by_python);
   tcase_add_test(tc, test_csv_of_other_programs_metadata);
   tcase_add_test(tc, test_travels_through_matroska);
-  tcase_add_test(tc, test_full_disk);
+  tcase_add_test(tc, test_a_full_disk_is_an_error);
 #ifndef CSDTRACK_SANITIZED
   // The system's gst-launch-1.0 can't load a sanitized plugin.
-  tcase_add_test(tc, test_killed);
+  tcase_add_test(tc, test_a_killed_process_leaves_whole_lines);
 #else
-  (void)test_killed;
+  (void)test_a_killed_process_leaves_whole_lines;
 #endif
   return s;
 }

@@ -107,7 +107,7 @@ void plant(const char *name, Outcome (*life)(), bool last) {
                 "%s: fault %ld, %d errors, came to\n%s", name, n, outcome.errors, outcome.text.c_str());
     fail_unless(outcome.text.empty() || outcome.text.ends_with('\n'), "%s: fault %ld left a torn line", name, n);
     fail_unless(outcome.errors == 0 || outcome.said.find("memory") != std::string::npos,
-                "%s: fault %ld is called \"%s\"", name, n, outcome.said.c_str());
+                "%s: fault %ld is reported as \"%s\"", name, n, outcome.said.c_str());
     return outcome.errors > 0;
   };
   plant_each(name, operator_new, last, life, fine, look);

@@ -256,7 +256,7 @@ GST_START_TEST(files_give_them_back) {
 }
 GST_END_TEST
 
-GST_START_TEST(files_can_be_sought_in) {
+GST_START_TEST(seeking_works_in_files) {
   if (!can_record()) return;
   for (const auto &c : containers) {
     if (std::string(c.muxer).find("fragment") != std::string::npos) continue;  // qtdemux 1.22 seeks there in video only
@@ -299,7 +299,7 @@ static Suite *text_pieces_suite() {
   tcase_add_test(tc, a_torn_line_is_left_out);
   tcase_add_test(tc, an_endless_line_is_refused);
   tcase_add_test(tc, files_give_them_back);
-  tcase_add_test(tc, files_can_be_sought_in);
+  tcase_add_test(tc, seeking_works_in_files);
   return s;
 }
 

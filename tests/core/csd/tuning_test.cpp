@@ -23,7 +23,7 @@ TEST(Tuning, SetsEachFieldByItsName) {
   EXPECT_EQ(tuning.gate_floor, 3);
 }
 
-TEST(Tuning, CountsAndTimes) {
+TEST(Tuning, ConvertsCountsAndTimes) {
   EXPECT_EQ(count(5), 5u);
   EXPECT_EQ(nanoseconds(0.5), second / 2);
   EXPECT_EQ(nanoseconds(-1), -second);
