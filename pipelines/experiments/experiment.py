@@ -21,15 +21,20 @@ def natural(text):
 
 
 def arguments(name, description, epilog, seeds):
-    parser = argparse.ArgumentParser(prog=f"pipelines/experiments/{name}", epilog=epilog, description=description,
+    parser = argparse.ArgumentParser(prog=f"pipelines/experiments/{name}", epilog=epilog,
+                                     description=description,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="a few frames of each; writes nothing into docs/")
-    parser.add_argument("--seeds", type=natural, metavar="N", help="scenes of each sequence, from seed "
-                        f"{sequences.FIRST_SEED} on ({seeds}; --quick: 1)")
-    parser.add_argument("--jobs", type=natural, metavar="N", default=os.cpu_count(), help="runs at a time (the processors)")
+    parser.add_argument("--quick", action="store_true",
+                        help="a few frames of each; writes nothing into docs/")
+    parser.add_argument(
+        "--seeds", type=natural, metavar="N", help="scenes of each sequence, from seed "
+        f"{sequences.FIRST_SEED} on ({seeds}; --quick: 1)")
+    parser.add_argument("--jobs", type=natural, metavar="N", default=os.cpu_count(),
+                        help="runs at a time (the processors)")
     parser.add_argument("--out", type=pathlib.Path, metavar="DIR", help="where the runs are kept "
                         f"(experiments/{name} or experiments/{name}-quick in the build folder)")
-    parser.add_argument("--no-install", action="store_true", help="install nothing; fail if something is missing")
+    parser.add_argument("--no-install", action="store_true",
+                        help="install nothing; fail if something is missing")
     return parser.parse_args()
 
 
@@ -68,8 +73,11 @@ def run(name, options, write, seeds):
         if plan.of_table("pictures"):
             running.take_pictures()
         running.run_all(plan, mode, seeds, out, options.jobs)
-        command = " ".join([f"pipelines/experiments/{name}", *filter(None, (
-            "--quick" if options.quick else "", f"--seeds {options.seeds}" if options.seeds else ""))])
+        command = " ".join([
+            f"pipelines/experiments/{name}",
+            *filter(None, ("--quick" if options.quick else "",
+                           f"--seeds {options.seeds}" if options.seeds else ""))
+        ])
         write(plan, out, path, command, options.jobs)
         return path
     return guarded(name, out, work)

@@ -23,7 +23,8 @@ class Pipeline:
 
     def __init__(self, description, caps, locations):
         try:
-            self._pipeline = Gst.parse_launch(f"appsrc name=in format=time max-buffers=0 max-bytes=0 ! {description}")
+            self._pipeline = Gst.parse_launch(
+                f"appsrc name=in format=time max-buffers=0 max-bytes=0 ! {description}")
         except GLib.Error as error:
             raise builds.Failure(f"{error.message}: is a plugin of GStreamer missing?") from None
         self._source, self._bus = self.element("in"), self._pipeline.get_bus()
@@ -63,8 +64,10 @@ class Pipeline:
 
 def detect(picture, frame, features):
     """What csdtrack finds in a frame, as its property `points`: every tracker begins with these."""
-    with contextlib.closing(Pipeline(f"csdtrack algorithm=lk learning=sync max-features={features} ! csdtrackenc ! "
-                                     f"appsink name=out {SINK}", picture.caps, {})) as pipeline:
+    with contextlib.closing(
+            Pipeline(
+                f"csdtrack algorithm=lk learning=sync max-features={features} ! csdtrackenc ! "
+                f"appsink name=out {SINK}", picture.caps, {})) as pipeline:
         pipeline.push(0, frame)
         # Not to the end first: with a line that nobody takes, appsink never ends.
         while (sample := pipeline.element("out").emit("try-pull-sample", Gst.SECOND // 10)) is None:
@@ -79,15 +82,18 @@ class Peer:
 
     def __init__(self, name, points, options, folder):
         self.name, self._said = name, tempfile.TemporaryFile("w+")
-        self.process = subprocess.Popen(
-            [builds.program("csd-peers"), "-t", name, "-p", points, "-o", folder / f"{name}.jsonl", *options, "-"],
-            stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=self._said,
-            env={**builds.environment(), "OPENCV_FOR_THREADS_NUM": "1"}, start_new_session=True)
+        self.process = subprocess.Popen([
+            builds.program("csd-peers"), "-t", name, "-p", points, "-o", folder / f"{name}.jsonl",
+            *options, "-"
+        ], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=self._said,
+                                        env={**builds.environment(), "OPENCV_FOR_THREADS_NUM": "1"},
+                                        start_new_session=True)
 
     def check(self):
         if self.process.poll():
             self._said.seek(0)
-            raise builds.Failure(self._said.read().strip() or f"csd-peers --tracker {self.name} failed")
+            raise builds.Failure(self._said.read().strip() or
+                                 f"csd-peers --tracker {self.name} failed")
 
     def finish(self, waiting):
         self.process.stdin.close()
@@ -105,12 +111,16 @@ class Peer:
 
 
 def description(trackers, points, peers):
-    branches = [f'csdtrack name={name} algorithm={name} points="{points}" learning=sync n-threads=1 post-messages=none ! '
-                f"csdtrackenc ! filesink name=to-{name} {SINK}" for name in trackers]
-    text = "tee name=t allow-not-linked=true " + " ".join(f"t. ! {QUEUE} ! {branch}" for branch in branches)
+    branches = [
+        f'csdtrack name={name} algorithm={name} points="{points}" learning=sync n-threads=1 post-messages=none ! '
+        f"csdtrackenc ! filesink name=to-{name} {SINK}" for name in trackers
+    ]
+    text = "tee name=t allow-not-linked=true " + " ".join(f"t. ! {QUEUE} ! {branch}"
+                                                          for branch in branches)
     if peers:
         text += f" t. ! {QUEUE} ! y4menc ! tee name=y " + " ".join(
-            f"y. ! {QUEUE} ! fdsink name={peer.name} {SINK} fd={peer.process.stdin.fileno()}" for peer in peers)
+            f"y. ! {QUEUE} ! fdsink name={peer.name} {SINK} fd={peer.process.stdin.fileno()}"
+            for peer in peers)
     return text
 
 
@@ -121,10 +131,13 @@ def follow(frames, picture, points, trackers, slow_features, folder, progress):
         for name in trackers:
             if name not in sequences.PLUGIN:
                 few = ["--features", str(slow_features)] if name in sequences.SLOW_RIVALS else []
-                peers.append(stack.enter_context(contextlib.closing(Peer(name, points, few, folder))))
+                peers.append(
+                    stack.enter_context(contextlib.closing(Peer(name, points, few, folder))))
         ours = [name for name in trackers if name in sequences.PLUGIN]
-        pipeline = stack.enter_context(contextlib.closing(Pipeline(
-            description(ours, points, peers), picture.caps, {f"to-{name}": folder / f"{name}.jsonl" for name in ours})))
+        pipeline = stack.enter_context(
+            contextlib.closing(
+                Pipeline(description(ours, points, peers), picture.caps,
+                         {f"to-{name}": folder / f"{name}.jsonl" for name in ours})))
         pushed = 0
         try:
             for time, frame in frames:

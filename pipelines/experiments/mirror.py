@@ -32,9 +32,11 @@ class Picture:
         rate = (self.info.fps_n, self.info.fps_d) if self.info.fps_n > 0 else (25, 1)
         self.period = Gst.SECOND * rate[1] // rate[0]  # ns, where timestamps don't say it
         colours = first_structure(caps).get_string("colorimetry")
-        # Whole frames, also where they are interlaced: backward, the fields would come in the wrong order.
-        self.caps = (f"video/x-raw,format=I420,width={self.info.width},height={self.info.height},framerate={rate[0]}/{rate[1]},"
-                     f"interlace-mode=progressive{f',colorimetry={colours}' if colours else ''}")
+        # Whole frames, also where they are interlaced: backward, the fields would come in the wrong
+        # order.
+        self.caps = (
+            f"video/x-raw,format=I420,width={self.info.width},height={self.info.height},framerate={rate[0]}/{rate[1]},"
+            f"interlace-mode=progressive{f',colorimetry={colours}' if colours else ''}")
 
     def checksum(self, frame):
         """Of what is seen: between the rows there may be anything."""
@@ -56,10 +58,12 @@ class Decoding:
         """since: ns. Frames before it are left out; a file that can't be sought in is decoded up to there."""
         self._path, self._since = path, since
         self._missing, self._no_video, self._video = [], False, False
-        self._pipeline = Gst.parse_launch("filesrc name=file ! decodebin name=decode  videoconvert name=convert ! "
-                                          "video/x-raw,format=I420 ! appsink name=sink sync=false max-buffers=2")
+        self._pipeline = Gst.parse_launch(
+            "filesrc name=file ! decodebin name=decode  videoconvert name=convert ! "
+            "video/x-raw,format=I420 ! appsink name=sink sync=false max-buffers=2")
         self._pipeline.get_by_name("file").set_property("location", str(path))
-        decode, self._sink = self._pipeline.get_by_name("decode"), self._pipeline.get_by_name("sink")
+        decode, self._sink = self._pipeline.get_by_name("decode"), self._pipeline.get_by_name(
+            "sink")
         self._signals = [(decode, decode.connect("pad-added", self._stream)),
                          (decode, decode.connect("no-more-pads", self._streams_known))]
         self._bus = self._pipeline.get_bus()
@@ -69,9 +73,11 @@ class Decoding:
         patience = time.monotonic() + tracking.SILENCE
         while not self._check(Gst.SECOND // 10, Gst.MessageType.ASYNC_DONE):
             if time.monotonic() > patience:
-                raise builds.Failure(f"'{self._path}' shows no stream: check that it plays, or convert it to H.264")
+                raise builds.Failure(
+                    f"'{self._path}' shows no stream: check that it plays, or convert it to H.264")
         if self._since:
-            self._pipeline.seek_simple(Gst.Format.TIME, Gst.SeekFlags.FLUSH | Gst.SeekFlags.ACCURATE, self._since)
+            self._pipeline.seek_simple(Gst.Format.TIME,
+                                       Gst.SeekFlags.FLUSH | Gst.SeekFlags.ACCURATE, self._since)
         self._pipeline.set_state(Gst.State.PLAYING)
         return self
 
@@ -111,7 +117,8 @@ class Decoding:
 
     def _check(self, wait, kinds=Gst.MessageType.ERROR):
         """Whether a message of these kinds came in this time. Raises builds.Failure of an error."""
-        while message := self._bus.timed_pop_filtered(wait, kinds | Gst.MessageType.ERROR | Gst.MessageType.ELEMENT):
+        while message := self._bus.timed_pop_filtered(
+                wait, kinds | Gst.MessageType.ERROR | Gst.MessageType.ELEMENT):
             if message.type == Gst.MessageType.ELEMENT:
                 if message.has_name("missing-plugin"):
                     self._missing.append(message.get_structure().get_string("name"))
@@ -122,11 +129,14 @@ class Decoding:
             if self._no_video and not self._missing:
                 break  # nobody wanted its sound
             factory = message.src.get_factory() if isinstance(message.src, Gst.Element) else None
-            raise builds.Failure(tracking.explain(self._path, "", "csdtrack", factory.get_name() if factory else "", error,
-                                                    debug or "", self._missing))
+            raise builds.Failure(
+                tracking.explain(self._path, "", "csdtrack",
+                                 factory.get_name() if factory else "", error, debug or "",
+                                 self._missing))
         if self._no_video and self._missing:
-            raise builds.Failure(f"'{self._path}' needs a {self._missing[0]} that this machine does not have: install it, or convert "
-                                 "the video to H.264")
+            raise builds.Failure(
+                f"'{self._path}' needs a {self._missing[0]} that this machine does not have: install it, or convert "
+                "the video to H.264")
         if self._no_video:
             raise builds.Failure(f"'{self._path}' has no video stream: give a file with a picture")
         return False
@@ -140,10 +150,12 @@ class Mirror:
         if tracking.lacks_index(path):
             raise builds.Failure(tracking.no_index(path))
         self.path, self._since, self._most, self._memory = path, since, most, memory
-        self.images = most  # how many are expected; once the way forward is over, how many there are
+        # how many are expected; once the way forward is over, how many there are
+        self.images = most
         self.picture = None  # known with the first frame
         self.pieces = self.decoded_anew = 0  # of the way back; those that no seek found
-        self.cut_short = ""  # what to say if the file ends before it should; known once the way forward is over
+        # what to say if the file ends before it should; known once the way forward is over
+        self.cut_short = ""
         self._begin = 0  # stream time of the first frame
         # Of each image: ns since the first, checksum. All that grows with the video.
         self._times, self._sums = array.array("q"), array.array("L")
@@ -161,19 +173,22 @@ class Mirror:
                     self._first(at, caps, decoding.duration())
                     first_caps = caps
                 elif not caps.is_equal(first_caps):
-                    raise builds.Failure(f"'{self.path}': the picture's format changes behind {len(self._sums)} frames: take "
-                                           "fewer (--frames), or begin behind it (--from)")
+                    raise builds.Failure(
+                        f"'{self.path}': the picture's format changes behind {len(self._sums)} frames: take "
+                        "fewer (--frames), or begin behind it (--from)")
                 yield self._note(at, frame), frame
                 if len(self._sums) == self._most:
                     break
             else:
                 if self._times:
-                    self.cut_short = tracking.breaks_off(self.path, self._begin + self._times[-1] + self.picture.period,
-                                                         decoding.duration())
+                    self.cut_short = tracking.breaks_off(
+                        self.path, self._begin + self._times[-1] + self.picture.period,
+                        decoding.duration())
         self.images = len(self._sums)
         if self.images < 2:
-            raise builds.Failure(f"'{self.path}' has {self.images or 'no'} frame{'s' * (self.images != 1)} from "
-                                   f"{self._since / Gst.SECOND:g} s on, and 2 are needed: begin earlier (--from)")
+            raise builds.Failure(
+                f"'{self.path}' has {self.images or 'no'} frame{'s' * (self.images != 1)} from "
+                f"{self._since / Gst.SECOND:g} s on, and 2 are needed: begin earlier (--from)")
 
     def _first(self, at, caps, duration):
         self.picture = Picture(caps)
@@ -205,7 +220,8 @@ class Mirror:
         """The frames of these images."""
         self.pieces += 1
         piece = None
-        with contextlib.suppress(builds.Failure), Decoding(self.path, self._begin + self._times[begin]) as decoding:
+        with contextlib.suppress(builds.Failure), Decoding(self.path, self._begin +
+                                                           self._times[begin]) as decoding:
             piece = self._the_same(begin, end, decoding, MISSED)
         if piece is None:
             self.decoded_anew += 1
@@ -214,8 +230,9 @@ class Mirror:
                     pass
                 piece = self._the_same(begin, end, decoding, 0)
         if piece is None:
-            raise builds.Failure(f"'{self.path}' does not decode to the same frames each time: convert it to a lossless format "
-                                   "(ffmpeg -i VIDEO -c:v ffv1 lossless.mkv)")
+            raise builds.Failure(
+                f"'{self.path}' does not decode to the same frames each time: convert it to a lossless format "
+                "(ffmpeg -i VIDEO -c:v ffv1 lossless.mkv)")
         return piece
 
     def _the_same(self, begin, end, decoding, surplus):

@@ -17,7 +17,9 @@ from page import table
 from scores import Scores
 
 GOALS = json.loads((pathlib.Path(__file__).resolve().parent / "beyond.json").read_text())
-WITHIN, TOGETHER = 10, 0.2  # frames that a point has to come back; share of the points that something hides, to be a black, a cut, a wipe
+# frames that a point has to come back; share of the points that something hides, to be a black, a
+# cut, a wipe
+WITHIN, TOGETHER = 10, 0.2
 ONE = 0.9995  # what prints as 1.000
 QUICK = """
 **Too short to mean anything**: it shows that all runs.
@@ -48,21 +50,26 @@ class Row:
 
 def rows_of(plan):
     """(title, goals, sequences) of all scenarios, and of the textures that are real."""
-    simulated = [(goals["title"], goals, plan.of_table(name)) for name, goals in GOALS["rows"].items()]
+    simulated = [(goals["title"], goals, plan.of_table(name))
+                 for name, goals in GOALS["rows"].items()]
     return simulated, [(s.title, GOALS["pictures"][s.name], [s]) for s in plan.of_table("pictures")]
 
 
 def score(plan, out, kinds):
-    return {share.name: Scores(plan, out, kinds, ["csd", *(t for t in share.trackers if t != "csd")], share.name)
-            for share in plan.shares}
+    return {
+        share.name: Scores(plan, out, kinds, ["csd", *(t for t in share.trackers if t != "csd")],
+                           share.name) for share in plan.shares
+    }
 
 
 def at_most(name, goal, value, digits, found="", unit=""):
-    return Criterion(name, f"{name} ≤ {goal:g}{unit}", found or number(value, digits), value is not None and value <= goal)
+    return Criterion(name, f"{name} ≤ {goal:g}{unit}", found or number(value, digits),
+                     value is not None and value <= goal)
 
 
 def at_least(name, goal, value, digits, found=""):
-    return Criterion(name, f"{name} ≥ {goal:g}", found or number(value, digits), value is not None and value >= goal)
+    return Criterion(name, f"{name} ≥ {goal:g}", found or number(value, digits),
+                     value is not None and value >= goal)
 
 
 def shown(criterion, times):
@@ -80,13 +87,18 @@ def lasting(row):
     goal's, so that a wide one alone shows nothing."""
     (sequence,), scores, loss = row.kinds, row.scores["tracked"], row.goals["lasting"]
     change = scores.change(sequence, "csd")
-    first, last = ([scores.part(sequence, "csd", f"{m}_by_frame", *part) for m in ("sensitivity", "k")] for part in ((0, 0.2), (0.8, 1)))
-    said = "–" if change is None else "{:+.4f} ({:+.4f} to {:+.4f}) a feature".format(*change).replace("-", "−")
+    first, last = ([
+        scores.part(sequence, "csd", f"{m}_by_frame", *part) for m in ("sensitivity", "k")
+    ] for part in ((0, 0.2), (0.8, 1)))
+    said = "–" if change is None else "{:+.4f} ({:+.4f} to {:+.4f}) a feature".format(
+        *change).replace("-", "−")
     error = row.csd["error"]
-    return Criterion("last fifth", f"last fifth as good as the first, no loss of sensitivity beyond {loss:g} within the interval",
-                     f"first fifth {number(first[0], 4)} / {number(first[1], 4)}, {number(error['first_fifth'], 2)} px; last {number(last[0], 4)} / "
-                     f"{number(last[1], 4)}, {number(error['last_fifth'], 2)} px; sensitivity {said}",
-                     change is not None and change[2] >= 0 and change[1] >= -loss)
+    return Criterion(
+        "last fifth",
+        f"last fifth as good as the first, no loss of sensitivity beyond {loss:g} within the interval",
+        f"first fifth {number(first[0], 4)} / {number(first[1], 4)}, {number(error['first_fifth'], 2)} px; last {number(last[0], 4)} / "
+        f"{number(last[1], 4)}, {number(error['last_fifth'], 2)} px; sensitivity {said}",
+        change is not None and change[2] >= 0 and change[1] >= -loss)
 
 
 def back(row, out):
@@ -96,11 +108,15 @@ def back(row, out):
         by_sequence[sequence.title] = found = []
         for seed in sequence.seeds:
             folder = running.folder_of(out, sequence, seed)
-            found += truth.returns(truth.read(folder / "truth-tracked.jsonl"), truth.read(folder / "csd.jsonl"), WITHIN, TOGETHER)
+            found += truth.returns(truth.read(folder / "truth-tracked.jsonl"),
+                                   truth.read(folder / "csd.jsonl"), WITHIN, TOGETHER)
     shares = [sum(found) / len(found) for found in by_sequence.values() if found]
-    said = "; ".join(f"{title} {sum(found)} of {len(found)}" for title, found in by_sequence.items())
-    return shown(at_least(f"back within {WITHIN} frames", row.goals["back"], min(shares, default=None), 3, said),
-                 len(shares) == len(by_sequence))
+    said = "; ".join(
+        f"{title} {sum(found)} of {len(found)}" for title, found in by_sequence.items())
+    return shown(
+        at_least(f"back within {WITHIN} frames", row.goals["back"], min(shares, default=None), 3,
+                 said),
+        len(shares) == len(by_sequence))
 
 
 def criteria(row, out):
@@ -108,15 +124,20 @@ def criteria(row, out):
     goals, csd = row.goals, row.csd
     found = []
     if "sensitivity" in goals:
-        found.append(at_least("sensitivity", goals["sensitivity"], csd["sensitivity"]["value"], 4, fine(csd["sensitivity"])))
+        found.append(
+            at_least("sensitivity", goals["sensitivity"], csd["sensitivity"]["value"], 4,
+                     fine(csd["sensitivity"])))
     found.append(at_most("K", goals["k"], csd["k"]["value"], 4, fine(csd["k"])))
     if "median" in goals:
         found.append(at_most("median", goals["median"], csd["error"]["median"], 3, unit=" px"))
     if "frames_until" in goals:
         recovery = csd["recovery"]
-        found.append(shown(at_most("median of the return", goals["frames_until"], recovery["median_frames"], 1,
-                                   f"{number(recovery['median_frames'], 1)} frames ({recovery['recovered']} of {recovery['returns']} returned)",
-                                   " frames"), recovery["returns"]))
+        found.append(
+            shown(
+                at_most(
+                    "median of the return", goals["frames_until"], recovery["median_frames"], 1,
+                    f"{number(recovery['median_frames'], 1)} frames ({recovery['recovered']} of {recovery['returns']} returned)",
+                    " frames"), recovery["returns"]))
     if "lasting" in goals:
         found.append(lasting(row))
     if "back" in goals:
@@ -142,18 +163,31 @@ def goals_table(rows, out):
     for row in rows:
         found = criteria(row, out)
         of = {c.name: c.found for c in found}
-        lines.append([row.title, in_vivo(row.goals), "; ".join(c.goal for c in found), fine(row.csd["sensitivity"]),
-                      of["K"], number(row.csd["error"]["median"], 3),
-                      "; ".join(f"{name}: {said}" for name, said in of.items() if name not in ("sensitivity", "K", "median")) or "–",
-                      verdict(found)])
-    return table(["scenario", "the paper's CSD in vivo", "to reach", "csd: sensitivity", "csd: K", "median, px", "more", ""], lines)
+        lines.append([
+            row.title,
+            in_vivo(row.goals), "; ".join(c.goal for c in found),
+            fine(row.csd["sensitivity"]), of["K"],
+            number(row.csd["error"]["median"], 3),
+            "; ".join(f"{name}: {said}" for name, said in of.items()
+                      if name not in ("sensitivity", "K", "median")) or "–",
+            verdict(found)
+        ])
+    return table([
+        "scenario", "the paper's CSD in vivo", "to reach", "csd: sensitivity", "csd: K",
+        "median, px", "more", ""
+    ], lines)
 
 
 def by_sequence(rows):
     return table(["scenario", "sequence", "csdsimsrc", "frames", "seeds", "csd: sensitivity / K"],
-                 [[row.title, s.title, f"`{settings(s)}`", str(s.frames), ", ".join(map(str, s.seeds)),
-                   " / ".join(number(row.scores["tracked"].of_sequence(s, "csd", m), 4) for m in ("sensitivity", "k"))]
-                  for row in rows for s in row.kinds])
+                 [[
+                     row.title, s.title, f"`{settings(s)}`",
+                     str(s.frames), ", ".join(map(str, s.seeds)), " / ".join(
+                         number(row.scores["tracked"].of_sequence(s, "csd", m), 4)
+                         for m in ("sensitivity", "k"))
+                 ]
+                  for row in rows
+                  for s in row.kinds])
 
 
 MEASURES = (("delta_avg", "δavg"), ("aj", "AJ"), ("oa", "OA"))
@@ -180,7 +214,8 @@ def beside(row, plan):
                 continue
             of = {}
             for measure, _ in MEASURES:
-                a, b, p = scores.value(rival, measure), scores.value("csd", measure), scores.comparisons[rival][measure]["p"]
+                a, b, p = scores.value(rival, measure), scores.value(
+                    "csd", measure), scores.comparisons[rival][measure]["p"]
                 of[measure] = a, b, p, standing(a, b, p)
             found.append((rival, share, of))
     return found
@@ -191,7 +226,8 @@ def all_of(of):
     standings = {s for *_, s in of.values()}
     if standings <= {"above", "equal"}:
         return "**above**" if "above" in standings else "equal"
-    return ", ".join(f"{label}: {of[m][3]}" for m, label in MEASURES if of[m][3] not in ("above", "equal"))
+    return ", ".join(f"{label}: {of[m][3]}" for m, label in MEASURES
+                     if of[m][3] not in ("above", "equal"))
 
 
 def p_of(p):
@@ -200,16 +236,22 @@ def p_of(p):
 
 def comparison(row, plan):
     return f"\n{row.title}:\n\n" + table(
-        ["rival", *(f"{label}: rival, csd" for _, label in MEASURES), "csd is"],
-        [[rival, *(f"{number(a)}, {number(b)} ({p_of(p)})" for a, b, p, _ in of.values()), all_of(of)] for rival, _, of in beside(row, plan)])
+        ["rival", *(f"{label}: rival, csd" for _, label in MEASURES), "csd is"], [[
+            rival, *(f"{number(a)}, {number(b)} ({p_of(p)})" for a, b, p, _ in of.values()),
+            all_of(of)
+        ] for rival, _, of in beside(row, plan)])
 
 
 def summary(rows, plan):
     """Of all comparisons, and which of them csd does not win."""
     pairs = [(row, rival, of) for row in rows for rival, _, of in beside(row, plan)]
-    others = [f"{row.title}, {rival} ({said})" for row, rival, of in pairs if (said := all_of(of)) not in ("**above**", "equal")]
+    others = [
+        f"{row.title}, {rival} ({said})" for row, rival, of in pairs
+        if (said := all_of(of)) not in ("**above**", "equal")
+    ]
     won = f"In {len(pairs) - len(others)} of {len(pairs)} pairs of scenario and rival csd is above in each of the three, or equal where both are at 1.000"
-    return f"{won}.\n" if not others else f"{won}. In the others:\n\n" + "\n".join(f"* {other}" for other in others) + "\n"
+    return f"{won}.\n" if not others else f"{won}. In the others:\n\n" + "\n".join(
+        f"* {other}" for other in others) + "\n"
 
 
 def calibration(plan, out, kinds):
@@ -219,26 +261,39 @@ def calibration(plan, out, kinds):
 
 def calibration_part(found):
     said = at_most("ECE", GOALS["ece"], found["ece"], 4)
-    return (f"Expected calibration error of `confidence`, over all of these sequences: {said.found}; to reach: {said.goal}; {verdict([said])}.\n\n" +
-            table(["confidence", "reports", "share that is visible and within τ"],
-                  [[number(b["confidence"]), str(b["reports"]), number(b["frequency"])] for b in found["bins"] if b["reports"]]) +
-            "\nThe figure is a mean over the reports, and most of them are sure. One between .1 and .9 is rare, and less exact: take it as an order.\n")
+    return (
+        f"Expected calibration error of `confidence`, over all of these sequences: {said.found}; to reach: {said.goal}; {verdict([said])}.\n\n"
+        + table(
+            ["confidence", "reports", "share that is visible and within τ"],
+            [[number(b["confidence"]),
+              str(b["reports"]), number(b["frequency"])] for b in found["bins"] if b["reports"]]) +
+        "\nThe figure is a mean over the reports, and most of them are sure. One between .1 and .9 is rare, and less exact: take it as an order.\n"
+    )
 
 
 def diagram_part(everything, mixed, folder, linked):
     """The simulated sequences, and the one with everything in it by itself."""
-    figures.reliability(folder / "calibration.svg", [("all sequences", everything), ("everything mixed", mixed)])
-    return (f"Of *everything mixed* alone: {number(mixed['ece'], 4)}. How often each confidence was right, and how often it was given:\n\n"
-            f"![]({linked}/calibration.svg)\n")
+    figures.reliability(folder / "calibration.svg", [("all sequences", everything),
+                                                     ("everything mixed", mixed)])
+    return (
+        f"Of *everything mixed* alone: {number(mixed['ece'], 4)}. How often each confidence was right, and how often it was given:\n\n"
+        f"![]({linked}/calibration.svg)\n")
 
 
 def palindromes_part(found):
     lines = []
     for name, goals in GOALS["palindromes"].items():
         of = next(p for p in found["palindromes"] if p["tracks"] == f"{name}/csd.jsonl")
-        held = [at_least("claimed", goals["claimed"], of["claimed"], 3), at_most("apart", goals["apart"], of["apart"], 4)]
-        lines.append([name, str(of["counts"]["features"]), str(of["counts"]["frames"]), *(c.found for c in held),
-                      "; ".join(c.goal for c in held), verdict(held)])
+        held = [
+            at_least("claimed", goals["claimed"], of["claimed"], 3),
+            at_most("apart", goals["apart"], of["apart"], 4)
+        ]
+        lines.append([
+            name,
+            str(of["counts"]["features"]),
+            str(of["counts"]["frames"]), *(c.found for c in held), "; ".join(c.goal for c in held),
+            verdict(held)
+        ])
     return table(["clip", "features", "frames", "claimed", "> 5 px apart", "to reach", ""], lines)
 
 
@@ -277,8 +332,9 @@ def black_in_words(plan, out):
     if not moves:
         return ""
     frames, angles, scales = zip(*((n, abs(angle), scale) for n, angle, scale in moves))
-    return (f" In the dark, {max(frames)} frames ({max(frames) / sequence.rate:g} s), the view turns by {min(angles):.0f}° to {max(angles):.0f}°, and the "
-            f"picture grows by a factor of {min(scales):.2f} to {max(scales):.2f}.")
+    return (
+        f" In the dark, {max(frames)} frames ({max(frames) / sequence.rate:g} s), the view turns by {min(angles):.0f}° to {max(angles):.0f}°, and the "
+        f"picture grows by a factor of {min(scales):.2f} to {max(scales):.2f}.")
 
 
 def shares_in_words(plan):
@@ -287,8 +343,10 @@ def shares_in_words(plan):
     for share in plan.shares:
         features, frames = share.of(longest)
         rivals = ", ".join(f"`{t}`" for t in share.trackers if t != "csd")
-        lines.append(f"* {rivals}: {f'{features} of the features' if share.features else 'all features'}, "
-                     f"{f'the first {frames} frames' if share.frames else 'all frames'}, {'the first seed' if share.first_seed else 'all seeds'}")
+        lines.append(
+            f"* {rivals}: {f'{features} of the features' if share.features else 'all features'}, "
+            f"{f'the first {frames} frames' if share.frames else 'all frames'}, {'the first seed' if share.first_seed else 'all seeds'}"
+        )
     return "\n".join(lines)
 
 
@@ -329,15 +387,21 @@ def write(plan, out, path, command, jobs):
     simulated, pictures = rows_of(plan)
     palindromes = running.palindromes(plan, out) if pictures else None
     print("scores", file=sys.stderr)
-    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:  # csd-score is a process; here they only wait for it
+    # csd-score is a process; here they only wait for it
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         scored = list(pool.map(lambda row: score(plan, out, row[2]), simulated + pictures))
-        everything, of_pictures = (pool.submit(calibration, plan, out, [s for *_, kinds in of for s in kinds]) if of else None
+        everything, of_pictures = (pool.submit(calibration, plan, out,
+                                               [s
+                                                for *_, kinds in of
+                                                for s in kinds]) if of else None
                                    for of in (simulated, pictures))
     rows = [Row(*of, scores) for of, scores in zip(simulated + pictures, scored)]
     rows, real = rows[:len(simulated)], rows[len(simulated):]
     drawn, linked = page.folder_for_figures(path)
     about = f"`csd` ([method.md](method.md)), on {plan.sequences[0].features} features of each scene, held to figures that were set before it was measured."
-    page.write(path, "csd: what it reaches", about, command, versions, simulated_page(plan, rows, everything.result(), out, drawn, linked), drawn)
+    page.write(path, "csd: what it reaches", about, command, versions,
+               simulated_page(plan, rows, everything.result(), out, drawn, linked), drawn)
     if real:
-        page.write(path.with_name("beyond-clips.md"), "csd: what it reaches with clips of real tissue", about, command, versions,
+        page.write(path.with_name("beyond-clips.md"),
+                   "csd: what it reaches with clips of real tissue", about, command, versions,
                    clips_page(plan, real, palindromes, of_pictures.result(), out))

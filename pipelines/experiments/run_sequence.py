@@ -22,8 +22,10 @@ import sequences
 gi.require_version("Gst", "1.0")
 from gi.repository import GLib, Gst  # noqa: E402
 
-RENDERED = 0.8  # of a run's time: the plugin's trackers, which run while it is rendered; the rest are csd-peers
-# Frames wait for the slowest tracker, and few of them: a second of raw video each would fill the memory.
+# of a run's time: the plugin's trackers, which run while it is rendered; the rest are csd-peers
+RENDERED = 0.8
+# Frames wait for the slowest tracker, and few of them: a second of raw video each would fill the
+# memory.
 QUEUE = "queue max-size-buffers=8 max-size-bytes=0 max-size-time=0"
 
 
@@ -36,21 +38,30 @@ def description(sequence, seed, folder, trackers):
     """One source, a tee, a branch for the truth, one for each tracker of the plugin, one for csd-peers."""
     branches = [f"csdtrackenc role=truth ! {to_file(folder / 'truth.jsonl')}",
                 f"y4menc ! {to_file(folder / 'video.y4m')}"]
-    # content-area=full: all of the simulated picture is tissue. One learner: the other core has another run.
-    branches += [f"csdtrack name={name} algorithm={name} points=truth learning=sync n-threads=1 content-area=full "
-                 f"post-messages=none ! csdtrackenc ! {to_file(folder / (name + '.jsonl'))}" for name in trackers]
-    return f"{sequence.source(seed)} ! tee name=t " + " ".join(f"t. ! {QUEUE} ! {branch}" for branch in branches)
+    # content-area=full: all of the simulated picture is tissue. One learner: the other core has
+    # another run.
+    branches += [
+        f"csdtrack name={name} algorithm={name} points=truth learning=sync n-threads=1 content-area=full "
+        f"post-messages=none ! csdtrackenc ! {to_file(folder / (name + '.jsonl'))}"
+        for name in trackers
+    ]
+    return f"{sequence.source(seed)} ! tee name=t " + " ".join(f"t. ! {QUEUE} ! {branch}"
+                                                               for branch in branches)
 
 
 def structure_fields(structure):
-    return {structure.nth_field_name(i): structure.get_value(structure.nth_field_name(i)) for i in range(structure.n_fields())}
+    return {
+        structure.nth_field_name(i): structure.get_value(structure.nth_field_name(i))
+        for i in range(structure.n_fields())
+    }
 
 
 def only_first(tracker, frames):
     """Drops the others at its door."""
     coming = itertools.count()
     tracker.get_static_pad("sink").add_probe(
-        Gst.PadProbeType.BUFFER, lambda *_: Gst.PadProbeReturn.OK if next(coming) < frames else Gst.PadProbeReturn.DROP)
+        Gst.PadProbeType.BUFFER, lambda *_: Gst.PadProbeReturn.OK
+        if next(coming) < frames else Gst.PadProbeReturn.DROP)
 
 
 def render(sequence, seed, folder, wanted, progress):
@@ -67,21 +78,32 @@ def render(sequence, seed, folder, wanted, progress):
     pipeline.set_state(Gst.State.PLAYING)
     try:
         while True:
-            message = bus.timed_pop_filtered(Gst.SECOND, Gst.MessageType.EOS | Gst.MessageType.ERROR | Gst.MessageType.WARNING)
+            message = bus.timed_pop_filtered(
+                Gst.SECOND, Gst.MessageType.EOS | Gst.MessageType.ERROR | Gst.MessageType.WARNING)
             if message is None:
-                progress(min(t.get_property("stats").get_value("frames") / wanted[name] for name, t in trackers.items()))
+                progress(
+                    min(
+                        t.get_property("stats").get_value("frames") / wanted[name]
+                        for name, t in trackers.items()))
             elif message.type == Gst.MessageType.EOS:
-                return {name: structure_fields(t.get_property("stats")) for name, t in trackers.items()}
+                return {
+                    name: structure_fields(t.get_property("stats")) for name, t in trackers.items()
+                }
             else:
-                problem, debug = message.parse_error() if message.type == Gst.MessageType.ERROR else message.parse_warning()
-                raise builds.Failure(f"{message.src.get_path_string()}: {problem.message} {debug or ''}")
+                problem, debug = message.parse_error(
+                ) if message.type == Gst.MessageType.ERROR else message.parse_warning()
+                raise builds.Failure(
+                    f"{message.src.get_path_string()}: {problem.message} {debug or ''}")
     finally:
         pipeline.set_state(Gst.State.NULL)
 
 
 def follow(name, options, folder):
     """A rival on the rendered video. One thread: the other core has another run."""
-    command = [builds.program("csd-peers"), "-t", name, "-p", folder / "truth.jsonl", "-o", folder / f"{name}.jsonl", *options, "-"]
+    command = [
+        builds.program("csd-peers"), "-t", name, "-p", folder / "truth.jsonl", "-o",
+        folder / f"{name}.jsonl", *options, "-"
+    ]
     with open(folder / "video.y4m", "rb") as video:
         done = subprocess.run(list(map(str, command)), stdin=video, capture_output=True, text=True,
                               env={**os.environ, "OPENCV_FOR_THREADS_NUM": "1"})
@@ -126,12 +148,18 @@ def run(plan, sequence, seed, folder):
     began = time.monotonic()
     shares = plan.shares_of(sequence, seed)
     frames = {name: share.of(sequence)[1] for share in shares for name in share.trackers}
-    stats = render(sequence, seed, unfinished, {name: n for name, n in frames.items() if name in sequences.PLUGIN},
+    stats = render(sequence, seed, unfinished,
+                   {name: n for name, n in frames.items() if name in sequences.PLUGIN},
                    lambda share: progress(RENDERED * share))
-    rivals = [(name, share) for share in shares for name in share.trackers if name not in sequences.PLUGIN]
+    rivals = [(name, share)
+              for share in shares
+              for name in share.trackers
+              if name not in sequences.PLUGIN]
     for i, (name, share) in enumerate(rivals):
-        follow(name, [*(["--features", share.features] if share.features else []), *(["--frames", share.frames] if share.frames else [])],
-               unfinished)
+        follow(name, [
+            *(["--features", share.features] if share.features else []),
+            *(["--frames", share.frames] if share.frames else [])
+        ], unfinished)
         progress(RENDERED + (1 - RENDERED) * (i + 1) / len(rivals))
     (unfinished / "video.y4m").unlink()
     check(unfinished, {"truth": sequence.frames, **frames})
@@ -139,9 +167,13 @@ def run(plan, sequence, seed, folder):
         select_truth(unfinished / "truth.jsonl", unfinished / f"truth-{share.name}.jsonl",
                      begun(unfinished / f"{share.trackers[0]}.jsonl"), share.of(sequence)[1])
     (unfinished / "truth.jsonl").unlink()
-    made = {"identity": builds.identity(sequence, seed, plan), "versions": builds.versions(), "seconds": round(time.monotonic() - began, 1),
-            "processor_seconds": round(sum(os.times()[:4]), 1),  # its children's too: csd-peers
-            "stats": stats}
+    made = {
+        "identity": builds.identity(sequence, seed, plan),
+        "versions": builds.versions(),
+        "seconds": round(time.monotonic() - began, 1),
+        "processor_seconds": round(sum(os.times()[:4]), 1),  # its children's too: csd-peers
+        "stats": stats
+    }
     (unfinished / "run.json").write_text(json.dumps(made, indent=1))
     shutil.rmtree(folder, ignore_errors=True)  # of another build
     unfinished.rename(folder)

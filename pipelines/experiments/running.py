@@ -48,7 +48,8 @@ def versions(plan, out):
     now = {**builds.versions(), "these": "when this page was written, not when all was run"}
     found = {}
     for run in plan.runs():
-        for what, which in json.loads((folder_of(out, *run) / "run.json").read_text()).get("versions", now).items():
+        for what, which in json.loads(
+            (folder_of(out, *run) / "run.json").read_text()).get("versions", now).items():
             found.setdefault(what, []).append(which)
     return {what: "; ".join(dict.fromkeys(which)) for what, which in found.items()}
 
@@ -59,7 +60,9 @@ def by_the_clock(plan, out):
         whole = json.loads((out / WHOLE).read_text())
     except OSError:
         return None
-    return (whole["seconds"], whole["jobs"]) if whole["runs"] == [f"{s.name}-{seed}" for s, seed in plan.runs()] else None
+    return (whole["seconds"],
+            whole["jobs"]) if whole["runs"] == [f"{s.name}-{seed}"
+                                                for s, seed in plan.runs()] else None
 
 
 class Progress:
@@ -73,13 +76,15 @@ class Progress:
 
     def say(self, name, seed, share):
         self._share[name, seed] = share
-        done = sum(self._cost[run] * part for run, part in self._share.items()) / sum(self._cost.values())
+        done = sum(self._cost[run] * part
+                   for run, part in self._share.items()) / sum(self._cost.values())
         over = sum(part == 1 for part in self._share.values())
         spent = time.monotonic() - self._began
         left = f", about {minutes(spent / done - spent)} left" if done > 0.02 else ""
         text = f"{over} of {len(self._cost)} runs, {100 * done:.0f} %, {minutes(spent)}{left}"
         if self._terminal:
-            print(f"\r{text}\033[K", end="\n" if over == len(self._cost) else "", file=sys.stderr, flush=True)
+            print(f"\r{text}\033[K", end="\n" if over == len(self._cost) else "", file=sys.stderr,
+                  flush=True)
         elif share == 1:
             print(text, file=sys.stderr, flush=True)
 
@@ -95,12 +100,19 @@ def run_all(plan, mode, seeds, out, jobs):
     (out / WHOLE).unlink(missing_ok=True)
     began = time.monotonic()
     # --will-cite: no notice among the progress. --line-buffer: whole lines of several runs.
-    command = ["parallel", "--will-cite", "--plain", "--jobs", str(jobs), "--line-buffer", "--colsep", " ", "/usr/bin/python3",
-               "-B", str(HERE / "run_sequence.py"), mode, str(seeds), str(out), "{1}", "{2}"]
+    command = [
+        "parallel", "--will-cite", "--plain", "--jobs",
+        str(jobs), "--line-buffer", "--colsep", " ", "/usr/bin/python3", "-B",
+        str(HERE / "run_sequence.py"), mode,
+        str(seeds),
+        str(out), "{1}", "{2}"
+    ]
     progress = Progress(plan, todo)
-    with open(out / "errors.txt", "w+") as errors, subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, text=True, env=builds.environment(),
-            start_new_session=True) as process:
+    with open(out / "errors.txt",
+              "w+") as errors, subprocess.Popen(command, stdin=subprocess.PIPE,
+                                                stdout=subprocess.PIPE, stderr=errors, text=True,
+                                                env=builds.environment(),
+                                                start_new_session=True) as process:
         try:
             process.stdin.write("".join(f"{s.name} {seed}\n" for s, seed in todo))
             process.stdin.close()
@@ -116,11 +128,15 @@ def run_all(plan, mode, seeds, out, jobs):
         said = errors.read().strip()
     failed = [f"{s.name}, seed {seed}" for s, seed in todo if not finished(out, s, seed, plan)]
     if code or failed:
-        raise builds.Failure(f"{len(failed)} of {len(todo)} runs failed ({'; '.join(failed)}):\n{said}\n"
-                             "the same command runs these again")
+        raise builds.Failure(
+            f"{len(failed)} of {len(todo)} runs failed ({'; '.join(failed)}):\n{said}\n"
+            "the same command runs these again")
     if not kept:
-        (out / WHOLE).write_text(json.dumps({"runs": [f"{s.name}-{seed}" for s, seed in todo], "jobs": jobs,
-                                             "seconds": round(time.monotonic() - began, 1)}))
+        (out / WHOLE).write_text(
+            json.dumps({
+                "runs": [f"{s.name}-{seed}" for s, seed in todo], "jobs": jobs,
+                "seconds": round(time.monotonic() - began, 1)
+            }))
 
 
 def take_pictures():
@@ -132,9 +148,11 @@ def take_pictures():
             continue
         picture.parent.mkdir(parents=True, exist_ok=True)
         unfinished = picture.with_suffix(".unfinished")
-        done = subprocess.run(["gst-launch-1.0", "-q", "filesrc", f"location={source}", "!", "decodebin", "!",
-                               "videoconvert", "!", "pngenc", "snapshot=true", "!", "filesink", f"location={unfinished}"],
-                              capture_output=True, text=True, env=builds.environment())
+        done = subprocess.run([
+            "gst-launch-1.0", "-q", "filesrc", f"location={source}", "!", "decodebin", "!",
+            "videoconvert", "!", "pngenc", "snapshot=true", "!", "filesink",
+            f"location={unfinished}"
+        ], capture_output=True, text=True, env=builds.environment())
         if done.returncode or not unfinished.stat().st_size:
             raise builds.Failure(f"{source}: no frame could be read: {done.stderr.strip()}")
         unfinished.rename(picture)
@@ -142,8 +160,13 @@ def take_pictures():
 
 def palindromes(plan, out):
     """csd on the clips, forward and backward: what csd-score says of it."""
-    path, clips = out / "palindromes.json", [sequences.CLIPS / clip for clip in sequences.PALINDROMES]
-    made_by = {"plugin": builds.fingerprint("plugin"), "clips": [builds.checksum(clip) for clip in clips], "frames": plan.palindrome_frames}
+    path, clips = out / "palindromes.json", [
+        sequences.CLIPS / clip for clip in sequences.PALINDROMES
+    ]
+    made_by = {
+        "plugin": builds.fingerprint("plugin"), "clips": [builds.checksum(clip) for clip in clips],
+        "frames": plan.palindrome_frames
+    }
     try:
         made = json.loads(path.read_text())
         if made["identity"] == made_by:
@@ -151,8 +174,10 @@ def palindromes(plan, out):
     except (OSError, ValueError, KeyError):
         pass
     print("palindromes", file=sys.stderr)
-    done = subprocess.run([HERE / "palindrome", "--no-install", "--json", "--trackers", "csd", "--frames", str(plan.palindrome_frames), *clips],
-                          stdin=subprocess.DEVNULL, capture_output=True, text=True, env=builds.environment())
+    done = subprocess.run([
+        HERE / "palindrome", "--no-install", "--json", "--trackers", "csd", "--frames",
+        str(plan.palindrome_frames), *clips
+    ], stdin=subprocess.DEVNULL, capture_output=True, text=True, env=builds.environment())
     if done.returncode:
         raise builds.Failure(done.stderr.strip())
     made = {**json.loads(done.stdout), "identity": made_by}
@@ -167,8 +192,12 @@ def learning_cost(plan, out):
     if path.exists() and path.read_text().startswith(header):
         return
     print("learning times", file=sys.stderr)
-    done = subprocess.run([builds.program("learning-cost"), str(plan.cost_features), str(plan.cost_frames),
-                           str(plan.sequences[0].seeds[0])], capture_output=True, text=True, env=builds.environment())
+    done = subprocess.run([
+        builds.program("learning-cost"),
+        str(plan.cost_features),
+        str(plan.cost_frames),
+        str(plan.sequences[0].seeds[0])
+    ], capture_output=True, text=True, env=builds.environment())
     if done.returncode:
         raise builds.Failure(done.stderr.strip())
     path.write_text(header + done.stdout)

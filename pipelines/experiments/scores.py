@@ -16,14 +16,20 @@ class Scores:
 
     def __init__(self, plan, out, kinds, trackers, share="tracked", resamples=10000):
         self.out, self._truths = out, {}
-        self.clips = [(s, seed) for s in kinds for seed in s.seeds if plan.share(share).has(s, seed)]
+        self.clips = [(s, seed)
+                      for s in kinds
+                      for seed in s.seeds
+                      if plan.share(share).has(s, seed)]
         arguments = []
         for run in self.clips:
             folder = running.folder_of(out, *run)
-            arguments += [folder / f"truth-{share}.jsonl", *(folder / f"{t}.jsonl" for t in trackers)]
-        done = subprocess.run([builds.program("csd-score"), "--json", f"--resamples={resamples}", "--names", ",".join(trackers),
-                               *arguments],
-                              capture_output=True, text=True)
+            arguments += [
+                folder / f"truth-{share}.jsonl", *(folder / f"{t}.jsonl" for t in trackers)
+            ]
+        done = subprocess.run([
+            builds.program("csd-score"), "--json", f"--resamples={resamples}", "--names",
+            ",".join(trackers), *arguments
+        ], capture_output=True, text=True)
         if done.returncode:
             raise builds.Failure(f"csd-score: {done.stderr.strip()}")
         self.all = json.loads(done.stdout)
@@ -36,13 +42,20 @@ class Scores:
 
     def of_clips(self, sequence, tracker, measure):
         """Of each seed: a figure, or of a measure by frame the list."""
-        return [clip[measure] for (s, _), clip in zip(self.clips, self.trackers[tracker]["clips"]) if s is sequence]
+        return [
+            clip[measure]
+            for (s, _), clip in zip(self.clips, self.trackers[tracker]["clips"])
+            if s is sequence
+        ]
 
     def truths(self, sequence):
         """A truth.Truth for each seed."""
         if sequence not in self._truths:
-            self._truths[sequence] = [truth.Truth(truth.read(running.folder_of(self.out, sequence, seed) / "truth-tracked.jsonl"))
-                                      for seed in sequence.seeds]
+            self._truths[sequence] = [
+                truth.Truth(
+                    truth.read(running.folder_of(self.out, sequence, seed) / "truth-tracked.jsonl"))
+                for seed in sequence.seeds
+            ]
         return self._truths[sequence]
 
     def change(self, sequence, tracker, windows=lambda scene: truth.fifths(len(scene.hidden))):
@@ -52,7 +65,8 @@ class Scores:
         for seed, scene in zip(sequence.seeds, self.truths(sequence)):
             folder = running.folder_of(self.out, sequence, seed)
             if parts := windows(scene):
-                changes += truth.change(truth.read(folder / "truth-tracked.jsonl"), truth.read(folder / f"{tracker}.jsonl"), *parts)
+                changes += truth.change(truth.read(folder / "truth-tracked.jsonl"),
+                                        truth.read(folder / f"{tracker}.jsonl"), *parts)
         return truth.bootstrap(changes)
 
     def of_sequence(self, sequence, tracker, measure):
@@ -83,9 +97,11 @@ class Findings:
 
         self.simulation = score([plan.sequence("simulation")])
         # On three pictures; for curves alone, which want no intervals.
-        self.persistent = score([plan.sequence("simulation"), plan.sequence("more")], sequences.PERSISTENT, resamples=0)
+        self.persistent = score(
+            [plan.sequence("simulation"), plan.sequence("more")], sequences.PERSISTENT, resamples=0)
         self.tables = {t: score(plan.of_table(t)) for t in ("table1", "table2", "table3")}
-        self.blood = changes_after(out, plan.sequence("irrigation"), plan.sequence("dry"), "csd-2012")
+        self.blood = changes_after(out, plan.sequence("irrigation"), plan.sequence("dry"),
+                                   "csd-2012")
         # Of the paper's classes alone: dry is a scene of theirs again.
         self.mean_shifts = score(plan.of_tables(), ("ms1", "ms2"))
         self.cost = running.read_learning_cost(out)

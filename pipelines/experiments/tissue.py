@@ -15,7 +15,8 @@ import builds
 import page
 from experiment import guarded, natural, places
 
-KINDS = json.loads(pathlib.Path(__file__).with_name("tissue.json").read_text())  # title, what is to be reached
+# title, what is to be reached
+KINDS = json.loads(pathlib.Path(__file__).with_name("tissue.json").read_text())
 SUFFIXES = (".png", ".jpg", ".mkv", ".mp4")  # that csd-accuracy takes
 SEED, FRAMES, FEATURES = 101, 200, 80
 ROW = re.compile(r"^(\w+)/(\S+) +\d+ +(\S+) +(\S+) +(\S+)(?: +\S+){4} +(\S+)", re.M)
@@ -30,13 +31,23 @@ Rendered scenes stay in DIR, half a megabyte a frame: with fifty pictures 37 GB.
 
 
 def parse(arguments):
-    parser = argparse.ArgumentParser(prog="pipelines/experiments/beyond --tissue", formatter_class=argparse.RawDescriptionHelpFormatter,
-                                     description="Runs csd on pictures of real tissue, and says what is reached on the worst.", epilog=EPILOG)
-    parser.add_argument("--tissue", type=pathlib.Path, action="append", required=True, metavar="DIR", help="a folder of pictures and videos; more than once")
-    parser.add_argument("--quick", action="store_true", help="20 frames of each; writes nothing into docs/")
-    parser.add_argument("--jobs", type=natural, metavar="N", default=os.cpu_count(), help="scenes at a time (the processors)")
-    parser.add_argument("--out", type=pathlib.Path, metavar="DIR", help="where scenes and results are kept (experiments/tissue or experiments/tissue-quick in the build folder)")
-    parser.add_argument("--no-install", action="store_true", help="install nothing; fail if something is missing")
+    parser = argparse.ArgumentParser(
+        prog="pipelines/experiments/beyond --tissue",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Runs csd on pictures of real tissue, and says what is reached on the worst.",
+        epilog=EPILOG)
+    parser.add_argument("--tissue", type=pathlib.Path, action="append", required=True,
+                        metavar="DIR", help="a folder of pictures and videos; more than once")
+    parser.add_argument("--quick", action="store_true",
+                        help="20 frames of each; writes nothing into docs/")
+    parser.add_argument("--jobs", type=natural, metavar="N", default=os.cpu_count(),
+                        help="scenes at a time (the processors)")
+    parser.add_argument(
+        "--out", type=pathlib.Path, metavar="DIR", help=
+        "where scenes and results are kept (experiments/tissue or experiments/tissue-quick in the build folder)"
+    )
+    parser.add_argument("--no-install", action="store_true",
+                        help="install nothing; fail if something is missing")
     return parser.parse_args(arguments)
 
 
@@ -49,9 +60,11 @@ def check(folders):
 
 
 def accuracy(*arguments):
-    done = subprocess.run([builds.program("csd-accuracy"), *map(str, arguments)], capture_output=True, text=True)
+    done = subprocess.run([builds.program("csd-accuracy"), *map(str, arguments)],
+                          capture_output=True, text=True)
     if done.returncode:
-        raise builds.Failure(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else f"csd-accuracy ended with {done.returncode}")
+        raise builds.Failure(done.stderr.strip().splitlines()[-1] if done.stderr.strip(
+        ) else f"csd-accuracy ended with {done.returncode}")
     return done.stdout
 
 
@@ -82,14 +95,17 @@ def measure(options, out, frames):
     def of(scene):
         key = f"{program} {list(map(str, options.tissue))} {frames} {scene}"
         if key not in known:
-            known[key] = accuracy(*folders, "--seeds", SEED, "--frames", frames, "--features", FEATURES, "--keep", out, "--bound", scene)
+            known[key] = accuracy(*folders, "--seeds", SEED, "--frames", frames, "--features",
+                                  FEATURES, "--keep", out, "--bound", scene)
         # A scene's name may begin another's.
         row = next(row for row in ROW.finditer(known[key]) if f"{row[1]}/{row[2]}" == scene)
         bound = BOUND.search(known[key], row.end())
         return Result(row[1], row[2], *map(float, row.groups()[2:]), float(bound[2]))
 
     def say(done, result):
-        print(f"{done} of {len(scenes)}: {result.kind}/{result.tissue} {result.sensitivity:.4f} / {result.k:.4f}", file=sys.stderr)
+        print(
+            f"{done} of {len(scenes)}: {result.kind}/{result.tissue} {result.sensitivity:.4f} / {result.k:.4f}",
+            file=sys.stderr)
     return each(scenes, of, known, kept, options.jobs, say)
 
 
@@ -111,16 +127,29 @@ def tables(results):
     for kind, of_kind in by_kind.items():
         goal = KINDS[kind]
         worst = min(of_kind, key=lambda result: result.sensitivity - result.k)
-        reached = (mean(of_kind, "sensitivity") >= goal["sensitivity"] and mean(of_kind, "k") <= goal["k"] and worst.sensitivity >= goal["worst"]
-                   and mean(of_kind, "within_2") >= goal.get("within_2", 0))
+        reached = (mean(of_kind, "sensitivity") >= goal["sensitivity"] and
+                   mean(of_kind, "k") <= goal["k"] and worst.sensitivity >= goal["worst"] and
+                   mean(of_kind, "within_2") >= goal.get("within_2", 0))
         two = f"; within 2 px ≥ {goal['within_2']}" if "within_2" in goal else ""
-        rows.append([goal["title"], str(len(of_kind)), f"≥ {goal['sensitivity']} / ≤ {goal['k']}; worst ≥ {goal['worst']}{two}",
-                     f"{mean(of_kind, 'sensitivity'):.4f} / {mean(of_kind, 'k'):.4f}", f"{mean(of_kind, 'within_2'):.4f}", f"{mean(of_kind, 'ece'):.4f}",
-                     f"{worst.sensitivity:.4f} / {worst.k:.4f}, {worst.tissue}", f"{mean(of_kind, 'bound'):.4f}", "**reached**" if reached else "not reached"])
+        rows.append([
+            goal["title"],
+            str(len(of_kind)),
+            f"≥ {goal['sensitivity']} / ≤ {goal['k']}; worst ≥ {goal['worst']}{two}",
+            f"{mean(of_kind, 'sensitivity'):.4f} / {mean(of_kind, 'k'):.4f}",
+            f"{mean(of_kind, 'within_2'):.4f}", f"{mean(of_kind, 'ece'):.4f}",
+            f"{worst.sensitivity:.4f} / {worst.k:.4f}, {worst.tissue}",
+            f"{mean(of_kind, 'bound'):.4f}", "**reached**" if reached else "not reached"
+        ])
     worst = sorted(results, key=lambda result: result.sensitivity - result.k)[:12]
-    text = page.table(["scene", "tissues", "to reach: sensitivity / K", "sensitivity / K", "within 2 px", "ECE", "worst tissue", "from the truth", ""], rows)
-    text += "\nThe worst of all:\n\n" + page.table(["scene", "tissue", "sensitivity / K", "within 2 px", "from the truth"],
-                                                   [[KINDS[r.kind]["title"], r.tissue, f"{r.sensitivity:.4f} / {r.k:.4f}", f"{r.within_2:.4f}", f"{r.bound:.4f}"] for r in worst])
+    text = page.table([
+        "scene", "tissues", "to reach: sensitivity / K", "sensitivity / K", "within 2 px", "ECE",
+        "worst tissue", "from the truth", ""
+    ], rows)
+    text += "\nThe worst of all:\n\n" + page.table(
+        ["scene", "tissue", "sensitivity / K", "within 2 px", "from the truth"], [[
+            KINDS[r.kind]["title"], r.tissue, f"{r.sensitivity:.4f} / {r.k:.4f}",
+            f"{r.within_2:.4f}", f"{r.bound:.4f}"
+        ] for r in worst])
     return text
 
 
@@ -135,7 +164,9 @@ def main(arguments):
         out.mkdir(parents=True, exist_ok=True)
         results = measure(options, out, frames)
         folders = " ".join(f"--tissue {folder.name}" for folder in options.tissue)
-        page.write(path, "csd on real tissue as texture", ABOUT.format(frames=frames, features=FEATURES, seed=SEED),
-                   f"pipelines/experiments/beyond {folders}{' --quick' if options.quick else ''}", builds.versions(), tables(results))
+        page.write(path, "csd on real tissue as texture",
+                   ABOUT.format(frames=frames, features=FEATURES, seed=SEED),
+                   f"pipelines/experiments/beyond {folders}{' --quick' if options.quick else ''}",
+                   builds.versions(), tables(results))
         return path
     return guarded("beyond", out, work)

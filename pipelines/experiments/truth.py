@@ -13,7 +13,9 @@ LEAST = 25  # frames that a feature must be visible afterwards, to be counted
 def read(path):
     """{id: (x, y, state)} of each frame."""
     with open(path) as file:
-        return [{f["id"]: (f["x"], f["y"], f["state"]) for f in json.loads(line)["features"]} for line in file]
+        return [{f["id"]: (f["x"], f["y"], f["state"])
+                 for f in json.loads(line)["features"]}
+                for line in file]
 
 
 class Truth:
@@ -22,9 +24,13 @@ class Truth:
 
     def __init__(self, frames):
         first = frames[0]
-        self.deformation = [rms((x - first[i][0], y - first[i][1]) for i, (x, y, _) in f.items()) for f in frames]
+        self.deformation = [
+            rms((x - first[i][0], y - first[i][1]) for i, (x, y, _) in f.items()) for f in frames
+        ]
         self.scale = [spread(f) / spread(first) if spread(first) else 1 for f in frames]
-        self.hidden = [sum(state == "occluded" for *_, state in f.values()) / len(f) for f in frames]
+        self.hidden = [
+            sum(state == "occluded" for *_, state in f.values()) / len(f) for f in frames
+        ]
 
 
 def rms(vectors):
@@ -52,8 +58,10 @@ def together(truth, tracks, others):
     visible = found = either = again = agreed = claims = agreed_claims = 0
     for frame, first, second in zip(truth, tracks, others):
         for i, at in frame.items():
-            claimed, backed = (t is not None and t[2] in CLAIMS for t in (first.get(i), second.get(i)))
-            right, other = (o is not None and o[0] for o in (outcome(at, first.get(i)), outcome(at, second.get(i))))
+            claimed, backed = (t is not None and t[2] in CLAIMS
+                               for t in (first.get(i), second.get(i)))
+            right, other = (o is not None and o[0]
+                            for o in (outcome(at, first.get(i)), outcome(at, second.get(i))))
             visible += at[2] == "tracked"
             found += right
             either += right or other
@@ -71,10 +79,14 @@ def aftermath(wet, dry, wet_tracks, dry_tracks):
     again, as (sensitivity, share of wrong reports; None without reports), the one less the other, over the same frames."""
     changes = []
     for i in wet[0].keys() & dry[0].keys():
-        covered = [n for n, (a, b) in enumerate(zip(wet, dry)) if a[i][2] == "occluded" and b[i][2] != "occluded"]
+        covered = [
+            n for n, (a, b) in enumerate(zip(wet, dry))
+            if a[i][2] == "occluded" and b[i][2] != "occluded"
+        ]
         if not covered:
             continue
-        pairs = [(outcome(wet[n][i], wet_tracks[n].get(i)), outcome(dry[n][i], dry_tracks[n].get(i)))
+        pairs = [(outcome(wet[n][i], wet_tracks[n].get(i)), outcome(dry[n][i],
+                                                                    dry_tracks[n].get(i)))
                  for n in range(covered[-1] + 1, min(len(wet), len(dry)))]
         pairs = [p for p in pairs if None not in p]
         if len(pairs) < LEAST:
@@ -101,23 +113,30 @@ def found_in(truth, tracks, feature, frames):
 
 def change(truth, tracks, before, after):
     """Of each feature that is visible in both ranges of frames: its sensitivity in the later less that in the earlier."""
-    pairs = [(found_in(truth, tracks, i, before), found_in(truth, tracks, i, after)) for i in truth[0]]
+    pairs = [(found_in(truth, tracks, i, before), found_in(truth, tracks, i, after))
+             for i in truth[0]]
     return [b - a for a, b in pairs if None not in (a, b)]
 
 
 def returns(truth, tracks, within, least):
     """Of the times that a feature was visible, was hidden together with at least this share of all (by the same thing, then), and is
     visible again: whether it was found again in the first `within` frames. Where it is hidden again sooner, unfound, nothing is said."""
-    hidden = [sum(state == "occluded" for *_, state in frame.values()) / len(frame) for frame in truth]
+    hidden = [
+        sum(state == "occluded" for *_, state in frame.values()) / len(frame) for frame in truth
+    ]
     back = []
     for i in truth[0]:
-        last, together = None, False  # the last frame with the feature visible; whether most were hidden since then
+        # the last frame with the feature visible; whether most were hidden since then
+        last, together = None, False
         for n, frame in enumerate(truth):
             if frame[i][2] != "tracked":
                 together = together or (frame[i][2] == "occluded" and hidden[n] >= least)
                 continue
             if last is not None and together:
-                seen = [outcome(truth[m][i], tracks[m].get(i)) for m in range(n, min(n + within, len(truth)))]
+                seen = [
+                    outcome(truth[m][i], tracks[m].get(i))
+                    for m in range(n, min(n + within, len(truth)))
+                ]
                 until = seen.index(None) if None in seen else len(seen)
                 found = any(o[0] for o in seen[:until])
                 if found or until == within:
@@ -141,4 +160,5 @@ def bootstrap(values, draws=2000):
         return None
     chance = random.Random(1)
     means = sorted(sum(chance.choices(values, k=len(values))) / len(values) for _ in range(draws))
-    return sum(values) / len(values), means[round(0.025 * (draws - 1))], means[round(0.975 * (draws - 1))]
+    return sum(values) / len(values), means[round(0.025 * (draws - 1))], means[round(0.975 *
+                                                                                     (draws - 1))]

@@ -19,7 +19,8 @@ import archive_machines
 import command
 import lock
 
-VIDEOS = ".3gp .avi .flv .m2ts .m4v .mkv .mov .mp4 .mpeg .mpg .mts .mxf .ogv .ts .vob .webm .wmv".split()
+VIDEOS = ".3gp .avi .flv .m2ts .m4v .mkv .mov .mp4 .mpeg .mpg .mts .mxf .ogv .ts .vob .webm .wmv".split(
+)
 
 EPILOG = f"""
 LIST is a folder, of which every video is taken ({' '.join(VIDEOS)}; also in folders within; each file once),
@@ -40,23 +41,32 @@ What csdtrack is told: the preset archive (docs/pipelines.md), and n-threads=1, 
 Exit code: 0 if every video of LIST is done, 1 if not (one line says why; --list has the errors), 2 for wrong use, 130 if told to end.
 """
 
-ROUNDS = 2  # how often a job is given out that leaves no result, where GNU parallel doesn't see to it
+# how often a job is given out that leaves no result, where GNU parallel doesn't see to it
+ROUNDS = 2
 MACHINES = ("n-threads",)  # what does not change the tracks
 FOUNDED = 30  # seconds of work before it is said how much is left
 
 
 def parse(arguments):
-    parser = argparse.ArgumentParser(prog="pipelines/archive", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
-                                     usage="%(prog)s LIST OUT [--ssh HOSTS | --slurm] [--jobs N] [--preset NAME] [--set PROPERTY=VALUE] [--redo WHICH]\n"
-                                           "       %(prog)s --list OUT",
-                                     description="Tracks points on the tissue in every video of a list or folder.")
-    parser.add_argument("videos", type=pathlib.Path, nargs="?", metavar="LIST", help="a folder of videos, or a text file with their paths")
-    parser.add_argument("out", type=pathlib.Path, nargs="?", metavar="OUT", help="the folder of the tracks and the index")
+    parser = argparse.ArgumentParser(
+        prog="pipelines/archive", formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=EPILOG, usage=
+        "%(prog)s LIST OUT [--ssh HOSTS | --slurm] [--jobs N] [--preset NAME] [--set PROPERTY=VALUE] [--redo WHICH]\n"
+        "       %(prog)s --list OUT",
+        description="Tracks points on the tissue in every video of a list or folder.")
+    parser.add_argument("videos", type=pathlib.Path, nargs="?", metavar="LIST",
+                        help="a folder of videos, or a text file with their paths")
+    parser.add_argument("out", type=pathlib.Path, nargs="?", metavar="OUT",
+                        help="the folder of the tracks and the index")
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--ssh", metavar="HOSTS", help="on these machines, HOST,HOST,… (on this one)")
+    where.add_argument("--ssh", metavar="HOSTS",
+                       help="on these machines, HOST,HOST,… (on this one)")
     where.add_argument("--slurm", action="store_true", help="in a cluster, as Slurm arrays")
-    where.add_argument("--list", type=pathlib.Path, metavar="OUT", help="print the index of an earlier run, and do nothing")
-    parser.add_argument("--jobs", type=int, metavar="N", help="videos at a time, on each machine (one for each core) or in the cluster (what it gives)")
+    where.add_argument("--list", type=pathlib.Path, metavar="OUT",
+                       help="print the index of an earlier run, and do nothing")
+    parser.add_argument(
+        "--jobs", type=int, metavar="N", help=
+        "videos at a time, on each machine (one for each core) or in the cluster (what it gives)")
     parser.add_argument("--preset", default="archive", metavar="NAME", help="of csdtrack (archive)")
     parser.add_argument("--redo", choices=("failed", "all"), help="also again what failed, or all")
     command.add_common(parser)
@@ -73,12 +83,14 @@ def parse(arguments):
     if options.jobs is not None and options.jobs < 1:
         parser.error(f"--jobs: {options.jobs} is not at least 1")
     options.hosts = [host.strip() for host in (options.ssh or "").split(",") if host.strip()]
-    if options.ssh is not None and (not options.hosts or any(host.startswith("-") or any(c.isspace() for c in host) for host in options.hosts)):
+    if options.ssh is not None and (not options.hosts or any(
+            host.startswith("-") or any(c.isspace() for c in host) for host in options.hosts)):
         parser.error(f"--ssh: '{options.ssh}' is no list of hosts: HOST,HOST,…")
     return options
 
 
-# ---- What there is to do -------------------------------------------------------------------------------------------
+# ---- What there is to do
+# -------------------------------------------------------------------------------------------
 
 
 def walk(base, out):
@@ -100,8 +112,11 @@ def walk(base, out):
             if not new(folder):
                 folders.clear()
                 continue
-            folders[:] = sorted(f for f in folders if not f.startswith(".") and os.path.join(folder, f) != out)
-            starts += [path for path in (os.path.join(folder, f) for f in folders) if os.path.islink(path)]
+            folders[:] = sorted(f for f in folders
+                                if not f.startswith(".") and os.path.join(folder, f) != out)
+            starts += [
+                path for path in (os.path.join(folder, f) for f in folders) if os.path.islink(path)
+            ]
             for file in sorted(files):
                 path = os.path.join(folder, file)
                 if file.startswith(".") or os.path.splitext(file)[1].lower() not in VIDEOS:
@@ -113,7 +128,8 @@ def walk(base, out):
     paths += filter(new, links)
     if again:
         path, first = (archive_index.shown(command.plain(path)) for path in again[0])
-        say(f"left out, for it is '{first}' again: '{path}'" + (f", and {len(again) - 1} more of the kind" if again[1:] else ""))
+        say(f"left out, for it is '{first}' again: '{path}'" +
+            (f", and {len(again) - 1} more of the kind" if again[1:] else ""))
     return paths
 
 
@@ -126,19 +142,31 @@ def find(source, out):
         try:
             with open(source, encoding="utf-8", errors="surrogateescape") as file:
                 text = file.read(100_000)
-                text += "" if "\0" in text else file.read()  # of a long video the beginning is enough
+                # of a long video the beginning is enough
+                text += "" if "\0" in text else file.read()
         except OSError as error:
-            raise command.Failure(f"can't read '{source}' ({error.strerror}): give a folder of videos, or a text file with their paths") from error
+            raise command.Failure(
+                f"can't read '{source}' ({error.strerror}): give a folder of videos, or a text file with their paths"
+            ) from error
         if "\0" in text:
-            raise command.Failure(f"'{source}' is no text: give a folder of videos, or a text file with their paths")
+            raise command.Failure(
+                f"'{source}' is no text: give a folder of videos, or a text file with their paths")
         base = pathlib.Path(os.path.abspath(source.parent))
-        paths = [os.path.abspath(base / line) for line in text.split("\n") if line.strip() and not line.startswith("#")]
+        paths = [
+            os.path.abspath(base / line)
+            for line in text.split("\n")
+            if line.strip() and not line.startswith("#")
+        ]
         if paths and not any(map(os.path.exists, paths)):
-            raise command.Failure(f"'{source}' is no list of videos: nothing is there of what its lines name, such as "
-                                  f"'{archive_index.shown(command.plain(paths[0]))}'")
+            raise command.Failure(
+                f"'{source}' is no list of videos: nothing is there of what its lines name, such as "
+                f"'{archive_index.shown(command.plain(paths[0]))}'")
     if not paths:
         raise command.Failure(f"'{source}' names no video: see --help")
-    return {os.path.relpath(path, base) if pathlib.Path(path).is_relative_to(base) else path.lstrip("/"): path for path in paths}
+    return {
+        os.path.relpath(path, base)
+        if pathlib.Path(path).is_relative_to(base) else path.lstrip("/"): path for path in paths
+    }
 
 
 def settings(preset, wished):
@@ -149,23 +177,33 @@ def settings(preset, wished):
     track = runner.Gst.ElementFactory.make("csdtrack")
     version = archive_job.version()
     runner.configure(track, preset, {"n-threads": "1"}, wished)
-    found = {name: properties.as_text(track, name) for name, spec in sorted(properties.settable(track).items())
-             if track.get_property(name) != spec.default_value}
+    found = {
+        name: properties.as_text(track, name)
+        for name, spec in sorted(properties.settable(track).items())
+        if track.get_property(name) != spec.default_value
+    }
     if "attach-meta" in found:
         raise command.Failure("attach-meta=false leaves no tracks to write: leave it out")
-    return version, " ".join(f"{name}={value}" for name, value in found.items() if name not in MACHINES), found
+    return version, " ".join(f"{name}={value}" for name, value in found.items()
+                             if name not in MACHINES), found
 
 
 def compare(options, index, version, text):
     """Of LIST: the names of all, the jobs to do, and rows that the index lacks."""
     names, jobs, rows = [], [], []
     for name, path in find(options.videos, options.out).items():
-        found, plain, path_shown = archive_index.stamp(path), command.plain(name), command.plain(path)
-        identity = {"version": version, "settings": text, "size": found and found[0], "mtime": found and found[1]}
+        found, plain, path_shown = archive_index.stamp(path), command.plain(name), command.plain(
+            path)
+        identity = {
+            "version": version, "settings": text, "size": found and found[0], "mtime": found and
+            found[1]
+        }
         names.append(plain)
         known = index.rows.get(plain)
         if known and known["video"] != path_shown and os.path.exists(known["video"]):
-            raise command.Failure(f"'{options.out}' has tracks of another '{plain}', of '{known['video']}': give another OUT")
+            raise command.Failure(
+                f"'{options.out}' has tracks of another '{plain}', of '{known['video']}': give another OUT"
+            )
         if not archive_index.holds(options.out, known, identity):
             known = archive_index.read_result(options.out, plain)
             if archive_index.holds(options.out, known, identity):
@@ -185,12 +223,16 @@ def compare(options, index, version, text):
             why = f"'{path}' is empty: copy it again, or remove it"
         else:
             jobs.append({"name": name, "video": path, "size": found[0]})
-        rows.append(dict.fromkeys(archive_index.COLUMNS) | identity | {
-            "name": plain, "video": path_shown, "status": "failed" if why else "unfinished", "error": why or "not yet tracked"})
+        rows.append(
+            dict.fromkeys(archive_index.COLUMNS) | identity | {
+                "name": plain, "video": path_shown, "status": "failed" if why else "unfinished",
+                "error": why or "not yet tracked"
+            })
     return names, jobs, rows
 
 
-# ---- Being told to end ---------------------------------------------------------------------------------------------
+# ---- Being told to end
+# ---------------------------------------------------------------------------------------------
 
 
 def on_end(handler):
@@ -200,7 +242,8 @@ def on_end(handler):
 
 
 def interrupted(*_):
-    # Once: a second signal would leave GNU parallel alone, and it may already be here. Of such a one SIG_IGN would make Python complain.
+    # Once: a second signal would leave GNU parallel alone, and it may already be here. Of such a
+    # one SIG_IGN would make Python complain.
     on_end(lambda *_: None)
     raise KeyboardInterrupt
 
@@ -216,7 +259,8 @@ def say(text):
     command.told(f"archive: {text}", sys.stderr)
 
 
-# ---- How far it is -------------------------------------------------------------------------------------------------
+# ---- How far it is
+# -------------------------------------------------------------------------------------------------
 
 
 class Progress:
@@ -262,7 +306,8 @@ class Progress:
 
     def _state(self):
         """By the bytes of the videos: how long they are is known when they have been read."""
-        sure = self._bytes + sum(share * self._sizes[number] for number, share in self._shares().items())
+        sure = self._bytes + sum(share * self._sizes[number]
+                                 for number, share in self._shares().items())
         spent = time.monotonic() - self._begun if self._begun else 0
         left = ""
         if spent > FOUNDED and 0 < sure < sum(self._sizes):
@@ -284,7 +329,8 @@ class Gatherer:
             if self._mark(number) == self._before[number]:
                 continue
             row = archive_index.read_result(self._out, self._jobs[number]["name"])
-            if row and (row["version"], row["settings"]) == (self._plan["version"], self._plan["settings"]):
+            if row and (row["version"], row["settings"]) == (self._plan["version"],
+                                                             self._plan["settings"]):
                 rows[number] = row
         self._index.put(rows.values())
         self.open -= rows.keys()
@@ -302,7 +348,8 @@ class Gatherer:
         return found.st_ino, found.st_mtime_ns
 
 
-# ---- Doing it ------------------------------------------------------------------------------------------------------
+# ---- Doing it
+# ------------------------------------------------------------------------------------------------------
 
 
 def prepare(out, own):
@@ -310,7 +357,8 @@ def prepare(out, own):
     try:
         (own / "progress").mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise command.Failure(f"can't write into '{out}' ({error.strerror}): give another OUT") from error
+        raise command.Failure(
+            f"can't write into '{out}' ({error.strerror}): give another OUT") from error
     return lock.take(own / "lock", out)
 
 
@@ -326,7 +374,8 @@ def tidy(out):
     for folder, _folders, files in os.walk(out):
         for name in files:
             if name.startswith(".") and name.endswith(".unfinished"):
-                with contextlib.suppress(FileNotFoundError):  # a job on another machine may be at it itself
+                # a job on another machine may be at it itself
+                with contextlib.suppress(FileNotFoundError):
                     os.unlink(os.path.join(folder, name))
 
 
@@ -347,12 +396,16 @@ def run(options, own, locked, version, text, properties, begun):
     index.put(rows)
     index.forget(options.out, set(names))
     if jobs and not options.slurm:
-        hosts = archive_machines.answering(options.hosts, options.out, version) if options.hosts else []
+        hosts = archive_machines.answering(options.hosts, options.out,
+                                           version) if options.hosts else []
         machines = archive_machines.Parallel(options.jobs, hosts, own / "log", locked)
     begun()
     if jobs:
         progress = Progress(jobs, own / "progress")
-        plan = {"out": str(options.out), "version": version, "settings": text, "properties": properties, "jobs": jobs}
+        plan = {
+            "out": str(options.out), "version": version, "settings": text, "properties": properties,
+            "jobs": jobs
+        }
         gatherer = Gatherer(options.out, jobs, plan, index, progress)
         ended = None
         try:
@@ -367,15 +420,18 @@ def run(options, own, locked, version, text, properties, begun):
             left = machines.stop(isinstance(ended, command.Full))
             if left is None:
                 tidy(options.out)
-            with contextlib.suppress(KeyboardInterrupt):  # after what must be done: there may be no terminal to print to
+            # after what must be done: there may be no terminal to print to
+            with contextlib.suppress(KeyboardInterrupt):
                 progress.end()
             if left:
                 say(left)
         with contextlib.suppress(KeyboardInterrupt):
             gatherer.look()
         if not ended:
-            why = dict.fromkeys(gatherer.open, f"its job ended without a result: see '{own / 'log'}'") | why
-        index.put(index.rows[command.plain(jobs[number]["name"])] | {"error": why[number]} for number in gatherer.open & why.keys())
+            why = dict.fromkeys(gatherer.open,
+                                f"its job ended without a result: see '{own / 'log'}'") | why
+        index.put(index.rows[command.plain(jobs[number]["name"])] | {"error": why[number]}
+                  for number in gatherer.open & why.keys())
         if ended and not gatherer.open:
             ended = None  # it came too late: the last line couldn't be read, say
         if ended and not left:
@@ -402,7 +458,8 @@ def work(machines, gatherer, progress, plan, path):
         begun = time.monotonic()
         look()
         progress.show()
-        time.sleep(max(machines.PAUSE, 20 * (time.monotonic() - begun)))  # many videos take long to look at
+        # many videos take long to look at
+        time.sleep(max(machines.PAUSE, 20 * (time.monotonic() - begun)))
     look()
     path.unlink()
 
@@ -416,14 +473,18 @@ def main():
             print(line)
         return
     if not os.path.exists(options.videos):
-        raise command.Failure(f"there is no '{options.videos}': give a folder of videos, or a text file with their paths")
+        raise command.Failure(
+            f"there is no '{options.videos}': give a folder of videos, or a text file with their paths"
+        )
     options.out = pathlib.Path(os.path.abspath(options.out))
     command.check_name(str(options.out))  # with the folder that it is in
     version, text, properties = settings(options.preset, options.set)
     on_end(interrupted)
     own = options.out / ".archive"
-    made = [path for path in (options.out / "index.sqlite", own / "lock", own / "progress", own, options.out, *options.out.parents)
-            if not os.path.exists(path)]
+    made = [
+        path for path in (options.out / "index.sqlite", own / "lock", own / "progress", own,
+                          options.out, *options.out.parents) if not os.path.exists(path)
+    ]
     try:
         with contextlib.ExitStack() as undo:
             locked = prepare(options.out, own)
@@ -436,7 +497,9 @@ def main():
             tell(line)
     not_done = sum(row["status"] != "done" for row in rows)
     if not_done:
-        raise command.Failure(f"{not_done} of {len(rows)} videos not done: 'pipelines/archive --list {options.out}' says why")
+        raise command.Failure(
+            f"{not_done} of {len(rows)} videos not done: 'pipelines/archive --list {options.out}' says why"
+        )
 
 
 command.run("archive", main)

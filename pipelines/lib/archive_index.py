@@ -16,7 +16,8 @@ import command
 COLUMNS = {
     "name": "TEXT PRIMARY KEY",  # of the video; its tracks are OUT/NAME.jsonl
     "video": "TEXT",             # path
-    "status": "TEXT",            # done; failed: the video's fault; unfinished: not the video's, done again by the next run
+    # done; failed: the video's fault; unfinished: not the video's, done again by the next run
+    "status": "TEXT",
     "error": "TEXT",             # why it isn't done
     "note": "TEXT",              # what is strange about a video that is done
     "version": "TEXT",           # of csdtrack
@@ -35,7 +36,8 @@ COLUMNS = {
     "tracks_size": "INTEGER",    # of the tracks, bytes
     "tracks_mtime": "INTEGER",   # of the tracks, s since 1970
 }
-IDENTITY = ("version", "settings", "size", "mtime")  # what a result depends on: if one of them changes, it is out of date
+# what a result depends on: if one of them changes, it is out of date
+IDENTITY = ("version", "settings", "size", "mtime")
 
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
@@ -43,7 +45,8 @@ NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 
 def failure(error, out):
     """What to say of an OSError."""
-    return command.Full(out) if error.errno in NO_ROOM else command.Failure(f"'{error.filename or out}': {error.strerror}")
+    return command.Full(out) if error.errno in NO_ROOM else command.Failure(
+        f"'{error.filename or out}': {error.strerror}")
 
 
 def tracks_of(out, name):
@@ -57,7 +60,10 @@ def result_of(out, name):
 def unfinished(path):
     """A new file beside `path`, open for writing, that gets its name when it is whole. Its own says who is at work on it, but nobody can know it
     before and put a link there. Not tempfile's: those can be read by their owner alone."""
-    return open(path.with_name(f".{path.name}.{secrets.token_hex(4)}.{os.uname().nodename}-{os.getpid()}.unfinished"), "x", encoding="utf-8")
+    return open(
+        path.with_name(
+            f".{path.name}.{secrets.token_hex(4)}.{os.uname().nodename}-{os.getpid()}.unfinished"),
+        "x", encoding="utf-8")
 
 
 def whole(path, text):
@@ -79,7 +85,8 @@ def read_result(out, name):
     if not isinstance(found, dict):
         return None
     row = {column: found.get(column) for column in COLUMNS}
-    return row if row["name"] == name and all(fits(row, *column) for column in COLUMNS.items()) else None
+    return row if row["name"] == name and all(fits(row, *column)
+                                              for column in COLUMNS.items()) else None
 
 
 def fits(row, column, kind):
@@ -103,7 +110,8 @@ def holds(out, row, identity):
     """Whether a row or result says of a video of this identity that it is done, with the tracks that are there, or that it failed."""
     if not row or any(row[key] != identity[key] for key in IDENTITY):
         return False
-    return row["status"] == "failed" or row["status"] == "done" and stamp(tracks_of(out, row["name"])) == (row["tracks_size"], row["tracks_mtime"])
+    return row["status"] == "failed" or row["status"] == "done" and stamp(
+        tracks_of(out, row["name"])) == (row["tracks_size"], row["tracks_mtime"])
 
 
 class Index:
@@ -111,28 +119,41 @@ class Index:
         path = out / "index.sqlite"
         try:
             if not make and not path.is_file():
-                raise command.Failure(f"there is no index in '{out}': give the OUT of an earlier run")
+                raise command.Failure(
+                    f"there is no index in '{out}': give the OUT of an earlier run")
         except OSError as error:
             raise failure(error, out) from error
         self._path = path
         try:
-            self._base = sqlite3.connect(path if make else f"file:{path.absolute().as_posix().replace('%', '%25').replace('?', '%3f').replace('#', '%23')}?mode=ro",
-                                         uri=not make)
+            self._base = sqlite3.connect(
+                path if make else
+                f"file:{path.absolute().as_posix().replace('%', '%25').replace('?', '%3f').replace('#', '%23')}?mode=ro",
+                uri=not make)
             self._base.row_factory = sqlite3.Row
             if make:
-                self._base.execute(f"CREATE TABLE IF NOT EXISTS videos ({', '.join(f'{name} {kind}' for name, kind in COLUMNS.items())})")
-            self.rows = {row["name"]: dict(row) for row in self._base.execute(f"SELECT {', '.join(COLUMNS)} FROM videos ORDER BY name")}
+                self._base.execute(
+                    f"CREATE TABLE IF NOT EXISTS videos ({', '.join(f'{name} {kind}' for name, kind in COLUMNS.items())})"
+                )
+            self.rows = {
+                row["name"]: dict(row) for row in self._base.execute(
+                    f"SELECT {', '.join(COLUMNS)} FROM videos ORDER BY name")
+            }
         except sqlite3.Error as error:
             raise self._failure(error) from error
 
     def put(self, rows):
         rows = list(rows)
-        self._change(f"INSERT OR REPLACE INTO videos VALUES ({', '.join(':' + name for name in COLUMNS)})", rows)
+        self._change(
+            f"INSERT OR REPLACE INTO videos VALUES ({', '.join(':' + name for name in COLUMNS)})",
+            rows)
         self.rows.update((row["name"], row) for row in rows)
 
     def forget(self, out, names):
         """Away with what is none of these names and has neither video nor tracks any more."""
-        gone = [name for name in self.rows.keys() - names if not stamp(self.rows[name]["video"]) and not stamp(tracks_of(out, name))]
+        gone = [
+            name for name in self.rows.keys() - names
+            if not stamp(self.rows[name]["video"]) and not stamp(tracks_of(out, name))
+        ]
         self._change("DELETE FROM videos WHERE name = ?", [(name,) for name in gone])
         for name in gone:
             del self.rows[name]
@@ -147,10 +168,13 @@ class Index:
             raise self._failure(error) from error
 
     def _failure(self, error):
-        return command.Failure(f"can't use '{self._path}' ({error}): make room, or remove it; it is made again from the results beside the tracks")
+        return command.Failure(
+            f"can't use '{self._path}' ({error}): make room, or remove it; it is made again from the results beside the tracks"
+        )
 
 
-# ---- What people read ----------------------------------------------------------------------------------------------
+# ---- What people read
+# ----------------------------------------------------------------------------------------------
 
 
 def shown(text):
@@ -172,16 +196,23 @@ def table(rows):
     lines = [("status", "length", "frames", "fps", "features", "claims", "way", "video")]
     for row in rows:
         way = ways.setdefault((row["version"], row["settings"]), len(ways) + 1)
-        unseen = row["status"] == "done" and not stamp(row["video"]) and "its video can't be seen from here"  # gone, or not mounted
-        name = shown(row["name"]) + "".join(f": {shown(note)}" for note in (row["error"], row["note"], unseen) if note)
+        # gone, or not mounted
+        unseen = row["status"] == "done" and not stamp(
+            row["video"]) and "its video can't be seen from here"
+        name = shown(row["name"]) + "".join(
+            f": {shown(note)}" for note in (row["error"], row["note"], unseen) if note)
         if row["status"] == "done":
-            lines.append((row["status"], clock(row["duration"]), str(row["frames"]), f"{row['frames'] / max(row['seconds'], 1e-3):.1f}",
-                          str(row["features"]), share(row["claimed"], row["frames"]), str(way), name))
+            lines.append((row["status"], clock(row["duration"]), str(row["frames"]),
+                          f"{row['frames'] / max(row['seconds'], 1e-3):.1f}", str(row["features"]),
+                          share(row["claimed"], row["frames"]), str(way), name))
         else:
             lines.append((row["status"], "", "", "", "", "", str(way), name))
     widths = [max(map(len, column)) for column in zip(*lines)]
     for line in lines:
-        cells = [line[0].ljust(widths[0]), *(text.rjust(width) for text, width in zip(line[1:-1], widths[1:-1])), line[-1]]
+        cells = [
+            line[0].ljust(widths[0]),
+            *(text.rjust(width) for text, width in zip(line[1:-1], widths[1:-1])), line[-1]
+        ]
         yield "  ".join(cells).rstrip()
     for (version, settings), way in ways.items():
         yield f"way {way}: csdtrack {version} {settings}"
@@ -197,7 +228,9 @@ def troubles(rows):
 def statistics(rows):
     rows = list(rows)
     done = [row for row in rows if row["status"] == "done"]
-    states = ", ".join(f"{sum(row['status'] == state for row in rows)} {state}" for state in ("done", "failed", "unfinished"))
+    states = ", ".join(
+        f"{sum(row['status'] == state for row in rows)} {state}" for state in ("done", "failed",
+                                                                               "unfinished"))
 
     def total(key):
         return sum(row[key] for row in done)

@@ -32,7 +32,9 @@ TELL = 2     # seconds between two words on how far it is
 def version():
     plugin = Gst.Registry.get().find_plugin("csdtrack")
     if not plugin:
-        raise command.Failure(f"no csdtrack on {os.uname().nodename}: the repository must be built there, at the same path")
+        raise command.Failure(
+            f"no csdtrack on {os.uname().nodename}: the repository must be built there, at the same path"
+        )
     return plugin.get_version()
 
 
@@ -44,8 +46,9 @@ class Job(runner.Run):
 
     def __init__(self, video, out, settings):
         # videoconvert passes on what csdtrack takes as it is.
-        super().__init__("archive", "filesrc name=video ! decodebin ! videoconvert ! "
-                                    "csdtrack name=csdtrack ! csdtrackenc ! application/x-ndjson ! filesink name=tracks")
+        super().__init__(
+            "archive", "filesrc name=video ! decodebin ! videoconvert ! "
+            "csdtrack name=csdtrack ! csdtrackenc ! application/x-ndjson ! filesink name=tracks")
         self.video, self._out = video, out
         self.element("video").set_property("location", str(video))
         runner.configure(self.element("csdtrack"), None, settings, [])
@@ -58,7 +61,8 @@ class Job(runner.Run):
 
     def run(self, tracks, tell):
         self.element("tracks").set_property("location", str(tracks))
-        self.element("csdtrack").get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER, self._passed)
+        self.element("csdtrack").get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER,
+                                                                 self._passed)
         GLib.timeout_add_seconds(TELL, self._tick, tell)
         self.play("")
 
@@ -88,7 +92,9 @@ class Job(runner.Run):
         if self.frames != self._stalled[0]:
             self._stalled = (self.frames, now)
         elif self.frames and now - self._stalled[1] > STALL:
-            self.fail(f"'{self.video}' gave no frame after frame {self.frames} for {STALL // 60} minutes: check that it plays")
+            self.fail(
+                f"'{self.video}' gave no frame after frame {self.frames} for {STALL // 60} minutes: check that it plays"
+            )
         self._ask_length()
         if self.length:
             tell(min(self.position / self.length, 1))
@@ -107,9 +113,11 @@ class Job(runner.Run):
         name = factory.get_name() if factory else ""
         if name == "filesink":
             self.videos_fault = False
-            self.fail(str(command.of_filesink(self._out, error, debug)))  # to the letter: it is told from others by its text
+            # to the letter: it is told from others by its text
+            self.fail(str(command.of_filesink(self._out, error, debug)))
             return
-        text = tracking.explain(self.video, self._out, "csdtrack", name, error, debug or "", self._missing)
+        text = tracking.explain(self.video, self._out, "csdtrack", name, error, debug or "",
+                                self._missing)
         if self.frames and name not in ("csdtrack", "csdtrackenc"):
             text = f"'{self.video}' is damaged from frame {self.frames} on ({error.message.rstrip('.')}): repair or convert it"
         self.fail(runner.one_line(text))
@@ -126,7 +134,10 @@ def count(tracks):
             claimed += bool(claims)
             frames += 1
             size = (line["width"], line["height"])
-    return {"frames": frames, "features": len(features), "claimed": claimed, "width": size[0], "height": size[1]}
+    return {
+        "frames": frames, "features": len(features), "claimed": claimed, "width": size[0],
+        "height": size[1]
+    }
 
 
 def told_of(out, number):
@@ -139,13 +150,19 @@ def track(plan, number):
     name, video = entry["name"], pathlib.Path(entry["video"])
     here = version()
     if here != plan["version"]:
-        raise command.Failure(f"csdtrack is {here} on {os.uname().nodename} and {plan['version']} where the run began: build the same on both")
+        raise command.Failure(
+            f"csdtrack is {here} on {os.uname().nodename} and {plan['version']} where the run began: build the same on both"
+        )
     found = archive_index.stamp(video)
     if not found:
-        raise command.Failure(f"'{video}' isn't there on {os.uname().nodename}: its folder must have the same path on each machine")
+        raise command.Failure(
+            f"'{video}' isn't there on {os.uname().nodename}: its folder must have the same path on each machine"
+        )
     result = dict.fromkeys(archive_index.COLUMNS)
-    result.update(name=name, video=str(video), version=here, settings=plan["settings"], size=found[0], mtime=found[1], host=os.uname().nodename,
-                  started=datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"))
+    result.update(
+        name=name, video=str(video), version=here, settings=plan["settings"], size=found[0],
+        mtime=found[1], host=os.uname().nodename,
+        started=datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"))
     tracks = archive_index.tracks_of(out, name)
     tracks.parent.mkdir(parents=True, exist_ok=True)
     told = told_of(out, number)
@@ -163,7 +180,8 @@ def track(plan, number):
         if tracking.lacks_index(video):
             raise command.Failure(tracking.no_index(video))
         job.run(unfinished, tell)
-        result.update(count(unfinished), status="done", duration=(job.position - (job.begin or 0)) / Gst.SECOND,
+        result.update(count(unfinished), status="done",
+                      duration=(job.position - (job.begin or 0)) / Gst.SECOND,
                       note=tracking.breaks_off(video, job.position, job.length) or None)
         with open(unfinished, "rb") as file:
             os.fsync(file.fileno())
@@ -179,13 +197,15 @@ def track(plan, number):
         for path in (unfinished, told):
             path.unlink(missing_ok=True)
     result["seconds"] = round(time.monotonic() - begun, 3)
-    archive_index.whole(archive_index.result_of(out, name), json.dumps(result, indent=1, ensure_ascii=False) + "\n")
+    archive_index.whole(archive_index.result_of(out, name),
+                        json.dumps(result, indent=1, ensure_ascii=False) + "\n")
 
 
 def main():
     if sys.argv[1] == "--host":
         if not os.path.isdir(sys.argv[2]):
-            raise command.Failure(f"there is no folder '{sys.argv[2]}': it must have the same path on each machine")
+            raise command.Failure(
+                f"there is no folder '{sys.argv[2]}': it must have the same path on each machine")
         print(version())
         return
     with open(sys.argv[1], encoding="utf-8") as file:

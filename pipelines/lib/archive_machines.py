@@ -25,7 +25,10 @@ TIMEOUT = 30  # seconds for a host to answer
 
 def worker(*arguments):
     """The command of a job, for any shell on any machine."""
-    kept = [f"{name}={os.environ[name]}" for name in ("GST_PLUGIN_PATH_1_0", "GST_REGISTRY") if name in os.environ]
+    kept = [
+        f"{name}={os.environ[name]}" for name in ("GST_PLUGIN_PATH_1_0", "GST_REGISTRY")
+        if name in os.environ
+    ]
     return shlex.join(["env", *kept, "/usr/bin/python3", "-B", str(JOB), *map(str, arguments)])
 
 
@@ -48,12 +51,15 @@ class Parallel:
         self._process = None
 
     def start(self, plan, count):
-        # Whole commands, for parallel reads more into one than is meant; from a file, for it reads when it needs the next. A session of its
-        # own: ^C reaches this program, which then ends all in good order. The lock stays taken while parallel lives.
+        # Whole commands, for parallel reads more into one than is meant; from a file, for it reads
+        # when it needs the next. A session of its own: ^C reaches this program, which then ends all
+        # in good order. The lock stays taken while parallel lives.
         with tempfile.TemporaryFile() as commands, open(self._log, "ab") as log:
-            commands.write(b"".join(worker(plan, number).encode() + b"\0" for number in range(count)))
+            commands.write(b"".join(
+                worker(plan, number).encode() + b"\0" for number in range(count)))
             commands.seek(0)
-            self._process = subprocess.Popen(["parallel", "--null", *self._options], stdin=commands, stdout=log, stderr=log, start_new_session=True,
+            self._process = subprocess.Popen(["parallel", "--null", *self._options], stdin=commands,
+                                             stdout=log, stderr=log, start_new_session=True,
                                              pass_fds=[self._lock])
 
     def working(self):
@@ -80,9 +86,14 @@ def answering(hosts, out, version):
     for host in hosts:
         login = host.rsplit("/", 1)[-1]
         try:
-            done = subprocess.run([*program, "-o", "BatchMode=yes", "-o", f"ConnectTimeout={TIMEOUT}", login, worker("--host", out)], capture_output=True,
-                                  text=True, errors="replace", stdin=subprocess.DEVNULL, timeout=2 * TIMEOUT)
-            lines = (done.stdout if done.returncode == 0 else done.stderr).strip().splitlines() or ["no answer"]
+            done = subprocess.run([
+                *program, "-o", "BatchMode=yes", "-o", f"ConnectTimeout={TIMEOUT}", login,
+                worker("--host", out)
+            ], capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL,
+                                  timeout=2 * TIMEOUT)
+            lines = (done.stdout if done.returncode == 0 else done.stderr).strip().splitlines() or [
+                "no answer"
+            ]
             why = "" if done.returncode == 0 and lines[-1] == version else \
                 f"csdtrack is {lines[-1]} there and {version} here: build the same" if done.returncode == 0 else lines[-1].removeprefix("archive: ")
         except subprocess.TimeoutExpired:
@@ -92,7 +103,9 @@ def answering(hosts, out, version):
         else:
             good.append(host)
     if not good:
-        raise command.Failure("none of the hosts can do it: 'ssh HOST true' must work without a question, and the same folders be there")
+        raise command.Failure(
+            "none of the hosts can do it: 'ssh HOST true' must work without a question, and the same folders be there"
+        )
     return good
 
 
@@ -114,7 +127,9 @@ class Slurm:
         self._plan = None
         config = self._ask("scontrol", "show", "config")
         if config is None:
-            raise command.Failure("no Slurm cluster answers here: run this where 'scontrol ping' finds one, or without --slurm")
+            raise command.Failure(
+                "no Slurm cluster answers here: run this where 'scontrol ping' finds one, or without --slurm"
+            )
         found = re.search(r"^MaxArraySize\s*=\s*(\d+)", config, re.M)
         self._most = int(found.group(1)) if found else 1001
 
@@ -148,11 +163,14 @@ class Slurm:
     def _submit(self):
         part, self._rest = self._rest[:self._most], self._rest[self._most:]
         at_a_time = f"%{self._jobs}" if self._jobs else ""
-        # No srun: a task is one process. The environment is what the job's command says, not that of this shell.
-        done = subprocess.run(["sbatch", "--parsable", f"--array=0-{len(part) - 1}{at_a_time}", "--job-name=csdtrack-archive", f"--cpus-per-task={self._threads}",
-                               f"--output={str(self._folder / 'log').replace('%', '%%')}", "--open-mode=append",
-                               "--wrap", f"exec {worker(self._plan)} $(({part[0]} + SLURM_ARRAY_TASK_ID))"],
-                              capture_output=True, text=True, stdin=subprocess.DEVNULL)
+        # No srun: a task is one process. The environment is what the job's command says, not that
+        # of this shell.
+        done = subprocess.run([
+            "sbatch", "--parsable", f"--array=0-{len(part) - 1}{at_a_time}",
+            "--job-name=csdtrack-archive", f"--cpus-per-task={self._threads}",
+            f"--output={str(self._folder / 'log').replace('%', '%%')}", "--open-mode=append",
+            "--wrap", f"exec {worker(self._plan)} $(({part[0]} + SLURM_ARRAY_TASK_ID))"
+        ], capture_output=True, text=True, stdin=subprocess.DEVNULL)
         if done.returncode:
             raise command.Failure(f"Slurm takes no jobs: {' '.join(done.stderr.split())}")
         with open(self._ids, "a", encoding="utf-8") as file:
@@ -163,7 +181,8 @@ class Slurm:
         if not ids:
             return 0
         wanted = [] if states == "all" else ["--states", states]
-        answer = self._ask("squeue", "--noheader", "--array", "--format=%A", "--jobs", ",".join(ids), *wanted)
+        answer = self._ask("squeue", "--noheader", "--array", "--format=%A", "--jobs",
+                           ",".join(ids), *wanted)
         return 1 if answer is None else len(answer.split())
 
     def _ask(self, *words):

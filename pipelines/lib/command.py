@@ -11,7 +11,8 @@ import lock
 from failure import Failure, Full, Misuse, of_filesink  # noqa: F401
 
 
-BARE = {"--display": "autovideosink", "--web": "8080"}  # options that may stand alone: what they mean then
+# options that may stand alone: what they mean then
+BARE = {"--display": "autovideosink", "--web": "8080"}
 
 
 def positive(text):
@@ -47,8 +48,11 @@ def check_unwritten(parser, path):
 
 
 def add_common(parser):
-    parser.add_argument("--set", action="append", default=[], type=setting, metavar="PROPERTY=VALUE", help="any property of csdtrack, more than once if you like")
-    parser.add_argument("--no-install", action="store_true", help="install nothing; fail if something is missing")
+    parser.add_argument("--set", action="append", default=[], type=setting,
+                        metavar="PROPERTY=VALUE",
+                        help="any property of csdtrack, more than once if you like")
+    parser.add_argument("--no-install", action="store_true",
+                        help="install nothing; fail if something is missing")
 
 
 def plain(path):
@@ -59,10 +63,13 @@ def plain(path):
 def check_name(text):
     """Raises Misuse of a name that GStreamer can't be given from here: PyGObject takes no text but UTF-8."""
     if plain(text) != text:
-        raise Misuse(f"'{plain(text)}' is no UTF-8, and from Python GStreamer takes no other names: rename it")
+        raise Misuse(
+            f"'{plain(text)}' is no UTF-8, and from Python GStreamer takes no other names: rename it"
+        )
 
 
-PIPE = "is no file but a pipe or a device: save it as a file first"  # after what was to be read, more than once or out of order
+# after what was to be read, more than once or out of order
+PIPE = "is no file but a pipe or a device: save it as a file first"
 
 
 def is_pipe(path):
@@ -92,31 +99,39 @@ def options(parse):
 def folders(*wanted):
     """Makes them, and no other run may work on them meanwhile. After a Failure those that were made and hold nothing are gone again."""
     # os.path: what can't be looked at isn't there, and making it says why. pathlib's raises.
-    made = [path for folder in wanted for path in (folder, *folder.parents) if not os.path.exists(path)]
+    made = [
+        path for folder in wanted for path in (folder, *folder.parents) if not os.path.exists(path)
+    ]
     try:
         for folder in wanted:
             try:
                 folder.mkdir(parents=True, exist_ok=True)
             except OSError as error:
-                raise Failure(f"can't write into '{folder}' ({error.strerror}): give another folder") from error
+                raise Failure(f"can't write into '{folder}' ({error.strerror}): give another folder"
+                              ) from error
             if not os.access(folder, os.W_OK):
                 raise Failure(f"can't write into '{folder}': give a folder where you may write")
         with contextlib.ExitStack() as locks:
-            found = {(state.st_dev, state.st_ino): folder for folder in reversed(wanted) for state in [os.stat(folder)]}
+            found = {(state.st_dev, state.st_ino): folder for folder in reversed(wanted)
+                     for state in [os.stat(folder)]}
             for folder in found.values():  # each once
                 locks.enter_context(lock.held(folder))
             yield
     except Failure:
         for folder in made:
-            with contextlib.suppress(OSError):  # not empty: an empty file may be another command's, just opened
+            # not empty: an empty file may be another command's, just opened
+            with contextlib.suppress(OSError):
                 folder.rmdir()
         raise
 
 
 def check_window(sink, option):
     """autovideosink without a display ends the whole process in some versions of GStreamer."""
-    if sink == "autovideosink" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise Failure(f"there is no display for a window (DISPLAY and WAYLAND_DISPLAY are empty): give a sink that needs none with {option}")
+    if sink == "autovideosink" and not (os.environ.get("DISPLAY") or
+                                        os.environ.get("WAYLAND_DISPLAY")):
+        raise Failure(
+            f"there is no display for a window (DISPLAY and WAYLAND_DISPLAY are empty): give a sink that needs none with {option}"
+        )
 
 
 def quoted(text):
@@ -124,7 +139,8 @@ def quoted(text):
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
-# Of raw video: three frames, not one, as a decoder may give two at once. Of lines, which are small: ten seconds, for a disk that stands still.
+# Of raw video: three frames, not one, as a decoder may give two at once. Of lines, which are small:
+# ten seconds, for a disk that stands still.
 FRAMES = "queue max-size-buffers=3 max-size-bytes=0 max-size-time=0"
 LINES = "queue max-size-time=10000000000 max-size-buffers=0 max-size-bytes=0"
 
@@ -140,7 +156,8 @@ def told(text, file, end="\n"):
         print(text, file=file, end=end, flush=True)
         return True
     except OSError:
-        # What is not yet written would be tried once more at the end of the process, and its exit code be 120.
+        # What is not yet written would be tried once more at the end of the process, and its exit
+        # code be 120.
         os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())
         return False
 

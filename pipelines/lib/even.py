@@ -6,11 +6,19 @@ import sys
 import command
 from caps import first_structure
 
-# Of what x264enc takes: columns and rows that share a colour. Of anything else videoconvert makes 4:4:4, if it may, of which any size will do.
-HALVED = {"I420": (2, 2), "YV12": (2, 2), "NV12": (2, 2), "I420_10LE": (2, 2), "Y42B": (2, 1), "I422_10LE": (2, 1)}
+# Of what x264enc takes: columns and rows that share a colour. Of anything else videoconvert makes
+# 4:4:4, if it may, of which any size will do.
+HALVED = {
+    "I420": (2, 2), "YV12": (2, 2), "NV12": (2, 2), "I420_10LE": (2, 2), "Y42B": (2, 1),
+    "I422_10LE": (2, 1)
+}
 
-# Into the text of a pipeline. It stands aside until it is needed: videocrop 1.22 refuses P010 and others that it says it takes, even if it has nothing to do.
-TAKEN = ",".join([*HALVED, "Y444", "Y444_10LE", "YUY2", "UYVY", "GRAY8", "RGB", "BGR", "RGBx", "BGRx", "xRGB", "xBGR", "RGBA", "BGRA", "ARGB", "ABGR"])
+# Into the text of a pipeline. It stands aside until it is needed: videocrop 1.22 refuses P010 and
+# others that it says it takes, even if it has nothing to do.
+TAKEN = ",".join([
+    *HALVED, "Y444", "Y444_10LE", "YUY2", "UYVY", "GRAY8", "RGB", "BGR", "RGBx", "BGRx", "xRGB",
+    "xBGR", "RGBA", "BGRA", "ARGB", "ABGR"
+])
 CROP = f"videoconvert name=uneven ! video/x-raw,format={{{TAKEN}}} ! videocrop name=crop"
 
 
@@ -38,7 +46,9 @@ def crop(Gst, run, name, source, before, after, shared=HALVED.get):
         cut.set_property("bottom", bottom)
         if right or bottom:
             gone = "column and row are" if right and bottom else "column is" if right else "row is"
-            command.told(f"{name}: {source}: {width}×{height} is no even size, which H.264 wants: the last {gone} left out", sys.stderr)
+            command.told(
+                f"{name}: {source}: {width}×{height} is no even size, which H.264 wants: the last {gone} left out",
+                sys.stderr)
         return Gst.PadProbeReturn.OK
 
     before.get_static_pad("sink").add_probe(Gst.PadProbeType.EVENT_DOWNSTREAM, look)

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Lines of tracks out of KLV packets: docs/metadata.md, KLV."""
 
-LABEL = b"\x06\x0e\x2b\x34\x01\x01\x01\x01\x0fcsdtr"  # two bytes follow: the line's number, and how many of its pieces are still to come
+# two bytes follow: the line's number, and how many of its pieces are still to come
+LABEL = b"\x06\x0e\x2b\x34\x01\x01\x01\x01\x0fcsdtr"
 
 
 class Lines:
     """Of the packets that tsdemux and rtpklvdepay give. Those of others are passed over; a line of which something is missing is left out."""
 
     def __init__(self):
-        self._begun, self._next = b"", None  # pieces of a line (None: its begin is missing), and what the label of the next one ends in
+        # pieces of a line (None: its begin is missing), and what the label of the next one ends in
+        self._begun, self._next = b"", None
 
     def take(self, packets):
         """The lines that end in these, each with a newline."""

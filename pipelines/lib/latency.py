@@ -32,12 +32,17 @@ KINDS = ("without csdtrack", "with csdtrack")
 
 
 def parse(arguments):
-    parser = argparse.ArgumentParser(prog="pipelines/latency", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
-                                     description="Prints the latency (p50, p95, p99) of a live pipeline with and without csdtrack.")
-    parser.add_argument("source", nargs="?", default="simulate", metavar="SOURCE", help="where the picture comes from (simulate)")
+    parser = argparse.ArgumentParser(
+        prog="pipelines/latency", formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=EPILOG, description=
+        "Prints the latency (p50, p95, p99) of a live pipeline with and without csdtrack.")
+    parser.add_argument("source", nargs="?", default="simulate", metavar="SOURCE",
+                        help="where the picture comes from (simulate)")
     parser.add_argument("--rounds", type=int, default=3, metavar="N", help="of each, by turns (3)")
-    parser.add_argument("--seconds", type=command.positive, default=10, metavar="N", help="length of a round (10)")
-    parser.add_argument("--preset", default="live-low-latency", metavar="NAME", help="of csdtrack (live-low-latency)")
+    parser.add_argument("--seconds", type=command.positive, default=10, metavar="N",
+                        help="length of a round (10)")
+    parser.add_argument("--preset", default="live-low-latency", metavar="NAME",
+                        help="of csdtrack (live-low-latency)")
     command.add_common(parser)
     options = parser.parse_args(arguments)
     if not re.match(r"/dev/|(decklink|simulate|test)(:|$)", options.source):
@@ -45,7 +50,9 @@ def parse(arguments):
     if not 1 <= options.rounds <= 1000:
         parser.error(f"--rounds: {options.rounds} is not from 1 to 1000")
     if options.seconds <= SETTLE / 1e9:
-        parser.error(f"--seconds: {options.seconds:g} leaves nothing to measure after the first second, which isn't counted")
+        parser.error(
+            f"--seconds: {options.seconds:g} leaves nothing to measure after the first second, which isn't counted"
+        )
     return options
 
 
@@ -85,7 +92,9 @@ def percentile(values, part):
 def table(measured):
     rows = [f"{'':18}{'p50':>9}{'p95':>9}{'p99':>9}   ms"]
     for kind, values in measured.items():
-        rows.append(f"{kind:18}" + "".join(f"{percentile(values, part) / 1e6:9.3f}" for part in (0.5, 0.95, 0.99)) + f"   {len(values)} frames")
+        rows.append(f"{kind:18}" + "".join(f"{percentile(values, part) / 1e6:9.3f}"
+                                           for part in (0.5, 0.95, 0.99)) +
+                    f"   {len(values)} frames")
     return "\n".join(rows)
 
 
@@ -96,8 +105,11 @@ def main():
     measured = {kind: [] for kind in KINDS}
     for turn in range(options.rounds * 2):
         between = "csdtrack name=csdtrack ! " if turn % 2 else ""
-        # Not leaky, and no waiting for the clock: what csdtrack does not keep up with waits in the queue, and is seen as latency.
-        run = runner.Run("latency", f"{begin} ! {command.FRAMES} ! {between} fakesink sync=false name=sink", counted=("sink",))
+        # Not leaky, and no waiting for the clock: what csdtrack does not keep up with waits in the
+        # queue, and is seen as latency.
+        run = runner.Run("latency",
+                         f"{begin} ! {command.FRAMES} ! {between} fakesink sync=false name=sink",
+                         counted=("sink", ))
         if between:
             runner.configure(run.element("csdtrack"), options.preset, {}, options.set)
         probes = Probes(run.pipeline, run.element("sink"))

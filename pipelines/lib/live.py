@@ -24,12 +24,19 @@ Exit code: 0 if a picture was shown, 1 if not (one line says why), 2 for wrong u
 
 
 def parse(arguments):
-    parser = argparse.ArgumentParser(prog="pipelines/live", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
-                                     description="Shows a live picture, with points on the tissue tracked in it.")
-    parser.add_argument("source", nargs="?", default="simulate", metavar="SOURCE", help="where the picture comes from (simulate)")
-    parser.add_argument("--sink", default="autovideosink", metavar="NAME", help="GStreamer's element for the window (autovideosink)")
-    parser.add_argument("--tracks", type=pathlib.Path, metavar="FILE", help="also write the tracks, a line of JSON a frame; one that holds some already is refused")
-    parser.add_argument("--preset", default="live-low-latency", metavar="NAME", help="of csdtrack (live-low-latency)")
+    parser = argparse.ArgumentParser(
+        prog="pipelines/live", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
+        description="Shows a live picture, with points on the tissue tracked in it.")
+    parser.add_argument("source", nargs="?", default="simulate", metavar="SOURCE",
+                        help="where the picture comes from (simulate)")
+    parser.add_argument("--sink", default="autovideosink", metavar="NAME",
+                        help="GStreamer's element for the window (autovideosink)")
+    parser.add_argument(
+        "--tracks", type=pathlib.Path, metavar="FILE",
+        help="also write the tracks, a line of JSON a frame; one that holds some already is refused"
+    )
+    parser.add_argument("--preset", default="live-low-latency", metavar="NAME",
+                        help="of csdtrack (live-low-latency)")
     parser.add_argument("--seconds", type=command.positive, metavar="N", help="end after so long")
     command.add_common(parser)
     options = parser.parse_args(arguments)

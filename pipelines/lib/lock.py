@@ -18,7 +18,8 @@ def take(path, out):
         try:
             lock = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
         except OSError as error:
-            raise Failure(f"can't write into '{out}' ({error.strerror}): give another OUT") from error
+            raise Failure(
+                f"can't write into '{out}' ({error.strerror}): give another OUT") from error
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
@@ -28,7 +29,9 @@ def take(path, out):
             host, *processes = [os.uname().nodename, *holders(path)]
             if not processes:  # of another machine, or another user
                 host, *processes = told or ["?", "?"]
-            raise Failure(f"another run works on '{out}' since {since}: wait for it, or end it with 'kill {' '.join(processes)}' on {host}") from error
+            raise Failure(
+                f"another run works on '{out}' since {since}: wait for it, or end it with 'kill {' '.join(processes)}' on {host}"
+            ) from error
         except OSError:
             return lock  # a file system without locks
         with contextlib.suppress(FileNotFoundError):
@@ -60,5 +63,6 @@ def holders(path):
         with contextlib.suppress(OSError):
             process = link.split("/")[2]
             if os.readlink(link) == os.path.realpath(path):
-                parents[process] = pathlib.Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[1]
+                parents[process] = pathlib.Path(f"/proc/{process}/stat").read_text().rpartition(
+                    ")")[2].split()[1]
     return [process for process, parent in parents.items() if parent not in parents]

@@ -20,14 +20,19 @@ def settable(element):
 def choices(element, name):
     """The values of an enum by their nicks."""
     # By a value: with PyGObject 3.50 spec.enum_class is GLib's structure, not the class in Python.
-    return {value.value_nick: value for value in type(element.get_property(name)).__enum_values__.values()}
+    return {
+        value.value_nick: value
+        for value in type(element.get_property(name)).__enum_values__.values()
+    }
 
 
 def set_from_text(element, name, text):
     """Raises Misuse, which names what is wrong with it."""
     known = settable(element)
     if name not in known:
-        raise Misuse(f"{element.get_factory().get_name()} has no property '{name}' to set: it has {', '.join(sorted(known))}")
+        raise Misuse(
+            f"{element.get_factory().get_name()} has no property '{name}' to set: it has {', '.join(sorted(known))}"
+        )
     spec = known[name]
     if spec.value_type == GObject.TYPE_STRING:
         value = text
@@ -42,9 +47,12 @@ def set_from_text(element, name, text):
         value = text == "true"
     else:
         try:
-            value = float(text) if spec.value_type in (GObject.TYPE_DOUBLE, GObject.TYPE_FLOAT) else int(text)
+            value = float(text) if spec.value_type in (GObject.TYPE_DOUBLE,
+                                                       GObject.TYPE_FLOAT) else int(text)
         except ValueError:
-            raise Misuse(f"'{text}' is no value for {name}, a number from {spec.minimum} to {spec.maximum}") from None
+            raise Misuse(
+                f"'{text}' is no value for {name}, a number from {spec.minimum} to {spec.maximum}"
+            ) from None
         if not spec.minimum <= value <= spec.maximum:
             raise Misuse(f"{name} is from {spec.minimum} to {spec.maximum}, not {text}")
     element.set_property(name, value)
@@ -69,4 +77,5 @@ def check_start(element):
     element.set_bus(before)
     if message:
         error, _ = message.parse_error()
-        raise (Misuse if error.matches(Gst.ResourceError.quark(), Gst.ResourceError.SETTINGS) else Failure)(one_line(error.message))
+        raise (Misuse if error.matches(Gst.ResourceError.quark(), Gst.ResourceError.SETTINGS) else
+               Failure)(one_line(error.message))

@@ -28,7 +28,8 @@ def unfinished(out):
         folder = pathlib.Path(tempfile.mkdtemp(prefix=".unfinished-", dir=out))
         yield folder
     except OSError as error:
-        raise Failure(f"can't write into '{out}' ({error.strerror}): make room or give another OUT") from error
+        raise Failure(f"can't write into '{out}' ({error.strerror}): make room or give another OUT"
+                      ) from error
     finally:
         if folder:
             shutil.rmtree(folder, ignore_errors=True)
@@ -53,7 +54,8 @@ def main():
     else:
         source, rest = pathlib.Path(sys.argv[1]), sys.argv[2:]
     out = pathlib.Path(rest[0])
-    for number in command.heard(signal.SIGTERM, signal.SIGHUP):  # until the job runs, which ends in its own way
+    # until the job runs, which ends in its own way
+    for number in command.heard(signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, interrupted)
     with unfinished(out) as folder:
         job = tracking.Job(source, out, folder, rest[1:])

@@ -49,19 +49,31 @@ wrong use.
 
 
 def parse(arguments):
-    parser = argparse.ArgumentParser(prog="pipelines/receive", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
-                                     description="Receives video, and writes the tracks of points on the tissue in it.")
+    parser = argparse.ArgumentParser(
+        prog="pipelines/receive", formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=EPILOG,
+        description="Receives video, and writes the tracks of points on the tissue in it.")
     parser.add_argument("url", metavar="URL", help="where it comes from")
-    parser.add_argument("tracks", type=pathlib.Path, metavar="TRACKS", help="the file of the tracks, .jsonl; one that holds some already is refused")
-    parser.add_argument("--display", metavar="SINK", help="also a window with the tracks drawn in; without =SINK autovideosink")
-    parser.add_argument("--klv", action="store_true", help="the stream brings its tracks as KLV (SMPTE 336), as from stream --klv, or csdtrackenc ! mpegtsmux")
-    parser.add_argument("--latency", type=int, default=200, metavar="MS", help="how long packets are waited for (200)")
-    parser.add_argument("--preset", default="live-low-latency", metavar="NAME", help="of csdtrack (live-low-latency)")
+    parser.add_argument(
+        "tracks", type=pathlib.Path, metavar="TRACKS",
+        help="the file of the tracks, .jsonl; one that holds some already is refused")
+    parser.add_argument("--display", metavar="SINK",
+                        help="also a window with the tracks drawn in; without =SINK autovideosink")
+    parser.add_argument(
+        "--klv", action="store_true", help=
+        "the stream brings its tracks as KLV (SMPTE 336), as from stream --klv, or csdtrackenc ! mpegtsmux"
+    )
+    parser.add_argument("--latency", type=int, default=200, metavar="MS",
+                        help="how long packets are waited for (200)")
+    parser.add_argument("--preset", default="live-low-latency", metavar="NAME",
+                        help="of csdtrack (live-low-latency)")
     parser.add_argument("--seconds", type=command.positive, metavar="N", help="end after so long")
     command.add_common(parser)
     options = parser.parse_args(arguments)
     if not re.match(r"(rtsp[uth]?|rtsps[uth]?|srt)://.", options.url):
-        parser.error(f"'{options.url}' is neither rtsp://… nor srt://…: pipelines/live and pipelines/record take other sources")
+        parser.error(
+            f"'{options.url}' is neither rtsp://… nor srt://…: pipelines/live and pipelines/record take other sources"
+        )
     if not 0 <= options.latency <= 60_000:
         parser.error(f"--latency: {options.latency} is not from 0 to 60000")
     command.check_unwritten(parser, options.tracks)
@@ -78,9 +90,11 @@ FRAMES = f"{command.FRAMES} leaky=downstream"
 
 def source(options):
     if options.url.startswith("srt:"):
-        return f"srtsrc uri={command.quoted(options.url)} latency={options.latency} ! " + ("tsdemux name=in " if options.klv else "")
-    # buffer-mode=none: times are the sender's, so those of a frame and of its line stay the same. Other modes bend those of each stream to
-    # this machine's clock, each by itself: seen to be up to 0.2 s apart in the first second.
+        return f"srtsrc uri={command.quoted(options.url)} latency={options.latency} ! " + (
+            "tsdemux name=in " if options.klv else "")
+    # buffer-mode=none: times are the sender's, so those of a frame and of its line stay the same.
+    # Other modes bend those of each stream to this machine's clock, each by itself: seen to be up
+    # to 0.2 s apart in the first second.
     tcp = "protocols=tcp" if re.match("rtsps?:", options.url) else ""
     return f"rtspsrc name=in location={command.quoted(options.url)} latency={options.latency} buffer-mode=none {tcp} "
 
@@ -117,10 +131,14 @@ def await_sender(url):
             return socket.create_connection(address, timeout=PATIENCE).close()
         except ConnectionRefusedError as error:
             if time.monotonic() > end:
-                raise command.Failure(f"nobody serves RTSP at {address[0]}:{address[1]}: start the sender, or give its URL") from error
+                raise command.Failure(
+                    f"nobody serves RTSP at {address[0]}:{address[1]}: start the sender, or give its URL"
+                ) from error
             time.sleep(0.2)
         except OSError as error:
-            raise command.Failure(f"{address[0]}:{address[1]} can't be reached ({error.strerror or error})") from error
+            raise command.Failure(
+                f"{address[0]}:{address[1]} can't be reached ({error.strerror or error})"
+            ) from error
 
 
 def holds_lines(told):
@@ -157,25 +175,31 @@ class Receiver:
         with self._lock:  # each stream's is added from a thread of its own
             built = self.build()
         what = first_structure(pad.get_current_caps())
-        media = what.get_string("media") or what.get_name().partition("/")[0]  # tsdemux: video/x-h264, meta/x-klv
-        target = {"video": self._run.element("video").get_static_pad("sink"), "audio": None}.get(media, built.get_static_pad("lines"))
+        # tsdemux: video/x-h264, meta/x-klv
+        media = what.get_string("media") or what.get_name().partition("/")[0]
+        target = {"video": self._run.element("video").get_static_pad("sink"),
+                  "audio": None}.get(media, built.get_static_pad("lines"))
         if target and not target.is_linked():
             pad.link(target)
 
     def no_more_pads(self, _source):
-        if self._options.klv and not (self._built and self._built.get_static_pad("lines") and self._built.get_static_pad("lines").is_linked()):
+        if self._options.klv and not (self._built and self._built.get_static_pad("lines") and
+                                      self._built.get_static_pad("lines").is_linked()):
             self._run.fail("it brings no KLV: leave out --klv, and it is tracked here")
 
     def build(self):
         Gst = self._runner.Gst
         if self._built:
             return self._built
-        carried = "lines" in self._streams or self._options.klv and self._options.url.startswith("srt")
-        self._built = built = Gst.parse_bin_from_description(consumers(self._options, carried), False)
+        carried = "lines" in self._streams or self._options.klv and self._options.url.startswith(
+            "srt")
+        self._built = built = Gst.parse_bin_from_description(consumers(self._options, carried),
+                                                             False)
         for name in ("picture", "lines") if carried else ("picture",):
             built.add_pad(Gst.GhostPad.new(name, built.get_by_name(name).get_static_pad("sink")))
         if carried:
-            built.get_by_name("file").get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._count)
+            built.get_by_name("file").get_static_pad("sink").add_probe(
+                Gst.PadProbeType.BUFFER, self._count)
             if self._options.klv:
                 self._unpack(built.get_by_name("packets"), built.get_by_name("unpacked"))
         else:
@@ -204,20 +228,25 @@ class Receiver:
 
 
 def configure(runner, track, options):
-    runner.configure(track, options.preset, {"overlay": "draw" if options.display else "none"}, options.set)
+    runner.configure(track, options.preset, {"overlay": "draw" if options.display else "none"},
+                     options.set)
 
 
 def main():
     options = command.options(parse)
     import runner
     Gst = runner.Gst
-    configure(runner, Gst.ElementFactory.make("csdtrack"), options)  # what is wrong is said before a connection is made
+    # what is wrong is said before a connection is made
+    configure(runner, Gst.ElementFactory.make("csdtrack"), options)
     if options.display and not Gst.ElementFactory.find(options.display):
-        raise command.Failure(f"there is no element '{options.display}' for the window: give another with --display")
+        raise command.Failure(
+            f"there is no element '{options.display}' for the window: give another with --display")
     command.check_window(options.display, "--display")
     if options.url.startswith("rtsp"):
         await_sender(options.url)
-    run = runner.Run("receive", f"{source(options)} decodebin name=video ! video/x-raw ! {FRAMES} name=frames", counted=("frames",))
+    run = runner.Run(
+        "receive", f"{source(options)} decodebin name=video ! video/x-raw ! {FRAMES} name=frames",
+        counted=("frames", ))
     receiver = Receiver(runner, run, options)
     session = run.element("in")
     if session:
@@ -234,7 +263,9 @@ def main():
         runner.say_cost(receiver.track)
     else:
         uneven = " (at the begin and the end one can come without the other)" if run.frames != receiver.lines else ""
-        command.told(f"{run.frames} frames; {receiver.lines} lines of tracks came with them{uneven}", sys.stdout)
+        command.told(
+            f"{run.frames} frames; {receiver.lines} lines of tracks came with them{uneven}",
+            sys.stdout)
 
 
 command.run("receive", main)

@@ -50,15 +50,23 @@ PATIENCE = 10  # seconds with such a disk, when all else is written
 
 
 def parse(arguments):
-    parser = argparse.ArgumentParser(prog="pipelines/record", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
-                                     description="Records video in segments, with the tracks of points on the tissue beside each. Sound is not recorded.")
+    parser = argparse.ArgumentParser(
+        prog="pipelines/record", formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=EPILOG, description=
+        "Records video in segments, with the tracks of points on the tissue beside each. Sound is not recorded."
+    )
     parser.add_argument("source", metavar="SOURCE", help="where the picture comes from")
     parser.add_argument("out", type=pathlib.Path, metavar="OUT", help="the folder of the recording")
-    parser.add_argument("--tracks", type=pathlib.Path, metavar="DIR", help="another folder for the tracks, on another disk say")
-    parser.add_argument("--segment", type=command.positive, default=600, metavar="SECONDS", help="length of a file at most, whole groups of pictures (600)")
-    parser.add_argument("--bitrate", type=int, default=8000, metavar="KBIT", help="of the video, kbit/s (8000)")
-    parser.add_argument("--display", metavar="SINK", help="also a window with the tracks drawn in; without =SINK autovideosink")
-    parser.add_argument("--preset", default="laparoscopy-1080p", metavar="NAME", help="of csdtrack (laparoscopy-1080p)")
+    parser.add_argument("--tracks", type=pathlib.Path, metavar="DIR",
+                        help="another folder for the tracks, on another disk say")
+    parser.add_argument("--segment", type=command.positive, default=600, metavar="SECONDS",
+                        help="length of a file at most, whole groups of pictures (600)")
+    parser.add_argument("--bitrate", type=int, default=8000, metavar="KBIT",
+                        help="of the video, kbit/s (8000)")
+    parser.add_argument("--display", metavar="SINK",
+                        help="also a window with the tracks drawn in; without =SINK autovideosink")
+    parser.add_argument("--preset", default="laparoscopy-1080p", metavar="NAME",
+                        help="of csdtrack (laparoscopy-1080p)")
     parser.add_argument("--seconds", type=command.positive, metavar="N", help="end after so long")
     command.add_common(parser)
     options = parser.parse_args(arguments)
@@ -117,13 +125,15 @@ class Sidecar:
         self._folder = folder
         self._name = first           # of the newest file
         self._file = None
-        self._unsure = collections.deque()  # (running time, offset, line): what may belong into the next file
+        # (running time, offset, line): what may belong into the next file
+        self._unsure = collections.deque()
         self._size = 0
         self._group = 0              # begin of the last group of pictures
         self._jobs = queue.Queue(WAITING)
         self._lock = threading.Lock()
         self._failed = False
-        self._thread = threading.Thread(target=self._work, daemon=True)  # a disk that never answers must not keep the program
+        # a disk that never answers must not keep the program
+        self._thread = threading.Thread(target=self._work, daemon=True)
         self._thread.start()
 
     def line(self, time, text):
@@ -158,7 +168,8 @@ class Sidecar:
         with self._lock:
             failed, self._failed = self._failed, True
         if not failed:
-            command.told(f"record: warning: the tracks end here, the recording goes on: {why}", sys.stderr)
+            command.told(f"record: warning: the tracks end here, the recording goes on: {why}",
+                         sys.stderr)
 
     def _work(self):
         try:
@@ -222,8 +233,10 @@ class Window:
     def __init__(self, runner, sink):
         self._gst = runner.Gst
         # The newest frames, as they come: a window is for looking, now.
-        self._run = runner.Run("record", f"appsrc name=in is-live=true format=time do-timestamp=true max-buffers=2 leaky-type=downstream ! "
-                                         f"videoconvert ! {sink} sync=false", counted=())
+        self._run = runner.Run(
+            "record",
+            f"appsrc name=in is-live=true format=time do-timestamp=true max-buffers=2 leaky-type=downstream ! "
+            f"videoconvert ! {sink} sync=false", counted=())
         self._bus = self._run.pipeline.get_bus()
         self._gone = False
         self._run.pipeline.set_state(self._gst.State.PLAYING)
@@ -234,7 +247,9 @@ class Window:
         if error := self._bus.pop_filtered(self._gst.MessageType.ERROR):
             self._gone = True
             self._run.pipeline.set_state(self._gst.State.NULL)
-            command.told(f"record: warning: the window is gone, the recording goes on: {error.parse_error()[0].message}", sys.stderr)
+            command.told(
+                f"record: warning: the window is gone, the recording goes on: {error.parse_error()[0].message}",
+                sys.stderr)
         else:
             self._run.element("in").emit("push-sample", sample)
 
@@ -247,7 +262,8 @@ class Pace:
 
     def __init__(self, runner, pad):
         self._gst = runner.Gst
-        self.position = self.duration = 0  # ns: end of the newest frame, and of the file as it says itself
+        # ns: end of the newest frame, and of the file as it says itself
+        self.position = self.duration = 0
         self.frames = 0
         pad.add_probe(runner.Gst.PadProbeType.BUFFER, self._count)
 
@@ -255,13 +271,15 @@ class Pace:
         self._end = time.monotonic()
         if not self.frames:
             self._begin = self._end
-            _, *self._rate = first_structure(pad.get_current_caps()).get_fraction("framerate")  # over 0: it varies
+            # over 0: it varies
+            _, *self._rate = first_structure(pad.get_current_caps()).get_fraction("framerate")
             known, duration = pad.peer_query_duration(self._gst.Format.TIME)
             self.duration = duration if known else 0
         self.frames += 1
         buffer = info.get_buffer()
         if buffer.pts != self._gst.CLOCK_TIME_NONE:
-            self.position = buffer.pts + (buffer.duration if buffer.duration != self._gst.CLOCK_TIME_NONE else 0)
+            self.position = buffer.pts + (buffer.duration
+                                          if buffer.duration != self._gst.CLOCK_TIME_NONE else 0)
         return self._gst.PadProbeReturn.OK
 
     def say_shortage(self, ending):
@@ -271,8 +289,9 @@ class Pace:
         seconds = (ending or self._end) - self._begin
         due = round(seconds * over / under) + 1 if over > 0 else 0
         if due - self.frames > max(2, 0.02 * due):  # times of arrival vary
-            command.told(f"the source gave {self.frames} frames in {seconds:.1f} s, {due} were due at its {over / under:g} a second: "
-                         "it is too slow, or this machine", sys.stdout)
+            command.told(
+                f"the source gave {self.frames} frames in {seconds:.1f} s, {due} were due at its {over / under:g} a second: "
+                "it is too slow, or this machine", sys.stdout)
 
 
 def say_changes(runner, pad, source):
@@ -287,7 +306,8 @@ def say_changes(runner, pad, source):
             size = what.get_int("width")[1], what.get_int("height")[1]
             if before and not before[0].is_equal(caps):
                 form = f"size is {size[0]}×{size[1]} now" if size != before[1] else "form changes"
-                command.told(f"record: {source}: the picture's {form}: a new file begins", sys.stderr)
+                command.told(f"record: {source}: the picture's {form}: a new file begins",
+                             sys.stderr)
             before = caps, size
         return runner.Gst.PadProbeReturn.OK
 
@@ -314,11 +334,13 @@ def record(options, begin, tracks):
     from tracking import breaks_off
     Gst = runner.Gst
     bounded = f"queue max-size-buffers=0 max-size-bytes=0 max-size-time={LATENCY}000000000"
-    # key-int-max: a group of pictures of two seconds at 25 frames a second; a file ends with one. No keyframes are asked for where files
-    # begin: when such a wish arrives depends on the load, and then so do the bits that are recorded.
-    # A file needs no buffer model, and with one x264's threads make the bits depend on how busy the machine is.
+    # key-int-max: a group of pictures of two seconds at 25 frames a second; a file ends with one.
+    # No keyframes are asked for where files begin: when such a wish arrives depends on the load,
+    # and then so do the bits that are recorded. A file needs no buffer model, and with one x264's
+    # threads make the bits depend on how busy the machine is.
     encoder = f"x264enc speed-preset=veryfast bitrate={options.bitrate} vbv-buf-capacity=0 key-int-max=50"
-    # single-segment: frames and lines have the times of the files, which count from the start of the recording. Those of RTSP begin elsewhere.
+    # single-segment: frames and lines have the times of the files, which count from the start of
+    # the recording. Those of RTSP begin elsewhere.
     text = f"{begin} ! identity name=single single-segment=true ! tee name=in {even.CROP} " \
            f"in. ! {bounded} name=raw ! videoconvert ! {encoder} ! h264parse ! " \
            f"splitmuxsink name=files muxer=matroskamux max-size-time={round(options.segment * 1e9)} " \
@@ -328,7 +350,8 @@ def record(options, begin, tracks):
         text += f" t. ! {command.FRAMES} leaky=downstream ! appsink name=shown sync=false async=false max-buffers=2 drop=true emit-signals=true"
     run = runner.Run("record", text)
     track, files = run.element("csdtrack"), run.element("files")
-    runner.configure(track, options.preset, {"overlay": "draw" if options.display else "none"}, options.set)
+    runner.configure(track, options.preset, {"overlay": "draw" if options.display else "none"},
+                     options.set)
     even.crop(Gst, run, "record", options.source, "single", "in")
     pace = Pace(runner, run.element("in").get_static_pad("sink"))
     window = Window(runner, options.display) if options.display else None
@@ -339,7 +362,8 @@ def record(options, begin, tracks):
     def line(sink):
         sample = sink.emit("pull-sample")
         buffer = sample.get_buffer()
-        sidecar.line(sample.get_segment().to_running_time(Gst.Format.TIME, buffer.pts), buffer.extract_dup(0, buffer.get_size()))
+        sidecar.line(sample.get_segment().to_running_time(Gst.Format.TIME, buffer.pts),
+                     buffer.extract_dup(0, buffer.get_size()))
         return Gst.FlowReturn.OK
 
     run.element("lines").connect("new-sample", line)
@@ -362,18 +386,21 @@ def record(options, begin, tracks):
     say_changes(runner, files.get_static_pad("video"), options.source)
 
     def heard(_, message):
-        if message.type == Gst.MessageType.ELEMENT and message.get_structure().get_name() == "splitmuxsink-fragment-opened":
+        if message.type == Gst.MessageType.ELEMENT and message.get_structure().get_name(
+        ) == "splitmuxsink-fragment-opened":
             what = message.get_structure()
             sidecar.opened(what.get_value("running-time"), what.get_value("location"))
         # Said by matroskamux. splitmuxsink begins a new file then, but the message is out.
-        elif message.type == Gst.MessageType.ERROR and "Caps changes are not supported" in (message.parse_error()[1] or ""):
+        elif message.type == Gst.MessageType.ERROR and "Caps changes are not supported" in (
+                message.parse_error()[1] or ""):
             return Gst.BusSyncReply.DROP
         return Gst.BusSyncReply.PASS
 
     run.pipeline.get_bus().set_sync_handler(heard)
 
-    # These play from the start: in preroll they would keep the queues before them full, and the decoder waiting for ever, whose ALLOCATION
-    # query waits for the queues to be empty. avdec_h264 asks after some frames where the width is no multiple of 16.
+    # These play from the start: in preroll they would keep the queues before them full, and the
+    # decoder waiting for ever, whose ALLOCATION query waits for the queues to be empty. avdec_h264
+    # asks after some frames where the width is no multiple of 16.
     playing = [sink for sink in (run.element("lines"), run.element("shown")) if sink]
     for sink in playing:
         sink.set_locked_state(True)

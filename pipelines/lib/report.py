@@ -70,7 +70,8 @@ class Progress:
         speed = f"{frames} frames, {fps:.0f} fps{rest}"
         percent = "" if share is None else f"{int(100 * share):3} %"
         if self._bar:
-            bar = "?" * self.WIDTH if share is None else ("#" * int(share * self.WIDTH)).ljust(self.WIDTH, ".")
+            bar = "?" * self.WIDTH if share is None else ("#" * int(share * self.WIDTH)).ljust(
+                self.WIDTH, ".")
             command.told(f"\r\033[K[{bar}] {percent}  {speed}", sys.stderr, end="")
         elif share is not None and int(share * 4) > self._told:
             self._told = int(share * 4)
@@ -93,13 +94,17 @@ def preview(out, frames):
     select = "+".join(f"eq(n\\,{n})" for n in chosen)
     columns = min(2, count)
     rows = -(-count // columns)
-    # Square pixels first, then at most 960 columns each: at 640 the ids in a 720p video can't be read.
-    filters = (f"select='{select}',scale='trunc(iw*max(sar,0.01)/2)*2':ih,setsar=1,scale='min(960,iw)':-2,"
-               f"tile={columns}x{rows}:padding=4")
-    # In that folder, for in a path ffmpeg reads a colon as a protocol and a per cent sign as a number's place.
-    done = subprocess.run(["ffmpeg", "-v", "error", "-y", "-ignore_editlist", "1", "-i", "overlay.mp4", "-an", "-vsync", "0",
-                           "-vf", filters, "-frames:v", "1", "preview.png"],
-                          cwd=out, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+    # Square pixels first, then at most 960 columns each: at 640 the ids in a 720p video can't be
+    # read.
+    filters = (
+        f"select='{select}',scale='trunc(iw*max(sar,0.01)/2)*2':ih,setsar=1,scale='min(960,iw)':-2,"
+        f"tile={columns}x{rows}:padding=4")
+    # In that folder, for in a path ffmpeg reads a colon as a protocol and a per cent sign as a
+    # number's place.
+    done = subprocess.run([
+        "ffmpeg", "-v", "error", "-y", "-ignore_editlist", "1", "-i", "overlay.mp4", "-an",
+        "-vsync", "0", "-vf", filters, "-frames:v", "1", "preview.png"
+    ], cwd=out, stdin=subprocess.DEVNULL, capture_output=True, text=True,
                           start_new_session=True)  # another Ctrl-C is not for this
     if done.returncode:
         (out / "preview.png").unlink(missing_ok=True)  # torn, on a full disk
@@ -110,13 +115,20 @@ def preview(out, frames):
 def page(job, folder, out):
     """The page to look at, in `out`: of the video as it came, for overlay.mp4 has its markers already."""
     video = folder / "clean.mp4" if job.simulated else job.video
-    done = subprocess.run([os.environ["CSD_REPORT"], "--title", job.video.name, video, folder / "tracks.jsonl", out],
-                          stdin=subprocess.DEVNULL, capture_output=True, text=True)  # Ctrl-C ends this, and what was tracked stays
+    done = subprocess.run(
+        [os.environ["CSD_REPORT"], "--title", job.video.name, video, folder / "tracks.jsonl", out],
+        # Ctrl-C ends this, and what was tracked stays
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True)
     if done.returncode:
         why = done.stderr.strip().splitlines() or ["ended early"]
         # The folder is still an unfinished one, whose name is nobody's business.
-        command.told(f"quickstart: no page: {why[-1].removeprefix('csd-report: ').replace(f'{folder}/', '')}", sys.stderr)
-        if (out / "data" / "index.js").is_file():  # that of another run must not seem to belong to this one
+        command.told(
+            f"quickstart: no page: {why[-1].removeprefix('csd-report: ').replace(f'{folder}/', '')}",
+            sys.stderr)
+        # that of another run must not seem to belong to this one
+        if (out / "data" / "index.js").is_file():
             shutil.rmtree(out)
 
 
@@ -141,8 +153,10 @@ def results(job):
 
 def score(out):
     """What csd-score says of tracks.jsonl, as (label, text) rows."""
-    done = subprocess.run([os.environ["CSD_SCORE"], "--json", "--resamples", "0", out / "truth.jsonl", out / "tracks.jsonl"],
-                          stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    done = subprocess.run([
+        os.environ["CSD_SCORE"], "--json", "--resamples", "0", out / "truth.jsonl",
+        out / "tracks.jsonl"
+    ], stdin=subprocess.DEVNULL, capture_output=True, text=True)
     if done.returncode:
         why = done.stderr.strip().splitlines() or ["csd-score failed"]
         return [("score", f"none: {why[-1]}")]
@@ -156,7 +170,8 @@ def score(out):
              f"   of the points that are seen are claimed where they are, within {tau:g} px"),
             ("1−precision", known(tracker["k"]["value"], "{:.1%}") +
              "   of the positions claimed are false: farther off, or of a point that is hidden"),
-            ("error", known(tracker["error"]["median"], "{:.2f} px") + "   median, of the claims on points that are seen")]
+            ("error", known(tracker["error"]["median"], "{:.2f} px") +
+             "   median, of the claims on points that are seen")]
 
 
 def why_none(track):
@@ -164,7 +179,8 @@ def why_none(track):
     if track.get_property("max-features") == 0:
         return "max-features is 0, so none was looked for"
     where = "region" if track.get_property("region") else "picture"
-    return f"nothing in the {where} stands out" + (" at that patch-size" if track.get_property("patch-size") else "")
+    return f"nothing in the {where} stands out" + (" at that patch-size"
+                                                   if track.get_property("patch-size") else "")
 
 
 def properties(specs):
@@ -186,18 +202,22 @@ def table(job, out):
 
     rows, ids, outside = features(out / "tracks.csv")
     total = sum(rows.values())
-    yield (f"frames      {job.frames} of {job.picture}, in {job.seconds:.1f} s: {job.frames / job.seconds:.1f} fps with "
-          f"{'simulating' if job.simulated else 'decoding'} and encoding")
+    yield (
+        f"frames      {job.frames} of {job.picture}, in {job.seconds:.1f} s: {job.frames / job.seconds:.1f} fps with "
+        f"{'simulating' if job.simulated else 'decoding'} and encoding")
     tracker = job.track.get_property("algorithm").value_nick
-    yield f"tracker     {tracker}" + (", the paper's, as printed; the project's own: --algorithm csd" if tracker == "csd-2012" else "")
+    yield f"tracker     {tracker}" + (
+        ", the paper's, as printed; the project's own: --algorithm csd"
+        if tracker == "csd-2012" else "")
     yield (f"features    {ids} in all, {total / job.frames:.1f} a frame" if ids else
           f"features    none: {why_none(job.track)}; --points tracks what you choose")
     for state, marker in STATES.items():
         if rows[state]:
             yield f"  {state:9} {rows[state] / total:6.1%}  {rows[state] / job.frames:6.1f} a frame   {marker}"
     if outside:
-        yield (f"outside     {len(outside)} of {ids} points lie outside the picture of {job.picture.split()[0]}: "
-              f"{'; '.join(outside[:5])}{'; …' if len(outside) > 5 else ''}")
+        yield (
+            f"outside     {len(outside)} of {ids} points lie outside the picture of {job.picture.split()[0]}: "
+            f"{'; '.join(outside[:5])}{'; …' if len(outside) > 5 else ''}")
     yield f"cost        p50 {milliseconds('time-p50')}, p95 {milliseconds('time-p95')} a frame, tracking and learning"
     if job.simulated:
         for label, text in score(out):

@@ -24,13 +24,18 @@ Exit code: 0 if it was shown, 1 if not (one line says why), 2 for wrong use.
 
 
 def parse(arguments):
-    parser = argparse.ArgumentParser(prog="pipelines/review", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
-                                     description="Shows a recording with the tracks that were made with it.")
-    parser.add_argument("video", type=pathlib.Path, metavar="VIDEO", help="a file that GStreamer can decode")
-    parser.add_argument("tracks", type=pathlib.Path, nargs="?", metavar="TRACKS", help="its tracks (VIDEO's name with .jsonl)")
-    parser.add_argument("--sink", default="autovideosink", metavar="NAME", help="GStreamer's element for the window (autovideosink)")
+    parser = argparse.ArgumentParser(
+        prog="pipelines/review", formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=EPILOG, description="Shows a recording with the tracks that were made with it.")
+    parser.add_argument("video", type=pathlib.Path, metavar="VIDEO",
+                        help="a file that GStreamer can decode")
+    parser.add_argument("tracks", type=pathlib.Path, nargs="?", metavar="TRACKS",
+                        help="its tracks (VIDEO's name with .jsonl)")
+    parser.add_argument("--sink", default="autovideosink", metavar="NAME",
+                        help="GStreamer's element for the window (autovideosink)")
     parser.add_argument("--seconds", type=command.positive, metavar="N", help="end after so long")
-    parser.add_argument("--no-install", action="store_true", help="install nothing; fail if something is missing")
+    parser.add_argument("--no-install", action="store_true",
+                        help="install nothing; fail if something is missing")
     options = parser.parse_args(arguments)
     if not re.fullmatch(r"[a-z0-9]+", options.sink):
         parser.error(f"--sink: '{options.sink}' is no name of an element")
@@ -61,11 +66,13 @@ class Fit:
         event, Gst = info.get_event(), self._runner.Gst
         if event.type != Gst.EventType.SEGMENT:
             return Gst.PadProbeReturn.OK
-        # After an exception PyGObject returns 0, which drops the event. Nothing here raises: times are whole and fit 63 bits.
+        # After an exception PyGObject returns 0, which drops the event. Nothing here raises: times
+        # are whole and fit 63 bits.
         segment = event.parse_segment()
         self._begin = segment.start
-        # Files of a recording begin at their time in the whole, which matroskademux calls stream time 0. Their lines keep that of the whole;
-        # those of a file that was tracked by itself have the stream time.
+        # Files of a recording begin at their time in the whole, which matroskademux calls stream
+        # time 0. Their lines keep that of the whole; those of a file that was tracked by itself
+        # have the stream time.
         shift = segment.time - segment.start
         if self._time is not None and segment.time not in (segment.start, Gst.CLOCK_TIME_NONE):
             if abs(self._time - segment.start) < abs(self._time - segment.time):
@@ -73,14 +80,17 @@ class Fit:
                 return Gst.PadProbeReturn.REMOVE
             self._shift = shift
             if self._pts is not None and abs(self._pts - segment.start) > Gst.SECOND:
-                self._say(f"they begin at {self._pts / 1e9:.2f} s, the video at {segment.start / 1e9:.2f} s")
+                self._say(
+                    f"they begin at {self._pts / 1e9:.2f} s, the video at {segment.start / 1e9:.2f} s"
+                )
         return Gst.PadProbeReturn.REMOVE
 
     def _frame(self, _pad, info):
         Gst, buffer = self._runner.Gst, info.get_buffer()
         if buffer.pts != Gst.CLOCK_TIME_NONE:
             self._shown.append(buffer.pts + self._shift)
-        meta = buffer.get_custom_meta("GstCsdTrackMeta") or buffer.get_custom_meta("GstCsdTruthMeta")
+        meta = buffer.get_custom_meta("GstCsdTrackMeta") or buffer.get_custom_meta(
+            "GstCsdTruthMeta")
         if meta is None:
             if not self._matched and len(self._shown) == FEW:
                 self._runner.GLib.idle_add(self._none)  # after what csdtrackdec warns of
@@ -88,7 +98,10 @@ class Fit:
         if not self._matched:
             self._matched = True
             found = meta.get_structure()
-            tracked, shown = ("×".join(str(found.get_value(of + side)) for side in ("width", "height")) for of in ("tracked-", ""))
+            tracked, shown = ("×".join(
+                str(found.get_value(of + side))
+                for side in ("width", "height"))
+                              for of in ("tracked-", ""))
             if tracked != shown:
                 self._say(f"they are of a picture of {tracked}, the video has {shown}")
         return Gst.PadProbeReturn.OK
@@ -101,7 +114,9 @@ class Fit:
             return
         shown = sorted(self._shown)
         # As csd-report. Matroska rounds to a millisecond.
-        near = max(1_500_000, 0.1 * statistics.median(b - a for a, b in zip(shown, shown[1:]))) if len(shown) > 1 else 0
+        near = max(1_500_000, 0.1 *
+                   statistics.median(b - a
+                                     for a, b in zip(shown, shown[1:]))) if len(shown) > 1 else 0
         hits = lines = 0
         for time in times_of(self._tracks):
             if time > shown[-1] + near:
@@ -120,12 +135,16 @@ class Fit:
                 command.told(f"review: warning: '{self._tracks}' is empty", sys.stderr)
         elif not self._run.warnings:
             begin = "have no times" if self._time is None else f"begin at {self._time / 1e9:.2f} s"
-            self._say(f"they {begin}, and none is of the first {min(len(self._shown), FEW)} frames, from {self._begin / 1e9:.2f} s on")
+            self._say(
+                f"they {begin}, and none is of the first {min(len(self._shown), FEW)} frames, from {self._begin / 1e9:.2f} s on"
+            )
 
     def _say(self, why):
         if not self._said:
             self._said = True
-            command.told(f"review: warning: the tracks in '{self._tracks}' may be another video's: {why}", sys.stderr)
+            command.told(
+                f"review: warning: the tracks in '{self._tracks}' may be another video's: {why}",
+                sys.stderr)
 
 
 def texts_of(tracks):
@@ -141,7 +160,8 @@ def time_in(text, name):
 
 def times_of(tracks):
     """The stream times of its lines. All have been read by csdtrackdec, or will be: what is none is left out."""
-    return filter(lambda time: time is not None, (time_in(text, b"stream_time") for text in texts_of(tracks)))
+    return filter(lambda time: time is not None,
+                  (time_in(text, b"stream_time") for text in texts_of(tracks)))
 
 
 def begin_of(tracks):
@@ -155,15 +175,18 @@ def begin_of(tracks):
 
 def main():
     options = command.options(parse)
-    for file, what in ((options.video, "the path of a video"), (options.tracks, "the path of its tracks")):
+    for file, what in ((options.video, "the path of a video"), (options.tracks,
+                                                                "the path of its tracks")):
         if command.is_pipe(file):
             raise command.Failure(f"'{file}' {command.PIPE}")
         if not os.path.isfile(file):
             raise command.Failure(f"there is no file '{file}': give {what}")
     command.check_window(options.sink, "--sink")
     import runner
-    run = runner.Run("review", f"filesrc location={command.quoted(str(options.video))} ! decodebin ! csdtrackdec name=csdtrack overlay=draw "
-                               f"location={command.quoted(str(options.tracks))} ! videoconvert ! {options.sink}")
+    run = runner.Run(
+        "review",
+        f"filesrc location={command.quoted(str(options.video))} ! decodebin ! csdtrackdec name=csdtrack overlay=draw "
+        f"location={command.quoted(str(options.tracks))} ! videoconvert ! {options.sink}")
     fit = Fit(runner, run, options.tracks)
     run.play(options.video, options.seconds, harmless=("window was closed",))
     fit.end()

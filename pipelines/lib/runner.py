@@ -19,20 +19,22 @@ from gi.repository import GLib, Gst  # noqa: E402
 
 Gst.init(None)
 
-# What rtspsrc says of a sender that has ended without a word of farewell, and of a connection that was reset or timed out, or that it could not
-# make again.
+# What rtspsrc says of a sender that has ended without a word of farewell, and of a connection that
+# was reset or timed out, or that it could not make again.
 GONE = ("The server closed the connection",)
 LOST = ("Could not receive message", "Could not connect to server")
 
 PATIENCE = 3  # seconds for the source to end, once it was told to
-END = 10  # seconds in which nothing has moved, after which what is still in the pipeline is given up
+# seconds in which nothing has moved, after which what is still in the pipeline is given up
+END = 10
 
 
 def configure(track, preset, properties, wished):
     """A preset, then these properties, then what the user wishes: [(name, value)]. Raises command.Misuse, and
     command.Failure where it can't start."""
     if preset and not track.load_preset(preset):
-        raise command.Misuse(f"there is no preset '{preset}': {', '.join(track.get_preset_names())}")
+        raise command.Misuse(
+            f"there is no preset '{preset}': {', '.join(track.get_preset_names())}")
     for name, value in [*properties.items(), *wished]:
         set_from_text(track, name, value)
     check_start(track)
@@ -42,9 +44,11 @@ def say_cost(track, came=None):
     """`came`: how many frames there were, where not each was tracked."""
     stats = track.get_property("stats")
     frames = stats.get_value("frames")
-    tracked = f"{frames} frames" if came in (None, frames) else f"{frames} of {came} frames were tracked"
-    command.told(f"{tracked}; tracking cost {stats.get_value('time-p50') / 1e6:.1f} ms a frame (p50), "
-                 f"{stats.get_value('time-p95') / 1e6:.1f} ms (p95)", sys.stdout)
+    tracked = f"{frames} frames" if came in (None,
+                                             frames) else f"{frames} of {came} frames were tracked"
+    command.told(
+        f"{tracked}; tracking cost {stats.get_value('time-p50') / 1e6:.1f} ms a frame (p50), "
+        f"{stats.get_value('time-p95') / 1e6:.1f} ms (p95)", sys.stdout)
 
 
 def says(text, parts):
@@ -86,9 +90,11 @@ class Run:
         lost; with `through`, the element that all pictures come through, also at any error before that. Raises command.Failure, also if no
         picture comes from the source. `leaky`: the queues that drop frames if the source is live, for what is old is of no use then. A file is
         read faster than it is shown: of that they would drop most."""
-        self._source, self._harmless, self._through, self._seconds = str(source), harmless, through, seconds
+        self._source, self._harmless, self._through, self._seconds = str(
+            source), harmless, through, seconds
         for name in self._counts:
-            self.element(name).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._count, name)
+            self.element(name).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER,
+                                                                self._count, name)
 
         self._give_signs()
 
@@ -111,8 +117,9 @@ class Run:
             self.live = True
             for name in leaky:
                 self.element(name).set_property("leaky", "downstream")
-        # Else when it says that it is paused: a GstBin that is told to play before may forget that it does, and then never tells that the
-        # stream has ended (GStreamer 1.22; gst-launch-1.0 stood still 8 of 20 times on a busy machine).
+        # Else when it says that it is paused: a GstBin that is told to play before may forget that
+        # it does, and then never tells that the stream has ended (GStreamer 1.22; gst-launch-1.0
+        # stood still 8 of 20 times on a busy machine).
         if paused != Gst.StateChangeReturn.ASYNC:
             self.pipeline.set_state(Gst.State.PLAYING)
         try:
@@ -143,7 +150,8 @@ class Run:
                 supervisor.tell("WATCHDOG=1")
             return GLib.SOURCE_CONTINUE
 
-        self.element(self._through or next(iter(self._counts))).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, count)
+        self.element(self._through or next(iter(self._counts))).get_static_pad("sink").add_probe(
+            Gst.PadProbeType.BUFFER, count)
         if interval := supervisor.interval():
             GLib.timeout_add(interval, tell)
 
@@ -160,7 +168,8 @@ class Run:
     def _elements(self):
         """All that are no bins."""
         found = []
-        self.pipeline.iterate_recurse().foreach(lambda element: isinstance(element, Gst.Bin) or found.append(element))
+        self.pipeline.iterate_recurse().foreach(
+            lambda element: isinstance(element, Gst.Bin) or found.append(element))
         return found
 
     def _cut(self):
@@ -169,9 +178,11 @@ class Run:
         for element in self._elements():
             if all(pad.mode == Gst.PadMode.PULL for pad in element.sinkpads):
                 for pad in element.srcpads:
-                    if pad.mode == Gst.PadMode.PUSH and not pad.get_sticky_event(Gst.EventType.EOS, 0):
+                    if pad.mode == Gst.PadMode.PUSH and not pad.get_sticky_event(
+                            Gst.EventType.EOS, 0):
                         # It waits until the buffer is taken that is just given away.
-                        threading.Thread(target=pad.push_event, args=(Gst.Event.new_eos(),), daemon=True).start()
+                        threading.Thread(target=pad.push_event, args=(Gst.Event.new_eos(), ),
+                                         daemon=True).start()
         return GLib.SOURCE_REMOVE
 
     def _drain(self):
@@ -205,7 +216,8 @@ class Run:
         return GLib.SOURCE_CONTINUE
 
     def fail(self, text, sources_fault=True):
-        self._failure = self._failure or (f"{self._source}: {text}" if self._source and sources_fault else text)
+        self._failure = self._failure or (f"{self._source}: {text}"
+                                          if self._source and sources_fault else text)
         self._loop.quit()
 
     def _count(self, _pad, _info, name):
@@ -229,9 +241,12 @@ class Run:
             if says(debug, GONE):
                 if not self.frames:
                     self.fail("the connection ended before a picture came")
-            elif warning.matches(Gst.ParseError.quark(), Gst.ParseError.DELAYED_LINK) and not self.frames:
+            elif warning.matches(Gst.ParseError.quark(),
+                                 Gst.ParseError.DELAYED_LINK) and not self.frames:
                 self._no_picture(message.src)
-            elif warning.matches(Gst.StreamError.quark(), Gst.StreamError.CODEC_NOT_FOUND) and not re.search("'(video|image)/", text):
+            elif warning.matches(
+                    Gst.StreamError.quark(),
+                    Gst.StreamError.CODEC_NOT_FOUND) and not re.search("'(video|image)/", text):
                 pass  # sound and the like, which nobody asked for
             # Once: a window that is too slow says every second that it is.
             elif text not in self.warnings:
@@ -241,8 +256,10 @@ class Run:
     def _no_picture(self, decoder):
         """Of what this decodebin has found nothing could be linked."""
         source = decoder.sinkpads and decoder.sinkpads[0].get_peer().get_parent_element()
-        place = source.get_property("location") if source and source.find_property("location") else self._source
-        self.fail(f"'{place}' has no picture in it that can be decoded here: give a video", sources_fault=False)
+        place = source.get_property(
+            "location") if source and source.find_property("location") else self._source
+        self.fail(f"'{place}' has no picture in it that can be decoded here: give a video",
+                  sources_fault=False)
 
     def _error(self, element, error, debug):
         text = one_line(error.message)
@@ -262,13 +279,20 @@ class Run:
             self.fail(NO_VIDEO)
         elif factory and factory.get_name() == "filesrc":
             place = element.get_property("location")
-            self.fail(text if place in text else f"'{place}' can't be read: {text}", sources_fault=False)
+            self.fail(text if place in text else f"'{place}' can't be read: {text}",
+                      sources_fault=False)
         elif factory and factory.get_name() == "filesink":
-            self.fail(str(command.of_filesink(element.get_property("location"), error, debug)), sources_fault=False)
+            self.fail(str(command.of_filesink(element.get_property("location"), error, debug)),
+                      sources_fault=False)
         elif factory and factory.get_name() == "csdtrackdec" and element.get_property("location"):
-            self.fail(text.partition(" Set location ")[0].rstrip(".") + ": give a .jsonl file that csdtrackenc wrote", sources_fault=False)
-        elif not self.frames and not element.sinkpads and ("streaming stopped" in (debug or "") or says(text, ("Could not open resource",))):
-            self.fail("nothing can be read from it: is it there?")  # that is all that souphttpsrc and rtspsrc say of a server that isn't
+            self.fail(
+                text.partition(" Set location ")[0].rstrip(".") +
+                ": give a .jsonl file that csdtrackenc wrote", sources_fault=False)
+        elif not self.frames and not element.sinkpads and ("streaming stopped" in (debug or "") or
+                                                           says(text,
+                                                                ("Could not open resource", ))):
+            # that is all that souphttpsrc and rtspsrc say of a server that isn't
+            self.fail("nothing can be read from it: is it there?")
         else:
             self.fail(f"{text} ({element.get_name()})")
 

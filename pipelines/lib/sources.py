@@ -22,12 +22,14 @@ SOURCE is one of
 def begin(text):
     """The begin of the pipeline, up to raw video. Raises command.Failure, and command.Misuse of what is no source anywhere."""
     kind, _, rest = text.partition(":")
-    if os.path.exists(text) and stat.S_ISFIFO(os.stat(text).st_mode):  # also /dev/fd/63, as bash calls <(…)
+    # also /dev/fd/63, as bash calls <(…)
+    if os.path.exists(text) and stat.S_ISFIFO(os.stat(text).st_mode):
         raise command.Failure(f"'{text}' {command.PIPE}")
     if text.startswith("/dev/"):
         if not os.path.exists(text):
             there = sorted(str(p) for p in pathlib.Path("/dev").glob("video*"))
-            raise command.Failure(f"there is no device {text}: " + (f"there are {', '.join(there)}" if there else "no camera is connected"))
+            raise command.Failure(f"there is no device {text}: " + (
+                f"there are {', '.join(there)}" if there else "no camera is connected"))
         if not stat.S_ISCHR(os.stat(text).st_mode):
             raise command.Failure(f"{text} is no camera")
         return f"v4l2src device={command.quoted(text)} ! decodebin"
@@ -39,7 +41,8 @@ def begin(text):
         import properties  # GStreamer, which no other source needs here
         scenarios = properties.choices(properties.Gst.ElementFactory.make("csdsimsrc"), "scenario")
         if (rest or "mixed") not in scenarios:
-            raise command.Misuse(f"there is no simulate:{rest}: the scenarios are {', '.join(scenarios)}")
+            raise command.Misuse(
+                f"there is no simulate:{rest}: the scenarios are {', '.join(scenarios)}")
         return f"csdsimsrc is-live=true scenario={rest or 'mixed'} ! video/x-raw,width=640,height=480,framerate=25/1"
     if kind == "test":
         if rest not in ("UYVY", "v210"):

@@ -35,13 +35,17 @@ SIDES = ("left", "right")
 
 
 def parse(arguments):
-    parser = argparse.ArgumentParser(prog="pipelines/stereo", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
-                                     description="Tracks points on the tissue in the left and the right picture, by one clock.")
+    parser = argparse.ArgumentParser(
+        prog="pipelines/stereo", formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=EPILOG,
+        description="Tracks points on the tissue in the left and the right picture, by one clock.")
     parser.add_argument("left", metavar="LEFT", help="where the left picture comes from")
     parser.add_argument("right", metavar="RIGHT", help="where the right picture comes from")
     parser.add_argument("out", type=pathlib.Path, metavar="OUT", help="the folder of the tracks")
-    parser.add_argument("--display", metavar="SINK", help="also a window, both side by side; without =SINK autovideosink")
-    parser.add_argument("--preset", default="live-low-latency", metavar="NAME", help="of csdtrack (live-low-latency)")
+    parser.add_argument("--display", metavar="SINK",
+                        help="also a window, both side by side; without =SINK autovideosink")
+    parser.add_argument("--preset", default="live-low-latency", metavar="NAME",
+                        help="of csdtrack (live-low-latency)")
     parser.add_argument("--seconds", type=command.positive, metavar="N", help="end after so long")
     command.add_common(parser)
     options = parser.parse_args(arguments)
@@ -64,7 +68,8 @@ def main():
     command.check_window(options.display, "--display")
     with command.folders(options.out):
         for side in SIDES:
-            command.refuse_written(file(options, side))  # again: a run that ended just now may have written them
+            # again: a run that ended just now may have written them
+            command.refuse_written(file(options, side))
         stereo(options, begins)
 
 
@@ -82,17 +87,24 @@ def stereo(options, begins):
         text += f"compositor name=both ! videoconvert ! {options.display}"
     run = runner.Run("stereo", text, counted=tuple(begins))
     for side in begins:
-        runner.configure(run.element(side), options.preset, {"overlay": "draw" if options.display else "none"}, options.set)
+        runner.configure(run.element(side), options.preset,
+                         {"overlay": "draw" if options.display else "none"}, options.set)
 
     def lay_out(pad, _spec):
         if pad.get_current_caps():
-            run.element("both").get_static_pad("sink_1").set_property("xpos", first_structure(pad.get_current_caps()).get_int("width").value)
+            run.element("both").get_static_pad("sink_1").set_property(
+                "xpos",
+                first_structure(pad.get_current_caps()).get_int("width").value)
 
     if options.display:
         run.element("left").get_static_pad("src").connect("notify::caps", lay_out)
     # -show: a side whose picture waits for the other's in the window is tracked on.
-    leaky = [f"{side}-{queue}" for side in begins for queue in (["in", "show"] if options.display else ["in"])]
-    run.play(f"{options.left}, {options.right}", options.seconds, harmless=("window was closed",), leaky=leaky)
+    leaky = [
+        f"{side}-{queue}" for side in begins
+        for queue in (["in", "show"] if options.display else ["in"])
+    ]
+    run.play(f"{options.left}, {options.right}", options.seconds, harmless=("window was closed", ),
+             leaky=leaky)
     for side in begins:
         command.told(f"{side}: ", sys.stdout, end="")
         runner.say_cost(run.element(side))

@@ -44,18 +44,33 @@ HELD = 10**9    # ns that are held for a network which takes nothing
 
 
 def parse(arguments):
-    parser = argparse.ArgumentParser(prog="pipelines/stream", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
-                                     description="Serves video, and the tracks of points on the tissue in it, by RTSP.")
-    parser.add_argument("source", nargs="?", default="simulate", metavar="SOURCE", help="where the picture comes from (simulate)")
-    parser.add_argument("--address", default="127.0.0.1", metavar="IP", help="of this machine, where it is served (127.0.0.1)")
-    parser.add_argument("--port", type=int, default=8554, metavar="N", help="where it is served (8554; 0: any that is free)")
+    parser = argparse.ArgumentParser(
+        prog="pipelines/stream", formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=EPILOG,
+        description="Serves video, and the tracks of points on the tissue in it, by RTSP.")
+    parser.add_argument("source", nargs="?", default="simulate", metavar="SOURCE",
+                        help="where the picture comes from (simulate)")
+    parser.add_argument("--address", default="127.0.0.1", metavar="IP",
+                        help="of this machine, where it is served (127.0.0.1)")
+    parser.add_argument("--port", type=int, default=8554, metavar="N",
+                        help="where it is served (8554; 0: any that is free)")
     parser.add_argument("--path", default="csdtrack", metavar="NAME", help="of the URL (csdtrack)")
-    parser.add_argument("--web", type=int, metavar="PORT", help="also serve a page to look at, with the points to click; --web=PORT: there (8080; 0: any that is free)")
-    parser.add_argument("--bitrate", type=int, default=4000, metavar="KBIT", help="of the video, kbit/s (4000)")
-    parser.add_argument("--klv", action="store_true", help="send the tracks as KLV (SMPTE 336), not as X-GST")
-    parser.add_argument("--overlay", action="store_true", help="draw the tracks into the picture that is served")
-    parser.add_argument("--tracks", type=pathlib.Path, metavar="FILE", help="also write the tracks here, a line of JSON a frame; one that holds some already is refused")
-    parser.add_argument("--preset", default="live-low-latency", metavar="NAME", help="of csdtrack (live-low-latency)")
+    parser.add_argument(
+        "--web", type=int, metavar="PORT", help=
+        "also serve a page to look at, with the points to click; --web=PORT: there (8080; 0: any that is free)"
+    )
+    parser.add_argument("--bitrate", type=int, default=4000, metavar="KBIT",
+                        help="of the video, kbit/s (4000)")
+    parser.add_argument("--klv", action="store_true",
+                        help="send the tracks as KLV (SMPTE 336), not as X-GST")
+    parser.add_argument("--overlay", action="store_true",
+                        help="draw the tracks into the picture that is served")
+    parser.add_argument(
+        "--tracks", type=pathlib.Path, metavar="FILE", help=
+        "also write the tracks here, a line of JSON a frame; one that holds some already is refused"
+    )
+    parser.add_argument("--preset", default="live-low-latency", metavar="NAME",
+                        help="of csdtrack (live-low-latency)")
     parser.add_argument("--seconds", type=command.positive, metavar="N", help="end after so long")
     command.add_common(parser)
     options = parser.parse_args(arguments)
@@ -84,7 +99,8 @@ class Session:
         element = media.get_element()
         self._sources = {name: element.get_by_name(name) for name in ("video", "tracks")}
         self._described = self._played = False
-        self._begin = None  # running times, of this program's pipeline and of the session's, that are one
+        # running times, of this program's pipeline and of the session's, that are one
+        self._begin = None
         self._waits = True  # video, for a keyframe
         self._ask_keyframe = ask_keyframe
         media.connect("prepared", self._prepared)
@@ -112,7 +128,8 @@ class Session:
             self._waits = out or self._waits and buffer.has_flags(Gst.BufferFlags.DELTA_UNIT)
         if out or name == "video" and self._waits:
             return
-        buffer = buffer.copy_deep()  # what copy() gives gst-python 1.26 takes for another's, and lets no time be set
+        # what copy() gives gst-python 1.26 takes for another's, and lets no time be set
+        buffer = buffer.copy_deep()
         buffer.pts, buffer.dts = time - self._begin[0] + self._begin[1], Gst.CLOCK_TIME_NONE
         source.emit("push-sample", Gst.Sample.new(buffer, sample.get_caps(), None, None))
 
@@ -131,8 +148,10 @@ class Server:
         self._server.set_service(str(options.port))
         factory = GstRtspServer.RTSPMediaFactory()
         source = "appsrc is-live=true format=time block=false max-bytes=0"
-        factory.set_launch(f"( {source} name=video ! h264parse ! rtph264pay name=pay0 pt=96 config-interval=-1 "
-                           f"{source} name=tracks ! {'rtpklvpay' if options.klv else 'rtpgstpay'} name=pay1 pt=97 )")
+        factory.set_launch(
+            f"( {source} name=video ! h264parse ! rtph264pay name=pay0 pt=96 config-interval=-1 "
+            f"{source} name=tracks ! {'rtpklvpay' if options.klv else 'rtpgstpay'} name=pay1 pt=97 )"
+        )
         factory.set_shared(True)
         factory.connect("media-configure", self._begin)
         self._server.get_mount_points().add_factory(f"/{options.path}", factory)
@@ -141,7 +160,8 @@ class Server:
         """The port, or None if it can't be had."""
         if not self._server.attach(None):
             return None
-        # A client over UDP that dies says nothing: its session ends when it has not been heard of for a minute.
+        # A client over UDP that dies says nothing: its session ends when it has not been heard of
+        # for a minute.
         self._every(SWEEP, lambda: self._server.get_session_pool().cleanup() >= 0)
         return self._server.get_bound_port()
 
@@ -175,10 +195,13 @@ def main():
         runner.gi.require_version("GstVideo", "1.0")
         runner.gi.require_version("GstRtspServer", "1.0")
     except ValueError as error:
-        raise command.Failure("there is no GStreamer RTSP server: install gir1.2-gst-rtsp-server-1.0, or leave out --no-install") from error
+        raise command.Failure(
+            "there is no GStreamer RTSP server: install gir1.2-gst-rtsp-server-1.0, or leave out --no-install"
+        ) from error
     from gi.repository import GstRtspServer, GstVideo
     sink = "appsink sync=true emit-signals=true max-buffers=3"
-    # Frames are dropped before tracking only (`in`, if the source is live): each frame behind it has its line.
+    # Frames are dropped before tracking only (`in`, if the source is live): each frame behind it
+    # has its line.
     text = f"{begin} ! identity name=came ! {command.FRAMES} name=in {even.CROP} in. ! csdtrack name=csdtrack ! tee name=t " \
            f"t. ! {command.FRAMES} ! videoconvert ! x264enc tune=zerolatency speed-preset=veryfast bitrate={options.bitrate} key-int-max={KEYFRAMES} ! " \
            f"video/x-h264,profile=main ! h264parse ! video/x-h264,stream-format=avc,alignment=au ! {sink} name=video " \
@@ -186,24 +209,30 @@ def main():
     if options.tracks:
         text += f" l. ! csdtrackenc ! application/x-ndjson ! {command.LINES} leaky=downstream ! {command.lines_file(options.tracks)}"
     if options.web is not None:
-        # As soon as they are made: a click's point begins where the tissue is by the newest line, and of a file csdtrack is some frames ahead of what
-        # is shown. Not from `l`, whose thread waits for its other appsink.
+        # As soon as they are made: a click's point begins where the tissue is by the newest line,
+        # and of a file csdtrack is some frames ahead of what is shown. Not from `l`, whose thread
+        # waits for its other appsink.
         text += f" t. ! csdtrackenc ! application/x-ndjson ! {command.LINES} leaky=downstream ! " \
                 "appsink sync=false async=false emit-signals=true max-buffers=3 name=lines"
     run = runner.Run("stream", text)
     track = run.element("csdtrack")
-    runner.configure(track, options.preset, {"overlay": "draw" if options.overlay else "none"}, options.set)
-    even.crop(Gst, run, "stream", options.source, "came", "in", lambda _: (2, 2))  # profile=main is 4:2:0, whatever comes
+    runner.configure(track, options.preset, {"overlay": "draw" if options.overlay else "none"},
+                     options.set)
+    # profile=main is 4:2:0, whatever comes
+    even.crop(Gst, run, "stream", options.source, "came", "in", lambda _: (2, 2))
 
     def ask_keyframe():
-        run.element("video").get_static_pad("sink").push_event(GstVideo.video_event_new_upstream_force_key_unit(Gst.CLOCK_TIME_NONE, True, 0))
+        run.element("video").get_static_pad("sink").push_event(
+            GstVideo.video_event_new_upstream_force_key_unit(Gst.CLOCK_TIME_NONE, True, 0))
 
     server = Server(Gst, GstRtspServer, options, ask_keyframe, runner.GLib.timeout_add_seconds)
     port = server.attach()
     if not port:
-        raise command.Failure(f"can't serve at {options.address}, port {options.port}: it is taken, or the address is not this machine's; "
-                              "choose others with --address and --port")
-    page = web.Page(options.address, options.web, track, ask_keyframe) if options.web is not None else None
+        raise command.Failure(
+            f"can't serve at {options.address}, port {options.port}: it is taken, or the address is not this machine's; "
+            "choose others with --address and --port")
+    page = web.Page(options.address, options.web, track,
+                    ask_keyframe) if options.web is not None else None
 
     def sample(sink):
         got = sink.emit("pull-sample")

@@ -27,7 +27,8 @@ from gi.repository import GLib, GObject, Gst  # noqa: E402
 
 Gst.init(None)
 
-# Encoded sound that mp4mux takes: caps name and fields, and the parser that brings it into mp4's form.
+# Encoded sound that mp4mux takes: caps name and fields, and the parser that brings it into mp4's
+# form.
 COPIED = (
     ("audio/mpeg, mpegversion=(int)4", "aacparse"),
     ("audio/mpeg, mpegversion=(int)1, layer=(int)3", "mpegaudioparse"),
@@ -83,12 +84,15 @@ class Job:
             raise Failure(no_index(video))
         self._build(properties)
 
-    # ---- the pipeline ----------------------------------------------------------------------------------------------
+    # ---- the pipeline
+    # ----------------------------------------------------------------------------------------------
 
     def _make(self, factory, **properties):
         element = Gst.ElementFactory.make(factory)
         if element is None:
-            raise Failure(f"GStreamer has no element '{factory}': run without --no-install, or install its package")
+            raise Failure(
+                f"GStreamer has no element '{factory}': run without --no-install, or install its package"
+            )
         for name, value in properties.items():
             element.set_property(name.strip("_").replace("_", "-"), value)
         self.pipeline.add(element)
@@ -97,7 +101,9 @@ class Job:
     def _chain(self, *elements):
         for a, b in zip(elements, elements[1:]):
             if not a.link(b):
-                raise Failure(f"{a.get_factory().get_name()} and {b.get_factory().get_name()} do not fit together")
+                raise Failure(
+                    f"{a.get_factory().get_name()} and {b.get_factory().get_name()} do not fit together"
+                )
 
     def _build(self, properties):
         self.pipeline = Gst.Pipeline.new()
@@ -107,7 +113,8 @@ class Job:
         for assignment in properties:
             name, value = assignment.split("=", 1)
             if name in KEPT:
-                raise Misuse(f"{name} can't be set here, quickstart needs it as it is: leave that --set out")
+                raise Misuse(
+                    f"{name} can't be set here, quickstart needs it as it is: leave that --set out")
             set_from_text(self.track, name, value)
         check_start(self.track)
         if self.simulated:
@@ -124,11 +131,14 @@ class Job:
         Gst.util_set_object_arg(upright, "video-direction", "auto")
         encoder = self._encoder()
         self.mux = self._make("mp4mux")
-        # async=false: no sink waits for the others to start, for x264enc says nothing before its look-ahead is full.
+        # async=false: no sink waits for the others to start, for x264enc says nothing before its
+        # look-ahead is full.
         sink = self._make("filesink", location=str(self.folder / "overlay.mp4"), async_=False)
-        self._chain(tee, self._make("queue", max_size_buffers=4), self.crop, self._make("videoconvert"),
-                    self._make("videoscale"), self.size, upright, encoder, self._make("queue"), self.mux, sink)
-        texts = [("tracks.jsonl", "track", "application/x-ndjson"), ("tracks.csv", "track", "text/csv")]
+        self._chain(tee, self._make("queue", max_size_buffers=4), self.crop,
+                    self._make("videoconvert"), self._make("videoscale"), self.size, upright,
+                    encoder, self._make("queue"), self.mux, sink)
+        texts = [("tracks.jsonl", "track", "application/x-ndjson"),
+                 ("tracks.csv", "track", "text/csv")]
         if self.simulated:
             texts.append(("truth.jsonl", "truth", "application/x-ndjson"))
         for name, role, caps in texts:
@@ -159,11 +169,13 @@ class Job:
         self.track.set_property("points", "truth")
         caps = Gst.Caps.from_string(SIMULATED)
         _known, over, under = first_structure(caps).get_fraction("framerate")
-        self.duration = Gst.util_uint64_scale(source.get_property("num-buffers"), under * Gst.SECOND, over)
+        self.duration = Gst.util_uint64_scale(source.get_property("num-buffers"),
+                                              under * Gst.SECOND, over)
         tee = self._make("tee")
         self._chain(source, self._make("capsfilter", caps=caps), tee, self.track)
-        self._chain(tee, self._make("queue", max_size_buffers=4), self._make("videoconvert"), self._encoder(), self._make("queue"),
-                    self._make("mp4mux"), self._make("filesink", location=str(self.folder / "clean.mp4"), async_=False))
+        self._chain(tee, self._make("queue", max_size_buffers=4), self._make("videoconvert"),
+                    self._encoder(), self._make("queue"), self._make("mp4mux"),
+                    self._make("filesink", location=str(self.folder / "clean.mp4"), async_=False))
         self._feeds.append(tee.get_static_pad("sink"))
 
     def _decode(self):
@@ -176,7 +188,8 @@ class Job:
     def _decode_further(self, _decodebin, _pad, caps):
         """False where the sound, once parsed, can be copied into the mp4 as it is."""
         structure = first_structure(caps)
-        parsed = any(structure.has_field(f) and structure.get_boolean(f)[1] for f in ("framed", "parsed"))
+        parsed = any(
+            structure.has_field(f) and structure.get_boolean(f)[1] for f in ("framed", "parsed"))
         needs_parsing = structure.get_name() in ("audio/mpeg", "audio/x-ac3")
         return not (copied(caps) and (parsed or not needs_parsing))
 
@@ -195,13 +208,17 @@ class Job:
     def _feed(self, pad, element):
         sink = element.get_static_pad("sink")
         if pad.link(sink) != Gst.PadLinkReturn.OK:
-            raise Failure(f"'{self.video}' has a stream that can't be used: {pad.get_current_caps().to_string()}")
+            raise Failure(
+                f"'{self.video}' has a stream that can't be used: {pad.get_current_caps().to_string()}"
+            )
         self._feeds.append(sink)
 
     def _video_stream(self, pad, caps):
         known, over, under = first_structure(caps).get_fraction("pixel-aspect-ratio")
-        if known and (over <= 0 or under <= 0):  # avidemux makes -1/1 of some files, which no encoder takes
-            convert = self._make("capssetter", caps=Gst.Caps.from_string("video/x-raw, pixel-aspect-ratio=1/1"))
+        # avidemux makes -1/1 of some files, which no encoder takes
+        if known and (over <= 0 or under <= 0):
+            convert = self._make("capssetter",
+                                 caps=Gst.Caps.from_string("video/x-raw, pixel-aspect-ratio=1/1"))
         elif caps.can_intersect(self.track.get_static_pad("sink").query_caps(None)):
             return self._feed(pad, self.track)
         else:
@@ -216,11 +233,17 @@ class Job:
             chain = [self._make(parser[1])] if parser[1] else []
             self.sound.append("copied")
         else:
-            chain = [self._make("audioconvert"), self._make("audioresample"), self._make("avenc_aac", bitrate=160000),
-                     self._make("aacparse")]
+            chain = [
+                self._make("audioconvert"),
+                self._make("audioresample"),
+                self._make("avenc_aac", bitrate=160000),
+                self._make("aacparse")
+            ]
             self.sound.append("encoded as AAC")
-        # Sound waits for the encoder's look-ahead, which in a slow video is minutes: bounded by bytes alone.
-        chain.append(self._make("queue", max_size_time=0, max_size_buffers=0, max_size_bytes=64 << 20))
+        # Sound waits for the encoder's look-ahead, which in a slow video is minutes: bounded by
+        # bytes alone.
+        chain.append(
+            self._make("queue", max_size_time=0, max_size_buffers=0, max_size_bytes=64 << 20))
         self._chain(*chain, self.mux)
         self._feed(pad, chain[0])
         for element in reversed(chain):
@@ -229,8 +252,9 @@ class Job:
     def _streams_known(self, _decodebin):
         if not self.track.get_static_pad("sink").is_linked():
             if self._missing:
-                self._fail(f"'{self.video}' needs a {self._missing[0]} that this machine does not have: install it, or "
-                           "convert the video to H.264")
+                self._fail(
+                    f"'{self.video}' needs a {self._missing[0]} that this machine does not have: install it, or "
+                    "convert the video to H.264")
             else:
                 self._fail(f"'{self.video}' has no video stream: give a file with a picture")
 
@@ -246,12 +270,18 @@ class Job:
             width, height = structure.get_int("width")[1], structure.get_int("height")[1]
             self.picture = f"{width}×{height} {structure.get_string('format')}"
             if min(width, height) < 16:
-                self._fail(f"'{self.video}' has {width}×{height} pixels, and overlay.mp4 can't have fewer than 16×16")
-            # H.264 4:2:0 has even sizes only: the last column or row stays out of overlay.mp4, not out of the tracks.
+                self._fail(
+                    f"'{self.video}' has {width}×{height} pixels, and overlay.mp4 can't have fewer than 16×16"
+                )
+            # H.264 4:2:0 has even sizes only: the last column or row stays out of overlay.mp4, not
+            # out of the tracks.
             self.crop.set_property("right", width % 2)
             self.crop.set_property("bottom", height % 2)
-            self.size.set_property("caps", Gst.Caps.from_string(
-                f"video/x-raw, format=I420, width={max(2, width & ~1)}, height={max(2, height & ~1)}"))
+            self.size.set_property(
+                "caps",
+                Gst.Caps.from_string(
+                    f"video/x-raw, format=I420, width={max(2, width & ~1)}, height={max(2, height & ~1)}"
+                ))
         return Gst.PadProbeReturn.OK
 
     def _frame(self, pad, info):
@@ -264,7 +294,8 @@ class Job:
                 self.position = max(self.position, end)
         return Gst.PadProbeReturn.OK
 
-    # ---- running it ------------------------------------------------------------------------------------------------
+    # ---- running it
+    # ------------------------------------------------------------------------------------------------
 
     def run(self, progress):
         """Tracks the whole file. Raises Failure if nothing came of it."""
@@ -291,12 +322,14 @@ class Job:
             progress.done(self.frames)
 
     def _tick(self, progress):
-        # decodebin drops an error that comes while it plugs elements together (seen with qtdemux, 1 run in 10 of a file
-        # without an index), and then nothing ever happens.
+        # decodebin drops an error that comes while it plugs elements together (seen with qtdemux, 1
+        # run in 10 of a file without an index), and then nothing ever happens.
         if not self._feeds and not self._ending and time.monotonic() - self._started > SILENCE:
-            self._fail(f"'{self.video}' shows no stream: check that it plays, or convert it to H.264")
+            self._fail(
+                f"'{self.video}' shows no stream: check that it plays, or convert it to H.264")
         self._ask_duration()
-        known = self.duration and (self.position or not self.frames)  # frames may be without timestamps
+        # frames may be without timestamps
+        known = self.duration and (self.position or not self.frames)
         progress.show(self.position / self.duration if known else None, self.frames)
         return True
 
@@ -322,7 +355,8 @@ class Job:
         self._ending = True
         self.cut_short = why
         for pad in self._feeds:  # a pad takes an event only between two buffers, so this may wait
-            threading.Thread(target=pad.send_event, args=(Gst.Event.new_eos(),), daemon=True).start()
+            threading.Thread(target=pad.send_event, args=(Gst.Event.new_eos(), ),
+                             daemon=True).start()
         GLib.timeout_add_seconds(30, self._fail, "the files could not be closed: try again")
 
     def _message(self, _bus, message):
@@ -339,12 +373,13 @@ class Job:
         error, debug = message.parse_error()
         factory = message.src.get_factory() if isinstance(message.src, Gst.Element) else None
         name = factory.get_name() if factory else ""
-        text = explain(self.video, self.out, self.track.get_factory().get_name(), name, error, debug or "",
-                       self._missing)
+        text = explain(self.video, self.out,
+                       self.track.get_factory().get_name(), name, error, debug or "", self._missing)
         ours = name in ("filesink", "mp4mux", "x264enc", "csdsimsrc", "csdtrack", "csdtrackenc")
         if self.frames > 0 and not ours:
-            self._end(f"'{self.video}' is damaged from frame {self.frames} on ({error.message.rstrip('.')}): "
-                      "the tracks end there")
+            self._end(
+                f"'{self.video}' is damaged from frame {self.frames} on ({error.message.rstrip('.')}): "
+                "the tracks end there")
         elif not self._ending:
             self._fail(text)
 
@@ -374,8 +409,9 @@ def lacks_index(path):
 
 
 def no_index(video):
-    return (f"'{video}' has no index, its recording was cut off: repair it with a tool such as untrunc, and record "
-            "to .mkv or fragmented mp4")
+    return (
+        f"'{video}' has no index, its recording was cut off: repair it with a tool such as untrunc, and record "
+        "to .mkv or fragmented mp4")
 
 
 def copied(caps):
@@ -411,8 +447,9 @@ def breaks_off(video, position, duration):
     """What to say if the picture ends at `position` ns, well before what the file says of itself; else ""."""
     if not position or duration - position <= max(Gst.SECOND, duration // 50):
         return ""
-    return (f"'{video}' has a picture up to {position / Gst.SECOND:.1f} s only, and says that it lasts "
-            f"{duration / Gst.SECOND:.1f} s: is the file complete?")
+    return (
+        f"'{video}' has a picture up to {position / Gst.SECOND:.1f} s only, and says that it lasts "
+        f"{duration / Gst.SECOND:.1f} s: is the file complete?")
 
 
 def no_frame(video):
@@ -429,7 +466,8 @@ def explain(video, out, tracker, element, error, debug, missing):
         return f"{element}: {error.message}"
     if element == "qtdemux" and ("moov" in debug or "incomplete" in error.message):
         return no_index(video)
-    if element == "decodebin" and "without buffers" in debug:  # GStreamer 1.26; 1.22 ends such a file like any other
+    # GStreamer 1.26; 1.22 ends such a file like any other
+    if element == "decodebin" and "without buffers" in debug:
         return no_frame(video)
     if missing:
         return f"'{video}' needs a {missing[0]} that this machine does not have: install it, or convert the video to H.264"

@@ -25,14 +25,24 @@ import fragments
 from caps import first_structure
 
 HERE = pathlib.Path(__file__).resolve().parent
-REPORT = HERE.parents[1] / "core" / "programs" / "report" / "page"  # whose markers and colours these are
-FILES = {"/": (HERE / "web" / "index.html", "text/html"), "/live.js": (HERE / "web" / "live.js", "text/javascript"),
-         "/overlay.js": (REPORT / "overlay.js", "text/javascript"), "/report.css": (REPORT / "report.css", "text/css")}
+# whose markers and colours these are
+REPORT = HERE.parents[1] / "core" / "programs" / "report" / "page"
+FILES = {
+    "/": (HERE / "web" / "index.html", "text/html"),
+    "/live.js": (HERE / "web" / "live.js", "text/javascript"),
+    "/overlay.js": (REPORT / "overlay.js", "text/javascript"),
+    "/report.css": (REPORT / "report.css", "text/css")
+}
 HEADERS = {
-    # Nothing from elsewhere, and nobody else's page may show this one: a click there would be one here.
+    # Nothing from elsewhere, and nobody else's page may show this one: a click there would be one
+    # here.
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; media-src blob:; connect-src 'self'; "
-                               "base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
-    "Cross-Origin-Resource-Policy": "same-origin", "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer", "Cache-Control": "no-store"}
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store"
+}
 
 MOST = 16           # who look at a time
 CONNECTIONS = 64    # at a time
@@ -109,13 +119,15 @@ class Page:
         self._lock = threading.Lock()
         self._clients = set()
         self._lines = collections.OrderedDict()  # by time
-        self._caps = self._head = self._waiting = None  # the frame that waits for the next: that is how long it lasts
+        # the frame that waits for the next: that is how long it lasts
+        self._caps = self._head = self._waiting = None
         self._number = 0
         try:
             self._server = Server((address, port), self)
         except OSError as error:  # socket.gaierror is one
-            raise command.Failure(f"can't serve the page at {address}, port {port}: it is taken, or the address is not this machine's; "
-                                  "choose others with --address and --web=PORT") from error
+            raise command.Failure(
+                f"can't serve the page at {address}, port {port}: it is taken, or the address is not this machine's; "
+                "choose others with --address and --web=PORT") from error
         self.port = self._server.server_address[1]
         threading.Thread(target=self._server.serve_forever, daemon=True).start()
 
@@ -140,12 +152,16 @@ class Page:
         with self._lock:
             if caps.to_string() != self._caps:
                 self._describe(caps, time)
-            before, self._waiting = self._waiting, (time, keyframe, bytes_of(sample.get_buffer()) if self._clients else None)
+            before, self._waiting = self._waiting, (time, keyframe, bytes_of(sample.get_buffer())
+                                                    if self._clients else None)
             if not before or before[2] is None or time <= before[0]:
                 return
             begin, key, frame = before
             self._number += 1
-            content = record(b"V", begin, fragments.fragment(self._number & 0xffffffff, begin, min(time - begin, 0xffffffff), key, frame))
+            content = record(
+                b"V", begin,
+                fragments.fragment(self._number & 0xffffffff, begin, min(time - begin, 0xffffffff),
+                                   key, frame))
             for client in self._clients:
                 client.add(content, begin, key, self._head)
 
@@ -206,10 +222,17 @@ class Page:
             raise Refused(400, "outside the picture")
         # The tissue has moved on since that frame: as its nearest points have.
         then, now = self._features(clicked), self._features(newest)
-        both = [(then[i], now[i]) for i in then if i in now and then[i]["state"] in ("learning", "tracked") and now[i]["state"] in ("learning", "tracked")]
-        near = sorted(both, key=lambda pair: (pair[0]["x"] - x) ** 2 + (pair[0]["y"] - y) ** 2)[:NEIGHBOURS]
+        both = [(then[i], now[i])
+                for i in then
+                if i in now and then[i]["state"] in ("learning",
+                                                     "tracked") and now[i]["state"] in ("learning",
+                                                                                        "tracked")]
+        near = sorted(both, key=lambda pair: (pair[0]["x"] - x)**2 +
+                      (pair[0]["y"] - y)**2)[:NEIGHBOURS]
         if near:
-            x, y = (start + statistics.median(b[axis] - a[axis] for a, b in near) for axis, start in (("x", x), ("y", y)))
+            x, y = (start + statistics.median(b[axis] - a[axis]
+                                              for a, b in near)
+                    for axis, start in (("x", x), ("y", y)))
         added = self._track.emit("add-point", x, y)
         if added == 0xffffffff:
             raise Refused(409, "no more points can be added")
@@ -231,7 +254,8 @@ class Server(http.server.ThreadingHTTPServer):
         super().__init__(where[:2], Handler)
 
     def server_bind(self):
-        http.server.socketserver.TCPServer.server_bind(self)  # HTTPServer's asks for the machine's name, which may take long
+        # HTTPServer's asks for the machine's name, which may take long
+        http.server.socketserver.TCPServer.server_bind(self)
 
     def process_request(self, request, client_address):
         if not self._free.acquire(blocking=False):
@@ -278,7 +302,8 @@ class Handler(http.server.BaseHTTPRequestHandler):
         self.wfile.write(content)
 
     def _headers(self, kind):
-        self.send_header("Content-Type", f"{kind}; charset=utf-8" if kind.startswith("text/") else kind)
+        self.send_header("Content-Type",
+                         f"{kind}; charset=utf-8" if kind.startswith("text/") else kind)
         for name, value in HEADERS.items():
             self.send_header(name, value)
 
@@ -326,13 +351,16 @@ class Handler(http.server.BaseHTTPRequestHandler):
     def _post(self):
         if self.path != "/points":
             raise Refused(404, "there is no such page")
-        # A browser names the page that asks, and asks before another's page sends JSON, which nothing here permits.
+        # A browser names the page that asks, and asks before another's page sends JSON, which
+        # nothing here permits.
         origin = self.headers.get("Origin")
-        if origin is not None and origin.partition("://")[2] != self.headers["Host"] or self.headers.get_content_type() != "application/json":
+        if origin is not None and origin.partition("://")[2] != self.headers[
+                "Host"] or self.headers.get_content_type() != "application/json":
             raise Refused(403, "points are added from this page only")
         client = ipaddress.ip_address(self.client_address[0].partition("%")[0])
         if not (getattr(client, "ipv4_mapped", None) or client).is_loopback:
-            raise Refused(403, "points are added on the machine itself only, or through a tunnel to it")
+            raise Refused(403,
+                          "points are added on the machine itself only, or through a tunnel to it")
         length = self.headers.get("Content-Length", "")
         if not length.isdecimal() or len(length) > 9 or int(length) > REQUEST:
             raise Refused(400, "too long")
@@ -340,6 +368,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
             click = json.loads(self.rfile.read(int(length)))
         except ValueError as error:
             raise Refused(400, "no JSON") from error
-        if not isinstance(click, dict) or not all(type(value) in (int, float) for value in click.values()):
+        if not isinstance(click, dict) or not all(
+                type(value) in (int, float) for value in click.values()):
             raise Refused(400, "neither a point to add nor one to remove")
         self._send(200, "application/json", json.dumps(self.server.page.answer(click)).encode())

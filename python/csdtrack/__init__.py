@@ -14,7 +14,8 @@ from ._core import ALGORITHMS, STATES, __version__
 __all__ = ["ALGORITHMS", "STATES", "Tracker"]
 
 
-class Tracker(_core.Tracker):  # signatures are Python's, and so is what is said of arguments that don't fit them
+# signatures are Python's, and so is what is said of arguments that don't fit them
+class Tracker(_core.Tracker):
     """Tracks points on deforming tissue through the frames of one stream.
 
     All arguments are keywords, and those that the GStreamer element csdtrack has too, with "-" for "_", mean the same,
@@ -25,8 +26,9 @@ class Tracker(_core.Tracker):  # signatures are Python's, and so is what is said
 
     __slots__ = ()
 
-    def __init__(self, *, algorithm="csd", order="rgb", max_features=50, points=None, replenish=True, forget_after=10000000000,
-                 region=None, content_area="auto", patch_size=0, search_radius=0, training_time=500000000, learning="async",
+    def __init__(self, *, algorithm="csd", order="rgb", max_features=50, points=None,
+                 replenish=True, forget_after=10000000000, region=None, content_area="auto",
+                 patch_size=0, search_radius=0, training_time=500000000, learning="async",
                  n_threads=0, frame_budget=0, seed=1):
         """
         algorithm      one of csdtrack.ALGORITHMS
@@ -49,8 +51,9 @@ class Tracker(_core.Tracker):  # signatures are Python's, and so is what is said
 
         Raises TypeError and ValueError, which say what to write instead.
         """
-        super().__init__(algorithm, order, max_features, points, replenish, forget_after, region, content_area, patch_size,
-                         search_radius, training_time, learning, n_threads, frame_budget, seed)
+        super().__init__(algorithm, order, max_features, points, replenish, forget_after, region,
+                         content_area, patch_size, search_radius, training_time, learning,
+                         n_threads, frame_budget, seed)
 
     def process(self, frame, pts=None, duration=None, discont=False):
         """

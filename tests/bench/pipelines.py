@@ -31,16 +31,22 @@ def make_frames(count=32, height=None):
     """I420 frames of a texture with the contrast of tissue (standard deviation about 16), swaying by some pixels; scaled to `height` lines."""
     random = np.random.default_rng(5)
     noise = random.normal(size=(HEIGHT + 80, WIDTH + 80, 3)).astype(np.float32)
-    texture = 120 * cv2.GaussianBlur(noise, (0, 0), 3) + 250 * cv2.GaussianBlur(noise, (0, 0), 9) + (90, 100, 150)
+    texture = 120 * cv2.GaussianBlur(noise,
+                                     (0, 0), 3) + 250 * cv2.GaussianBlur(noise,
+                                                                         (0, 0), 9) + (90, 100, 150)
     frames = []
     for i in range(count):
         phase = 2 * np.pi * i / count
         shift = np.float32([[1, 0, -40 + 8 * np.sin(phase)], [0, 1, -40 + 5 * np.cos(phase)]])
-        moved = cv2.warpAffine(texture, shift, (WIDTH, HEIGHT)) + random.normal(scale=2, size=(HEIGHT, WIDTH, 3))
+        moved = cv2.warpAffine(texture, shift,
+                               (WIDTH, HEIGHT)) + random.normal(scale=2, size=(HEIGHT, WIDTH, 3))
         picture = np.clip(moved, 0, 255).astype(np.uint8)
         if height:
-            picture = cv2.resize(picture, (height * WIDTH // HEIGHT, height), interpolation=cv2.INTER_AREA if height < HEIGHT else cv2.INTER_CUBIC)
-        frames.append(Gst.Buffer.new_wrapped(cv2.cvtColor(picture, cv2.COLOR_BGR2YUV_I420).tobytes()))
+            picture = cv2.resize(
+                picture, (height * WIDTH // HEIGHT, height),
+                interpolation=cv2.INTER_AREA if height < HEIGHT else cv2.INTER_CUBIC)
+        frames.append(
+            Gst.Buffer.new_wrapped(cv2.cvtColor(picture, cv2.COLOR_BGR2YUV_I420).tobytes()))
     return frames
 
 
@@ -64,9 +70,11 @@ def stamped(frames, i):
 
 
 def wait(pipeline):
-    message = pipeline.get_bus().timed_pop_filtered(600 * Gst.SECOND, Gst.MessageType.EOS | Gst.MessageType.ERROR)
+    message = pipeline.get_bus().timed_pop_filtered(600 * Gst.SECOND,
+                                                    Gst.MessageType.EOS | Gst.MessageType.ERROR)
     if message is None or message.type == Gst.MessageType.ERROR:
-        raise SystemExit(message.parse_error()[0].message if message else "no end within ten minutes")
+        raise SystemExit(
+            message.parse_error()[0].message if message else "no end within ten minutes")
 
 
 def record(frames, element, count):
@@ -134,7 +142,8 @@ def times_to_stop(frames, properties, rounds):
     times, waiting = [], []
     for _ in range(rounds):
         pipeline = Gst.parse_launch(
-            f"appsrc name=in format=time block=true max-buffers=2 caps={CAPS} ! csdtrack name=t {properties} ! fakesink")
+            f"appsrc name=in format=time block=true max-buffers=2 caps={CAPS} ! csdtrack name=t {properties} ! fakesink"
+        )
         source, track = pipeline.get_by_name("in"), pipeline.get_by_name("t")
         pipeline.set_state(Gst.State.PLAYING)
         jobs, i = 0, 0
@@ -149,11 +158,16 @@ def times_to_stop(frames, properties, rounds):
 
 
 def end(frames, rounds):
-    print(f"end: milliseconds from PLAYING to NULL while learners are busy, {WIDTH}x{HEIGHT}, {rounds} times: p50 / p99 / most")
-    for properties in ("algorithm=csd max-features=1000", "algorithm=csd-2012 max-features=200", "algorithm=csd-2012 max-features=200 n-threads=4"):
+    print(
+        f"end: milliseconds from PLAYING to NULL while learners are busy, {WIDTH}x{HEIGHT}, {rounds} times: p50 / p99 / most"
+    )
+    for properties in ("algorithm=csd max-features=1000", "algorithm=csd-2012 max-features=200",
+                       "algorithm=csd-2012 max-features=200 n-threads=4"):
         times, waiting = times_to_stop(frames, properties, rounds)
         p50, p99 = np.percentile(times, (50, 99))
-        print(f"  {properties:50} {p50:6.1f} / {p99:6.1f} / {max(times):6.1f}, {min(waiting)} jobs and more waited")
+        print(
+            f"  {properties:50} {p50:6.1f} / {p99:6.1f} / {max(times):6.1f}, {min(waiting)} jobs and more waited"
+        )
 
 
 def processor_time(pipeline_text, sources, count):
@@ -185,8 +199,9 @@ def large(count, rounds):
     ways = {
         "csdtrack on 2160 lines": (f"{source('large')} ! csdtrack ! fakesink", ["large"]),
         "csdtrack on 540 lines": (f"{source('small')} ! csdtrack ! fakesink", ["small"]),
-        "the same ! csdtrackenc ! csdtrackdec": (f"{source('large')} ! csdtrackdec name=r ! fakesink {source('small')} ! csdtrack ! csdtrackenc ! "
-                                                 "application/x-ndjson ! r.text", ["large", "small"]),
+        "the same ! csdtrackenc ! csdtrackdec": (
+            f"{source('large')} ! csdtrackdec name=r ! fakesink {source('small')} ! csdtrack ! csdtrackenc ! "
+            "application/x-ndjson ! r.text", ["large", "small"]),
     }
     spent = {name: [] for name in ways}
     for _ in range(rounds):
@@ -213,12 +228,16 @@ def main():
     count, rounds, seconds = (30, 1, 1) if quick else (600, 5, 20)
 
     elements = {"without csdtrack": ""} | {
-        f"csdtrack algorithm={name}": f"csdtrack algorithm={name} !" for name in ("csd", "csd-2012", "lk")}
+        f"csdtrack algorithm={name}": f"csdtrack algorithm={name} !"
+        for name in ("csd", "csd-2012", "lk")
+    }
     for what, pictures in (("I420", frames), ("cholecystectomy.mp4", clip_frames())):
         if not pictures:
             print(f"record: no {what} in $CSDTRACK_CLIPS")
             continue
-        print(f"record: {WIDTH}x{HEIGHT} {what} ! x264enc speed-preset=veryfast, {count} frames, in alternation, medians of {rounds}")
+        print(
+            f"record: {WIDTH}x{HEIGHT} {what} ! x264enc speed-preset=veryfast, {count} frames, in alternation, medians of {rounds}"
+        )
         rates = {name: [] for name in elements}
         for _ in range(rounds):
             for name, element in elements.items():
@@ -226,12 +245,16 @@ def main():
         for name, values in rates.items():
             kept = statistics.median(r / b for r, b in zip(values, rates["without csdtrack"]))
             print(f"  {name:30} {statistics.median(values):7.1f} fps  {100 * kept:5.1f} % kept")
-    print(f"live: {WIDTH}x{HEIGHT} I420 at {RATE} fps ! x264enc speed-preset=veryfast tune=zerolatency, {seconds} s")
+    print(
+        f"live: {WIDTH}x{HEIGHT} I420 at {RATE} fps ! x264enc speed-preset=veryfast tune=zerolatency, {seconds} s"
+    )
     for name, element in elements.items():
         made, dropped = live(frames, element, seconds)
         print(f"  {name:30} {dropped:4} of {made} frames dropped at the source")
 
-    print("element: csdtrack's own time a frame, ms p50 / p95, algorithm=lk, 100 features (the rest is what is switched on)")
+    print(
+        "element: csdtrack's own time a frame, ms p50 / p95, algorithm=lk, 100 features (the rest is what is switched on)"
+    )
     base = "algorithm=lk max-features=100"
     for name, properties in (
             ("tracking alone", "attach-meta=false"),

@@ -6,6 +6,6 @@ import sys
 
 with open(sys.argv[1], newline="", encoding="utf-8") as file:
     for row in csv.DictReader(file, strict=True):
-        print(int(row["frame"]), row["pts"] and int(row["pts"]), row["stream_time"] and int(row["stream_time"]),
-              int(row["id"]), float(row["x"]), float(row["y"]), row["state"], float(row["confidence"]), row["fresh"],
-              len(row))
+        print(int(row["frame"]), row["pts"] and int(row["pts"]),
+              row["stream_time"] and int(row["stream_time"]), int(row["id"]), float(row["x"]),
+              float(row["y"]), row["state"], float(row["confidence"]), row["fresh"], len(row))

@@ -19,8 +19,9 @@ def tracks(buffer, name="GstCsdTrackMeta"):
         return None
     s = meta.get_structure()
     fields = {s.nth_field_name(i): s.get_value(s.nth_field_name(i)) for i in range(s.n_fields())}
-    fields["features"] = [{f.nth_field_name(i): f.get_value(f.nth_field_name(i)) for i in range(f.n_fields())}
-                          for f in fields["features"]]
+    fields["features"] = [{
+        f.nth_field_name(i): f.get_value(f.nth_field_name(i)) for i in range(f.n_fields())
+    } for f in fields["features"]]
     return fields
 
 

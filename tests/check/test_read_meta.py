@@ -14,8 +14,9 @@ buffer = Gst.Buffer.new()
 assert tracks(buffer) is None
 assert library.csd_check_attach(hash(buffer))
 expected = {
-    "schema": 1, "source": "csdtrack0", "algorithm": "csd-2012", "frame": 5000000000, "width": 64, "height": 48,
-    "tracked-width": 128, "tracked-height": 96, "features": [
-        {"id": 0, "x": 1.5, "y": -2.25, "state": "tracked", "confidence": 0.5, "fresh": True},
-        {"id": 4294967294, "x": 0.0, "y": 0.0, "state": "lost", "confidence": 0.0, "fresh": False}]}
+    "schema": 1, "source": "csdtrack0", "algorithm": "csd-2012", "frame": 5000000000, "width": 64,
+    "height": 48, "tracked-width": 128, "tracked-height": 96, "features": [{
+        "id": 0, "x": 1.5, "y": -2.25, "state": "tracked", "confidence": 0.5, "fresh": True
+    }, {"id": 4294967294, "x": 0.0, "y": 0.0, "state": "lost", "confidence": 0.0, "fresh": False}]
+}
 assert tracks(buffer) == expected, tracks(buffer)

@@ -18,7 +18,8 @@ def anchors(page):
 
 broken = []
 for page in [*root.glob('*.md'), *root.glob('docs/**/*.md')]:
-    for target, heading in re.findall(r'\]\((?!\w+:)([^)#\s]*)(?:#([^)]+))?\)', fence.sub('', page.read_text())):
+    for target, heading in re.findall(r'\]\((?!\w+:)([^)#\s]*)(?:#([^)]+))?\)',
+                                      fence.sub('', page.read_text())):
         file = (page.parent / target) if target else page
         if not file.exists() or heading and file.suffix == '.md' and heading not in anchors(file):
             broken.append(f'{page.relative_to(root)}: {target}{"#" + heading if heading else ""}')

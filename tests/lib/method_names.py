@@ -34,9 +34,11 @@ def missing(name, files):
 errors = []
 for number, line in enumerate(page.read_text().splitlines(), 1):
     cells = line.strip('|').split('|')
-    in_table = len(cells) == 4 and cells[2].strip().startswith('`')  # paper | what | file | function
+    # paper | what | file | function
+    in_table = len(cells) == 4 and cells[2].strip().startswith('`')
     stems = re.findall('`([^`]+)`', cells[2]) if in_table else []
-    files = find(*(f'core/{stem}.*' for stem in stems)) if in_table else find('core/**/*.*', 'gst/*.*')
+    files = find(
+        *(f'core/{stem}.*' for stem in stems)) if in_table else find('core/**/*.*', 'gst/*.*')
     for name in re.findall('`([^`]+)`', line):
         if '/' in name:  # a file, a program or a room, with or without its ending
             file = name.split()[0].removeprefix('build/').rstrip('/')

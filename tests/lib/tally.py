@@ -21,8 +21,10 @@ def cases(junit):
     found = {}
     if not junit.exists():
         return found
-    # Meson writes what a test printed as it came, such as the colours of GStreamer's log; XML allows no such characters.
-    text = re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]", "", junit.read_text(encoding="utf-8", errors="replace"))
+    # Meson writes what a test printed as it came, such as the colours of GStreamer's log; XML
+    # allows no such characters.
+    text = re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]", "",
+                  junit.read_text(encoding="utf-8", errors="replace"))
     for suite in xml.fromstring(text.encode()).iter("testsuite"):
         passed, failed, skipped = found.get(suite.get("name"), (0, [], 0))
         for case in suite.iter("testcase"):
@@ -43,7 +45,8 @@ def count(logs, name=""):
     for line in (logs / (stem + ".json")).read_text().splitlines():
         test = json.loads(line)
         title = test["name"].split(" / ")[-1]
-        key = f"csdtrack.{title}"  # the JUnit file's name of it; GoogleTest's suites come behind a further dot
+        # the JUnit file's name of it; GoogleTest's suites come behind a further dot
+        key = f"csdtrack.{title}"
         reported = [v for k, v in by_suite.items() if k == key or k.startswith(key + ".")]
         bad = test["result"] in ("FAIL", "TIMEOUT", "ERROR", "INTERRUPT", "UNEXPECTEDPASS")
         if not reported:

@@ -17,8 +17,9 @@ from harness import Gst
 
 class Adverse(harness.Case):
     def live(self, rest, element="csdtrack name=track max-features=5"):
-        run = harness.Run(f"videotestsrc name=source is-live=true pattern=ball ! "
-                          f"video/x-raw,format=GRAY8,width=160,height=120,framerate=50/1 ! {element} ! {rest}")
+        run = harness.Run(
+            f"videotestsrc name=source is-live=true pattern=ball ! "
+            f"video/x-raw,format=GRAY8,width=160,height=120,framerate=50/1 ! {element} ! {rest}")
         self.addCleanup(run.pipeline.set_state, Gst.State.NULL)
         return run
 
@@ -57,7 +58,8 @@ class Adverse(harness.Case):
         numbers = run.collect("out", lambda buffer: buffer.offset)
         run.pipeline.set_state(Gst.State.PLAYING)
         self.wait_for(lambda: len(numbers) > 10, "frames")
-        run.element("out").get_static_pad("sink").add_probe(Gst.PadProbeType.BLOCK_DOWNSTREAM, lambda *_: Gst.PadProbeReturn.OK)
+        run.element("out").get_static_pad("sink").add_probe(Gst.PadProbeType.BLOCK_DOWNSTREAM,
+                                                            lambda *_: Gst.PadProbeReturn.OK)
         time.sleep(0.2)
         self.stop(run)
 
@@ -65,9 +67,15 @@ class Adverse(harness.Case):
         """What comes behind them is marked as a cut is, by identity as by a leaky queue."""
         def claimed(dropped):
             tracks = self.tmp / "tracks.jsonl"
-            harness.play("csdsimsrc num-buffers=200 seed=7 ! video/x-raw,width=320,height=240 ! "
-                         f"identity drop-probability={dropped} ! csdtrack max-features=20 ! csdtrackenc ! filesink location={tracks}")
-            states = [feature["state"] for line in harness.read_lines(tracks) for feature in line["features"]]
+            harness.play(
+                "csdsimsrc num-buffers=200 seed=7 ! video/x-raw,width=320,height=240 ! "
+                f"identity drop-probability={dropped} ! csdtrack max-features=20 ! csdtrackenc ! filesink location={tracks}"
+            )
+            states = [
+                feature["state"]
+                for line in harness.read_lines(tracks)
+                for feature in line["features"]
+            ]
             return sum(state in harness.CLAIMS for state in states) / len(states)
 
         whole = claimed(0)
@@ -80,7 +88,8 @@ class Adverse(harness.Case):
         run.pipeline.use_clock(clock)
         seen = run.collect("out", lambda buffer: (buffer.offset, buffer.pts))
         run.pipeline.set_state(Gst.State.PLAYING)
-        for ahead in (3600, -1800, 1):  # seconds; a clock never goes back: it stands until it has made up for them
+        # seconds; a clock never goes back: it stands until it has made up for them
+        for ahead in (3600, -1800, 1):
             count = len(seen)
             self.wait_for(lambda: len(seen) > count + 10, f"frames before a jump by {ahead} s")
             internal, external, rate, per = clock.get_calibration()
@@ -99,9 +108,10 @@ class Adverse(harness.Case):
     def test_a_reader_that_goes_away_takes_its_branch_alone(self):
         """The tracks go into a pipe and to a socket whose readers close: with an isolating sink the frames go on."""
         pipe, to_pipe = os.pipe()
-        run = self.live(f"tee name=t t. ! queue ! fakesink name=out t. ! queue ! csdtrackenc ! tee name=l "
-                        f"l. ! queue leaky=downstream ! appsink name=lines emit-signals=true sync=false "
-                        f"l. ! queue leaky=downstream ! multifdsink name=pipe")
+        run = self.live(
+            f"tee name=t t. ! queue ! fakesink name=out t. ! queue ! csdtrackenc ! tee name=l "
+            f"l. ! queue leaky=downstream ! appsink name=lines emit-signals=true sync=false "
+            f"l. ! queue leaky=downstream ! multifdsink name=pipe")
         numbers = run.collect("out", lambda buffer: buffer.offset)
         lines = []
 
@@ -128,12 +138,16 @@ class Adverse(harness.Case):
     def test_a_decoder_that_never_comes_back_holds_no_simulator(self):
         # In a process of its own, which ends with the decoder's thread still at work.
         picture = self.tmp / "hang.jpg"
-        picture.write_bytes(bytes.fromhex("ffd8ffd80000ffe1000861626364ffc40000"))  # GStreamer 1.22's jpegdec
-        program = ("import os, sys, gi; gi.require_version('Gst', '1.0'); from gi.repository import Gst; Gst.init(None)\n"
-                   "source = Gst.ElementFactory.make('csdsimsrc'); source.props.texture = sys.argv[1]\n"
-                   "print(source.set_state(Gst.State.PAUSED).value_nick, source.set_state(Gst.State.NULL).value_nick, flush=True)\n"
-                   "os._exit(0)\n")
-        done = subprocess.run([sys.executable, "-c", program, str(picture)], capture_output=True, text=True, timeout=harness.HANGS, check=False)
+        # GStreamer 1.22's jpegdec
+        picture.write_bytes(bytes.fromhex("ffd8ffd80000ffe1000861626364ffc40000"))
+        program = (
+            "import os, sys, gi; gi.require_version('Gst', '1.0'); from gi.repository import Gst; Gst.init(None)\n"
+            "source = Gst.ElementFactory.make('csdsimsrc'); source.props.texture = sys.argv[1]\n"
+            "print(source.set_state(Gst.State.PAUSED).value_nick, source.set_state(Gst.State.NULL).value_nick, flush=True)\n"
+            "os._exit(0)\n")
+        done = subprocess.run(
+            [sys.executable, "-c", program, str(picture)], capture_output=True, text=True,
+            timeout=harness.HANGS, check=False)
         self.assertEqual(done.stdout, "failure success\n", done.stderr)
 
 

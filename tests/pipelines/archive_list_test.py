@@ -15,8 +15,11 @@ SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
 
 
 def run(*arguments, cwd=None, **environment):
-    return subprocess.run([SOURCE / "pipelines" / "archive", "--no-install", "--set", "max-features=8", *map(str, arguments)], capture_output=True, text=True,
-                          stdin=subprocess.DEVNULL, timeout=300, cwd=cwd, env={**os.environ, "CSDTRACK_BUILD": str(BUILD), **environment})
+    return subprocess.run([
+        SOURCE / "pipelines" / "archive", "--no-install", "--set", "max-features=8",
+        *map(str, arguments)
+    ], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300, cwd=cwd,
+                          env={**os.environ, "CSDTRACK_BUILD": str(BUILD), **environment})
 
 
 class List(harness.Case):
@@ -44,11 +47,16 @@ class List(harness.Case):
         (self.videos / "sub" / "loop").symlink_to("../..")  # where OUT is, too
         done = run(self.videos, self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(done.stderr, f"archive: left out, for it is '{self.videos}' again: '{self.videos}/sub/loop/videos'\n")
-        self.assertEqual(self.tracked(), {"one.mkv.jsonl", "sub/two.mkv.jsonl", "sub/loop/other.mkv.jsonl"})
+        self.assertEqual(
+            done.stderr,
+            f"archive: left out, for it is '{self.videos}' again: '{self.videos}/sub/loop/videos'\n"
+        )
+        self.assertEqual(self.tracked(),
+                         {"one.mkv.jsonl", "sub/two.mkv.jsonl", "sub/loop/other.mkv.jsonl"})
         before = {path: path.stat().st_mtime_ns for path in self.out.rglob("*.json*")}
         self.assertEqual(run(self.videos, self.out).returncode, 0)
-        self.assertEqual({path: path.stat().st_mtime_ns for path in self.out.rglob("*.json*")}, before)
+        self.assertEqual({path: path.stat().st_mtime_ns for path in self.out.rglob("*.json*")},
+                         before)
 
     def test_each_file_and_folder_once_by_its_own_name_before_a_links(self):
         self.put("videos/sub/two.mkv")
@@ -59,7 +67,10 @@ class List(harness.Case):
         (self.videos / "c.mkv").symlink_to("../away.mkv")
         done = run(self.videos, self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(done.stderr, f"archive: left out, for it is '{self.videos}/sub' again: '{self.videos}/a folder', and 2 more of the kind\n")
+        self.assertEqual(
+            done.stderr,
+            f"archive: left out, for it is '{self.videos}/sub' again: '{self.videos}/a folder', and 2 more of the kind\n"
+        )
         self.assertEqual(self.tracked(), {"sub/two.mkv.jsonl", "b.mkv.jsonl"})
         # Who names it, wants it; and a link to nothing is no other one's file.
         listed = self.home / "list"
@@ -68,7 +79,9 @@ class List(harness.Case):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertTrue((self.home / "of a list" / "videos" / "a.mkv.jsonl").exists())
         (self.videos / "d.mkv").symlink_to("nothing")
-        self.assertRegex(run(self.videos, self.out).stderr, "2 more of the kind\narchive: 1 of 3 videos not done")
+        self.assertRegex(
+            run(self.videos, self.out).stderr,
+            "2 more of the kind\narchive: 1 of 3 videos not done")
 
     def test_of_names_that_are_no_utf_8_a_sentence_says_so(self):
         self.put("videos/one.mkv")
@@ -79,20 +92,27 @@ class List(harness.Case):
         listed.write_bytes(b"videos/one.mkv\nb\xe9d/two.mkv\n")
         done = run(listed, self.out)
         self.assertEqual(done.returncode, 1)
-        self.assertIn(f"failed: b\\xe9d/two.mkv: '{self.home}/b\\xe9d/two.mkv' is no UTF-8: rename it\n", done.stdout)
+        self.assertIn(
+            f"failed: b\\xe9d/two.mkv: '{self.home}/b\\xe9d/two.mkv' is no UTF-8: rename it\n",
+            done.stdout)
         self.assertEqual(self.tracked(), {"videos/one.mkv.jsonl"})
         # The name is good, the folder that it is in is not.
         done = run(".", self.home / "of a folder", cwd=bad)
-        self.assertIn(f"failed: two.mkv: '{self.home}/b\\xe9d/two.mkv' is no UTF-8: rename it\n", done.stdout)
-        self.check_refused(run(self.videos, "new", cwd=bad), 2, f"archive: '{self.home}/b\\xe9d/new' is no UTF-8, ")
+        self.assertIn(f"failed: two.mkv: '{self.home}/b\\xe9d/two.mkv' is no UTF-8: rename it\n",
+                      done.stdout)
+        self.check_refused(run(self.videos, "new", cwd=bad), 2,
+                           f"archive: '{self.home}/b\\xe9d/new' is no UTF-8, ")
         self.assertEqual([path.name for path in bad.iterdir()], ["two.mkv"])
 
     def test_sound_and_pipes_are_named(self):
-        harness.play(f"audiotestsrc num-buffers=20 ! wavenc ! filesink location={self.videos}/sound.mkv")
+        harness.play(
+            f"audiotestsrc num-buffers=20 ! wavenc ! filesink location={self.videos}/sound.mkv")
         os.mkfifo(self.videos / "pipe.mkv")
         done = run(self.videos, self.out)
-        self.assertIn(f"failed: pipe.mkv: '{self.videos}/pipe.mkv' is no file but a pipe", done.stdout)
-        self.assertIn(f"failed: sound.mkv: '{self.videos}/sound.mkv' has no picture in it", done.stdout)
+        self.assertIn(f"failed: pipe.mkv: '{self.videos}/pipe.mkv' is no file but a pipe",
+                      done.stdout)
+        self.assertIn(f"failed: sound.mkv: '{self.videos}/sound.mkv' has no picture in it",
+                      done.stdout)
 
     def test_a_run_that_can_not_begin_leaves_nothing(self):
         out = self.home / "deep" / "out"
@@ -103,7 +123,8 @@ class List(harness.Case):
             self.assertRegex(done.stderr, words)
 
         self.put("videos/one.mkv")
-        ways = (("sub' names no video", self.videos / "sub"), ("none of the hosts", "--ssh", "nurse", self.videos))
+        ways = (("sub' names no video", self.videos / "sub"), ("none of the hosts", "--ssh",
+                                                               "nurse", self.videos))
         for way in ways:
             check(*way)
             self.assertEqual(list(self.home.iterdir()), [self.videos])
@@ -118,7 +139,8 @@ class List(harness.Case):
         self.assertEqual(list(out.parent.iterdir()), [out])
         self.assertEqual(run(self.videos, out).returncode, 0)
         check(*ways[0])
-        self.assertEqual({path.name for path in out.iterdir()}, {".archive", "index.sqlite", "one.mkv.json", "one.mkv.jsonl"})
+        self.assertEqual({path.name for path in out.iterdir()},
+                         {".archive", "index.sqlite", "one.mkv.json", "one.mkv.jsonl"})
 
 
 if __name__ == "__main__":

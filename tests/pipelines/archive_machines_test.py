@@ -35,8 +35,10 @@ class Machines(harness.Case):
 
     @classmethod
     def start(cls, out, *options, environment=None):
-        return subprocess.Popen([ARCHIVE, *OPTIONS, *options, cls.videos, out], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                text=True, env={**(environment or os.environ), "CSDTRACK_BUILD": str(BUILD)})
+        return subprocess.Popen([ARCHIVE, *OPTIONS, *options, cls.videos, out],
+                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, text=True,
+                                env={**(environment or os.environ), "CSDTRACK_BUILD": str(BUILD)})
 
     @classmethod
     def run_archive(cls, out, *options, environment=None):
@@ -66,7 +68,8 @@ class Machines(harness.Case):
         code, told, said = self.run_archive(self.out, *options, environment=environment)
         self.check_all_done(code, said)
         self.assertEqual(len(told.splitlines()), 1 + 3, told)
-        self.assertEqual({path: path.stat().st_mtime_ns for path in self.out.glob("*.json*")}, before)
+        self.assertEqual({path: path.stat().st_mtime_ns for path in self.out.glob("*.json*")},
+                         before)
 
     def test_over_ssh(self):
         server = machines.Ssh()
@@ -84,14 +87,16 @@ class Machines(harness.Case):
         logins = server.sessions()
         self.check_nothing_to_do("--ssh", "one,two", environment=environment)
         self.assertEqual(server.sessions(), logins)
-        code, _, said = self.run_archive(self.tmp / "nowhere", "--ssh", "gone", environment=environment)
+        code, _, said = self.run_archive(self.tmp / "nowhere", "--ssh", "gone",
+                                         environment=environment)
         self.assertEqual(code, 1)
         self.assertRegex(said, "\narchive: none of the hosts can do it")
 
     def test_over_ssh_it_ends_when_it_is_told_to(self):
         server = machines.Ssh()
         self.addCleanup(server.stop)
-        process = self.start(self.out, "--ssh", "one", environment={**os.environ, "PARALLEL_SSH": server.command})
+        process = self.start(self.out, "--ssh", "one",
+                             environment={**os.environ, "PARALLEL_SSH": server.command})
         job = machines.job_at_work(self.out, "long.mkv")
         process.terminate()
         self.assertEqual(process.wait(60), 130)
@@ -112,7 +117,8 @@ class Machines(harness.Case):
 
     def test_no_slurm(self):
         machines.need("sbatch", "squeue", "scontrol")
-        code, told, said = self.run_archive(self.out, "--slurm", environment={**os.environ, "SLURM_CONF": "/dev/null"})
+        code, told, said = self.run_archive(self.out, "--slurm",
+                                            environment={**os.environ, "SLURM_CONF": "/dev/null"})
         self.assertEqual((code, told), (1, ""))
         self.assertRegex(said, "^archive: no Slurm cluster answers here: .*\n$")
         self.assertFalse(self.out.exists())
@@ -122,11 +128,14 @@ class Machines(harness.Case):
         self.addCleanup(cluster.stop)
         process = self.start(self.out, "--slurm", environment=cluster.environment)
         job = machines.job_at_work(self.out, "long.mkv")
-        os.kill(job, signal.SIGSTOP)  # until the next run waits for it: it would be done within a second
+        # until the next run waits for it: it would be done within a second
+        os.kill(job, signal.SIGSTOP)
         process.terminate()
         _, said = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 130)
-        self.assertRegex(said, r"^archive: the cluster goes on: the same command follows it, 'scancel \d+' ends it\n")
+        self.assertRegex(
+            said,
+            r"^archive: the cluster goes on: the same command follows it, 'scancel \d+' ends it\n")
         self.assertTrue(pathlib.Path(f"/proc/{job}").exists())
         process = self.start(self.out, "--slurm", environment=cluster.environment)
         self.assertIn("an earlier run's jobs are still in the cluster", process.stdout.readline())

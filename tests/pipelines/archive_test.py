@@ -26,13 +26,14 @@ FEW = ("--set", "max-features=8")  # quick
 
 
 def start(*arguments):
-    return subprocess.Popen([ARCHIVE, "--no-install", *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                            text=True, env=ENVIRONMENT)
+    return subprocess.Popen([ARCHIVE, "--no-install", *map(str, arguments)],
+                            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                            stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
 
 
 def run(*arguments):
-    return subprocess.run([ARCHIVE, "--no-install", *map(str, arguments)], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300,
-                          env=ENVIRONMENT)
+    return subprocess.run([ARCHIVE, "--no-install", *map(str, arguments)], capture_output=True,
+                          text=True, stdin=subprocess.DEVNULL, timeout=300, env=ENVIRONMENT)
 
 
 def index(out):
@@ -43,12 +44,19 @@ def index(out):
 
 def files(out):
     """What was made, and of each file what would change if it were made again."""
-    return {str(path.relative_to(out)): (path.stat().st_ino, path.stat().st_mtime_ns) for path in out.rglob("*")
-            if path.is_file() and not path.is_relative_to(out / ".archive") and path.name != "index.sqlite"}
+    return {
+        str(path.relative_to(out)): (path.stat().st_ino, path.stat().st_mtime_ns)
+        for path in out.rglob("*")
+        if path.is_file() and not path.is_relative_to(out /
+                                                      ".archive") and path.name != "index.sqlite"
+    }
 
 
 def made_again(out, before):
-    return {name for name, mark in files(out).items() if name.endswith(".jsonl") and before.get(name) != mark}
+    return {
+        name for name, mark in files(out).items()
+        if name.endswith(".jsonl") and before.get(name) != mark
+    }
 
 
 class Archive(harness.Case):
@@ -80,28 +88,42 @@ class Archive(harness.Case):
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertRegex(done.stderr, "^archive: 1 of 4 videos not done: .*--list")
         rows = index(self.out)
-        self.assertEqual({name: row["status"] for name, row in rows.items()}, {**dict.fromkeys(self.good, "done"), "broken.mp4": "failed"})
-        self.assertRegex(rows["broken.mp4"]["error"], "broken.mp4' isn't a video that GStreamer knows: give a video file")
-        self.assertEqual(set(files(self.out)), {f"{name}.{kind}" for name in self.good for kind in ("json", "jsonl")} | {"broken.mp4.json"})
+        self.assertEqual({name: row["status"] for name, row in rows.items()},
+                         {**dict.fromkeys(self.good, "done"), "broken.mp4": "failed"})
+        self.assertRegex(rows["broken.mp4"]["error"],
+                         "broken.mp4' isn't a video that GStreamer knows: give a video file")
+        self.assertEqual(set(files(self.out)),
+                         {f"{name}.{kind}" for name in self.good
+                          for kind in ("json", "jsonl")} | {"broken.mp4.json"})
         for name, frames in self.good.items():
             row, tracks = rows[name], self.out / f"{name}.jsonl"
             lines = harness.read_lines(tracks)
             self.assertEqual(harness.decoded_frames(self.videos / name), frames)
             harness.check_tracks(self, lines, frames)
-            claims = [{f["id"] for f in line["features"] if f["state"] in harness.CLAIMS} for line in lines]
+            claims = [{f["id"]
+                       for f in line["features"]
+                       if f["state"] in harness.CLAIMS}
+                      for line in lines]
             self.assertGreater(len(claims[-1]), 20)
-            self.assertEqual((row["frames"], row["width"], row["height"], row["features"], row["claimed"], row["tracks_size"], row["note"], row["error"]),
-                             (frames, 320, 240, len(set().union(*claims)), sum(map(bool, claims)), tracks.stat().st_size, None, None))
+            self.assertEqual((row["frames"], row["width"], row["height"], row["features"],
+                              row["claimed"], row["tracks_size"], row["note"], row["error"]),
+                             (frames, 320, 240, len(set().union(*claims)), sum(map(
+                                 bool, claims)), tracks.stat().st_size, None, None))
             self.assertAlmostEqual(row["duration"], frames / 25, delta=0.002)
-            self.assertEqual(row["settings"], "forget-after=0 learning=sync max-features=200 post-messages=none")
+            self.assertEqual(row["settings"],
+                             "forget-after=0 learning=sync max-features=200 post-messages=none")
             self.assertEqual(json.loads((self.out / f"{name}.json").read_text()), row)
         # The very tracks that the preset gives in a pipeline.
         plain = self.tmp / "plain.jsonl"
-        harness.play(f"filesrc location={self.videos}/one.mkv ! decodebin ! csdtrack name=csdtrack max-features=200 learning=sync forget-after=0 "
-                     f"frame-budget=0 post-messages=none ! csdtrackenc ! application/x-ndjson ! filesink location={plain}")
+        harness.play(
+            f"filesrc location={self.videos}/one.mkv ! decodebin ! csdtrack name=csdtrack max-features=200 learning=sync forget-after=0 "
+            f"frame-budget=0 post-messages=none ! csdtrackenc ! application/x-ndjson ! filesink location={plain}"
+        )
         self.assertEqual((self.out / "one.mkv.jsonl").read_bytes(), plain.read_bytes())
         # What people read.
-        features, claimed = (sum(rows[name][key] for name in self.good) for key in ("features", "claimed"))
+        features, claimed = (sum(rows[name][key]
+                                 for name in self.good)
+                             for key in ("features", "claimed"))
         told = ["4 videos: 3 done, 1 failed, 0 unfinished", "0:00:04 of video, 90 frames; ",
                 f"{features} features tracked; {100 * claimed / 90:.1f} % of the frames have"]
         listed = run("--list", self.out)
@@ -110,14 +132,17 @@ class Archive(harness.Case):
             for line, begin in zip(text.splitlines()[-3:], told, strict=True):
                 self.assertTrue(line.startswith(begin), line)
         self.assertEqual(len(done.stdout.splitlines()), 4 + 1 + 3)
-        self.assertEqual(done.stdout.splitlines()[4], f"failed: broken.mp4: {rows['broken.mp4']['error']}")
+        self.assertEqual(done.stdout.splitlines()[4],
+                         f"failed: broken.mp4: {rows['broken.mp4']['error']}")
         self.assertNotIn(" left", done.stdout)  # after a second nobody can know
         self.assertRegex(listed.stdout, r"\nfailed +1  broken\.mp4: .*\n")
-        self.assertRegex(listed.stdout, r"\ndone +0:00:01 +30 +[0-9.]+ +\d+ +\d+\.\d % +1  one\.mkv\n")
+        self.assertRegex(listed.stdout,
+                         r"\ndone +0:00:01 +30 +[0-9.]+ +\d+ +\d+\.\d % +1  one\.mkv\n")
         self.assertRegex(listed.stdout, r'done .*a folder/it\'s \{\} "two"\\n\.mkv\n')
         self.assertIn("\nway 1: csdtrack 0.", listed.stdout)
         # What docs/archive.md asks.
-        questions = re.search("```sql\n(.*?)```", (SOURCE / "docs" / "archive.md").read_text(), re.S).group(1).splitlines()
+        questions = re.search("```sql\n(.*?)```", (SOURCE / "docs" / "archive.md").read_text(),
+                              re.S).group(1).splitlines()
         with contextlib.closing(sqlite3.connect(self.out / "index.sqlite")) as base:
             answers = [base.execute(question).fetchall() for question in questions]
         self.assertEqual(answers[0], [("broken.mp4", rows["broken.mp4"]["error"])])
@@ -131,7 +156,8 @@ class Archive(harness.Case):
         both = {"one.mkv.jsonl", "three.MP4.jsonl"}
 
         def again(*options, expect):
-            before, rows = files(self.out), index(self.out) if (self.out / "index.sqlite").exists() else None
+            before, rows = files(self.out), index(self.out) if (self.out /
+                                                                "index.sqlite").exists() else None
             done = run(*FEW, *options, videos, self.out)
             self.assertRegex(done.stderr, "^archive: 1 of 3 videos not done: .*\n$")
             self.assertEqual(made_again(self.out, before), expect)
@@ -139,7 +165,8 @@ class Archive(harness.Case):
                              {"one.mkv": "done", "three.MP4": "done", "broken.mp4": "failed"})
             if rows and not expect and not options:
                 self.assertEqual((files(self.out), index(self.out)), (before, rows))
-                self.assertEqual(len(done.stdout.splitlines()), 1 + 3)  # what failed, and the statistics
+                # what failed, and the statistics
+                self.assertEqual(len(done.stdout.splitlines()), 1 + 3)
 
         again(expect=both)
         again(expect=set())
@@ -151,14 +178,16 @@ class Archive(harness.Case):
             path.write_text(json.dumps({**json.loads(path.read_text()), "version": "0.0.9"}))
         with contextlib.closing(sqlite3.connect(self.out / "index.sqlite")) as base, base:
             base.execute("UPDATE videos SET version = '0.0.9' WHERE name = 'one.mkv'")
-        again(expect={"one.mkv.jsonl"})  # the other's row says otherwise, and its tracks are as the row says
+        # the other's row says otherwise, and its tracks are as the row says
+        again(expect={"one.mkv.jsonl"})
         os.utime(videos / "three.MP4", (1, 1))
         again(expect={"three.MP4.jsonl"})
         (self.out / "one.mkv.jsonl").unlink()
         again(expect={"one.mkv.jsonl"})
         (self.out / "one.mkv.jsonl").write_text("other tracks\n")
         again(expect={"one.mkv.jsonl"})
-        (self.out / "one.mkv.json").write_text('{"status": "done", "name": 3}')  # nonsense beside the tracks is none
+        # nonsense beside the tracks is none
+        (self.out / "one.mkv.json").write_text('{"status": "done", "name": 3}')
         (self.out / "index.sqlite").unlink()
         again(expect={"one.mkv.jsonl"})
         # The index is made again from what is beside the tracks.
@@ -181,8 +210,10 @@ class Archive(harness.Case):
 
     def test_settings_that_are_text_reach_the_jobs(self):
         videos = self.copy("one.mkv")
-        for wish, right in (("region=100,80,120,90", lambda f: 100 <= f["x"] <= 220 and 80 <= f["y"] <= 170),
-                            ("points=100,100;150.5,120", lambda f: (f["x"], f["y"]) == ((100, 100), (150.5, 120))[f["id"]])):
+        for wish, right in (("region=100,80,120,90",
+                             lambda f: 100 <= f["x"] <= 220 and 80 <= f["y"] <= 170),
+                            ("points=100,100;150.5,120", lambda f: (f["x"], f["y"]) ==
+                             ((100, 100), (150.5, 120))[f["id"]])):
             done = run(*FEW, "--set", wish, videos, self.out)
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             self.assertIn(f" {wish}", index(self.out)["one.mkv"]["settings"])
@@ -192,11 +223,13 @@ class Archive(harness.Case):
 
     def test_a_list(self):
         listed = self.tmp / "a list.txt"
-        listed.write_text(f"# of today\n{self.videos.name}/one.mkv\n\n{self.videos}/one.mkv\nnone.mkv\n")
+        listed.write_text(
+            f"# of today\n{self.videos.name}/one.mkv\n\n{self.videos}/one.mkv\nnone.mkv\n")
         done = run(*FEW, listed, self.out)
         self.assertEqual(done.returncode, 1, done.stderr)
         rows = index(self.out)
-        self.assertEqual({name: row["status"] for name, row in rows.items()}, {"videos/one.mkv": "done", "none.mkv": "failed"})
+        self.assertEqual({name: row["status"] for name, row in rows.items()},
+                         {"videos/one.mkv": "done", "none.mkv": "failed"})
         self.assertRegex(rows["none.mkv"]["error"], "there is no file .*none.mkv")
         # It comes later.
         shutil.copy(self.videos / "three.MP4", self.tmp / "none.mkv")
@@ -213,7 +246,9 @@ class Archive(harness.Case):
         # Another video of the same name; then the same one, moved.
         other = self.copy("one.mkv") / "one.mkv"
         (elsewhere / "out {} \n").mkdir()
-        for folder, code, words in ((self.videos / "a folder", 0, "^$"), (other.parent, 0, "^$"), (self.videos, 1, "has tracks of another 'one.mkv'.*another OUT")):
+        for folder, code, words in ((self.videos / "a folder", 0, "^$"), (other.parent, 0, "^$"),
+                                    (self.videos, 1,
+                                     "has tracks of another 'one.mkv'.*another OUT")):
             done = run(*FEW, folder, elsewhere / "out {} \n")
             self.assertEqual(done.returncode, code, done.stderr)
             self.assertRegex(done.stderr, words)
@@ -230,11 +265,16 @@ class Archive(harness.Case):
         done = run(*FEW, videos, self.out)
         self.assertEqual(done.returncode, 1)
         rows = index(self.out)
-        self.assertEqual(done.stdout.splitlines()[2:4], [f"done: cut.mkv: {rows['cut.mkv']['note']}", f"failed: cut.mp4: {rows['cut.mp4']['error']}"])
+        self.assertEqual(done.stdout.splitlines()[2:4], [
+            f"done: cut.mkv: {rows['cut.mkv']['note']}",
+            f"failed: cut.mp4: {rows['cut.mp4']['error']}"
+        ])
         self.assertEqual(rows["cut.mkv"]["status"], "done")
-        self.assertRegex(rows["cut.mkv"]["note"], "has a picture up to \d\.\d s only, and says that it lasts 16.0 s")
+        self.assertRegex(rows["cut.mkv"]["note"],
+                         "has a picture up to \d\.\d s only, and says that it lasts 16.0 s")
         self.assertEqual(rows["cut.mp4"]["status"], "failed")
-        self.assertRegex(rows["cut.mp4"]["error"], "has no index, its recording was cut off: repair it")
+        self.assertRegex(rows["cut.mp4"]["error"],
+                         "has no index, its recording was cut off: repair it")
 
     def test_a_job_that_is_killed_is_done_again(self):
         videos = self.copy("three.MP4")
@@ -256,24 +296,31 @@ class Archive(harness.Case):
             job = machines.job_at_work(self.out, "two.mkv")
             done = files(self.out)
             self.assertFalse((self.out / "two.mkv.jsonl").exists())
-            self.hold(job)  # or a slow machine asks after it is done; and it won't hear that it is to end
+            # or a slow machine asks after it is done; and it won't hear that it is to end
+            self.hold(job)
             if hard:
                 process.kill()  # GNU parallel goes on, and keeps others away
                 process.communicate()
                 self.assertIn("/parallel\0", self.refused(videos))
                 os.kill(job, signal.SIGCONT)
                 machines.wait(lambda: (self.out / "two.mkv.json").exists())
-                machines.wait(lambda: run("--list", self.out).returncode == 0 and run(*FEW, videos, self.out).returncode == 0)
+                machines.wait(lambda: run("--list", self.out).returncode == 0 and run(
+                    *FEW, videos, self.out).returncode == 0)
                 self.assertEqual(made_again(self.out, done), {"two.mkv.jsonl"})
             else:
                 self.assertIn("/archive.py\0", self.refused(videos))
                 process.terminate()
                 _, said = process.communicate(timeout=60)
-                self.assertEqual((process.returncode, said), (130, "archive: ended: 1 of 2 videos are done, the same command does the rest\n"))
+                self.assertEqual(
+                    (process.returncode, said),
+                    (130,
+                     "archive: ended: 1 of 2 videos are done, the same command does the rest\n"))
                 self.assertEqual(list(self.out.glob(".*.unfinished")), [])
                 machines.wait(lambda: not pathlib.Path(f"/proc/{job}").exists())
-                self.assertFalse((self.out / "two.mkv.jsonl").exists() or (self.out / "two.mkv.json").exists())
-                self.assertEqual({name: row["status"] for name, row in index(self.out).items()}, {"one.mkv": "done", "two.mkv": "unfinished"})
+                self.assertFalse((self.out / "two.mkv.jsonl").exists() or
+                                 (self.out / "two.mkv.json").exists())
+                self.assertEqual({name: row["status"] for name, row in index(self.out).items()},
+                                 {"one.mkv": "done", "two.mkv": "unfinished"})
         self.assertEqual(list(self.out.glob(".*.unfinished")), [])
         harness.check_tracks(self, harness.read_lines(self.out / "two.mkv.jsonl"), 400)
 
@@ -290,7 +337,10 @@ class Archive(harness.Case):
         """While another run works on OUT: the command of the process that is said to be in the way."""
         done = run(*FEW, videos, self.out)
         self.assertEqual(done.returncode, 1)
-        self.assertRegex(done.stderr, f"^archive: another run works on '.*' since [-0-9]+ [:0-9]+: wait for it, or end it with 'kill \\d+' on {re.escape(os.uname().nodename)}\n$")
+        self.assertRegex(
+            done.stderr,
+            f"^archive: another run works on '.*' since [-0-9]+ [:0-9]+: wait for it, or end it with 'kill \\d+' on {re.escape(os.uname().nodename)}\n$"
+        )
         self.kill = re.search("kill (\\d+)", done.stderr).group(1)
         return pathlib.Path(f"/proc/{self.kill}/cmdline").read_text()
 
@@ -299,7 +349,8 @@ class Archive(harness.Case):
         self.assertEqual(list(self.out.glob(".*.unfinished")), [])
         self.assertFalse([name for name in names if (self.out / f"{name}.json").exists()])
         with open(self.out / ".archive" / "lock") as lock:
-            for left in reversed(range(100)):  # what was killed lets go a moment later, where the machine is busy (seen)
+            # what was killed lets go a moment later, where the machine is busy (seen)
+            for left in reversed(range(100)):
                 try:
                     fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
                     break
@@ -315,12 +366,15 @@ class Archive(harness.Case):
         process.stdout.close()  # the line on one.mkv is the first that it can't write
         process.stdout = None
         _, said = process.communicate(timeout=60)
-        self.assertEqual((process.returncode, said), (130, "archive: ended: 1 of 2 videos are done, the same command does the rest\n"))
+        self.assertEqual(
+            (process.returncode, said),
+            (130, "archive: ended: 1 of 2 videos are done, the same command does the rest\n"))
         self.check_ended("two.mkv")
 
     def test_a_reader_that_leaves_when_all_is_done_is_no_failure(self):
         videos = self.copy("one.mkv")
-        for lines, again in ((1, ()), (0, ()), (0, ("--redo", "all"))):  # it leaves the statistics; them again; and the line of the video
+        # it leaves the statistics; them again; and the line of the video
+        for lines, again in ((1, ()), (0, ()), (0, ("--redo", "all"))):
             process = start(*FEW, *again, videos, self.out)
             for _ in range(lines):
                 self.assertIn("one.mkv: 30 frames", process.stdout.readline())
@@ -335,7 +389,9 @@ class Archive(harness.Case):
         shutil.copy(self.long, videos)
         process, terminal = pty.fork()
         if not process:
-            os.execve(ARCHIVE, [str(ARCHIVE), "--no-install", *FEW, str(videos), str(self.out)], ENVIRONMENT)
+            os.execve(ARCHIVE,
+                      [str(ARCHIVE), "--no-install", *FEW,
+                       str(videos), str(self.out)], ENVIRONMENT)
         self.hold(machines.job_at_work(self.out, "long.mkv"))
         os.close(terminal)
         code = machines.wait(lambda: os.waitpid(process, os.WNOHANG)[1])
@@ -352,7 +408,9 @@ class Archive(harness.Case):
                 process.send_signal(number)
             time.sleep(0.05)
         _, said = process.communicate(timeout=60)
-        self.assertEqual((process.returncode, said), (130, "archive: ended: 0 of 1 videos are done, the same command does the rest\n"))
+        self.assertEqual(
+            (process.returncode, said),
+            (130, "archive: ended: 0 of 1 videos are done, the same command does the rest\n"))
         self.check_ended("long.mkv")
 
     def kill_the_command(self, videos):
@@ -370,7 +428,8 @@ class Archive(harness.Case):
         shutil.copy(self.long, videos)
         job = self.kill_the_command(videos)
         os.kill(int(self.kill), signal.SIGTERM)
-        machines.wait(lambda: not pathlib.Path(f"/proc/{job}").exists() and not pathlib.Path(f"/proc/{self.kill}").exists())
+        machines.wait(lambda: not pathlib.Path(f"/proc/{job}").exists() and not pathlib.Path(
+            f"/proc/{self.kill}").exists())
         self.assertFalse((self.out / "long.mkv.jsonl").exists())
         self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
         self.assertEqual(list(self.out.glob(".*.unfinished")), [])
@@ -378,9 +437,13 @@ class Archive(harness.Case):
     def test_a_job_that_was_left_alone_is_named(self):
         videos = self.copy()
         # So long that its job still works when it is stopped again.
-        subprocess.run(["ffmpeg", "-v", "error", "-stream_loop", "5", "-i", self.long, "-c", "copy", videos / "long.mkv"], check=True)
+        subprocess.run([
+            "ffmpeg", "-v", "error", "-stream_loop", "5", "-i", self.long, "-c", "copy",
+            videos / "long.mkv"
+        ], check=True)
         job = self.kill_the_command(videos)
-        os.kill(job, signal.SIGCONT)  # one that stands still is told to hang up when the leader of its session is gone
+        # one that stands still is told to hang up when the leader of its session is gone
+        os.kill(job, signal.SIGCONT)
         os.kill(int(self.kill), signal.SIGKILL)
         machines.wait(lambda: not pathlib.Path(f"/proc/{self.kill}").exists())
         os.kill(job, signal.SIGSTOP)
@@ -396,14 +459,21 @@ class Archive(harness.Case):
             shutil.copy(self.long, videos / name)
         self.out.mkdir()
         small = ["unshare", "-rm", "sh", "-c"]
-        if subprocess.run([*small, 'mount -t tmpfs none "$0"', self.out], capture_output=True).returncode:
+        if subprocess.run([*small, 'mount -t tmpfs none "$0"', self.out],
+                          capture_output=True).returncode:
             self.skipTest("no small file system can be mounted here")
-        done = subprocess.run([*small, 'mount -t tmpfs -o size=1m none "$0" && "$1" --no-install --jobs 1 "$2" "$0"; code=$?; '
-                               '"$1" --no-install --list "$0"; exit $code', self.out, ARCHIVE, videos],
-                              capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300, env=ENVIRONMENT)
+        done = subprocess.run([
+            *small,
+            'mount -t tmpfs -o size=1m none "$0" && "$1" --no-install --jobs 1 "$2" "$0"; code=$?; '
+            '"$1" --no-install --list "$0"; exit $code', self.out, ARCHIVE, videos
+        ], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300, env=ENVIRONMENT)
         why = f"can't write into '{self.out}' (the disk is full): make room or give another place"
-        self.assertEqual((done.returncode, done.stderr), (1, f"archive: ended: 0 of 3 videos are done, the same command does the rest\narchive: {why}\n"))
-        self.assertEqual(re.findall(r"^unfinished +1  (.*)$", done.stdout, re.M), [f"a.mkv: {why}", "b.mkv: not yet tracked", "c.mkv: not yet tracked"])
+        self.assertEqual((done.returncode, done.stderr), (
+            1,
+            f"archive: ended: 0 of 3 videos are done, the same command does the rest\narchive: {why}\n"
+        ))
+        self.assertEqual(re.findall(r"^unfinished +1  (.*)$", done.stdout, re.M),
+                         [f"a.mkv: {why}", "b.mkv: not yet tracked", "c.mkv: not yet tracked"])
 
     def test_a_video_that_is_gone(self):
         videos = self.copy("one.mkv", "three.MP4")
@@ -414,8 +484,11 @@ class Archive(harness.Case):
         (videos / "one.mkv").unlink()
         (videos / "empty.mkv").unlink()
         self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
-        self.assertEqual({name: row["status"] for name, row in index(self.out).items()}, {"one.mkv": "done", "three.MP4": "done"})
-        self.assertEqual(re.findall("(\\S+): its video can't be seen from here\n", run("--list", self.out).stdout), ["one.mkv"])
+        self.assertEqual({name: row["status"] for name, row in index(self.out).items()},
+                         {"one.mkv": "done", "three.MP4": "done"})
+        self.assertEqual(
+            re.findall("(\\S+): its video can't be seen from here\n",
+                       run("--list", self.out).stdout), ["one.mkv"])
         (self.out / "one.mkv.jsonl").unlink()
         self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
         self.assertEqual(list(index(self.out)), ["three.MP4"])
@@ -427,7 +500,8 @@ class Archive(harness.Case):
         done = run(*FEW, videos, self.out)
         self.assertRegex(done.stderr, "^archive: 1 of 2 videos not done")
         rows = index(self.out)
-        self.assertEqual((rows["one.mkv"]["status"], rows["three.MP4"]["status"]), ("unfinished", "done"))
+        self.assertEqual((rows["one.mkv"]["status"], rows["three.MP4"]["status"]),
+                         ("unfinished", "done"))
         self.assertRegex(rows["one.mkv"]["error"], "^'.*one.mkv.jsonl.*': Is a directory")
         (self.out / "one.mkv.jsonl").rmdir()
         self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
@@ -440,19 +514,29 @@ class Archive(harness.Case):
         letter.write_text("Dear reader,\nthis is no list\n")
         moved.write_text("nowhere/one.mkv\n")
         shutil.copy(videos / "one.mkv", unknown)
-        for arguments, code, words in (((videos, file), 2, "'.*file' is a file: give a folder"), ((moved, moved), 2, "is a file: give a folder"),
-                                       ((videos, videos), 2, "LIST and OUT at once"),
-                                       ((letter, self.out), 1, "^archive: '.*letter' is no list of videos: .* '.*/Dear reader,'\n$"),
-                                       ((moved, self.out), 1, "moved.txt' is no list of videos: .* '.*/nowhere/one.mkv'\n$"),
-                                       ((unknown, self.out), 1, "is no text: give a folder"), (("nothing", self.out), 1, "no 'nothing'"), ((videos,), 2, "LIST and OUT"),
-                                       ((empty, self.out), 1, "names no video"), ((file, self.out), 1, "names no video"),
-                                       ((videos / "one.mkv", self.out), 1, "is no text: give a folder"), ((videos, self.out, "--jobs", "0"), 2, "--jobs"),
-                                       ((videos, self.out, "--set", "max-features=many"), 2, "'many' is no value for max-features"),
-                                       ((videos, self.out, "--set", "attach-meta=false"), 1, "attach-meta"),
-                                       ((videos, self.out, "--preset", "none"), 2, "no preset 'none': .*archive"),
-                                       ((videos, self.out, "--ssh", ","), 2, "--ssh"), ((videos, self.out, "--ssh", "a", "--slurm"), 2, "--slurm"),
-                                       (("--list", empty), 1, "no index"), (("--list", empty, videos), 2, "--list"),
-                                       ((videos, self.out, "--redo", "some"), 2, "--redo")):
+        for arguments, code, words in (
+            ((videos, file), 2, "'.*file' is a file: give a folder"),
+            ((moved, moved), 2, "is a file: give a folder"), ((videos, videos), 2,
+                                                              "LIST and OUT at once"),
+            ((letter, self.out), 1,
+             "^archive: '.*letter' is no list of videos: .* '.*/Dear reader,'\n$"),
+            ((moved, self.out), 1, "moved.txt' is no list of videos: .* '.*/nowhere/one.mkv'\n$"),
+            ((unknown, self.out), 1,
+             "is no text: give a folder"), (("nothing", self.out), 1,
+                                            "no 'nothing'"), ((videos, ), 2, "LIST and OUT"),
+            ((empty, self.out), 1, "names no video"), ((file, self.out), 1, "names no video"),
+            ((videos / "one.mkv", self.out), 1,
+             "is no text: give a folder"), ((videos, self.out, "--jobs", "0"), 2, "--jobs"),
+            ((videos, self.out, "--set", "max-features=many"), 2,
+             "'many' is no value for max-features"), ((videos, self.out, "--set",
+                                                       "attach-meta=false"), 1, "attach-meta"),
+            ((videos, self.out, "--preset", "none"), 2,
+             "no preset 'none': .*archive"), ((videos, self.out, "--ssh", ","), 2, "--ssh"),
+            ((videos, self.out, "--ssh", "a", "--slurm"), 2,
+             "--slurm"), (("--list", empty), 1, "no index"), (("--list", empty, videos), 2,
+                                                              "--list"), ((videos, self.out,
+                                                                           "--redo", "some"), 2,
+                                                                          "--redo")):
             with self.subTest(arguments=arguments):
                 done = run(*arguments)
                 self.assertEqual(done.returncode, code, done.stderr)

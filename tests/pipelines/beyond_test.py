@@ -18,13 +18,18 @@ import reach  # noqa: E402
 import sequences  # noqa: E402
 import truth  # noqa: E402
 
-RIVALS = {"lk", "ms1", "ms2", "lk-fb", "lk-anchored", "still", "csrt", "kcf", "medianflow", "csd-2012", "sift"}
+RIVALS = {
+    "lk", "ms1", "ms2", "lk-fb", "lk-anchored", "still", "csrt", "kcf", "medianflow", "csd-2012",
+    "sift"
+}
 KEPT = "of the clips, measured before\n"
 
 
 def beyond(*arguments, clips="/nowhere"):
-    return subprocess.run([ROOT / "pipelines" / "experiments" / "beyond", "--no-install", *map(str, arguments)],
-                          capture_output=True, text=True, env={**os.environ, "CSDTRACK_BUILD": str(BUILD), "CSDTRACK_CLIPS": clips})
+    return subprocess.run(
+        [ROOT / "pipelines" / "experiments" / "beyond", "--no-install", *map(str, arguments)],
+        capture_output=True, text=True,
+        env={**os.environ, "CSDTRACK_BUILD": str(BUILD), "CSDTRACK_CLIPS": clips})
 
 
 class Quick(unittest.TestCase):
@@ -54,15 +59,20 @@ class Quick(unittest.TestCase):
 
     def test_every_scenario_has_its_row(self):
         header, *rows = self.rows("one after the other")
-        self.assertEqual(header[:6], ["scenario", "the paper's CSD in vivo", "to reach", "csd: sensitivity", "csd: K", "median, px"])
+        self.assertEqual(header[:6], [
+            "scenario", "the paper's CSD in vivo", "to reach", "csd: sensitivity", "csd: K",
+            "median, px"
+        ])
         by_title = {row[0]: row for row in rows}
         self.assertEqual(list(by_title), [goals["title"] for goals in reach.GOALS["rows"].values()])
         self.assertEqual([row[1] for row in rows],
-                         ["0.752 / 0.170", "0.728 / 0.144", *["0.892 / 0.076"] * 3, "–", "–", "–"], "of the paper's tables")
+                         ["0.752 / 0.170", "0.728 / 0.144", *["0.892 / 0.076"] * 3, "–", "–", "–"],
+                         "of the paper's tables")
         still = by_title["rotation −50…120°"]
         self.assertEqual(still[2], "sensitivity ≥ 0.998; K ≤ 0.001")
         self.assertRegex(still[3], r"^[01]\.\d{4} \([01]\.\d{4}–[01]\.\d{4}\)$")
-        for title in ("occlusion by tools; irrigation", "black for 2 s while the view turns; cut and return; lens wipe"):
+        for title in ("occlusion by tools; irrigation",
+                      "black for 2 s while the view turns; cut and return; lens wipe"):
             self.assertIn("no occasion", by_title[title][-1], "nothing is hidden in ten frames")
         for name in (s for s, *_ in sequences.BEYOND_KINDS):
             self.assertTrue((self.out / f"{name}-101" / "csd.jsonl").exists())
@@ -76,13 +86,15 @@ class Quick(unittest.TestCase):
             self.assertEqual({row[0] for row in rows}, RIVALS)
             for row in rows:
                 for cell in row[1:4]:
-                    self.assertRegex(cell, r"^[01]\.\d{3}, [01]\.\d{3} \(p (< \.001|[01]\.\d{3})\)$")
+                    self.assertRegex(cell,
+                                     r"^[01]\.\d{3}, [01]\.\d{3} \(p (< \.001|[01]\.\d{3})\)$")
             won += sum(row[4] in ("**above**", "equal") for row in rows)
         self.assertIn(f"In {won} of {len(RIVALS) * len(reach.GOALS['rows'])} pairs", self.page)
 
     def test_who_never_moves_is_below(self):
         """On the deforming heart, in ten frames: what stays where it began is farther off than csd."""
-        row = next(r for r in self.rows(f"\n{reach.GOALS['rows']['deformation']['title']}:\n") if r[0] == "still")
+        row = next(r for r in self.rows(f"\n{reach.GOALS['rows']['deformation']['title']}:\n")
+                   if r[0] == "still")
         rival, csd = (float(value) for value in row[1].split(" (")[0].split(", "))
         self.assertLess(rival, csd)
 
@@ -105,9 +117,18 @@ class Quick(unittest.TestCase):
         done = beyond("--quick", "--out", self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn(f"{len(made) - 1} of {len(made)} runs were there already", done.stderr)
-        self.assertEqual({name for name in made if (self.out / name / "run.json").stat().st_mtime_ns != made[name]}, {"faint-101"})
-        # But for what the runs took, and the state of the repository, in which somebody may work meanwhile.
-        again, before = ([line for line in text.splitlines() if "of processor time" not in line and not line.startswith("| csdtrack |")]
+        self.assertEqual(
+            {
+                name for name in made
+                if (self.out / name / "run.json").stat().st_mtime_ns != made[name]
+            }, {"faint-101"})
+        # But for what the runs took, and the state of the repository, in which somebody may work
+        # meanwhile.
+        again, before = ([
+            line
+            for line in text.splitlines()
+            if "of processor time" not in line and not line.startswith("| csdtrack |")
+        ]
                          for text in ((self.out / "beyond.md").read_text(), self.page))
         self.assertEqual(again, before)
 
@@ -119,7 +140,8 @@ def interval(value):
 class Numbers(unittest.TestCase):
     def row(self, goals, **csd):
         figures = {"sensitivity": interval(1), "k": interval(0), "error": {"median": 0.1}, **csd}
-        return reach.Row("title", goals, [], {"tracked": types.SimpleNamespace(trackers={"csd": figures})})
+        return reach.Row("title", goals, [],
+                         {"tracked": types.SimpleNamespace(trackers={"csd": figures})})
 
     def judged(self, goals, **csd):
         return reach.verdict(reach.criteria(self.row(goals, **csd), pathlib.Path("/nowhere")))
@@ -127,35 +149,50 @@ class Numbers(unittest.TestCase):
     def test_reached_or_not(self):
         """On the figure itself: as good as the goal is reached, a hair worse is not."""
         goals = {"sensitivity": 0.99, "k": 0.003, "median": 0.2}
-        self.assertEqual(self.judged(goals, sensitivity=interval(0.99), k=interval(0.003), error={"median": 0.2}), "**reached**")
-        self.assertEqual(self.judged(goals, sensitivity=interval(0.98999)), "not reached: sensitivity")
-        self.assertEqual(self.judged(goals, k=interval(0.00301), error={"median": 0.21}), "not reached: K, median")
-        self.assertEqual(self.judged(goals, sensitivity=interval(None), k=interval(None)), "not reached: sensitivity, K", "unknown isn't good")
+        self.assertEqual(
+            self.judged(goals, sensitivity=interval(0.99), k=interval(0.003),
+                        error={"median": 0.2}), "**reached**")
+        self.assertEqual(self.judged(goals, sensitivity=interval(0.98999)),
+                         "not reached: sensitivity")
+        self.assertEqual(self.judged(goals, k=interval(0.00301), error={"median": 0.21}),
+                         "not reached: K, median")
+        self.assertEqual(self.judged(goals, sensitivity=interval(None), k=interval(None)),
+                         "not reached: sensitivity, K", "unknown isn't good")
 
     def test_returns_in_time(self):
         goals = {"k": 0.003, "frames_until": 3}
-        for frames, times, expected in ((3, 5, "**reached**"), (4, 5, "not reached: median of the return"),
-                                        (None, 5, "not reached: median of the return"), (None, 0, "no occasion: median of the return")):
+        for frames, times, expected in ((3, 5, "**reached**"),
+                                        (4, 5, "not reached: median of the return"),
+                                        (None, 5, "not reached: median of the return"),
+                                        (None, 0, "no occasion: median of the return")):
             recovery = {"median_frames": frames, "recovered": 1, "returns": times}
             self.assertEqual(self.judged(goals, recovery=recovery), expected)
 
     def test_lasting(self):
         """The last fifth is as good where the interval reaches 0 and has no loss above 0.01 in it: a wide one shows nothing."""
         sequence = sequences.beyond(1).sequence("mixed")
-        for change, expected in (((-0.1, -0.2, -0.01), False), ((-0.1, -0.2, 0), False), ((-0.005, -0.01, 0), True), ((0, -0.0101, 0.01), False),
-                                 ((-0.005, -0.009, -0.001), False), ((0.1, 0.05, 0.2), True), (None, False)):
-            scores = types.SimpleNamespace(change=lambda *_, c=change: c, part=lambda *_: 0.5,
-                                           trackers={"csd": {"error": {"first_fifth": 0.1, "last_fifth": 0.2}}})
+        for change, expected in (((-0.1, -0.2, -0.01), False), ((-0.1, -0.2, 0), False),
+                                 ((-0.005, -0.01, 0), True), ((0, -0.0101, 0.01), False),
+                                 ((-0.005, -0.009, -0.001), False), ((0.1, 0.05, 0.2),
+                                                                     True), (None, False)):
+            scores = types.SimpleNamespace(
+                change=lambda *_, c=change: c, part=lambda *_: 0.5,
+                trackers={"csd": {"error": {"first_fifth": 0.1, "last_fifth": 0.2}}})
             found = reach.lasting(reach.Row("", {"lasting": 0.01}, [sequence], {"tracked": scores}))
             self.assertIs(found.reached, expected)
             self.assertIn("no loss of sensitivity beyond 0.01", found.goal)
 
     def test_standing(self):
         """By p below .01; both at 1.000 are equal, whatever p says."""
-        for rival, csd, p, expected in ((0.8, 0.9, 0.009, "above"), (0.9, 0.8, 0.009, "below"), (0.8, 0.9, 0.01, "not told apart"),
-                                        (1, 0.9996, 0.001, "equal"), (0.9994, 1, 0.001, "above"), (None, 1, 0.001, "unknown")):
+        for rival, csd, p, expected in ((0.8, 0.9, 0.009, "above"), (0.9, 0.8, 0.009, "below"),
+                                        (0.8, 0.9, 0.01, "not told apart"), (1, 0.9996, 0.001,
+                                                                             "equal"),
+                                        (0.9994, 1, 0.001, "above"), (None, 1, 0.001, "unknown")):
             self.assertEqual(reach.standing(rival, csd, p), expected)
-        three = {"delta_avg": (1, 1, 1, "equal"), "aj": (0.8, 0.9, 0, "above"), "oa": (0.8, 0.9, 0, "above")}
+        three = {
+            "delta_avg": (1, 1, 1, "equal"), "aj": (0.8, 0.9, 0, "above"),
+            "oa": (0.8, 0.9, 0, "above")
+        }
         self.assertEqual(reach.all_of(three), "**above**")
         self.assertEqual(reach.all_of({**three, "oa": (0.9, 0.8, 0, "below")}), "OA: below")
         self.assertEqual(reach.all_of(dict.fromkeys(three, (1, 1, 1, "equal"))), "equal")
@@ -170,10 +207,14 @@ class Numbers(unittest.TestCase):
 
         since = {0: 29, 1: 30, 2: 99, 3: 28, 4: 99, 5: 20}
         video = [{i: (10 * i, 0, state(i, n)) for i in range(6)} for n in range(50)]
-        tracks = [{i: (10 * i, 0, "tracked" if n < 10 or n >= since[i] else "lost") for i in range(6)} for n in range(50)]
+        tracks = [{
+            i: (10 * i, 0, "tracked" if n < 10 or n >= since[i] else "lost") for i in range(6)
+        } for n in range(50)]
         self.assertEqual(truth.returns(video, tracks, 10, 0.2), [True, False, True, False, True])
-        self.assertEqual(truth.returns(video, tracks, 10, 0.1), [True, False, False, True, False, True, True], "alone, too: one in six")
-        self.assertEqual(truth.returns(video[:25], tracks[:25], 10, 0.2), [True], "what the end cuts off says nothing of the others")
+        self.assertEqual(truth.returns(video, tracks, 10, 0.1),
+                         [True, False, False, True, False, True, True], "alone, too: one in six")
+        self.assertEqual(truth.returns(video[:25], tracks[:25], 10, 0.2), [True],
+                         "what the end cuts off says nothing of the others")
 
     def test_turned(self):
         a = {0: (1, 0, ""), 1: (-1, 0, ""), 2: (0, 1, ""), 3: (0, -1, "")}
@@ -186,26 +227,44 @@ class Numbers(unittest.TestCase):
         """Two seeds: two frames of black, in which one view turns by a quarter, the other by half a turn; one grows by half."""
         plan = sequences.beyond(2)
         with tempfile.TemporaryDirectory() as out:
-            for seed, after in ((101, lambda x, y: (-y, x)), (102, lambda x, y: (-1.5 * x, -1.5 * y))):
+            for seed, after in ((101, lambda x, y: (-y, x)), (102, lambda x, y:
+                                                              (-1.5 * x, -1.5 * y))):
                 folder = pathlib.Path(out) / f"black-{seed}"
                 folder.mkdir()
                 with open(folder / "truth-tracked.jsonl", "w") as file:
                     for n in range(6):
                         points = [p if n < 3 else after(*p) for p in ((1, 0), (-1, 0), (0, 2))]
-                        json.dump({"features": [{"id": i, "x": x, "y": y, "state": "occluded" if n in (2, 3) else "tracked"}
-                                                for i, (x, y) in enumerate(points)]}, file)
+                        json.dump(
+                            {
+                                "features": [{
+                                    "id": i, "x": x, "y": y,
+                                    "state": "occluded" if n in (2, 3) else "tracked"
+                                } for i, (x, y) in enumerate(points)]
+                            }, file)
                         file.write("\n")
             said = reach.black_in_words(plan, pathlib.Path(out))
         self.assertIn("In the dark, 2 frames (0.08 s), the view turns by 90° to 180°", said)
         self.assertIn("by a factor of 1.00 to 1.50", said)
 
     def test_palindromes(self):
-        found = {"palindromes": [{"tracks": f"{name}/csd.jsonl", "claimed": goals["claimed"] - (name == "heart") / 100,
-                                  "apart": goals["apart"] + (name == "smoke") / 100, "counts": {"features": 50, "frames": 499}}
-                                 for name, goals in reach.GOALS["palindromes"].items()]}
-        verdicts = {line.split("|")[1].strip(): line.split("|")[-2].strip() for line in reach.palindromes_part(found).splitlines()[2:]}
-        self.assertEqual(verdicts, {"heart": "not reached: claimed", "abdomen": "**reached**", "beads": "**reached**",
-                                    "cholecystectomy": "**reached**", "cutting": "**reached**", "smoke": "not reached: apart"})
+        found = {
+            "palindromes": [{
+                "tracks": f"{name}/csd.jsonl",
+                "claimed": goals["claimed"] - (name == "heart") / 100,
+                "apart": goals["apart"] + (name == "smoke") / 100,
+                "counts": {"features": 50, "frames": 499}
+            } for name, goals in reach.GOALS["palindromes"].items()]
+        }
+        verdicts = {
+            line.split("|")[1].strip(): line.split("|")[-2].strip()
+            for line in reach.palindromes_part(found).splitlines()[2:]
+        }
+        self.assertEqual(
+            verdicts, {
+                "heart": "not reached: claimed", "abdomen": "**reached**", "beads": "**reached**",
+                "cholecystectomy": "**reached**", "cutting": "**reached**",
+                "smoke": "not reached: apart"
+            })
 
     def test_plan(self):
         plan = sequences.beyond(3)
@@ -213,12 +272,15 @@ class Numbers(unittest.TestCase):
         self.assertEqual({s.features for s in plan.sequences}, {100})
         self.assertEqual(min(seed for _, seed in plan.runs()), 101, "1 to 20 are for development")
         wipe = plan.sequence("wipe")
-        self.assertEqual([[share.name for share in plan.shares_of(wipe, seed)] for seed in wipe.seeds],
+        self.assertEqual([[share.name
+                           for share in plan.shares_of(wipe, seed)]
+                          for seed in wipe.seeds],
                          [["tracked", "slow", "early"], ["tracked", "slow"], ["tracked", "slow"]])
         self.assertEqual({t for share in plan.shares for t in share.trackers}, RIVALS | {"csd"})
         rows = set(reach.GOALS["rows"])
         self.assertEqual({s.table for s in plan.sequences} - {"pictures"}, rows)
-        self.assertEqual({name for name, *_ in sequences.PICTURE_KINDS}, set(reach.GOALS["pictures"]))
+        self.assertEqual({name for name, *_ in sequences.PICTURE_KINDS},
+                         set(reach.GOALS["pictures"]))
 
 
 class Errors(unittest.TestCase):

@@ -24,12 +24,13 @@ class Clips(harness.Case):
                 lines = harness.read_lines(f"{stem}.jsonl")
                 harness.check_tracks(self, lines, harness.decoded_frames(clip), most=10)
                 states = {f["state"] for line in lines for f in line["features"]}
-                self.assertLessEqual({"learning", "tracked"}, states, "tissue has features, and descriptors take over")
+                self.assertLessEqual({"learning", "tracked"}, states,
+                                     "tissue has features, and descriptors take over")
                 self.assertGreaterEqual(run.messages[0].get_value("frame"), 0)
                 self.assertEqual(run.warnings, [])
                 with open(f"{stem}.csv", newline="") as file:
-                    rows = [(int(r["frame"]), int(r["id"]), float(r["x"]), float(r["y"]), r["state"])
-                            for r in csv.DictReader(file)]
+                    rows = [(int(r["frame"]), int(r["id"]), float(r["x"]), float(r["y"]),
+                             r["state"]) for r in csv.DictReader(file)]
                 self.assertEqual(rows, [(line["frame"], f["id"], f["x"], f["y"], f["state"])
                                         for line in lines for f in line["features"]])
 

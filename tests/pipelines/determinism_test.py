@@ -18,7 +18,9 @@ class Determinism(harness.Case):
 
     def tracks(self, properties, name="csdtrack0"):
         path = self.tmp / "tracks.jsonl"
-        run = harness.Run(f"{self.source} ! csdtrack name={name} {properties} ! csdtrackenc ! filesink location={path}")
+        run = harness.Run(
+            f"{self.source} ! csdtrack name={name} {properties} ! csdtrackenc ! filesink location={path}"
+        )
         track = run.element(name)
         run.to_end()
         lines = harness.read_lines(path)
@@ -28,7 +30,8 @@ class Determinism(harness.Case):
 
     def test_runs_and_threads(self):
         first = self.tracks(SYNC + " n-threads=1")
-        self.assertGreater(self.stats.get_value("learned"), 0, "descriptors were learned: else this test says nothing")
+        self.assertGreater(self.stats.get_value("learned"), 0,
+                           "descriptors were learned: else this test says nothing")
         self.assertGreater(self.stats.get_value("retrainings"), 0)
         for threads in (1, 2, 4):
             with self.subTest(threads=threads):
@@ -48,7 +51,8 @@ class Determinism(harness.Case):
 
     def test_in_another_process(self):
         path = self.tmp / "other.jsonl"
-        done = harness.launch("-q", self.source, "! csdtrack", SYNC, "! csdtrackenc ! filesink", f"location={path}")
+        done = harness.launch("-q", self.source, "! csdtrack", SYNC, "! csdtrackenc ! filesink",
+                              f"location={path}")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(path.read_bytes(), self.tracks(SYNC))
 
@@ -61,21 +65,24 @@ class Determinism(harness.Case):
             branches.append(
                 f"t. ! queue ! csdtrack name=a{i} {SYNC} n-threads={1 + i} ! csdtrack name=b{i} algorithm=lk ! tee name=s{i} "
                 f"s{i}. ! queue ! csdtrackenc source=a{i} ! filesink location={self.tmp}/a{i}.jsonl "
-                f"s{i}. ! queue ! csdtrackenc source=b{i} ! filesink location={self.tmp}/b{i}.jsonl")
+                f"s{i}. ! queue ! csdtrackenc source=b{i} ! filesink location={self.tmp}/b{i}.jsonl"
+            )
         harness.play(f"{self.source} ! tee name=t {' '.join(branches)}")
         for i in range(4):
             for name, expected in ((f"a{i}", alone), (f"b{i}", lk)):
                 with self.subTest(name):
                     text = (self.tmp / f"{name}.jsonl").read_bytes()
-                    self.assertEqual(re.sub(rb'"source":"[ab]\d"', b'"source":"csdtrack0"', text), expected)
+                    self.assertEqual(re.sub(rb'"source":"[ab]\d"', b'"source":"csdtrack0"', text),
+                                     expected)
 
     def test_on_a_clip(self):
         clip = min(harness.clips(), key=lambda p: p.stat().st_size)
         results = []
         for threads in (1, 2, 4):
             path = self.tmp / f"{threads}.jsonl"
-            run = harness.Run("filesrc name=file ! decodebin ! csdtrack name=csdtrack0 algorithm=csd-2012 learning=sync max-features=10 "
-                              f"n-threads={threads} ! csdtrackenc ! filesink location={path}")
+            run = harness.Run(
+                "filesrc name=file ! decodebin ! csdtrack name=csdtrack0 algorithm=csd-2012 learning=sync max-features=10 "
+                f"n-threads={threads} ! csdtrackenc ! filesink location={path}")
             run.element("file").set_property("location", str(clip))
             run.to_end()
             results.append(path.read_bytes())

@@ -29,10 +29,12 @@ HANGS = 60  # seconds without an end: far more than any pipeline here takes
 FRAME = Gst.SECOND // 25
 STATES = ("learning", "tracked", "occluded", "lost", "out", "ended")
 CLAIMS = ("learning", "tracked")
-LINE_FIELDS = ["schema", "source", "role", "algorithm", "frame", "pts", "duration", "running_time", "stream_time",
-               "reference", "width", "height", "features"]
-# x264 (164) reads memory before it writes it: without the same bytes in all that is fresh, processes of a busy machine
-# encode other bits at times, with csdtrack or without.
+LINE_FIELDS = [
+    "schema", "source", "role", "algorithm", "frame", "pts", "duration", "running_time",
+    "stream_time", "reference", "width", "height", "features"
+]
+# x264 (164) reads memory before it writes it: without the same bytes in all that is fresh,
+# processes of a busy machine encode other bits at times, with csdtrack or without.
 SAME_MEMORY = {"MALLOC_PERTURB_": "165"}
 
 
@@ -75,7 +77,8 @@ def formats(template):
     return one
 
 
-# ---- Made-up videos ------------------------------------------------------------------------------------------------
+# ---- Made-up videos
+# ------------------------------------------------------------------------------------------------
 
 
 def texture(width, height, seed=1, sigma=2.5):
@@ -100,7 +103,8 @@ class Scene:
     def picture(self, t):
         """Motion is by whole pixels: what is shown is exact, with no interpolation that a tracker could see."""
         dx, dy = self.motion(t)
-        assert dx == int(dx) and dy == int(dy) and max(abs(dx), abs(dy)) <= self.MARGIN, "of whole pixels, and not far"
+        assert dx == int(dx) and dy == int(dy) and max(
+            abs(dx), abs(dy)) <= self.MARGIN, "of whole pixels, and not far"
         x, y = self.MARGIN - int(dx), self.MARGIN - int(dy)
         return self._all[y:y + self.height, x:x + self.width]
 
@@ -109,13 +113,17 @@ def encode(path, pictures, *options, rate=25):
     """Writes pictures (H×W×3, RGB) with ffmpeg."""
     pictures = list(pictures)
     height, width = pictures[0].shape[:2]
-    subprocess.run(["ffmpeg", "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r",
-                    str(rate), "-i", "-", *map(str, options), str(path)],
-                   input=b"".join(np.ascontiguousarray(p).tobytes() for p in pictures), check=True)
+    subprocess.run([
+        "ffmpeg", "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s",
+        f"{width}x{height}", "-r",
+        str(rate), "-i", "-", *map(str, options),
+        str(path)
+    ], input=b"".join(np.ascontiguousarray(p).tobytes() for p in pictures), check=True)
     return path
 
 
-H264 = ("-c:v", "libx264", "-pix_fmt", "yuv420p", "-preset", "veryfast", "-crf", "18", "-threads", "1")
+H264 = ("-c:v", "libx264", "-pix_fmt", "yuv420p", "-preset", "veryfast", "-crf", "18", "-threads",
+        "1")
 
 
 def scene_video(path, frames=60, *options, **scene):
@@ -125,8 +133,11 @@ def scene_video(path, frames=60, *options, **scene):
 
 def decoded_frames(path):
     """How many frames ffmpeg's decoder gets out of a file: a count that owes nothing to GStreamer."""
-    out = subprocess.run(["ffprobe", "-v", "quiet", "-count_frames", "-select_streams", "v:0", "-show_entries",
-                          "stream=nb_read_frames", "-of", "csv=p=0", str(path)], capture_output=True, text=True).stdout
+    out = subprocess.run([
+        "ffprobe", "-v", "quiet", "-count_frames", "-select_streams", "v:0", "-show_entries",
+        "stream=nb_read_frames", "-of", "csv=p=0",
+        str(path)
+    ], capture_output=True, text=True).stdout
     return int(out.split()[0].strip(","))
 
 
@@ -139,7 +150,8 @@ def clips():
     return found
 
 
-# ---- Running -------------------------------------------------------------------------------------------------------
+# ---- Running
+# -------------------------------------------------------------------------------------------------------
 
 
 class PipelineError(Exception):
@@ -221,8 +233,11 @@ def play(launch, feed=None, caps=None):
 
 def tracked_video(folder):
     """A video of two seconds, with a key frame every 10 and B-frames between, and the elements that let it pass as it is, to be compared with identity."""
-    video, tracks = scene_video(folder / "scene.mp4", 50, *H264, "-g", "10", "-bf", "2", width=160, height=120), folder / "tracks.jsonl"
-    play(f"filesrc location={video} ! decodebin ! csdtrack max-features=8 ! csdtrackenc ! filesink location={tracks}")
+    video, tracks = scene_video(folder / "scene.mp4", 50, *H264, "-g", "10", "-bf", "2", width=160,
+                                height=120), folder / "tracks.jsonl"
+    play(
+        f"filesrc location={video} ! decodebin ! csdtrack max-features=8 ! csdtrackenc ! filesink location={tracks}"
+    )
     return video, ("csdtrack max-features=8", f"csdtrackdec location={tracks}")
 
 
@@ -241,8 +256,9 @@ def rgb_caps(width=320, height=240):
 
 def launch(*arguments, env=None, timeout=HANGS, **options):
     """gst-launch-1.0 with a pipeline as a user types it, in a process of its own."""
-    return subprocess.run(["gst-launch-1.0", *" ".join(map(str, arguments)).split()], capture_output=True, text=True,
-                          stdin=subprocess.DEVNULL, timeout=timeout, env=dict(os.environ, **(env or {})), **options)
+    return subprocess.run(["gst-launch-1.0", *" ".join(map(str, arguments)).split()],
+                          capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=timeout,
+                          env=dict(os.environ, **(env or {})), **options)
 
 
 class Terminal:
@@ -253,10 +269,12 @@ class Terminal:
 
         def begin():
             fcntl.ioctl(0, termios.TIOCSCTTY, 0)
-            signal.signal(signal.SIGHUP, signal.SIG_DFL)  # where nohup runs the tests it would not be heard
+            # where nohup runs the tests it would not be heard
+            signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
-        self.process = subprocess.Popen(list(map(str, command)), stdin=there, stdout=there, stderr=there, env=env, start_new_session=True,
-                                        preexec_fn=begin)
+        self.process = subprocess.Popen(list(map(str,
+                                                 command)), stdin=there, stdout=there, stderr=there,
+                                        env=env, start_new_session=True, preexec_fn=begin)
         os.close(there)
         test.addCleanup(self.process.wait)
         test.addCleanup(self.process.kill)
@@ -281,7 +299,8 @@ class Terminal:
         return self.process.wait(60)
 
 
-# ---- Tracks --------------------------------------------------------------------------------------------------------
+# ---- Tracks
+# --------------------------------------------------------------------------------------------------------
 
 
 def parse_line(text):
@@ -318,15 +337,20 @@ def check_tracks(test, lines, frames=None, stamped=True, most=None):
         test.assertFalse(alive - now, f"{where}: left the list without having ended")
         new = now - alive
         if new and (alive or ended):
-            test.assertGreater(min(new), max(alive | ended), f"{where}: a new id is newer than all others")
+            test.assertGreater(min(new), max(alive | ended),
+                               f"{where}: a new id is newer than all others")
         for f in line["features"]:
             test.assertIn(f["state"], STATES, where)
             test.assertTrue(math.isfinite(f["x"]) and math.isfinite(f["y"]), where)
-            test.assertTrue(0 <= f["confidence"] <= 1 if line["algorithm"] == "csd" else f["confidence"] in (0, 1), f"{where}: {f}")
+            test.assertTrue(
+                0 <= f["confidence"] <= 1 if line["algorithm"] == "csd" else f["confidence"] in (0,
+                                                                                                 1),
+                f"{where}: {f}")
             test.assertEqual(f["confidence"] >= 0.5, f["state"] in CLAIMS, f"{where}: {f}")
             test.assertLessEqual(set(f), {"id", "x", "y", "state", "confidence", "fresh"}, where)
             if f["state"] in CLAIMS:
-                test.assertTrue(-0.5 <= f["x"] < line["width"] and -0.5 <= f["y"] < line["height"], f"{where}: {f}")
+                test.assertTrue(-0.5 <= f["x"] < line["width"] and -0.5 <= f["y"] < line["height"],
+                                f"{where}: {f}")
         over = {f["id"] for f in line["features"] if f["state"] == "ended"}
         alive, ended = now - over, ended | over
         if most is not None:

@@ -15,7 +15,8 @@ LATENCY = SOURCE / "pipelines" / "latency"
 
 
 def run(*arguments):
-    return subprocess.run([LATENCY, "--no-install", *map(str, arguments)], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=180,
+    return subprocess.run([LATENCY, "--no-install", *map(str, arguments)], capture_output=True,
+                          text=True, stdin=subprocess.DEVNULL, timeout=180,
                           env={**os.environ, "CSDTRACK_BUILD": str(BUILD)})
 
 
@@ -26,8 +27,9 @@ class Latency(harness.Case):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         rows = done.stdout.splitlines()
         self.assertEqual(rows[0].split(), ["p50", "p95", "p99", "ms"])
-        without, with_it = (re.fullmatch(rf"{kind} csdtrack +([\d.]+) +([\d.]+) +([\d.]+) +(\d+) frames", row) for kind, row in
-                            (("without", rows[1]), ("with", rows[2])))
+        without, with_it = (re.fullmatch(
+            rf"{kind} csdtrack +([\d.]+) +([\d.]+) +([\d.]+) +(\d+) frames", row)
+                            for kind, row in (("without", rows[1]), ("with", rows[2])))
         for row in without, with_it:
             p50, p95, p99 = (float(row[n]) for n in (1, 2, 3))
             self.assertTrue(0 < p50 <= p95 <= p99, row[0])
@@ -36,9 +38,14 @@ class Latency(harness.Case):
         self.assertGreater(float(with_it[1]), float(without[1]))
 
     def test_what_is_wrong_is_one_line(self):
-        for arguments, code, words in ((("/dev/video99",), 1, "no device"), (("in.mkv",), 2, "no live source"), (("rtsp://x/y",), 2, "no live source"),
-                                       (("test:x",), 2, "test:v210"), (("--rounds", "0"), 2, "--rounds"), (("--seconds", "1"), 2, "--seconds"),
-                                       (("--rounds", "1", "--seconds", "2", "--preset", "fast", "test:UYVY"), 2, "live-low-latency")):
+        for arguments, code, words in ((("/dev/video99", ), 1, "no device"), (("in.mkv", ), 2,
+                                                                              "no live source"),
+                                       (("rtsp://x/y", ), 2, "no live source"), (("test:x", ), 2,
+                                                                                 "test:v210"),
+                                       (("--rounds", "0"), 2, "--rounds"), (("--seconds", "1"), 2,
+                                                                            "--seconds"),
+                                       (("--rounds", "1", "--seconds", "2", "--preset", "fast",
+                                         "test:UYVY"), 2, "live-low-latency")):
             with self.subTest(arguments=arguments):
                 self.check_refused(run(*arguments), code, words)
 

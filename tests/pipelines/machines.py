@@ -18,7 +18,9 @@ SLOW = 60  # seconds until a server that starts must answer
 
 def need(*programs):
     """Their paths; servers are where an ordinary user's PATH doesn't lead."""
-    paths = {name: shutil.which(name, path=os.environ["PATH"] + ":/usr/sbin:/sbin") for name in programs}
+    paths = {
+        name: shutil.which(name, path=os.environ["PATH"] + ":/usr/sbin:/sbin") for name in programs
+    }
     missing = [name for name, path in paths.items() if not path]
     if missing:
         raise unittest.SkipTest(f"not installed: {', '.join(missing)} (tests/packages)")
@@ -72,12 +74,14 @@ class Servers:
         name = pathlib.Path(command[0]).name
         log = self.folder / f"{name}.out"
         with open(log, "wb") as out:
-            process = subprocess.Popen(list(map(str, command)), stdin=subprocess.DEVNULL, stdout=out, stderr=out, **options)
+            process = subprocess.Popen(list(map(str, command)), stdin=subprocess.DEVNULL,
+                                       stdout=out, stderr=out, **options)
         self._processes.append(process)
         until = time.monotonic() + SLOW
         while not answers():
             if process.poll() is not None or time.monotonic() > until:
-                raise AssertionError(f"{name} does not come up:\n{log.read_text(errors='replace')[-3000:]}")
+                raise AssertionError(
+                    f"{name} does not come up:\n{log.read_text(errors='replace')[-3000:]}")
             time.sleep(0.1)
 
     def stop(self):
@@ -106,18 +110,28 @@ class Ssh(Servers):
     def _start(self, paths):
         port, closed = free_ports(2)
         for key in ("host", "user"):
-            subprocess.run([paths["ssh-keygen"], "-q", "-t", "ed25519", "-N", "", "-f", self.folder / key], check=True)
+            subprocess.run(
+                [paths["ssh-keygen"], "-q", "-t", "ed25519", "-N", "", "-f", self.folder / key],
+                check=True)
         if os.getuid() == 0:
-            os.makedirs("/run/sshd", exist_ok=True)  # where sshd puts what it doesn't trust; Debian's service makes it
+            # where sshd puts what it doesn't trust; Debian's service makes it
+            os.makedirs("/run/sshd", exist_ok=True)
         (self.folder / "sshd_config").write_text(
             f"ListenAddress 127.0.0.1\nPort {port}\nHostKey {self.folder}/host\nAuthorizedKeysFile {self.folder}/user.pub\nPidFile none\n"
-            "StrictModes no\nUsePAM no\nPasswordAuthentication no\nPermitRootLogin prohibit-password\nMaxStartups 100\nLogLevel VERBOSE\n")
-        common = (f"  HostName 127.0.0.1\n  User {getpass.getuser()}\n  IdentityFile {self.folder}/user\n  IdentitiesOnly yes\n"
-                  f"  UserKnownHostsFile {self.folder}/known\n  StrictHostKeyChecking accept-new\n  LogLevel ERROR\n")
-        (self.folder / "ssh_config").write_text(f"Host one two\n  Port {port}\n{common}Host gone\n  Port {closed}\n{common}")
+            "StrictModes no\nUsePAM no\nPasswordAuthentication no\nPermitRootLogin prohibit-password\nMaxStartups 100\nLogLevel VERBOSE\n"
+        )
+        common = (
+            f"  HostName 127.0.0.1\n  User {getpass.getuser()}\n  IdentityFile {self.folder}/user\n  IdentitiesOnly yes\n"
+            f"  UserKnownHostsFile {self.folder}/known\n  StrictHostKeyChecking accept-new\n  LogLevel ERROR\n"
+        )
+        (self.folder / "ssh_config"
+         ).write_text(f"Host one two\n  Port {port}\n{common}Host gone\n  Port {closed}\n{common}")
         self.command = f"{paths['ssh']} -F {self.folder}/ssh_config"
-        self.serve(paths["sshd"], "-D", "-e", "-f", self.folder / "sshd_config",
-                   answers=lambda: subprocess.run([*self.command.split(), "-o", "BatchMode=yes", "one", "true"], capture_output=True).returncode == 0)
+        self.serve(
+            paths["sshd"], "-D", "-e", "-f", self.folder / "sshd_config",
+            answers=lambda: subprocess.run([
+                *self.command.split(), "-o", "BatchMode=yes", "one", "true"
+            ], capture_output=True).returncode == 0)
 
     def sessions(self):
         """How often someone logged in."""
@@ -177,18 +191,23 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
         (folder / "cgroup.conf").write_text("CgroupPlugin=cgroup/v1\n")
         self.environment = {**os.environ, "SLURM_CONF": str(folder / "slurm.conf")}
         # --force: below a folder like /tmp, where others may write.
-        self.serve(paths["munged"], "--foreground", "--force", f"--key-file={folder}/munge.key", f"--socket={folder}/munge.socket",
-                   f"--pid-file={folder}/munged.pid", f"--log-file={folder}/munged.log", f"--seed-file={folder}/munge.seed",
+        self.serve(paths["munged"], "--foreground", "--force", f"--key-file={folder}/munge.key",
+                   f"--socket={folder}/munge.socket", f"--pid-file={folder}/munged.pid",
+                   f"--log-file={folder}/munged.log", f"--seed-file={folder}/munge.seed",
                    answers=(folder / "munge.socket").exists)
-        self.serve(paths["slurmctld"], "-D", "-c", env=self.environment, answers=lambda: self.ask("scontrol", "ping"))
-        self.serve(paths["slurmd"], "-D", env=self.environment, answers=lambda: "idle" in self.ask("sinfo", "--noheader", "--format=%T"))
+        self.serve(paths["slurmctld"], "-D", "-c", env=self.environment,
+                   answers=lambda: self.ask("scontrol", "ping"))
+        self.serve(paths["slurmd"], "-D", env=self.environment,
+                   answers=lambda: "idle" in self.ask("sinfo", "--noheader", "--format=%T"))
 
     def submitted(self):
         """How many times sbatch gave it work."""
-        return (self.folder / "slurmctld.out").read_text(errors="replace").count("_slurm_rpc_submit_batch_job: JobId=")
+        return (self.folder / "slurmctld.out").read_text(
+            errors="replace").count("_slurm_rpc_submit_batch_job: JobId=")
 
     def ask(self, program, *arguments):
-        done = subprocess.run([self._paths[program], *arguments], capture_output=True, text=True, env=self.environment)
+        done = subprocess.run([self._paths[program], *arguments], capture_output=True, text=True,
+                              env=self.environment)
         return done.stdout if done.returncode == 0 else ""
 
     def stop(self):

@@ -11,7 +11,8 @@ import harness
 
 FRAMES = 90
 WIDE = "queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0"
-X264 = "x264enc threads=1 pass=quant quantizer=24 speed-preset=veryfast key-int-max=25"  # the same bytes on every run
+# the same bytes on every run
+X264 = "x264enc threads=1 pass=quant quantizer=24 speed-preset=veryfast key-int-max=25"
 
 
 def output(*command):
@@ -19,15 +20,19 @@ def output(*command):
 
 
 def streams(file):
-    return json.loads(output("ffprobe", "-v", "error", "-show_streams", "-count_packets", "-of", "json", file))["streams"]
+    return json.loads(
+        output("ffprobe", "-v", "error", "-show_streams", "-count_packets", "-of", "json",
+               file))["streams"]
 
 
 def lines(file):
-    return output("ffmpeg", "-v", "error", "-i", file, "-map", "0:s", "-c", "copy", "-f", "data", "-")
+    return output("ffmpeg", "-v", "error", "-i", file, "-map", "0:s", "-c", "copy", "-f", "data",
+                  "-")
 
 
 def video(file):
-    return output("ffmpeg", "-v", "error", "-i", file, "-map", "0:v", "-c", "copy", "-f", "h264", "-")
+    return output("ffmpeg", "-v", "error", "-i", file, "-map", "0:v", "-c", "copy", "-f", "h264",
+                  "-")
 
 
 class Matroska(harness.Case):
@@ -40,9 +45,10 @@ class Matroska(harness.Case):
 
     @classmethod
     def record(cls, encoder, recording, sidecar, source=None):
-        harness.Run(f"{source or cls.source} ! csdtrack ! tee name=t matroskamux name=m ! filesink location={recording} "
-                    f"t. ! queue ! {encoder} ! h264parse ! m. t. ! csdtrackenc ! {WIDE} ! m.subtitle_0 "
-                    f"t. ! csdtrackenc ! {WIDE} ! filesink location={sidecar}").to_end()
+        harness.Run(
+            f"{source or cls.source} ! csdtrack ! tee name=t matroskamux name=m ! filesink location={recording} "
+            f"t. ! queue ! {encoder} ! h264parse ! m. t. ! csdtrackenc ! {WIDE} ! m.subtitle_0 "
+            f"t. ! csdtrackenc ! {WIDE} ! filesink location={sidecar}").to_end()
 
     def test_the_lines_come_out_byte_for_byte(self):
         expected = self.sidecar.read_bytes()
@@ -57,7 +63,8 @@ class Matroska(harness.Case):
 
     def test_beside_a_decoder_that_asks_twice_for_memory(self):
         """avdec_h264 does where the width is no multiple of 16, after some frames."""
-        odd = harness.scene_video(self.tmp / "odd.mkv", FRAMES, *harness.H264, width=360, height=288)
+        odd = harness.scene_video(self.tmp / "odd.mkv", FRAMES, *harness.H264, width=360,
+                                  height=288)
         recording, sidecar = self.tmp / "asked.mkv", self.tmp / "asked.jsonl"
         self.record("x264enc", recording, sidecar, f"filesrc location={odd} ! decodebin")
         self.assertEqual(lines(recording), sidecar.read_bytes().replace(b"\n", b""))
@@ -66,32 +73,38 @@ class Matroska(harness.Case):
         for source in (self.recording, self.untagged()):
             _, text = streams(source)
             tags = {name.lower(): value for name, value in text["tags"].items()}
-            self.assertEqual((text["codec_type"], tags["title"], tags["language"]), ("subtitle", "csdtrack", "zxx"))
+            self.assertEqual((text["codec_type"], tags["title"], tags["language"]),
+                             ("subtitle", "csdtrack", "zxx"))
 
     def untagged(self):
         """A source that sends no tags."""
         file = self.tmp / "untagged.mkv"
-        harness.Run(f"csdsimsrc num-buffers=20 ! video/x-raw,format=I420,width=160,height=120 ! csdtrack ! tee name=t matroskamux name=m ! "
-                    f"filesink location={file} t. ! queue ! {X264} ! h264parse ! m. t. ! csdtrackenc ! {WIDE} ! m.subtitle_0").to_end()
+        harness.Run(
+            f"csdsimsrc num-buffers=20 ! video/x-raw,format=I420,width=160,height=120 ! csdtrack ! tee name=t matroskamux name=m ! "
+            f"filesink location={file} t. ! queue ! {X264} ! h264parse ! m. t. ! csdtrackenc ! {WIDE} ! m.subtitle_0"
+        ).to_end()
         return file
 
     def test_the_video_is_what_it_is_without(self):
         plain = self.tmp / "plain.mkv"
-        harness.Run(f"{self.source} ! {X264} ! h264parse ! matroskamux ! filesink location={plain}").to_end()
+        harness.Run(f"{self.source} ! {X264} ! h264parse ! matroskamux ! filesink location={plain}"
+                    ).to_end()
         self.assertEqual(video(self.recording), video(plain))
 
     def test_the_default_flag_can_be_cleared(self):
         cleared = self.tmp / "cleared.mkv"
         self.assertEqual(streams(self.recording)[1]["disposition"]["default"], 1)
-        output("ffmpeg", "-v", "error", "-i", self.recording, "-map", "0", "-c", "copy", "-disposition:s:0", "0", cleared)
+        output("ffmpeg", "-v", "error", "-i", self.recording, "-map", "0", "-c", "copy",
+               "-disposition:s:0", "0", cleared)
         self.assertEqual(streams(cleared)[1]["disposition"]["default"], 0)
         self.assertEqual(lines(cleared), lines(self.recording))
 
     def test_in_parts(self):
         sidecar = self.tmp / "parts.jsonl"
-        harness.Run(f"{self.source} ! csdtrack ! tee name=t splitmuxsink name=m muxer-factory=matroskamux max-size-time=1000000000 "
-                    f"location={self.tmp}/part%05d.mkv t. ! queue ! {X264} ! h264parse ! m.video t. ! csdtrackenc ! {WIDE} ! m.subtitle_0 "
-                    f"t. ! csdtrackenc ! {WIDE} ! filesink location={sidecar}").to_end()
+        harness.Run(
+            f"{self.source} ! csdtrack ! tee name=t splitmuxsink name=m muxer-factory=matroskamux max-size-time=1000000000 "
+            f"location={self.tmp}/part%05d.mkv t. ! queue ! {X264} ! h264parse ! m.video t. ! csdtrackenc ! {WIDE} ! m.subtitle_0 "
+            f"t. ! csdtrackenc ! {WIDE} ! filesink location={sidecar}").to_end()
         parts = sorted(self.tmp.glob("part*.mkv"))
         self.assertEqual(len(parts), -(-FRAMES // 25))
         for part in parts:
@@ -101,13 +114,18 @@ class Matroska(harness.Case):
 
     def test_the_documented_line_for_parts(self):
         page = (pathlib.Path(__file__).resolve().parents[2] / "docs" / "metadata.md").read_text()
-        line, = re.findall(r"^    gst-launch-1\.0 -e (.*splitmuxsink[^`]*?subtitle_0)$", page, re.M | re.S)
+        line, = re.findall(r"^    gst-launch-1\.0 -e (.*splitmuxsink[^`]*?subtitle_0)$", page,
+                           re.M | re.S)
         self.assertEqual(line.count("location=X"), 1)
         folder = self.tmp / "documented"
         folder.mkdir()
-        harness.Run(line.replace("\\\n", " ").replace("location=X", f"location={self.tmp / 'in.mkv'}").replace("%05d", f"{folder}/%05d")).to_end()
+        harness.Run(
+            line.replace("\\\n", " ").replace("location=X",
+                                              f"location={self.tmp / 'in.mkv'}").replace(
+                                                  "%05d", f"{folder}/%05d")).to_end()
         shown, text = streams(folder / "00000.mkv")
-        self.assertEqual((int(shown["nb_read_packets"]), int(text["nb_read_packets"])), (FRAMES, FRAMES))
+        self.assertEqual((int(shown["nb_read_packets"]), int(text["nb_read_packets"])),
+                         (FRAMES, FRAMES))
 
 
 if __name__ == "__main__":

@@ -19,11 +19,14 @@ PAGE = (pathlib.Path(__file__).resolve().parents[2] / "docs" / "metadata.md").re
 
 
 def output(*command, **options):
-    return subprocess.run(list(map(str, command)), check=True, capture_output=True, **options).stdout
+    return subprocess.run(list(map(str, command)), check=True, capture_output=True,
+                          **options).stdout
 
 
 def streams(file):
-    return json.loads(output("ffprobe", "-v", "error", "-show_streams", "-count_packets", "-of", "json", file))["streams"]
+    return json.loads(
+        output("ffprobe", "-v", "error", "-show_streams", "-count_packets", "-of", "json",
+               file))["streams"]
 
 
 def read_klv(data):
@@ -35,12 +38,17 @@ def read_klv(data):
 
 
 def extracted(file):
-    return output("ffmpeg", "-v", "error", "-i", file, "-map", "0:d", "-c", "copy", "-f", "data", "-")
+    return output("ffmpeg", "-v", "error", "-i", file, "-map", "0:d", "-c", "copy", "-f", "data",
+                  "-")
 
 
 def tracks(line):
     """What a line tells of its frame, but for the frame's times, which the stream counts from elsewhere."""
-    return {name: value for name, value in json.loads(line).items() if name not in ("pts", "running_time", "stream_time", "duration")}
+    return {
+        name: value
+        for name, value in json.loads(line).items()
+        if name not in ("pts", "running_time", "stream_time", "duration")
+    }
 
 
 class MpegTs(harness.Case):
@@ -53,20 +61,26 @@ class MpegTs(harness.Case):
 
     @classmethod
     def record(cls, encoder, sink, sidecar):
-        harness.Run(f"{SIMULATED} ! tee name=t mpegtsmux name=m ! {sink} t. ! queue ! {encoder} ! h264parse config-interval=-1 ! m. "
-                    f"t. ! csdtrackenc ! {WIDE} ! m. t. ! csdtrackenc ! {WIDE} ! filesink location={sidecar}").to_end()
+        harness.Run(
+            f"{SIMULATED} ! tee name=t mpegtsmux name=m ! {sink} t. ! queue ! {encoder} ! h264parse config-interval=-1 ! m. "
+            f"t. ! csdtrackenc ! {WIDE} ! m. t. ! csdtrackenc ! {WIDE} ! filesink location={sidecar}"
+        ).to_end()
 
     def back(self, source, demuxer="tsdemux"):
         """The lines of what csdtrackdec puts on frames, and the warnings."""
         second = self.tmp / "back.jsonl"
-        done = harness.Run(f"{source} ! {demuxer} name=d csdtrackdec name=r max-wait=3600000000000 ! csdtrackenc ! filesink location={second} "
-                           "d. ! queue ! h264parse ! avdec_h264 max-threads=1 ! videoconvert ! video/x-raw,format=I420 ! r.sink "
-                           "d. ! meta/x-klv ! queue ! r.text").to_end()
-        return second.read_bytes().splitlines(), [text for _, text in done.warnings if "CONTINUITY" not in text]
+        done = harness.Run(
+            f"{source} ! {demuxer} name=d csdtrackdec name=r max-wait=3600000000000 ! csdtrackenc ! filesink location={second} "
+            "d. ! queue ! h264parse ! avdec_h264 max-threads=1 ! videoconvert ! video/x-raw,format=I420 ! r.sink "
+            "d. ! meta/x-klv ! queue ! r.text").to_end()
+        return second.read_bytes().splitlines(), [
+            text for _, text in done.warnings if "CONTINUITY" not in text
+        ]
 
     def check_frames(self, lines, first=0):
         """They are those of consecutive frames."""
-        self.assertEqual(list(map(tracks, lines)), list(map(tracks, self.sent[first:first + len(lines)])))
+        self.assertEqual(list(map(tracks, lines)),
+                         list(map(tracks, self.sent[first:first + len(lines)])))
 
     def test_every_line_comes_back_on_its_frame(self):
         self.assertEqual(len(self.sent), FRAMES)
@@ -82,8 +96,10 @@ class MpegTs(harness.Case):
 
     def test_others_see_the_stream(self):
         video, data = streams(self.recording)
-        self.assertEqual((data["codec_type"], data["codec_name"], data["codec_tag_string"]), ("data", "klv", "KLVA"))
-        self.assertEqual((video["nb_read_packets"], data["nb_read_packets"]), (str(FRAMES), str(FRAMES)))
+        self.assertEqual((data["codec_type"], data["codec_name"], data["codec_tag_string"]),
+                         ("data", "klv", "KLVA"))
+        self.assertEqual((video["nb_read_packets"], data["nb_read_packets"]),
+                         (str(FRAMES), str(FRAMES)))
         self.assertEqual(read_klv(extracted(self.recording)), self.sidecar.read_bytes())
 
     def test_ffmpeg_keeps_it_but_not_its_times(self):
@@ -99,9 +115,10 @@ class MpegTs(harness.Case):
     def test_what_was_taken_out_goes_by_its_own_times(self):
         file, second = self.tmp / "out.klv", self.tmp / "second.jsonl"
         file.write_bytes(extracted(self.recording))
-        harness.Run(f"csdtrackdec name=r ! csdtrackenc ! filesink location={second} "
-                    f"csdsimsrc num-buffers={FRAMES} ! video/x-raw,format=I420,width=320,height=240,framerate=25/1 ! queue ! r.sink "
-                    f"filesrc location={file} ! meta/x-klv ! queue ! r.text").to_end()
+        harness.Run(
+            f"csdtrackdec name=r ! csdtrackenc ! filesink location={second} "
+            f"csdsimsrc num-buffers={FRAMES} ! video/x-raw,format=I420,width=320,height=240,framerate=25/1 ! queue ! r.sink "
+            f"filesrc location={file} ! meta/x-klv ! queue ! r.text").to_end()
         self.assertEqual(second.read_bytes(), self.sidecar.read_bytes())
 
     def test_joined_in_the_middle(self):
@@ -125,19 +142,24 @@ class MpegTs(harness.Case):
         for seed in range(3):
             with self.subTest(seed):
                 chance = random.Random(seed)
-                lossy.write_bytes(b"".join(p for p in packets if (p[1] & 31) << 8 | p[2] != pid or chance.random() < 39 / 40))
+                lossy.write_bytes(b"".join(
+                    p for p in packets
+                    if (p[1] & 31) << 8 | p[2] != pid or chance.random() < 39 / 40))
                 lines, warnings = self.back(f"filesrc location={lossy}")
                 self.assertEqual(len(lines), FRAMES)
                 whole = [n for n, line in enumerate(lines) if json.loads(line)["frame"] is not None]
-                self.assertEqual([tracks(lines[n]) for n in whole], [tracks(self.sent[n]) for n in whole])
+                self.assertEqual([tracks(lines[n]) for n in whole],
+                                 [tracks(self.sent[n]) for n in whole])
                 self.assertTrue(FRAMES // 4 < len(whole) < FRAMES, whole)
                 self.assertTrue(all("broke off" in text for text in warnings), warnings)
 
     def test_in_segments_of_hls(self):
         folder = self.tmp / "hls"
         folder.mkdir()
-        self.record("x264enc tune=zerolatency key-int-max=25", f"hlssink location={folder}/%05d.ts playlist-location={folder}/list.m3u8 "
-                    "target-duration=1 max-files=0 playlist-length=0", self.tmp / "hls.jsonl")
+        self.record(
+            "x264enc tune=zerolatency key-int-max=25",
+            f"hlssink location={folder}/%05d.ts playlist-location={folder}/list.m3u8 "
+            "target-duration=1 max-files=0 playlist-length=0", self.tmp / "hls.jsonl")
         lines, warnings = self.back(f"filesrc location={folder}/list.m3u8 ! hlsdemux")
         self.assertEqual((len(lines), warnings), (FRAMES, []))
         self.check_frames(lines)
@@ -158,9 +180,11 @@ class MpegTs(harness.Case):
                     count += 1
                     return Gst.PadProbeReturn.DROP if every and count % every == 0 else Gst.PadProbeReturn.OK
 
-                run = harness.Run(f"{SIMULATED} ! csdtrackenc ! {WIDE} ! rtpklvpay ! identity name=sent ! rtpklvdepay ! {WIDE} ! r.text "
-                                  f"csdsimsrc num-buffers={FRAMES} ! video/x-raw,format=I420,width=320,height=240,framerate=25/1 ! queue ! r.sink "
-                                  f"csdtrackdec name=r max-wait=3600000000000 ! csdtrackenc ! filesink location={second}")
+                run = harness.Run(
+                    f"{SIMULATED} ! csdtrackenc ! {WIDE} ! rtpklvpay ! identity name=sent ! rtpklvdepay ! {WIDE} ! r.text "
+                    f"csdsimsrc num-buffers={FRAMES} ! video/x-raw,format=I420,width=320,height=240,framerate=25/1 ! queue ! r.sink "
+                    f"csdtrackdec name=r max-wait=3600000000000 ! csdtrackenc ! filesink location={second}"
+                )
                 run.element("sent").get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER, lose)
                 run.to_end()
                 self.assertGreater(count, FRAMES)
@@ -176,7 +200,10 @@ class MpegTs(harness.Case):
         file = self.tmp / "documented.ts"
         source = harness.scene_video(self.tmp / "in.mkv", 30, *harness.H264)
         self.assertEqual((line.count("location=X"), line.count("out.ts")), (1, 1))
-        harness.Run(line.replace("\\\n", " ").replace("location=X", f"location={source}").replace("out.ts", str(file))).to_end()
+        harness.Run(
+            line.replace("\\\n", " ").replace("location=X",
+                                              f"location={source}").replace("out.ts",
+                                                                            str(file))).to_end()
         self.assertEqual([stream["nb_read_packets"] for stream in streams(file)], ["30", "30"])
         self.assertEqual(read_klv(extracted(file)).count(b"\n"), 30)
 

@@ -22,13 +22,15 @@ class Served:
         self.run = harness.Run(
             f"appsrc name=in ! csdtrack learning=sync max-features={FEATURES} ! csdtrackenc ! {forms} "
             "tcpserversink name=server host=127.0.0.1 port=0",  # any port that is free
-            self._when_arrived(harness.buffers(pictures)), harness.rgb_caps())
+            self._when_arrived(harness.buffers(pictures)),
+            harness.rgb_caps())
         test.addCleanup(self.run.pipeline.set_state, Gst.State.NULL)
         server = self.run.element("server")
         server.connect("client-added", lambda *_: self.arrived.set())
         # Up to PAUSED at once, for want of a frame; the server listens from READY on.
         self.run.pipeline.set_state(Gst.State.PLAYING)
-        client = socket.create_connection(("127.0.0.1", server.get_property("current-port")), harness.HANGS)
+        client = socket.create_connection(("127.0.0.1", server.get_property("current-port")),
+                                          harness.HANGS)
         test.addCleanup(client.close)
         self._text = client.makefile(encoding="utf-8", newline="")
         test.addCleanup(self._text.close)
@@ -71,9 +73,11 @@ class Network(harness.Case):
         served = Served(self, "text/csv ! identity drop-buffer-flags=gap !", scene(30, black=5))
         rows = list(csv.DictReader(served.lines(1 + 25 * FEATURES)))
         self.assertEqual(served.rest(), "")
-        self.assertEqual([int(row["frame"]) for row in rows], [t for t in range(5, 30) for _ in range(FEATURES)])
+        self.assertEqual([int(row["frame"]) for row in rows],
+                         [t for t in range(5, 30) for _ in range(FEATURES)])
         self.assertEqual([int(row["id"]) for row in rows], list(range(FEATURES)) * 25)
-        self.assertEqual([int(row["pts"]) for row in rows], [int(row["frame"]) * harness.FRAME for row in rows])
+        self.assertEqual([int(row["pts"]) for row in rows],
+                         [int(row["frame"]) * harness.FRAME for row in rows])
 
 
 if __name__ == "__main__":

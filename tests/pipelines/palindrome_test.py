@@ -28,11 +28,13 @@ TRACKERS = ("lk", "still", "csrt")
 
 
 def palindrome(*arguments):
-    return subprocess.run([COMMAND, "--no-install", *map(str, arguments)], capture_output=True, text=True)
+    return subprocess.run([COMMAND, "--no-install", *map(str, arguments)], capture_output=True,
+                          text=True)
 
 
 def ffmpeg(*arguments):
-    return subprocess.run(["ffmpeg", "-v", "error", "-y", *map(str, arguments)], check=True, capture_output=True).stdout
+    return subprocess.run(["ffmpeg", "-v", "error", "-y", *map(str, arguments)], check=True,
+                          capture_output=True).stdout
 
 
 class Case(unittest.TestCase):
@@ -45,10 +47,11 @@ class Case(unittest.TestCase):
     def simulated(self, name, frames=40, size=(320, 240), container="matroskamux"):
         """Key frames seldom, and frames that depend on later ones: seeking is not for nothing."""
         path = self.tmp / name
-        subprocess.run(f"gst-launch-1.0 -q csdsimsrc scenario=deformation seed=3 num-buffers={frames} ! "
-                       f"video/x-raw,format=I420,width={size[0]},height={size[1]},framerate=25/1 ! "
-                       f"x264enc bframes=3 key-int-max=17 speed-preset=veryfast ! h264parse ! {container} ! "
-                       f"filesink location={path}".split(), check=True)
+        subprocess.run(
+            f"gst-launch-1.0 -q csdsimsrc scenario=deformation seed=3 num-buffers={frames} ! "
+            f"video/x-raw,format=I420,width={size[0]},height={size[1]},framerate=25/1 ! "
+            f"x264enc bframes=3 key-int-max=17 speed-preset=veryfast ! h264parse ! {container} ! "
+            f"filesink location={path}".split(), check=True)
         return path
 
 
@@ -62,7 +65,9 @@ class Mirror(Case):
             shown._memory = pieces * info.size
             self.assertEqual(len(frame), info.size)
             rows = hashlib.md5()
-            for plane, (width, height) in enumerate(((info.width, info.height), *[((info.width + 1) // 2, (info.height + 1) // 2)] * 2)):
+            for plane, (width, height) in enumerate(
+                ((info.width, info.height), *[((info.width + 1) // 2,
+                                               (info.height + 1) // 2)] * 2)):
                 for row in range(height):
                     at = info.offset[plane] + row * info.stride[plane]
                     rows.update(frame[at:at + width])
@@ -72,7 +77,8 @@ class Mirror(Case):
 
     def decoded(self, path):
         """As ffmpeg decodes it."""
-        lines = ffmpeg("-i", path, "-pix_fmt", "yuv420p", "-f", "framemd5", "-").decode().splitlines()
+        lines = ffmpeg("-i", path, "-pix_fmt", "yuv420p", "-f", "framemd5",
+                       "-").decode().splitlines()
         return [line.split(",")[-1].strip() for line in lines if not line.startswith("#")]
 
     def test_there_and_back(self):
@@ -88,7 +94,8 @@ class Mirror(Case):
                 self.assertEqual(shown.images, images)
                 self.assertEqual(shown.pieces, -(-(images - 1) // pieces))
                 self.assertEqual(shown.decoded_anew, 0)
-                self.assertEqual([round(time / 1e6) for time in times], [40 * i for i in range(2 * images - 1)])
+                self.assertEqual([round(time / 1e6) for time in times],
+                                 [40 * i for i in range(2 * images - 1)])
 
     def test_a_part(self):
         path = self.simulated("clip.mkv")
@@ -115,10 +122,13 @@ class Mirror(Case):
         path = self.simulated("clip.mkv")
         expected = self.decoded(path)
         found = mirror.Decoding
-        with unittest.mock.patch("mirror.Decoding", lambda path, since: found(path, since + 120000000 if since else 0)):
+        with unittest.mock.patch("mirror.Decoding",
+                                 lambda path, since: found(path, since + 120000000
+                                                           if since else 0)):
             hashes, _, shown = self.play(path, 250, 10)
         self.assertEqual(hashes, expected + expected[:-1][::-1])
-        self.assertEqual((shown.pieces, shown.decoded_anew), (4, 3), "all but that of the beginning")
+        self.assertEqual((shown.pieces, shown.decoded_anew), (4, 3),
+                         "all but that of the beginning")
 
     def test_other_frames_are_noticed(self):
         shown = mirror.Mirror(self.simulated("clip.mkv"), 0, 20, 1 << 20)
@@ -135,8 +145,8 @@ class Scores(Case):
         clip = cls.simulated(cls, "clip.mkv")
         (cls.tmp / "other").mkdir()
         ffmpeg("-i", clip, "-t", 0.2, "-c", "copy", cls.tmp / "other" / "clip.mkv")
-        done = palindrome("--trackers", ",".join(TRACKERS), "--features", 12, "--frames", 24, "--json", "--out", cls.tmp / "out",
-                          clip, cls.tmp / "other" / "clip.mkv")
+        done = palindrome("--trackers", ",".join(TRACKERS), "--features", 12, "--frames", 24,
+                          "--json", "--out", cls.tmp / "out", clip, cls.tmp / "other" / "clip.mkv")
         assert done.returncode == 0, done.stderr
         cls.rows = {row["tracks"]: row for row in json.loads(done.stdout)["palindromes"]}
         cls.said = done.stderr
@@ -146,14 +156,19 @@ class Scores(Case):
 
     def test_what_never_moves(self):
         row = self.rows["clip/still.jsonl"]
-        self.assertEqual(row["counts"], {"frames": 47, "features": 12, "claims": 12 * 47, "pairs": 12 * 23, "apart": 0,
-                                         "returned": 12, "falsely_returned": 0})
+        self.assertEqual(
+            row["counts"], {
+                "frames": 47, "features": 12, "claims": 12 * 47, "pairs": 12 * 23, "apart": 0,
+                "returned": 12, "falsely_returned": 0
+            })
 
     def test_rows(self):
-        self.assertEqual(list(self.rows), [f"{clip}/{t}.jsonl" for clip in ("clip", "clip-2") for t in TRACKERS])
+        self.assertEqual(list(self.rows),
+                         [f"{clip}/{t}.jsonl" for clip in ("clip", "clip-2") for t in TRACKERS])
         self.assertEqual([row["tracker"] for row in self.rows.values()], [*TRACKERS] * 2)
         self.assertEqual(self.rows["clip/csrt.jsonl"]["counts"]["features"], 10, "a slow one")
-        self.assertGreater(self.rows["clip/lk.jsonl"]["returned"], 0.8, "a second of a mildly beating heart")
+        self.assertGreater(self.rows["clip/lk.jsonl"]["returned"], 0.8,
+                           "a second of a mildly beating heart")
 
     def test_all_see_the_same(self):
         """Features, frames and times."""
@@ -171,26 +186,34 @@ class Scores(Case):
         """Each its own, also where a clip is called as a numbered one would be."""
         command = types.ModuleType("palindrome")
         command.__file__ = str(COMMAND)
-        exec(compile(COMMAND.read_text(), COMMAND, "exec"), command.__dict__)  # not to be imported: its name has no .py
-        for videos, names in ((("a/clip.mkv", "b/clip.mkv", "clip-2.mkv", "c/clip.mp4"), ["clip", "clip-3", "clip-2", "clip-4"]),
-                              (("clip-2.mkv", "a/clip-2.mkv", "clip.mkv", "a/clip.mkv"), ["clip-2", "clip-2-2", "clip", "clip-3"])):
-            self.assertEqual([name for name, _ in command.named(list(map(pathlib.Path, videos)))], names)
+        # not to be imported: its name has no .py
+        exec(compile(COMMAND.read_text(), COMMAND, "exec"), command.__dict__)
+        for videos, names in ((("a/clip.mkv", "b/clip.mkv", "clip-2.mkv", "c/clip.mp4"),
+                               ["clip", "clip-3", "clip-2", "clip-4"]),
+                              (("clip-2.mkv", "a/clip-2.mkv", "clip.mkv", "a/clip.mkv"),
+                               ["clip-2", "clip-2-2", "clip", "clip-3"])):
+            self.assertEqual([name for name, _ in command.named(list(map(pathlib.Path, videos)))],
+                             names)
 
     def test_progress_and_what_is_left(self):
         self.assertIn("100 % (47 frames", self.said)
         self.assertEqual({path.name for path in (self.tmp / "out").iterdir()}, {"clip", "clip-2"})
-        self.assertEqual({path.name for path in (self.tmp / "out" / "clip").iterdir()}, {f"{t}.jsonl" for t in TRACKERS})
+        self.assertEqual({path.name for path in (self.tmp / "out" / "clip").iterdir()},
+                         {f"{t}.jsonl" for t in TRACKERS})
 
     def test_table(self):
         done = palindrome("--trackers", "still", "--frames", 4, "--markdown", self.tmp / "clip.mkv")
-        self.assertEqual(done.stdout.splitlines()[-1], "| clip/still.jsonl | still | 50 | 7 | 1.000 | 0.000 | 1.000 | 0.000 |")
+        self.assertEqual(done.stdout.splitlines()[-1],
+                         "| clip/still.jsonl | still | 50 | 7 | 1.000 | 0.000 | 1.000 | 0.000 |")
 
 
 class Memory(Case):
     def peak(self, video):
         """MB that the command holds at most."""
-        process = subprocess.Popen([COMMAND, "--no-install", "--trackers", "lk", "--features", "5", "--frames", "1000", "--memory", "4",
-                                    video], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        process = subprocess.Popen([
+            COMMAND, "--no-install", "--trackers", "lk", "--features", "5", "--frames", "1000",
+            "--memory", "4", video
+        ], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
         self.assertEqual(process.returncode, 0)
@@ -201,8 +224,8 @@ class Memory(Case):
         peaks = []
         for frames in (60, 240):
             video = self.tmp / f"{frames}.mkv"
-            ffmpeg("-f", "lavfi", "-i", "testsrc2=size=640x480:rate=25", "-frames:v", frames, "-c:v", "libx264", "-preset",
-                   "veryfast", "-pix_fmt", "yuv420p", video)
+            ffmpeg("-f", "lavfi", "-i", "testsrc2=size=640x480:rate=25", "-frames:v", frames,
+                   "-c:v", "libx264", "-preset", "veryfast", "-pix_fmt", "yuv420p", video)
             peaks.append(self.peak(video))
         self.assertLess(peaks[1] - peaks[0], 30, peaks)
 
@@ -237,18 +260,23 @@ class Errors(Case):
             with self.subTest(video=video.name, frames=frames):
                 done = palindrome("--trackers", "still", "--frames", frames, "--json", video)
                 self.assertEqual(done.returncode, 0, done.stderr)
-                self.assertEqual("s only, and says that it lasts 3.0 s: is the file complete?" in done.stderr, said, done.stderr)
+                self.assertEqual(
+                    "s only, and says that it lasts 3.0 s: is the file complete?" in done.stderr,
+                    said, done.stderr)
 
     def test_the_others_are_scored(self):
         (self.tmp / "text.mkv").write_text("no video at all\n" * 100)
-        done = palindrome("--trackers", "still", "--json", self.tmp / "text.mkv", self.simulated("good.mkv", 3))
+        done = palindrome("--trackers", "still", "--json", self.tmp / "text.mkv",
+                          self.simulated("good.mkv", 3))
         self.assertEqual(done.returncode, 1)
         self.assertIn("text.mkv' isn't a video", done.stderr)
-        self.assertEqual([row["tracks"] for row in json.loads(done.stdout)["palindromes"]], ["good/still.jsonl"])
+        self.assertEqual([row["tracks"] for row in json.loads(done.stdout)["palindromes"]],
+                         ["good/still.jsonl"])
 
     def test_wrong_use(self):
-        for arguments in ([], ["--frames", "1", "x"], ["--memory", "0", "x"], ["--from", "-1", "x"], ["--trackers", "psychic", "x"],
-                          ["--json", "--markdown", "x"], ["--nothing", "x"]):
+        for arguments in ([], ["--frames", "1", "x"], ["--memory", "0", "x"], ["--from", "-1", "x"],
+                          ["--trackers", "psychic", "x"], ["--json", "--markdown",
+                                                           "x"], ["--nothing", "x"]):
             with self.subTest(arguments):
                 done = palindrome(*arguments)
                 self.assertEqual(done.returncode, 2)

@@ -10,12 +10,16 @@ import harness
 from harness import Gst
 from gi.repository import GstVideo
 
-FLUSH, ACCURATE, SEGMENT, KEY_UNIT = (getattr(Gst.SeekFlags, name) for name in ("FLUSH", "ACCURATE", "SEGMENT", "KEY_UNIT"))
-TRICKMODE, KEY_UNITS, NO_FLAGS = (getattr(Gst.SeekFlags, name) for name in ("TRICKMODE", "TRICKMODE_KEY_UNITS", "NONE"))
+FLUSH, ACCURATE, SEGMENT, KEY_UNIT = (getattr(Gst.SeekFlags, name)
+                                      for name in ("FLUSH", "ACCURATE", "SEGMENT", "KEY_UNIT"))
+TRICKMODE, KEY_UNITS, NO_FLAGS = (getattr(Gst.SeekFlags, name)
+                                  for name in ("TRICKMODE", "TRICKMODE_KEY_UNITS", "NONE"))
 BEFORE, AFTER = Gst.SeekFlags.SNAP_BEFORE, Gst.SeekFlags.SNAP_AFTER
 STOPS = Gst.MessageType.EOS | Gst.MessageType.SEGMENT_DONE
-SEGMENT_FIELDS = ("flags", "rate", "applied_rate", "format", "base", "offset", "start", "stop", "time", "position", "duration")
-# Of one element and the next, or when a clock or a queue has it so; nothing of them is the stream's.
+SEGMENT_FIELDS = ("flags", "rate", "applied_rate", "format", "base", "offset", "start", "stop",
+                  "time", "position", "duration")
+# Of one element and the next, or when a clock or a queue has it so; nothing of them is the
+# stream's.
 NOT_COMPARED = (Gst.EventType.QOS, Gst.EventType.LATENCY, Gst.EventType.RECONFIGURE)
 
 
@@ -26,13 +30,17 @@ class Player:
         self.got, self.asked, self.numbers = [], [], {}
         self.held_at, self.count = None, 0  # that buffer since the last flush waits for the next
         self.held, self.flushed, self.ends = (threading.Semaphore(0) for _ in range(3))
-        self.run = harness.Run(f"filesrc location={video} ! qtdemux name=demuxer h264parse name=parser ! avdec_h264 name=first max-threads=1 "
-                               f"! {element} ! fakesink name=sink sync=false")
+        self.run = harness.Run(
+            f"filesrc location={video} ! qtdemux name=demuxer h264parse name=parser ! avdec_h264 name=first max-threads=1 "
+            f"! {element} ! fakesink name=sink sync=false")
         # Each time: what gst_parse_launch() links later it links once.
-        self.run.element("demuxer").connect("pad-added", lambda _, pad: pad.link(self.run.element("parser").get_static_pad("sink")))
+        self.run.element("demuxer").connect(
+            "pad-added", lambda _, pad: pad.link(self.run.element("parser").get_static_pad("sink")))
         kinds = Gst.PadProbeType
-        self.run.element("sink").get_static_pad("sink").add_probe(kinds.BUFFER | kinds.EVENT_DOWNSTREAM | kinds.EVENT_FLUSH, self.see, self.got)
-        self.run.element("first").get_static_pad("src").add_probe(kinds.EVENT_UPSTREAM, self.see, self.asked)
+        self.run.element("sink").get_static_pad("sink").add_probe(
+            kinds.BUFFER | kinds.EVENT_DOWNSTREAM | kinds.EVENT_FLUSH, self.see, self.got)
+        self.run.element("first").get_static_pad("src").add_probe(kinds.EVENT_UPSTREAM, self.see,
+                                                                  self.asked)
 
     def see(self, _pad, info, kept):
         if info.type & Gst.PadProbeType.BUFFER:
@@ -54,7 +62,8 @@ class Player:
     def told_of_buffer(self, buffer):
         with buffer.map(Gst.MapFlags.READ) as memory:
             pixels = hashlib.sha256(memory.data).hexdigest()
-        return ("buffer", buffer.pts, buffer.dts, buffer.duration, buffer.offset, buffer.offset_end, int(buffer.get_flags()), pixels)
+        return ("buffer", buffer.pts, buffer.dts, buffer.duration, buffer.offset, buffer.offset_end,
+                int(buffer.get_flags()), pixels)
 
     def told_of_event(self, event):
         """Numbers are the process's: they are counted in the order in which they come."""
@@ -77,7 +86,8 @@ class Player:
 
     def seek(self, rate, flags, start, stop=None):
         ends = [-1 if at is None else int(at * Gst.SECOND) for at in (start, stop)]
-        event = Gst.Event.new_seek(rate, Gst.Format.TIME, flags, Gst.SeekType.SET, ends[0], Gst.SeekType.SET, ends[1])
+        event = Gst.Event.new_seek(rate, Gst.Format.TIME, flags, Gst.SeekType.SET, ends[0],
+                                   Gst.SeekType.SET, ends[1])
         assert self.run.pipeline.send_event(event)
         if flags & FLUSH:
             self.run.until(Gst.MessageType.ASYNC_DONE)
@@ -93,7 +103,8 @@ class Player:
         assert self.ends.acquire(timeout=harness.HANGS)
 
     def step(self, frames):
-        assert self.run.pipeline.send_event(Gst.Event.new_step(Gst.Format.BUFFERS, frames, 1.0, True, False))
+        assert self.run.pipeline.send_event(
+            Gst.Event.new_step(Gst.Format.BUFFERS, frames, 1.0, True, False))
         self.run.until(Gst.MessageType.STEP_DONE)
 
     def pauses(self, times):
@@ -129,7 +140,8 @@ def seeks_while_it_plays(player):
     """Each comes while a frame is on its way."""
     player.held_at = 4
     player.run.pipeline.set_state(Gst.State.PLAYING)
-    for rate, start, stop in ((1, 1.0, None), (2, 0.1, None), (-1, 0, 1.5), (0.5, 0.7, 1.9), (1, 0.4, None)):
+    for rate, start, stop in ((1, 1.0, None), (2, 0.1, None), (-1, 0, 1.5), (0.5, 0.7, 1.9),
+                              (1, 0.4, None)):
         assert player.held.acquire(timeout=harness.HANGS)
         if start == 0.4:
             player.held_at = None
@@ -140,7 +152,8 @@ def seeks_while_it_plays(player):
 def a_key_frame_is_asked_for(player):
     player.to(Gst.State.PAUSED)
     for count in (1, 2):
-        player.run.pipeline.send_event(GstVideo.video_event_new_upstream_force_key_unit(Gst.SECOND, True, count))
+        player.run.pipeline.send_event(
+            GstVideo.video_event_new_upstream_force_key_unit(Gst.SECOND, True, count))
     player.play()
 
 
@@ -223,7 +236,8 @@ class InAPlayer(harness.Case):
     def test_a_key_frame_on_demand_before_an_encoder(self):
         plain = self.encoded("identity")
         flags = [told[-2] for told in plain if told[0] == "buffer"]
-        self.assertEqual([i for i, flag in enumerate(flags) if not flag & Gst.BufferFlags.DELTA_UNIT], [0, 20])
+        self.assertEqual(
+            [i for i, flag in enumerate(flags) if not flag & Gst.BufferFlags.DELTA_UNIT], [0, 20])
         for element in self.elements:
             with self.subTest(element):
                 self.assertEqual(self.encoded(element), plain)
@@ -233,7 +247,9 @@ class InAPlayer(harness.Case):
 
         def demand(pad, info):
             if info.get_buffer().pts == 20 * harness.FRAME:
-                pad.push_event(GstVideo.video_event_new_downstream_force_key_unit(*[20 * harness.FRAME] * 3, True, 1))
+                pad.push_event(
+                    GstVideo.video_event_new_downstream_force_key_unit(
+                        *[20 * harness.FRAME] * 3, True, 1))
             return Gst.PadProbeReturn.OK
 
         player.run.element("first").get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER, demand)

@@ -39,7 +39,8 @@ class Presets(harness.Case):
     def test_gst_launch_takes_them(self):
         for name in LISTED:
             with self.subTest(name):
-                done = harness.launch("-q csdsimsrc num-buffers=3 !", f"csdtrack @preset={name} ! fakesink")
+                done = harness.launch("-q csdsimsrc num-buffers=3 !",
+                                      f"csdtrack @preset={name} ! fakesink")
                 self.assertEqual((done.returncode, done.stderr), (0, ""))
         done = harness.launch("-q csdsimsrc num-buffers=3 !", "csdtrack @preset=fast ! fakesink")
         self.assertIn("fast", done.stderr)

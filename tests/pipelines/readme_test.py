@@ -18,7 +18,8 @@ class Readme(Case):
         self.assertLessEqual(len(example.splitlines()), 14)
         video = self.tmp / "made up.mp4"
         scene_video(video, 30)
-        done = subprocess.run([sys.executable, "-c", example, video], capture_output=True, text=True, timeout=HANGS)
+        done = subprocess.run([sys.executable, "-c", example, video], capture_output=True,
+                              text=True, timeout=HANGS)
         self.assertEqual(done.returncode, 0, done.stderr)
         rows = [line.split() for line in done.stdout.splitlines()]
         self.assertEqual({int(row[0]) for row in rows}, set(range(30)))
@@ -28,7 +29,8 @@ class Readme(Case):
 
     def test_python_example_tells_of_an_error(self):
         example = re.search(r"```python\n(.*?)```", README.read_text(), re.DOTALL).group(1)
-        done = subprocess.run([sys.executable, "-c", example, README], capture_output=True, text=True, timeout=HANGS)
+        done = subprocess.run([sys.executable, "-c", example, README], capture_output=True,
+                              text=True, timeout=HANGS)
         self.assertEqual(done.returncode, 1)
         self.assertRegex(done.stderr, rf"^{re.escape(str(README))}: \S.*text file\s*$")
 

@@ -22,19 +22,22 @@ ENVIRONMENT = {**os.environ, "CSDTRACK_BUILD": str(BUILD), **harness.SAME_MEMORY
 
 
 def run(*arguments):
-    return subprocess.run([RECORD, "--no-install", *map(str, arguments)], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=180,
-                          env=ENVIRONMENT)
+    return subprocess.run([RECORD, "--no-install", *map(str, arguments)], capture_output=True,
+                          text=True, stdin=subprocess.DEVNULL, timeout=180, env=ENVIRONMENT)
 
 
 def review(*arguments):
-    return subprocess.run([SOURCE / "pipelines" / "review", "--no-install", "--sink", "fakesink", *arguments], capture_output=True, text=True,
-                          timeout=120, env=ENVIRONMENT)
+    return subprocess.run(
+        [SOURCE / "pipelines" / "review", "--no-install", "--sink", "fakesink", *arguments],
+        capture_output=True, text=True, timeout=120, env=ENVIRONMENT)
 
 
 def frame_times(video):
     """Milliseconds, as Matroska keeps them."""
-    done = subprocess.run(["ffprobe", "-v", "error", "-select_streams", "v", "-show_entries", "packet=pts_time", "-of", "csv=p=0", video],
-                          capture_output=True, text=True, check=True)
+    done = subprocess.run([
+        "ffprobe", "-v", "error", "-select_streams", "v", "-show_entries", "packet=pts_time", "-of",
+        "csv=p=0", video
+    ], capture_output=True, text=True, check=True)
     return sorted(round(1000 * float(line.strip(","))) for line in done.stdout.split())
 
 
@@ -42,7 +45,9 @@ def stream_of(folder):
     """The encoded video of all files, as it went into them."""
     found = b""
     for video in sorted(folder.glob("*.mkv")):
-        found += subprocess.run(["ffmpeg", "-v", "error", "-i", video, "-c", "copy", "-f", "h264", "-"], capture_output=True, check=True).stdout
+        found += subprocess.run(
+            ["ffmpeg", "-v", "error", "-i", video, "-c", "copy", "-f", "h264", "-"],
+            capture_output=True, check=True).stdout
     return found
 
 
@@ -54,8 +59,9 @@ class Record(harness.Case):
     def setUpClass(cls):
         super().setUpClass()
         cls.video = cls.tmp / "operation.mkv"
-        harness.play("csdsimsrc num-buffers=130 ! video/x-raw,width=320,height=240,framerate=25/1 ! x264enc speed-preset=ultrafast ! "
-                     f"matroskamux ! filesink location={cls.video}")
+        harness.play(
+            "csdsimsrc num-buffers=130 ! video/x-raw,width=320,height=240,framerate=25/1 ! x264enc speed-preset=ultrafast ! "
+            f"matroskamux ! filesink location={cls.video}")
 
     def check_together(self, files, live=False):
         """A live source's frames that come faster than they can be looked at have no line."""
@@ -64,7 +70,8 @@ class Record(harness.Case):
         self.assertEqual(len(videos), files)
         for video in videos:
             lines = harness.read_lines(video.with_suffix(".jsonl"))
-            times, of_video = [round(line["stream_time"] / 1e6) for line in lines], frame_times(video)
+            times, of_video = [round(line["stream_time"] / 1e6)
+                               for line in lines], frame_times(video)
             if live:
                 of_video = [time for time in of_video if time in set(times)]
             self.assertEqual(times, of_video, video.name)
@@ -77,29 +84,44 @@ class Record(harness.Case):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(self.check_together(3), 130)
         looked_at = review(self.out / "00001.mkv")
-        self.assertEqual((looked_at.returncode, looked_at.stdout, looked_at.stderr), (0, "50 frames\n", ""))
+        self.assertEqual((looked_at.returncode, looked_at.stdout, looked_at.stderr),
+                         (0, "50 frames\n", ""))
         # One that was tracked by itself has other stream times.
-        harness.play(f"filesrc location={self.out}/00001.mkv ! decodebin ! csdtrack ! csdtrackenc ! filesink location={self.tmp}/itself.jsonl")
+        harness.play(
+            f"filesrc location={self.out}/00001.mkv ! decodebin ! csdtrack ! csdtrackenc ! filesink location={self.tmp}/itself.jsonl"
+        )
         self.assertEqual(harness.read_lines(self.tmp / "itself.jsonl")[0]["stream_time"], 0)
         self.assertEqual(review(self.out / "00001.mkv", self.tmp / "itself.jsonl").stderr, "")
         # Another file's tracks: of other times, of another size, of another shape.
         # Every fifth line has a frame's time where 25 frames a second meet 30.
-        fast = harness.encode(self.tmp / "fast.mkv", (harness.Scene().picture(t) for t in range(60)), *harness.H264, rate=30)
+        fast = harness.encode(self.tmp / "fast.mkv", (harness.Scene().picture(t)
+                                                      for t in range(60)), *harness.H264, rate=30)
         (self.tmp / "empty.jsonl").write_text("")
-        self.assertRegex(review(fast, self.out / "00000.jsonl").stderr, "^review: warning: .* another video's: of 50 lines 1\\d have the time of a frame\n$")
-        self.assertRegex(review(fast, self.tmp / "empty.jsonl").stderr, "^review: warning: '.*/empty.jsonl' is empty\n$")
-        small, flat = (harness.scene_video(self.tmp / f"{height}.mkv", 20, width=160, height=height) for height in (120, 80))
-        for video, lines, words in ((self.out / "00000.mkv", "00001", "they begin at 2.00 s.* first 50 frames, from 0.00 s on"),
-                                    (self.out / "00001.mkv", "00000", "they begin at 0.00 s, the video at 2.00 s"),
-                                    (self.out / "00001.mkv", "00002", "they begin at 4.00 s.* first 50 frames, from 2.00 s on"),
-                                    (small, "00000", "a picture of 320×240, the video has 160×120"), (flat, "00000", "another aspect")):
+        self.assertRegex(
+            review(fast, self.out / "00000.jsonl").stderr,
+            "^review: warning: .* another video's: of 50 lines 1\\d have the time of a frame\n$")
+        self.assertRegex(
+            review(fast, self.tmp / "empty.jsonl").stderr,
+            "^review: warning: '.*/empty.jsonl' is empty\n$")
+        small, flat = (harness.scene_video(self.tmp / f"{height}.mkv", 20, width=160, height=height)
+                       for height in (120, 80))
+        for video, lines, words in ((self.out / "00000.mkv", "00001",
+                                     "they begin at 2.00 s.* first 50 frames, from 0.00 s on"),
+                                    (self.out / "00001.mkv", "00000",
+                                     "they begin at 0.00 s, the video at 2.00 s"),
+                                    (self.out / "00001.mkv", "00002",
+                                     "they begin at 4.00 s.* first 50 frames, from 2.00 s on"),
+                                    (small, "00000", "a picture of 320×240, the video has 160×120"),
+                                    (flat, "00000", "another aspect")):
             said = review(video, self.out / f"{lines}.jsonl")
             self.assertEqual((said.returncode, said.stderr.count("\n")), (0, 1), said.stderr)
             self.assertRegex(said.stderr, f"^review: warning: .*{words}")
         # Again: numbers go on, nothing is overwritten.
         before = {path: path.read_bytes() for path in self.out.iterdir()}
         self.assertEqual(run("--segment", 60, self.video, self.out).returncode, 0)
-        self.assertEqual({path.name for path in self.out.iterdir()} - {path.name for path in before}, {"00003.mkv", "00003.jsonl"})
+        self.assertEqual({path.name
+                          for path in self.out.iterdir()} - {path.name for path in before},
+                         {"00003.mkv", "00003.jsonl"})
         for path, content in before.items():
             self.assertEqual(path.read_bytes(), content)
 
@@ -110,50 +132,73 @@ class Record(harness.Case):
         self.assertEqual(self.check_together(1), 60)
 
     def test_sizes_that_are_not_even(self):
-        for kind, width, height, what in (("yuv420p", 161, 121, "column and row are"), ("yuv420p", 160, 121, "row is"), ("yuv422p", 161, 121, "column is"),
-                                          ("yuv420p10le", 161, 120, "column is"), ("yuv444p", 161, 121, None)):
+        for kind, width, height, what in (("yuv420p", 161, 121, "column and row are"),
+                                          ("yuv420p", 160, 121, "row is"), ("yuv422p", 161, 121,
+                                                                            "column is"),
+                                          ("yuv420p10le", 161, 120, "column is"), ("yuv444p", 161,
+                                                                                   121, None)):
             with self.subTest(kind=kind, width=width, height=height):
-                video = harness.scene_video(self.tmp / f"{kind}-{width}x{height}.mkv", 30, "-c:v", "ffv1", "-pix_fmt", kind, width=width, height=height)
+                video = harness.scene_video(self.tmp / f"{kind}-{width}x{height}.mkv", 30, "-c:v",
+                                            "ffv1", "-pix_fmt", kind, width=width, height=height)
                 self.out = self.tmp / video.stem
                 done = run(video, self.out)
                 said = f"record: {video}: {width}×{height} is no even size, which H.264 wants: the last {what} left out\n" if what else ""
                 self.assertEqual((done.returncode, done.stderr), (0, said))
                 self.assertEqual(self.check_together(1), 30)
                 size = width - ("column" in (what or "")), height - ("row" in (what or ""))
-                shown = subprocess.run(["ffprobe", "-v", "error", "-select_streams", "v", "-show_entries", "stream=width,height", "-of", "csv=p=0",
-                                        self.out / "00000.mkv"], capture_output=True, text=True, check=True).stdout
+                shown = subprocess.run([
+                    "ffprobe", "-v", "error", "-select_streams", "v", "-show_entries",
+                    "stream=width,height", "-of", "csv=p=0", self.out / "00000.mkv"
+                ], capture_output=True, text=True, check=True).stdout
                 self.assertEqual(tuple(map(int, shown.strip().split(","))), size)
-                self.assertEqual({(line["width"], line["height"]) for line in harness.read_lines(self.out / "00000.jsonl")}, {size})
+                self.assertEqual(
+                    {(line["width"], line["height"])
+                     for line in harness.read_lines(self.out / "00000.jsonl")}, {size})
                 self.assertEqual(review(self.out / "00000.mkv").stderr, "")
                 # It is the last ones that are missing: what is there is where it was.
-                came, recorded = (cv2.VideoCapture(str(path)).read()[1].astype(int) for path in (video, self.out / "00000.mkv"))
+                came, recorded = (cv2.VideoCapture(str(path)).read()[1].astype(int)
+                                  for path in (video, self.out / "00000.mkv"))
                 self.assertLess(abs(recorded - came[:size[1], :size[0]]).mean(), 8)
 
     def test_a_picture_that_changes_its_size(self):
         """Also in the middle of a segment, to an odd size, and for a frame only. Of another form it wants a file of its own, too."""
-        parts = ((60, "I420", 320, 240), (7, "I420", 161, 121), (1, "I420", 320, 240), (30, "I420", 160, 120), (20, "Y444", 160, 120))
+        parts = ((60, "I420", 320, 240), (7, "I420", 161, 121), (1, "I420", 320, 240),
+                 (30, "I420", 160, 120), (20, "Y444", 160, 120))
         program = f"""
 import sys, sources
 sources.begin = lambda _: " ".join("videotestsrc num-buffers={{}} ! video/x-raw,format={{}},width={{}},height={{}},framerate=25/1 ! parts.".format(*part)
                                    for part in {parts}) + " concat name=parts"
 import record
 """
-        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--set", "max-features=5", "--segment", "2", "changes", self.out],
-                              cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=180)
+        done = subprocess.run([
+            sys.executable, "-c", program, "--preset", "", "--set", "max-features=5", "--segment",
+            "2", "changes", self.out
+        ], cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=180)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual([line.removeprefix("record: changes: ") for line in done.stderr.splitlines() if "odd" not in line and "even" not in line],
-                         [f"the picture's {what}: a new file begins" for what in ("size is 160×120 now", "size is 320×240 now", "size is 160×120 now",
-                                                                                  "form changes")])
+        self.assertEqual([
+            line.removeprefix("record: changes: ")
+            for line in done.stderr.splitlines()
+            if "odd" not in line and "even" not in line
+        ], [
+            f"the picture's {what}: a new file begins"
+            for what in ("size is 160×120 now", "size is 320×240 now", "size is 160×120 now",
+                         "form changes")
+        ])
         self.assertEqual(self.check_together(6), 118)
         videos = sorted(self.out.glob("*.mkv"))
         self.assertEqual([len(frame_times(video)) for video in videos], [50, 10, 7, 1, 30, 20])
-        self.assertEqual([{(line["width"], line["height"]) for line in harness.read_lines(video.with_suffix(".jsonl"))} for video in videos],
-                         [{size} for size in ((320, 240), (320, 240), (160, 120), (320, 240), (160, 120), (160, 120))])
-        self.assertEqual([harness.decoded_frames(video) for video in videos], [50, 10, 7, 1, 30, 20])
+        self.assertEqual([{(line["width"], line["height"])
+                           for line in harness.read_lines(video.with_suffix(".jsonl"))}
+                          for video in videos], [{size}
+                                                 for size in ((320, 240), (320, 240), (160, 120),
+                                                              (320, 240), (160, 120), (160, 120))])
+        self.assertEqual([harness.decoded_frames(video) for video in videos],
+                         [50, 10, 7, 1, 30, 20])
         self.assertEqual(review(videos[2]).stderr, "")
 
     def start(self, *arguments):
-        recorder = subprocess.Popen([RECORD, "--no-install", *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+        recorder = subprocess.Popen([RECORD, "--no-install", *map(str, arguments)],
+                                    stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                     stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
         self.addCleanup(recorder.communicate)
         self.addCleanup(recorder.kill)
@@ -167,24 +212,38 @@ import record
         self.assertIsNone(recorder.poll(), recorder.poll() is None or recorder.communicate()[1])
 
     def check_taken(self, stderr, folder, pid):
-        self.assertRegex(stderr, f"^record: another run works on '{folder}' since {time.strftime('%Y')}-\\d\\d-\\d\\d [:0-9]{{8}}: wait for it, or end it with "
-                                 f"'kill {pid}' on {re.escape(os.uname().nodename)}\n$")
+        self.assertRegex(
+            stderr,
+            f"^record: another run works on '{folder}' since {time.strftime('%Y')}-\\d\\d-\\d\\d [:0-9]{{8}}: wait for it, or end it with "
+            f"'kill {pid}' on {re.escape(os.uname().nodename)}\n$")
 
     def test_a_folder_that_another_recorder_is_at_work_in(self):
         tracks = self.tmp / "taken-tracks"
         first = self.start("--tracks", tracks, "simulate", self.out)
         self.until((tracks / "00000.jsonl").exists, first)
-        names = {path: path.stat().st_ino for folder in (self.out, tracks) for path in folder.iterdir()}
-        for wanted, taken in (((self.out,), self.out), (("--tracks", tracks, self.out), tracks), (("--tracks", tracks, self.out / "other"), tracks)):
+        names = {
+            path: path.stat().st_ino for folder in (self.out, tracks) for path in folder.iterdir()
+        }
+        for wanted, taken in (((self.out, ), self.out), (("--tracks", tracks, self.out), tracks),
+                              (("--tracks", tracks, self.out / "other"), tracks)):
             self.check_taken(self.refused("--seconds", 1, "simulate", *wanted), taken, first.pid)
-        self.assertEqual({path: path.stat().st_ino for folder in (self.out, tracks) for path in folder.iterdir()}, names)
+        self.assertEqual(
+            {
+                path: path.stat().st_ino for folder in (self.out, tracks)
+                for path in folder.iterdir()
+            }, names)
         first.terminate()
         self.assertEqual(first.communicate(timeout=60)[1], "")
         self.assertEqual(first.returncode, 0)
-        self.assertEqual([path.name for folder in (self.out, tracks) for path in folder.iterdir()], ["00000.mkv", "00000.jsonl"])
+        self.assertEqual([path.name for folder in (self.out, tracks) for path in folder.iterdir()],
+                         ["00000.mkv", "00000.jsonl"])
         times = frame_times(self.out / "00000.mkv")
         self.assertGreater(len(times), 5)
-        self.assertLessEqual({round(line["stream_time"] / 1e6) for line in harness.read_lines(tracks / "00000.jsonl")}, set(times))
+        self.assertLessEqual(
+            {
+                round(line["stream_time"] / 1e6)
+                for line in harness.read_lines(tracks / "00000.jsonl")
+            }, set(times))
 
     def refused(self, *arguments):
         done = run(*arguments)
@@ -192,19 +251,24 @@ import record
         return done.stderr
 
     def test_a_terminal_that_is_closed(self):
-        terminal = harness.Terminal(self, [RECORD, "--no-install", "simulate", self.out], ENVIRONMENT)
+        terminal = harness.Terminal(self, [RECORD, "--no-install", "simulate", self.out],
+                                    ENVIRONMENT)
         terminal.await_lines(self.out / "00000.jsonl", 20)
         self.assertEqual(terminal.close(), 0)
         self.assertGreaterEqual(self.check_together(1, live=True), 20)
-        done = subprocess.run(["ffprobe", "-v", "error", "-show_entries", "format=duration", "-of", "csv=p=0", self.out / "00000.mkv"],
-                              capture_output=True, text=True, check=True)
+        done = subprocess.run([
+            "ffprobe", "-v", "error", "-show_entries", "format=duration", "-of", "csv=p=0",
+            self.out / "00000.mkv"
+        ], capture_output=True, text=True, check=True)
         self.assertGreaterEqual(float(done.stdout), 0.8)  # N/A in a file that was not ended
         self.assertEqual(len(list(self.out.iterdir())), 2)
 
     def test_without_a_terminal_from_the_start(self):
         """nohup: who hangs up is not heard."""
-        recorder = subprocess.Popen(["nohup", RECORD, "--no-install", "--seconds", "3", "simulate", self.out], env=ENVIRONMENT, stdin=subprocess.DEVNULL,
-                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        recorder = subprocess.Popen(
+            ["nohup", RECORD, "--no-install", "--seconds", "3", "simulate", self.out],
+            env=ENVIRONMENT, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL)
         self.addCleanup(recorder.wait)
         self.addCleanup(recorder.kill)
         self.until((self.out / "00000.jsonl").exists, recorder)
@@ -230,11 +294,14 @@ def none(*_):
 fcntl.flock = none
 import record
 """
-        presets = {"GST_PRESET_PATH": str(RECORD.parents[1] / "gst" / "presets")}  # as pipelines/record sets it
+        # as pipelines/record sets it
+        presets = {"GST_PRESET_PATH": str(RECORD.parents[1] / "gst" / "presets")}
 
         def start():
-            recorder = subprocess.Popen([sys.executable, "-c", program, "--segment", "2", "simulate", self.out], cwd=RECORD.parent / "lib",
-                                        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env={**ENVIRONMENT, **presets})
+            recorder = subprocess.Popen(
+                [sys.executable, "-c", program, "--segment", "2", "simulate", self.out],
+                cwd=RECORD.parent / "lib", stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                text=True, env={**ENVIRONMENT, **presets})
             self.addCleanup(recorder.communicate)
             self.addCleanup(recorder.kill)
             return recorder
@@ -249,7 +316,8 @@ import record
         frames = []
         for video in sorted(self.out.glob("*.mkv")):
             lines = harness.read_lines(video.with_suffix(".jsonl"))
-            self.assertLessEqual({round(line["stream_time"] / 1e6) for line in lines}, set(frame_times(video)), video.name)
+            self.assertLessEqual({round(line["stream_time"] / 1e6) for line in lines},
+                                 set(frame_times(video)), video.name)
             frames += [lines[0]["frame"]]
         self.assertEqual(frames.count(0), 2)  # the begins of both
         self.assertGreater(len(frames), 4)
@@ -258,19 +326,24 @@ import record
         self.assertEqual(run("--segment", 2, self.video, self.out).returncode, 0)
         video, tracks = self.out / "00001.mkv", self.out / "wrong.jsonl"
         first, rest = (self.out / "00001.jsonl").read_text().split("\n", 1)
-        for wrong, words in (("[" * 200_000, "nested"), (first.replace('"stream_time":2000000000', '"stream_time":"x"'), "`stream_time` is no whole number"),
-                             (first.replace('"stream_time":2000000000', f'"stream_time":{10 ** 400}'), "digits")):
+        for wrong, words in (("[" * 200_000, "nested"),
+                             (first.replace('"stream_time":2000000000', '"stream_time":"x"'),
+                              "`stream_time` is no whole number"),
+                             (first.replace('"stream_time":2000000000',
+                                            f'"stream_time":{10 ** 400}'), "digits")):
             with self.subTest(wrong[:80]):
                 self.assertNotEqual(wrong, first)
                 tracks.write_text(f"{wrong}\n{rest}")
                 self.check_refused(review(video, tracks), 1, f'Line 1 of "{tracks}": ')
                 self.assertIn(words, review(video, tracks).stderr)
-        tracks.write_text(f"\n\0\n{first}\n{rest}")  # blank lines are none, and the next says when it begins
+        # blank lines are none, and the next says when it begins
+        tracks.write_text(f"\n\0\n{first}\n{rest}")
         said = review(video, tracks)
         self.assertEqual((said.returncode, said.stderr), (0, ""))
         tracks.write_text("time,pts\n")
         self.check_refused(review(video, tracks), 1, f'review: Line 1 of "{tracks}": is no JSON: ')
-        self.assertRegex(review(video, tracks).stderr, ": give a .jsonl file that csdtrackenc wrote\n$")
+        self.assertRegex(
+            review(video, tracks).stderr, ": give a .jsonl file that csdtrackenc wrote\n$")
         tracks.chmod(0)
         if not os.access(tracks, os.R_OK):  # root may read all
             self.check_refused(review(video, tracks), 1, "wrong.jsonl")
@@ -280,10 +353,12 @@ import record
         for out in (self.out / "first", self.out / "second"):
             self.assertEqual(run("--tracks", tracks, self.video, out).returncode, 0)
         self.assertEqual([path.name for path in (self.out / "second").iterdir()], ["00001.mkv"])
-        self.assertEqual([len(harness.read_lines(path)) for path in sorted(tracks.iterdir())], [130, 130])
+        self.assertEqual([len(harness.read_lines(path)) for path in sorted(tracks.iterdir())],
+                         [130, 130])
 
     def test_live(self):
-        done = run("--segment", 1, "--seconds", 4, "--display=fakesink", "simulate:occlusion", self.out)
+        done = run("--segment", 1, "--seconds", 4, "--display=fakesink", "simulate:occlusion",
+                   self.out)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertGreater(self.check_together(len(list(self.out.glob("*.mkv"))), live=True), 5)
 
@@ -293,7 +368,9 @@ import record
         done = run("--segment", 2, "--tracks", tracks, self.video, out)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
-        self.assertRegex(done.stderr, f"^record: warning: the tracks end here, the recording goes on: .*({words})")
+        self.assertRegex(
+            done.stderr,
+            f"^record: warning: the tracks end here, the recording goes on: .*({words})")
         self.assertEqual(stream_of(out), self.whole())
 
     def whole(self):
@@ -314,7 +391,8 @@ import record
         line = f"filesrc location={self.video} ! decodebin ! tee name=in in. ! queue ! fakesink in. ! queue ! videoconvert ! " \
                f"x264enc speed-preset=veryfast bitrate=8000 vbv-buf-capacity=0 key-int-max=50 ! h264parse ! " \
                f"splitmuxsink muxer=matroskamux max-size-time=2000000000 location={self.out}/%05d.mkv"
-        subprocess.run([sys.executable, "-c", f"import harness; harness.play({line!r})"], cwd=pathlib.Path(__file__).parent, env=ENVIRONMENT, check=True)
+        subprocess.run([sys.executable, "-c", f"import harness; harness.play({line!r})"],
+                       cwd=pathlib.Path(__file__).parent, env=ENVIRONMENT, check=True)
         self.assertEqual(stream_of(self.out), self.whole())
 
     def test_tracks_that_cannot_be_written_from_the_second_file_on(self):
@@ -326,7 +404,8 @@ import record
     @unittest.skipUnless(os.geteuid() == 0, "mounting wants root")
     def test_a_full_disk_of_the_tracks(self):
         tracks = self.some_tracks()
-        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", tracks], capture_output=True).returncode:
+        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", tracks],
+                          capture_output=True).returncode:
             raise unittest.SkipTest("mounting is not allowed here")
         try:
             self.harmed(tracks, "No space")
@@ -362,15 +441,20 @@ import record
     def test_a_disk_that_stands_still_does_not_hold_the_recording_up(self):
         """As a pipe does that nobody reads: the thread that opens it waits for ever."""
         long = self.tmp / "long.mkv"
-        harness.play("videotestsrc num-buffers=3200 pattern=black ! video/x-raw,format=I420,width=160,height=120,framerate=25/1 ! "
-                     f"x264enc speed-preset=ultrafast ! matroskamux ! filesink location={long}")
-        for video, frames, words in ((self.video, 130, "stands still\n"), (long, 3200, "3000 lines wait for it\n")):
+        harness.play(
+            "videotestsrc num-buffers=3200 pattern=black ! video/x-raw,format=I420,width=160,height=120,framerate=25/1 ! "
+            f"x264enc speed-preset=ultrafast ! matroskamux ! filesink location={long}")
+        for video, frames, words in ((self.video, 130, "stands still\n"),
+                                     (long, 3200, "3000 lines wait for it\n")):
             tracks = self.tmp / f"pipe-{frames}"
             tracks.mkdir()
             os.mkfifo(tracks / "00000.jsonl")
             done = run("--tracks", tracks, video, self.out / str(frames))
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertRegex(done.stderr, f"^record: warning: the tracks end here, the recording goes on: '{tracks}': its disk .*{words}$")
+            self.assertRegex(
+                done.stderr,
+                f"^record: warning: the tracks end here, the recording goes on: '{tracks}': its disk .*{words}$"
+            )
             self.assertEqual(len(frame_times(self.out / str(frames) / "00000.mkv")), frames)
 
     @unittest.skipUnless(os.geteuid() == 0, "mounting wants root")
@@ -379,15 +463,21 @@ import record
         disk = self.tmp / "disk"
         disk.mkdir()
         for size, name in (("64k", "00000"), ("8m,nr_inodes=3", "00001")):  # with the lock a third
-            if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", disk], capture_output=True).returncode:
+            if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", disk],
+                              capture_output=True).returncode:
                 raise unittest.SkipTest("mounting is not allowed here")
             try:
                 done = run("--segment", 2, "--tracks", self.out / name, self.video, disk)
-                self.check_refused(done, 1, f"record: can't write into '{disk}/{name}.mkv' (the disk is full): make room or give another place\n")
+                self.check_refused(
+                    done, 1,
+                    f"record: can't write into '{disk}/{name}.mkv' (the disk is full): make room or give another place\n"
+                )
             finally:
                 subprocess.run(["umount", disk], check=True)
 
-    SHORTAGE = re.compile(r"^the source gave (\d+) frames in ([\d.]+) s, (\d+) were due at its 25 a second: .*$", re.M)
+    SHORTAGE = re.compile(
+        r"^the source gave (\d+) frames in ([\d.]+) s, (\d+) were due at its 25 a second: .*$",
+        re.M)
 
     def test_a_live_source_that_stops(self):
         program = """
@@ -402,8 +492,9 @@ def play_and_stop(run, *arguments, **options):
 runner.Run.play = play_and_stop
 import record
 """
-        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--seconds", "6", "stops", self.out], cwd=RECORD.parent / "lib", capture_output=True, text=True,
-                              env=ENVIRONMENT, timeout=60)
+        done = subprocess.run(
+            [sys.executable, "-c", program, "--preset", "", "--seconds", "6", "stops", self.out],
+            cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=60)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertRegex(done.stdout, self.SHORTAGE)
         gave, _, due = map(float, self.SHORTAGE.search(done.stdout).groups())
@@ -426,8 +517,9 @@ def late(text):
 runner.Gst.parse_launch = late
 import record
 """
-        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--segment", "2", "late", self.out], cwd=RECORD.parent / "lib",
-                              capture_output=True, text=True, env=ENVIRONMENT, timeout=60)
+        done = subprocess.run(
+            [sys.executable, "-c", program, "--preset", "", "--segment", "2", "late", self.out],
+            cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=60)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(self.check_together(3), 130)
         self.assertEqual(frame_times(self.out / "00000.mkv")[0], 700)
@@ -438,7 +530,10 @@ import record
         torn.write_bytes(self.video.read_bytes()[:self.video.stat().st_size // 2])
         done = run(torn, self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertRegex(done.stderr, rf"^record: '{torn}' has a picture up to [23]\.\d s only, and says that it lasts 5\.2 s: .*\n$")
+        self.assertRegex(
+            done.stderr,
+            rf"^record: '{torn}' has a picture up to [23]\.\d s only, and says that it lasts 5\.2 s: .*\n$"
+        )
         self.check_together(1)
 
     def test_of_a_source_that_breaks_all_that_came_is_recorded(self):
@@ -448,14 +543,18 @@ import sys, sources
 sources.begin = lambda _: "csdsimsrc ! video/x-raw,width=320,height=240,framerate=25/1 ! identity error-after=61"
 import record
 """
-        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "breaks", self.out], cwd=RECORD.parent / "lib", capture_output=True, text=True,
+        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "breaks", self.out],
+                              cwd=RECORD.parent / "lib", capture_output=True, text=True,
                               env=ENVIRONMENT, timeout=60)
-        self.check_refused(done, 1, "record: breaks: the source broke off (Failed after iterations as requested.)\n")
+        self.check_refused(
+            done, 1,
+            "record: breaks: the source broke off (Failed after iterations as requested.)\n")
         self.assertEqual(self.check_together(1), 60)
 
     def test_a_source_that_does_not_heed_its_end(self):
         """As avdemux_gif: the file is whole all the same."""
-        gif = harness.encode(self.tmp / "endless.gif", (harness.Scene().picture(t) for t in range(20)), "-loop", 0)
+        gif = harness.encode(self.tmp / "endless.gif",
+                             (harness.Scene().picture(t) for t in range(20)), "-loop", 0)
         done = run("--seconds", 1, gif, self.out)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertTrue(frame_times(self.out / "00000.mkv"))
@@ -483,8 +582,10 @@ runner.Gst.parse_launch = slow
 import record
 print(f"given: {count}")
 """
-        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--set", "max-features=5", "--seconds", "2", "slow", self.out],
-                              cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=180)
+        done = subprocess.run([
+            sys.executable, "-c", program, "--preset", "", "--set", "max-features=5", "--seconds",
+            "2", "slow", self.out
+        ], cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=180)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         frames = self.check_together(1)
         self.assertIn(f"given: {frames}\n", done.stdout)
@@ -494,9 +595,12 @@ print(f"given: {count}")
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             probe.bind(("127.0.0.1", 0))
             uri = f"srt://127.0.0.1:{probe.getsockname()[1]}"
-        sender = subprocess.Popen(["gst-launch-1.0", "-q", *("videotestsrc is-live=true ! video/x-raw,format=I420,width=320,height=240,framerate=10/1 ! "
-                                   "capssetter caps=video/x-raw,framerate=25/1 ! x264enc tune=zerolatency key-int-max=10 ! mpegtsmux ! "
-                                   f"srtsink wait-for-connection=false uri={uri}?mode=listener").split()], stdin=subprocess.DEVNULL)
+        sender = subprocess.Popen([
+            "gst-launch-1.0", "-q",
+            *("videotestsrc is-live=true ! video/x-raw,format=I420,width=320,height=240,framerate=10/1 ! "
+              "capssetter caps=video/x-raw,framerate=25/1 ! x264enc tune=zerolatency key-int-max=10 ! mpegtsmux ! "
+              f"srtsink wait-for-connection=false uri={uri}?mode=listener").split()
+        ], stdin=subprocess.DEVNULL)
         self.addCleanup(sender.wait)
         self.addCleanup(sender.kill)
         done = run("--seconds", 4, uri, self.out)
@@ -510,10 +614,13 @@ print(f"given: {count}")
     def test_a_window_that_fails_ends_alone(self):
         done = run("--display=filesink", self.video, self.out)  # which wants a location
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertRegex(done.stderr, "^record: warning: the window is gone, the recording goes on: .*\n$")
+        self.assertRegex(done.stderr,
+                         "^record: warning: the window is gone, the recording goes on: .*\n$")
         self.assertEqual(self.check_together(1), 130)
         nowhere = {**ENVIRONMENT, "DISPLAY": "", "WAYLAND_DISPLAY": ""}
-        done = subprocess.run([RECORD, "--no-install", "--display", self.video, self.tmp / "nothing"], capture_output=True, text=True, env=nowhere)
+        done = subprocess.run(
+            [RECORD, "--no-install", "--display", self.video, self.tmp / "nothing"],
+            capture_output=True, text=True, env=nowhere)
         self.check_refused(done, 1, "record: there is no display for a window")
         self.assertFalse((self.tmp / "nothing").exists())
 
@@ -521,17 +628,22 @@ print(f"given: {count}")
         # As fast as it goes, killed in the second and in the third file.
         for files in (2, 3):
             out = self.out / str(files)
-            recorder = subprocess.Popen([RECORD, "--no-install", "--segment", "2", "simulate", out], env=ENVIRONMENT, start_new_session=True,
+            recorder = subprocess.Popen([RECORD, "--no-install", "--segment", "2", "simulate", out],
+                                        env=ENVIRONMENT, start_new_session=True,
                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             last = out / f"{files - 1:05}.mkv"
             for _ in range(600):
                 if last.exists() and last.stat().st_size > 50_000:
                     break
                 time.sleep(0.1)
-            time.sleep(0.5)  # until then the lines of a file that has just begun may still be in the one before
+            # until then the lines of a file that has just begun may still be in the one before
+            time.sleep(0.5)
             os.killpg(recorder.pid, signal.SIGKILL)
             recorder.wait()
-            lines = [line for video in sorted(out.glob("*.mkv")) for line in harness.read_lines(video.with_suffix(".jsonl"), torn=video == last)]
+            lines = [
+                line for video in sorted(out.glob("*.mkv"))
+                for line in harness.read_lines(video.with_suffix(".jsonl"), torn=video == last)
+            ]
             self.assertEqual(len(list(out.glob("*.jsonl"))), files)
             recorded = {time for video in out.glob("*.mkv") for time in frame_times(video)}
             tracked = {round(line["stream_time"] / 1e6) for line in lines}
@@ -539,18 +651,29 @@ print(f"given: {count}")
             # The source is live: what its queue dropped has no line, but not the last ones.
             self.assertGreaterEqual(max(tracked), max(recorded))
             for video in sorted(out.glob("*.mkv"))[:-1]:
-                self.assertLessEqual({round(line["stream_time"] / 1e6) for line in harness.read_lines(video.with_suffix(".jsonl"))},
-                                     set(frame_times(video)), video.name)
+                self.assertLessEqual(
+                    {
+                        round(line["stream_time"] / 1e6)
+                        for line in harness.read_lines(video.with_suffix(".jsonl"))
+                    }, set(frame_times(video)), video.name)
 
     def test_what_is_wrong_is_said_in_a_line(self):
         file = self.tmp / "file"
         file.write_text("")
-        for arguments, code, words in (((self.video, file), 1, "another folder|where you may write"), (("nothing", self.out), 1, "no file"),
-                                       ((self.video, self.tmp / ("x" * 300)), 1, "too long.*another folder"), (("x" * 300, self.out), 1, "no file"),
-                                       ((self.video,), 2, "OUT"), ((self.video, self.out, "--segment", "-1"), 2, "--segment"),
-                                       ((self.video, self.out, "--bitrate", "0"), 2, "--bitrate"),
-                                       ((self.video, self.out, "--display=x!y"), 2, "--display"), ((file, self.out), 1, "file"),
-                                       (("simulate", self.out, "--preset", "fast"), 2, "laparoscopy-1080p"), (("simulate", self.out, "--set", "points=1"), 2, "points")):
+        for arguments, code, words in (((self.video, file), 1,
+                                        "another folder|where you may write"),
+                                       (("nothing", self.out), 1,
+                                        "no file"), ((self.video, self.tmp / ("x" * 300)), 1,
+                                                     "too long.*another folder"),
+                                       (("x" * 300, self.out), 1, "no file"), ((self.video, ), 2,
+                                                                               "OUT"),
+                                       ((self.video, self.out, "--segment", "-1"), 2, "--segment"),
+                                       ((self.video, self.out, "--bitrate", "0"), 2,
+                                        "--bitrate"), ((self.video, self.out, "--display=x!y"), 2,
+                                                       "--display"), ((file, self.out), 1, "file"),
+                                       (("simulate", self.out, "--preset", "fast"), 2,
+                                        "laparoscopy-1080p"), (("simulate", self.out, "--set",
+                                                                "points=1"), 2, "points")):
             with self.subTest(arguments=arguments):
                 done = run(*arguments)
                 self.assertEqual(done.returncode, code, done.stderr)

@@ -26,7 +26,10 @@ class Supervisor:
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         test.addCleanup(self._socket.close)
         self._socket.bind(str(test.tmp / f"{test.id()}.socket"))
-        self.environment = {**os.environ, "CSDTRACK_BUILD": str(BUILD), "NOTIFY_SOCKET": self._socket.getsockname(), "WATCHDOG_USEC": str(watchdog)}
+        self.environment = {
+            **os.environ, "CSDTRACK_BUILD": str(BUILD), "NOTIFY_SOCKET": self._socket.getsockname(),
+            "WATCHDOG_USEC": str(watchdog)
+        }
 
     def told(self, seconds=harness.HANGS):
         """What it is told next, None if it isn't for so long."""
@@ -48,18 +51,23 @@ class Service(harness.Case):
         copy = self.tmp / UNIT.name
         program = shlex.split(self.unit()["ExecStart"])[0]
         copy.write_text(UNIT.read_text().replace(program, str(SOURCE / "pipelines" / "record")))
-        done = subprocess.run(["systemd-analyze", "verify", "--man=no", copy], capture_output=True, text=True, timeout=60)
+        done = subprocess.run(["systemd-analyze", "verify", "--man=no", copy], capture_output=True,
+                              text=True, timeout=60)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def test_it_is_started_again_and_nothing_is_lost(self):
         unit, out = self.unit(), self.tmp / "recordings"
         program, *options, source, folder = shlex.split(unit["ExecStart"])
-        self.assertEqual((pathlib.Path(program).name, source[:5], folder[:1]), ("record", "/dev/", "/"))
+        self.assertEqual((pathlib.Path(program).name, source[:5], folder[:1]),
+                         ("record", "/dev/", "/"))
         supervisor = Supervisor(self, 300_000)
         before = {}
         # The second is killed: what that leaves isn't lost either.
-        for life, end in enumerate((getattr(signal, unit["KillSignal"]), signal.SIGKILL, getattr(signal, unit["WatchdogSignal"]))):
-            process = subprocess.Popen([SOURCE / "pipelines" / "record", *options, "simulate", out], env=supervisor.environment, stdout=subprocess.PIPE,
+        for life, end in enumerate(
+            (getattr(signal,
+                     unit["KillSignal"]), signal.SIGKILL, getattr(signal, unit["WatchdogSignal"]))):
+            process = subprocess.Popen([SOURCE / "pipelines" / "record", *options, "simulate", out],
+                                       env=supervisor.environment, stdout=subprocess.PIPE,
                                        stderr=subprocess.STDOUT, text=True)
             self.addCleanup(process.stdout.close)
             self.addCleanup(process.wait)
@@ -71,9 +79,15 @@ class Service(harness.Case):
             self.assertEqual(process.wait(60), -end if end == signal.SIGKILL else 0, said)
             while supervisor.told(0.01):
                 pass  # what it said while it ended
-            after = {path.name: path.read_bytes() for path in out.iterdir() if not path.name.startswith(".")}
-            self.assertEqual({name: after.get(name) for name in before}, before, "what was there is not as it was")
-            self.assertEqual(sorted(after.keys() - before.keys()), [f"{life:05}.jsonl", f"{life:05}.mkv"])
+            after = {
+                path.name: path.read_bytes()
+                for path in out.iterdir()
+                if not path.name.startswith(".")
+            }
+            self.assertEqual({name: after.get(name) for name in before}, before,
+                             "what was there is not as it was")
+            self.assertEqual(sorted(after.keys() - before.keys()),
+                             [f"{life:05}.jsonl", f"{life:05}.mkv"])
             before = after
             lines = harness.read_lines(out / f"{life:05}.jsonl", torn=end == signal.SIGKILL)
             harness.check_tracks(self, lines)
@@ -92,10 +106,12 @@ for number, drop in (signal.SIGUSR1, True), (signal.SIGUSR2, False):
     runner.GLib.unix_signal_add(runner.GLib.PRIORITY_HIGH, number, lambda drop: run.element("valve").set_property("drop", drop) or True, drop)
 run.play("test")
 """
-        process = subprocess.Popen([sys.executable, "-c", program], cwd=SOURCE / "pipelines" / "lib", env=supervisor.environment)
+        process = subprocess.Popen([sys.executable, "-c", program],
+                                   cwd=SOURCE / "pipelines" / "lib", env=supervisor.environment)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
-        self.assertEqual([supervisor.told() for _ in range(3)], ["READY=1", "WATCHDOG=1", "WATCHDOG=1"])
+        self.assertEqual([supervisor.told() for _ in range(3)],
+                         ["READY=1", "WATCHDOG=1", "WATCHDOG=1"])
         process.send_signal(signal.SIGUSR1)
         for _ in range(20):  # that were on their way
             if not supervisor.told(1):

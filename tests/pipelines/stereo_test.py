@@ -17,7 +17,8 @@ ENVIRONMENT = {**os.environ, "CSDTRACK_BUILD": str(BUILD)}
 
 
 def run(*arguments):
-    return subprocess.run([*STEREO, *map(str, arguments)], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=180, env=ENVIRONMENT)
+    return subprocess.run([*STEREO, *map(str, arguments)], capture_output=True, text=True,
+                          stdin=subprocess.DEVNULL, timeout=180, env=ENVIRONMENT)
 
 
 class Stereo(harness.Case):
@@ -38,14 +39,18 @@ class Stereo(harness.Case):
         videos = []
         for side, shift in (("left", 0), ("right", 8)):
             scene = harness.Scene(motion=lambda t, shift=shift: (shift + t // 4, 0))
-            videos.append(harness.encode(self.tmp / f"{side}.mkv", (scene.picture(t) for t in range(50)), *harness.H264))
+            videos.append(
+                harness.encode(self.tmp / f"{side}.mkv", (scene.picture(t) for t in range(50)),
+                               *harness.H264))
         # Ids 0 are at the same pixel of both.
         done = run("--set", "points=160,120", *videos, self.out)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertRegex(done.stdout, r"^left: 50 frames; .*\nright: 50 frames; .*\n$")
         left, right = self.tracks()
-        self.assertEqual([round(line["running_time"] / 1e6) for line in left], [40 * t for t in range(50)])
-        self.assertEqual([line["running_time"] for line in left], [line["running_time"] for line in right])
+        self.assertEqual([round(line["running_time"] / 1e6) for line in left],
+                         [40 * t for t in range(50)])
+        self.assertEqual([line["running_time"] for line in left],
+                         [line["running_time"] for line in right])
         for lines in left, right:
             self.assertAlmostEqual(lines[-1]["features"][0]["x"], 160 + 49 // 4, delta=1)
 
@@ -56,21 +61,29 @@ sources.begin = lambda name: " ".join(f"videotestsrc num-buffers=25 ! video/x-ra
                                       for width in ((160, 201) if name == "changes" else (160, 160))) + f" concat name={name}"
 import stereo
 """
-        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--display=fakesink", "changes", "stays", self.out],
-                              cwd=SOURCE / "pipelines" / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=120)
+        done = subprocess.run([
+            sys.executable, "-c", program, "--preset", "", "--display=fakesink", "changes", "stays",
+            self.out
+        ], cwd=SOURCE / "pipelines" / "lib", capture_output=True, text=True, env=ENVIRONMENT,
+                              timeout=120)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
-        sides = [harness.read_lines(self.out / f"{side}.jsonl") for side in ("left", "right")]  # concat begins each part's pts at 0
-        self.assertEqual([[line["width"] for line in lines] for lines in sides], [[160] * 25 + [201] * 25, [160] * 50])
+        # concat begins each part's pts at 0
+        sides = [harness.read_lines(self.out / f"{side}.jsonl") for side in ("left", "right")]
+        self.assertEqual([[line["width"] for line in lines] for lines in sides],
+                         [[160] * 25 + [201] * 25, [160] * 50])
 
     def test_live_with_a_window(self):
-        process = subprocess.Popen([*STEREO, "--display=fakesink", "simulate", "simulate:smoke", self.out], env=ENVIRONMENT, start_new_session=True,
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        process = subprocess.Popen(
+            [*STEREO, "--display=fakesink", "simulate", "simulate:smoke", self.out],
+            env=ENVIRONMENT, start_new_session=True, stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE, text=True)
         self.addCleanup(process.stderr.close)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
         files = [self.out / "left.jsonl", self.out / "right.jsonl"]
         for _ in range(600):
-            if all(file.exists() and file.read_bytes().count(b"\n") > 20 for file in files) or process.poll() is not None:
+            if all(file.exists() and file.read_bytes().count(b"\n") > 20
+                   for file in files) or process.poll() is not None:
                 break
             time.sleep(0.1)
         os.killpg(process.pid, signal.SIGINT)
@@ -82,17 +95,23 @@ import stereo
         self.assertLess(right[0]["running_time"], left[-1]["running_time"])
 
     def test_two_that_begin_at_once(self):
-        both = [subprocess.Popen([*STEREO, "--seconds", "2", "simulate", "simulate:smoke", self.out], env=ENVIRONMENT, stdin=subprocess.DEVNULL,
-                                 stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) for _ in range(2)]
+        both = [
+            subprocess.Popen([*STEREO, "--seconds", "2", "simulate", "simulate:smoke", self.out],
+                             env=ENVIRONMENT, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                             stderr=subprocess.PIPE, text=True) for _ in range(2)
+        ]
         said = {process.communicate(timeout=60)[1]: process for process in both}
         self.assertEqual(sorted(process.returncode for process in both), [0, 1], said)
         self.assertEqual(said[""].returncode, 0)
-        self.assertRegex(max(said), f"^stereo: another run works on '{self.out}' since .*'kill {said[''].pid}' on .*\n$")
+        self.assertRegex(
+            max(said),
+            f"^stereo: another run works on '{self.out}' since .*'kill {said[''].pid}' on .*\n$")
         self.tracks()
         self.assertEqual(len(list(self.out.iterdir())), 2)
 
     def test_a_terminal_that_is_closed(self):
-        terminal = harness.Terminal(self, [*STEREO, "simulate", "simulate:smoke", self.out], ENVIRONMENT)
+        terminal = harness.Terminal(self, [*STEREO, "simulate", "simulate:smoke", self.out],
+                                    ENVIRONMENT)
         for side in ("left", "right"):
             terminal.await_lines(self.out / f"{side}.jsonl", 5)
         self.assertEqual(terminal.close(), 0)
@@ -102,21 +121,29 @@ import stereo
     def test_what_is_wrong_is_one_line(self):
         file = self.tmp / "file"
         file.write_text("")
-        for arguments, code, words in (
-                (("simulate", "/dev/video99", self.out), 1, "no device /dev/video99"), (("nothing.mkv", "simulate", self.out), 1, "nothing.mkv"),
-                (("/dev/video0", "/dev/video0", self.out), 2, "two devices"), (("simulate", self.out), 2, "OUT"),
-                (("simulate", "simulate", file), 1, "another folder"), (("simulate", "simulate", self.tmp / ("x" * 300)), 1, "too long"),
-                (("simulate", "simulate", self.out, "--set", "points=1"), 2, "points"),
-                (("simulate", "simulate", self.out, "--set", "foo=1"), 2, "'foo'"), (("simulate", "simulate", self.out, "--display=x!y"), 2, "--display")):
+        for arguments, code, words in ((("simulate", "/dev/video99", self.out), 1,
+                                        "no device /dev/video99"), (("nothing.mkv", "simulate",
+                                                                     self.out), 1, "nothing.mkv"),
+                                       (("/dev/video0", "/dev/video0", self.out), 2,
+                                        "two devices"), (("simulate", self.out), 2, "OUT"),
+                                       (("simulate", "simulate", file), 1, "another folder"),
+                                       (("simulate", "simulate", self.tmp / ("x" * 300)), 1,
+                                        "too long"), (("simulate", "simulate", self.out, "--set",
+                                                       "points=1"), 2, "points"),
+                                       (("simulate", "simulate", self.out, "--set", "foo=1"), 2,
+                                        "'foo'"), (("simulate", "simulate", self.out,
+                                                    "--display=x!y"), 2, "--display")):
             with self.subTest(arguments=arguments):
                 self.check_refused(run(*arguments), code, words)
                 self.assertFalse(self.out.exists())
         # Files that were opened stay, for they may be another command's.
         self.check_refused(run("simulate", file, self.out), 1, str(file))
-        self.assertEqual(sorted(path.name for path in self.out.iterdir()), ["left.jsonl", "right.jsonl"])
+        self.assertEqual(sorted(path.name for path in self.out.iterdir()),
+                         ["left.jsonl", "right.jsonl"])
         # Lines of an earlier run are not written over, be they of one side.
         (self.out / "right.jsonl").write_text("kept\n")
-        self.check_refused(run("simulate", "simulate", self.out, "--seconds", "1"), 2, "right.jsonl' is there already")
+        self.check_refused(run("simulate", "simulate", self.out, "--seconds", "1"), 2,
+                           "right.jsonl' is there already")
         self.assertEqual((self.out / "right.jsonl").read_text(), "kept\n")
 
 

@@ -37,7 +37,8 @@ TRACKED = (86, 180, 233)  # docs/elements.md
 
 
 def motion(t):
-    return round(14 * math.sin(2 * math.pi * t * 8 / PERIOD)), round(5 * math.cos(2 * math.pi * t * 5 / PERIOD))
+    return round(14 * math.sin(2 * math.pi * t * 8 / PERIOD)), round(
+        5 * math.cos(2 * math.pi * t * 5 / PERIOD))
 
 
 def picture(scene, number):
@@ -77,12 +78,21 @@ class Served(harness.Case):
     def setUpClass(cls):
         super().setUpClass()
         scene = harness.Scene(motion=motion)
-        once = harness.encode(cls.tmp / "once.mkv", (picture(scene, n) for n in range(PERIOD)), *harness.H264, "-bf", "0")
+        once = harness.encode(cls.tmp / "once.mkv", (picture(scene, n) for n in range(PERIOD)),
+                              *harness.H264, "-bf", "0")
         video = cls.video = cls.tmp / "numbers.mkv"
-        subprocess.run(["ffmpeg", "-v", "error", "-stream_loop", str(ROUNDS - 1), "-i", once, "-c", "copy", video], check=True)
+        subprocess.run([
+            "ffmpeg", "-v", "error", "-stream_loop",
+            str(ROUNDS - 1), "-i", once, "-c", "copy", video
+        ], check=True)
         cls.sent = cls.tmp / "sent.jsonl"
-        process = subprocess.Popen(list(map(str, command("--port", 0, "--web=0", "--bitrate", 20000, "--tracks", cls.sent, "--set", "max-features=20", video))),
-                                   env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True)
+        process = subprocess.Popen(
+            list(
+                map(
+                    str,
+                    command("--port", 0, "--web=0", "--bitrate", 20000, "--tracks", cls.sent,
+                            "--set", "max-features=20", video))), env=ENVIRONMENT,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True)
         cls.process = process
         cls.addClassCleanup(process.stdout.close)
         cls.addClassCleanup(process.wait)
@@ -115,19 +125,26 @@ class Served(harness.Case):
         self.fail("there is no such line")
 
     def await_point(self, number, *states):
-        return self.await_line(lambda line: next((f for f in line["features"] if f["id"] == number and f["state"] in states), None))
+        return self.await_line(lambda line: next(
+            (f for f in line["features"] if f["id"] == number and f["state"] in states), None))
 
     def ask(self, method, path, content=None, host=None, **headers):
         """Status and answer."""
-        with contextlib.closing(http.client.HTTPConnection(host or self.host, timeout=60)) as connection:
+        with contextlib.closing(http.client.HTTPConnection(host or self.host,
+                                                           timeout=60)) as connection:
             if content is not None:
-                headers = {"Content-Type": "application/json", "Origin": f"http://{host or self.host}", **headers}
+                headers = {
+                    "Content-Type": "application/json", "Origin": f"http://{host or self.host}",
+                    **headers
+                }
             connection.request(method, path, content, headers)
             answer = connection.getresponse()
-            return answer.status, answer.read(100_000).decode()  # more than any file, and /live has no end
+            # more than any file, and /live has no end
+            return answer.status, answer.read(100_000).decode()
 
     def post(self, wish, **more):
-        return self.ask("POST", "/points", wish if isinstance(wish, str) else json.dumps(wish), **more)
+        return self.ask("POST", "/points", wish if isinstance(wish, str) else json.dumps(wish),
+                        **more)
 
 
 class Plain(Served):
@@ -142,18 +159,27 @@ class Plain(Served):
 
     def test_refuses_other_pages_and_names(self):
         point = {"x": 100, "y": 100, "time": 0}
-        self.assertEqual(self.ask("GET", "/", Host="evil.example")[0], 403)  # as after a name was bound anew
+        # as after a name was bound anew
+        self.assertEqual(self.ask("GET", "/", Host="evil.example")[0], 403)
         self.assertEqual(self.post(point, Host="evil.example")[0], 403)
         self.assertEqual(self.post(point, Origin="http://evil.example")[0], 403)
         self.assertEqual(self.post(point, Origin="null")[0], 403)
-        self.assertEqual(self.ask("POST", "/points", json.dumps(point), **{"Content-Type": "text/plain"})[0], 403)
-        self.assertEqual(self.ask("GET", "/", Host=f"localhost:{self.host.rpartition(':')[2]}")[0], 200)
+        self.assertEqual(
+            self.ask("POST", "/points", json.dumps(point), **{"Content-Type": "text/plain"})[0],
+            403)
+        self.assertEqual(
+            self.ask("GET", "/", Host=f"localhost:{self.host.rpartition(':')[2]}")[0], 200)
 
     def test_refuses_what_is_no_wish(self):
         self.await_line(lambda line: line["frame"] > 0)
         now = self.lines()[-1]["running_time"] // 1000
-        for wish, status in ((" ", 400), ("[1]", 400), ('{"x": 1, "y": "1", "time": 1}', 400), ({"x": 1, "y": 1}, 400), ({"x": 1, "y": 1, "time": 1}, 409),
-                             ({"x": -1, "y": 1, "time": now}, 400), ({"x": 1, "y": HEIGHT, "time": now}, 400), (f'{{"x": NaN, "y": 1, "time": {now}}}', 400),
+        for wish, status in ((" ", 400), ("[1]", 400), ('{"x": 1, "y": "1", "time": 1}', 400),
+                             ({"x": 1,
+                               "y": 1}, 400), ({"x": 1, "y": 1,
+                                                "time": 1}, 409), ({"x": -1, "y": 1,
+                                                                    "time": now}, 400),
+                             ({"x": 1, "y": HEIGHT,
+                               "time": now}, 400), (f'{{"x": NaN, "y": 1, "time": {now}}}', 400),
                              ({"remove": 4_000_000_000}, 404), ("[" * 200, 400), ("x" * 2000, 400)):
             with self.subTest(wish):
                 self.assertEqual(self.post(wish)[0], status)
@@ -163,7 +189,8 @@ class Plain(Served):
         """The picture that was clicked is older than the newest frame."""
         for _ in range(600):
             *before, newest = self.lines()[-40:] or [None]
-            old = next((line for line in before if motion(newest["frame"])[0] - motion(line["frame"])[0] > 20), None)
+            old = next((line for line in before
+                        if motion(newest["frame"])[0] - motion(line["frame"])[0] > 20), None)
             if old:
                 break
             time.sleep(0.1)
@@ -171,8 +198,10 @@ class Plain(Served):
         self.assertEqual(status, 200, answer)
         line, point = self.await_point(json.loads(answer)["added"], "learning", "tracked")
         dx, dy = (a - b for a, b in zip(motion(line["frame"]), motion(old["frame"])))
-        self.assertLess(math.dist((point["x"], point["y"]), (150 + dx, 120 + dy)), 8, (old["frame"], line["frame"]))
-        self.assertEqual(self.post({"remove": point["id"]}), (200, json.dumps({"removed": point["id"]})))
+        self.assertLess(math.dist((point["x"], point["y"]), (150 + dx, 120 + dy)), 8,
+                        (old["frame"], line["frame"]))
+        self.assertEqual(self.post({"remove": point["id"]}),
+                         (200, json.dumps({"removed": point["id"]})))
         self.await_point(point["id"], "ended")
 
     def test_another_machine_only_looks(self):
@@ -182,15 +211,18 @@ class Plain(Served):
             except OSError:
                 self.skipTest("this machine has no address but its own")
             address = probe.getsockname()[0]
-        process = subprocess.Popen(list(map(str, command("--port", 0, "--web=0", "--address", address, "simulate"))), env=ENVIRONMENT, stdout=subprocess.PIPE,
-                                   stderr=subprocess.DEVNULL, text=True)
+        process = subprocess.Popen(
+            list(map(str, command("--port", 0, "--web=0", "--address", address, "simulate"))),
+            env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.wait)
         self.addCleanup(process.terminate)
         process.stdout.readline()
         host = urllib.parse.urlsplit(process.stdout.readline()).netloc.strip()
         self.assertEqual(self.ask("GET", "/", host=host)[0], 200)
-        self.assertEqual(self.post({"remove": 0}, host=host), (403, "points are added on the machine itself only, or through a tunnel to it"))
+        self.assertEqual(
+            self.post({"remove": 0}, host=host),
+            (403, "points are added on the machine itself only, or through a tunnel to it"))
 
     def stalled(self):
         """One who looks and takes nothing but the status. Those of an earlier test may still be there, and take all places."""
@@ -226,7 +258,8 @@ class Plain(Served):
                     lines.append(content)
                 left = left or bool(gone.poll(0))
                 self.assertLess(len(times), 1500, "it is never left")
-        self.assertEqual([b - a for a, b in zip(times, times[1:])], [40_000] * (len(times) - 1), "frames are missing")
+        self.assertEqual([b - a for a, b in zip(times, times[1:])], [40_000] * (len(times) - 1),
+                         "frames are missing")
         self.await_line(lambda line: line["frame"] > json.loads(lines[-1])["frame"])
         self.assertIn(b"\n".join(lines), self.sent.read_bytes())
 
@@ -235,13 +268,18 @@ class Plain(Served):
         for client in clients:
             self.assertTrue(client.recv(1))
         status, text = self.ask("GET", "/live")
-        self.assertEqual((status, text), (503, f"{web.MOST} look at a time, and no more can: close another page"))
+        self.assertEqual((status, text),
+                         (503, f"{web.MOST} look at a time, and no more can: close another page"))
 
     def test_wrong_use(self):
-        for arguments, code, words in ((["--web=70000"], 2, "--web: 70000 is not from 0 to 65535"), (["--web=x"], 2, "--web"),
-                                       ([f"--web={self.host.rpartition(':')[2]}"], 1, "can't serve the page at 127.0.0.1, port")):
+        for arguments, code, words in ((["--web=70000"], 2, "--web: 70000 is not from 0 to 65535"),
+                                       (["--web=x"], 2,
+                                        "--web"), ([f"--web={self.host.rpartition(':')[2]}"], 1,
+                                                   "can't serve the page at 127.0.0.1, port")):
             with self.subTest(arguments):
-                done = subprocess.run(command("--port", 0, *arguments, "simulate"), capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=60, env=ENVIRONMENT)
+                done = subprocess.run(command("--port", 0, *arguments,
+                                              "simulate"), capture_output=True, text=True,
+                                      stdin=subprocess.DEVNULL, timeout=60, env=ENVIRONMENT)
                 self.check_refused(done, code, words)
 
 
@@ -266,7 +304,9 @@ class Page(Served):
             if found := self.js(f"return {text}"):
                 return found
             time.sleep(0.1)
-        self.fail(f"never: {text}; {self.js('return [csdLive.state(), document.getElementById(`trouble`).textContent]')}")
+        self.fail(
+            f"never: {text}; {self.js('return [csdLive.state(), document.getElementById(`trouble`).textContent]')}"
+        )
 
     def test_shows_the_tracks_of_the_frame_that_is_shown(self):
         self.until("csdLive.state().drawn.length > 5")
@@ -312,26 +352,34 @@ class Page(Served):
         actions.perform()
         told = self.until("csdLive.state().told")
         self.assertIn("added", told)
-        self.assertEqual(self.js("return document.getElementById('told').textContent"), f"Point {told['added']} is added.")
-        frame, (line, point) = self.js("return clicked"), self.await_point(told["added"], "learning", "tracked")
+        self.assertEqual(self.js("return document.getElementById('told').textContent"),
+                         f"Point {told['added']} is added.")
+        frame, (line,
+                point) = self.js("return clicked"), self.await_point(told["added"], "learning",
+                                                                     "tracked")
         dx, dy = (a - b for a, b in zip(motion(line["frame"]), motion(frame)))
-        self.assertLess(math.dist((point["x"], point["y"]), (200 + dx, 150 + dy)), 8, (frame, line["frame"]))
+        self.assertLess(math.dist((point["x"], point["y"]), (200 + dx, 150 + dy)), 8,
+                        (frame, line["frame"]))
         # At once where it is: until WebDriver has clicked it is elsewhere.
         self.until(f"csdLive.state().drawn.find(({{id}}) => id === {told['added']})")
-        self.js("""const overlay = document.getElementById('overlay'), box = overlay.getBoundingClientRect();
+        self.js(
+            """const overlay = document.getElementById('overlay'), box = overlay.getBoundingClientRect();
             const {x, y} = csdLive.state().drawn.find(({id}) => id === arguments[0]);
             overlay.dispatchEvent(new MouseEvent('contextmenu', {cancelable: true, clientX: box.left + (x + 0.5) / 320 * box.width,
-                                                                 clientY: box.top + (y + 0.5) / 240 * box.height}))""", told["added"])
+                                                                 clientY: box.top + (y + 0.5) / 240 * box.height}))""",
+            told["added"])
         self.until(f"csdLive.state().told.removed === {told['added']}")
         self.await_point(told["added"], "ended")
 
     def test_what_is_kept_is_bounded(self):
-        begun = self.until("csdLive.state().kept > 1 && document.getElementById('video').buffered.start(0)")
+        begun = self.until(
+            "csdLive.state().kept > 1 && document.getElementById('video').buffered.start(0)")
         self.until(f"document.getElementById('video').buffered.start(0) > {begun}")
         self.assertLess(self.js("return csdLive.state().kept"), 7)
 
     def served(self, *arguments):
-        process = subprocess.Popen(list(map(str, command("--port", 0, *arguments))), env=ENVIRONMENT, stdout=subprocess.PIPE, text=True)
+        process = subprocess.Popen(list(map(str, command("--port", 0, *arguments))),
+                                   env=ENVIRONMENT, stdout=subprocess.PIPE, text=True)
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
@@ -341,11 +389,14 @@ class Page(Served):
     def test_a_picture_that_changes_its_size(self):
         with open(self.tmp / "sizes.h264", "wb") as file:
             for size in (320, 240), (160, 120):
-                part = harness.scene_video(self.tmp / "part.h264", 150, *harness.H264, "-bf", "0", width=size[0], height=size[1])
+                part = harness.scene_video(self.tmp / "part.h264", 150, *harness.H264, "-bf", "0",
+                                           width=size[0], height=size[1])
                 file.write(part.read_bytes())
         self.browser.get(self.served("--web=0", self.tmp / "sizes.h264")[1])
         for width in 320, 160:
-            self.until(f"document.getElementById('video').videoWidth === {width} && document.getElementById('facts').textContent.startsWith('{width}×')")
+            self.until(
+                f"document.getElementById('video').videoWidth === {width} && document.getElementById('facts').textContent.startsWith('{width}×')"
+            )
         self.until("csdLive.state().drawn.some(({state}) => state === 'tracked')")
 
     def test_who_looks_when_it_begins_again_sees_it(self):
@@ -355,7 +406,9 @@ class Page(Served):
             process, _ = self.served(f"--web={port}", *["--klv"] * begin, self.video)
             if not begin:
                 self.browser.get(f"http://127.0.0.1:{port}")
-            self.until(f"csdLive.state().connection > {begin} && csdLive.state().drawn.length > 5 && document.getElementById('trouble').hidden")
+            self.until(
+                f"csdLive.state().connection > {begin} && csdLive.state().drawn.length > 5 && document.getElementById('trouble').hidden"
+            )
             process.send_signal(signal.SIGINT)
             self.until("document.getElementById('trouble').textContent.endsWith('; trying again')")
             process.wait(60)

@@ -44,7 +44,8 @@ class Imports(unittest.TestCase):
             for order in itertools.permutations(names):
                 program = "\n".join(IMPORTS[name] for name in order) + then
                 with self.subTest(order):
-                    done = subprocess.run([sys.executable, "-c", program], cwd=folder, capture_output=True, text=True, timeout=120)
+                    done = subprocess.run([sys.executable, "-c", program], cwd=folder,
+                                          capture_output=True, text=True, timeout=120)
                     self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_the_module_and_the_plugin(self):

@@ -25,7 +25,9 @@ def program():
     beside = pathlib.Path(__main__.__file__).resolve().parent / "csd-motion"
     found = str(beside) if os.access(beside, os.X_OK) else shutil.which("csd-motion")
     if not found:
-        raise Failure("there is no csd-motion beside this program or in PATH: install it, or build it (-Dprograms=enabled)")
+        raise Failure(
+            "there is no csd-motion beside this program or in PATH: install it, or build it (-Dprograms=enabled)"
+        )
     return found
 
 
@@ -33,14 +35,18 @@ def quantised(values):
     """16 bits each, in steps of a power of two from 1/64 px on: (step, base64)."""
     most = max((abs(v) for v in values if v is not None), default=0)
     step = max(2.0 ** -6, 2.0 ** math.ceil(math.log2(most / 32000)) if most else 0)
-    return step, script.packed(array.array("h", (UNKNOWN if v is None else round(v / step) for v in values)))
+    return step, script.packed(
+        array.array("h", (UNKNOWN if v is None else round(v / step) for v in values)))
 
 
 def displacement(path):
     """The member of a chunk for what csd-motion says of a feature or of the scene."""
     dx_step, dx = quantised(path["dx"])
     dy_step, dy = quantised(path["dy"])
-    return {"id": path.get("id"), "first": path.get("first", 0), "dx": dx, "dx_step": dx_step, "dy": dy, "dy_step": dy_step}
+    return {
+        "id": path.get("id"), "first": path.get("first", 0), "dx": dx, "dx_step": dx_step, "dy": dy,
+        "dy_step": dy_step
+    }
 
 
 class Motion:
@@ -58,8 +64,9 @@ class Motion:
     def __enter__(self):
         """Raises Failure."""
         self._log = failure.log()
-        self._run = subprocess.Popen([program(), "--json", "--series", str(self._tracks)], stdin=subprocess.DEVNULL,
-                                     stdout=subprocess.PIPE, stderr=self._log, text=True)
+        self._run = subprocess.Popen(
+            [program(), "--json", "--series", str(self._tracks)], stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE, stderr=self._log, text=True)
         try:
             with Progress("looking for rhythms (csd-motion)", self._wanted) as progress:
                 progress.show(0)
@@ -83,8 +90,10 @@ class Motion:
         if self._run.wait() == 0:
             return
         self._log.seek(0)
-        said = (self._log.read().splitlines() or ["csd-motion failed"])[-1].removeprefix("csd-motion: ")
-        raise Failure(f"{said}: {REMEDY}" if re.match(r":\d+: ", said.removeprefix(str(self._tracks))) else said)
+        said = (self._log.read().splitlines() or
+                ["csd-motion failed"])[-1].removeprefix("csd-motion: ")
+        raise Failure(f"{said}: {REMEDY}" if re.match(r":\d+: ", said.removeprefix(str(self._tracks)
+                                                                                   )) else said)
 
     def series(self, page_time, progress):
         """Leaves the displacements. page_time(s of csd-motion) → s on the page, or None. progress(features done). Raises Failure."""
@@ -108,14 +117,17 @@ class Motion:
         scene = json.loads(self._first.rstrip() + "]}")
         self._first = ""
         times = array.array("d", (page_time(t) for t in scene["times"]))
-        script.write(self._folder / "scene.js", "scene", {"times": script.packed(times), **displacement(scene["scene"])})
+        script.write(self._folder / "scene.js", "scene",
+                     {"times": script.packed(times), **displacement(scene["scene"])})
         del scene
         done = 0
         for line in lines:
             if not line.startswith("{"):  # the end of the whole
                 continue
             line = line.rstrip().rstrip(",")
-            self._add(displacement(json.loads(line.removesuffix("]}") if line.endswith("]}]}") else line)))
+            self._add(
+                displacement(
+                    json.loads(line.removesuffix("]}") if line.endswith("]}]}") else line)))
             done += 1
             progress(done)
         self._flush()
@@ -129,5 +141,6 @@ class Motion:
 
     def _flush(self):
         if self._members:
-            script.write(self._folder / f"motion-{self._count:05}.js", "motion", self._count, self._members)
+            script.write(self._folder / f"motion-{self._count:05}.js", "motion", self._count,
+                         self._members)
             self._count, self._members, self._bytes = self._count + 1, [], 0

@@ -52,17 +52,25 @@ def origin_of(times, shown):
         hits = 0
         for time in times:
             at = bisect.bisect_left(shown, time - origin)
-            hits += any(abs(shown[i] - time + origin) <= near for i in (at - 1, at) if 0 <= i < len(shown))
+            hits += any(
+                abs(shown[i] - time + origin) <= near for i in (at - 1, at) if 0 <= i < len(shown))
         return hits / len(times)
 
-    return max(((origin, share(origin)) for origin in (0.0, times[0] - shown[0])), key=lambda found: found[1])
+    return max(((origin, share(origin)) for origin in (0.0, times[0] - shown[0])),
+               key=lambda found: found[1])
 
 
 def described(number, feature, told, chunk_of, origin):
     """A feature of the index. `told`: what csd-motion says of it, None if it was never claimed."""
-    return {"id": number, "from": feature.first - origin, "to": feature.last - origin, "counts": feature.counts, "strip": feature.strip(),
-            **({"chunk": chunk_of, **{k: told[k] for k in ("claimed", "farthest", "speed", "start")},
-                "rhythms": [rhythm(r) for r in told["rhythms"]]} if told else {"rhythms": []})}
+    return {
+        "id": number, "from": feature.first - origin, "to": feature.last - origin,
+        "counts": feature.counts, "strip": feature.strip(), **({
+            "chunk": chunk_of,
+            **{k: told[k] for k in ("claimed", "farthest", "speed", "start")}, "rhythms": [
+                rhythm(r) for r in told["rhythms"]
+            ]
+        } if told else {"rhythms": []})
+    }
 
 
 def rhythm(told):
@@ -80,7 +88,8 @@ def make(video, tracks, out, title, wanted):
         parent.mkdir(parents=True, exist_ok=True)
         folder = pathlib.Path(tempfile.mkdtemp(prefix=".unfinished-", dir=parent))
     except OSError as error:
-        raise Failure(f"can't write into '{parent}' ({error.strerror}): give another OUT") from error
+        raise Failure(
+            f"can't write into '{parent}' ({error.strerror}): give another OUT") from error
     try:
         folder.chmod(0o777 & ~umask())
         notes = fill(folder, parts, source, tracks, title, wanted)
@@ -95,7 +104,8 @@ def make(video, tracks, out, title, wanted):
         if error.errno not in (errno.ENOSPC, errno.EDQUOT):
             raise
         # It may name the file that was copied.
-        raise Failure(f"can't write into '{out}' (the disk is full): make room or give another OUT") from error
+        raise Failure(f"can't write into '{out}' (the disk is full): make room or give another OUT"
+                      ) from error
     finally:
         shutil.rmtree(folder, ignore_errors=True)
     return notes
@@ -119,27 +129,36 @@ def fill_by(moved, folder, data, parts, source, tracks_path, title, wanted):
         tracks = track_file.Tracks(tracks_path, data, source.seconds, progress.show)
     aspect, stored = tracks.width / tracks.height, source.width / source.height
     if abs(aspect / stored - 1) > 0.02:
-        raise Failure(f"the tracks are of a picture of {tracks.width}×{tracks.height}, the video has {source.width}×{source.height}: "
-                      "are they of this video?")
+        raise Failure(
+            f"the tracks are of a picture of {tracks.width}×{tracks.height}, the video has {source.width}×{source.height}: "
+            "are they of this video?")
     path, cut = video_file.prepare(source, folder, wanted)
     shown = video_file.Video(path).times()
     origin, share = origin_of(tracks.times, shown)
     if share < 0.5:
-        raise Failure(f"of the {len(tracks.times)} lines of '{tracks_path}' {share:.0%} have the time of a frame of the video: "
-                      "are they of this video?")
+        raise Failure(
+            f"of the {len(tracks.times)} lines of '{tracks_path}' {share:.0%} have the time of a frame of the video: "
+            "are they of this video?")
     notes = []
     begin, end = tracks.times[0] - origin, tracks.times[-1] - origin
     doubts = []
     if (tracks.width, tracks.height) != (source.width, source.height):
-        doubts.append(f"they are of a picture of {tracks.width}×{tracks.height}, the video has {source.width}×{source.height}")
+        doubts.append(
+            f"they are of a picture of {tracks.width}×{tracks.height}, the video has {source.width}×{source.height}"
+        )
     if share < 0.99:
-        doubts.append(f"{share:.0%} of the lines have the time of a frame, the others are not shown")
+        doubts.append(
+            f"{share:.0%} of the lines have the time of a frame, the others are not shown")
     if max(begin - shown[0], abs(end - shown[-1])) > 1:
-        doubts.append(f"they are from {begin:.1f} to {end:.1f} s, the video is from {shown[0]:.1f} to {shown[-1]:.1f} s")
+        doubts.append(
+            f"they are from {begin:.1f} to {end:.1f} s, the video is from {shown[0]:.1f} to {shown[-1]:.1f} s"
+        )
     if doubts:
         notes.append(f"warning: the tracks may be another video's: {'; '.join(doubts)}")
     if origin:
-        notes.append(f"note: the tracks begin at {tracks.times[0]:.2f} s; they are shown from the video's begin on")
+        notes.append(
+            f"note: the tracks begin at {tracks.times[0]:.2f} s; they are shown from the video's begin on"
+        )
     if tracks.untimed:
         notes.append(f"note: {tracks.untimed} lines have no stream_time and are left out")
 
@@ -154,26 +173,44 @@ def fill_by(moved, folder, data, parts, source, tracks_path, title, wanted):
     turned = source.turn % 180 != 0
     picture = (tracks.height, tracks.width) if turned else (tracks.width, tracks.height)
     whole = (source.height, source.width) if turned else (source.width, source.height)
-    script.write(folder / INDEX, "index", {
-        "title": title, "video": path.name, "tracks": tracks_path.name,
-        "width": tracks.width, "height": tracks.height, "turn": source.turn,
-        # What the video shows of the turned picture, in pixels of the tracks.
-        "shown": [p * (w - c) / w for p, w, c in zip(picture, whole, cut)],
-        "algorithm": tracks.algorithm, "role": tracks.role, "states": track_file.STATES,
-        "frames": len(tracks.times), "interval": video_file.interval_of(shown),
-        "begin": begin, "end": end,
-        "left": tracks.left, "top": tracks.top, "step": tracks.step,
-        "chunks": [tracks.times[i] - origin for i in tracks.chunks],
-        "bins": track_file.BINS,
-        "scene": [rhythm(r) for r in moved.head["scene"]["rhythms"]], "window": moved.head["window"],
-        "features": [described(number, feature, told.get(number), moved.chunk_of.get(number), origin)
-                     for number, feature in sorted(tracks.features.items())],
-        "notes": notes + moved.head["notes"]})
+    script.write(
+        folder / INDEX,
+        "index",
+        {
+            "title": title,
+            "video": path.name,
+            "tracks": tracks_path.name,
+            "width": tracks.width,
+            "height": tracks.height,
+            "turn": source.turn,
+            # What the video shows of the turned picture, in pixels of the tracks.
+            "shown": [p * (w - c) / w for p, w, c in zip(picture, whole, cut)],
+            "algorithm": tracks.algorithm,
+            "role": tracks.role,
+            "states": track_file.STATES,
+            "frames": len(tracks.times),
+            "interval": video_file.interval_of(shown),
+            "begin": begin,
+            "end": end,
+            "left": tracks.left,
+            "top": tracks.top,
+            "step": tracks.step,
+            "chunks": [tracks.times[i] - origin for i in tracks.chunks],
+            "bins": track_file.BINS,
+            "scene": [rhythm(r) for r in moved.head["scene"]["rhythms"]],
+            "window": moved.head["window"],
+            "features": [
+                described(number, feature, told.get(number), moved.chunk_of.get(number), origin)
+                for number, feature in sorted(tracks.features.items())
+            ],
+            "notes": notes + moved.head["notes"]
+        })
     for name in ("report.css", "data.js", "overlay.js", "plot.js", "report.js"):
         shutil.copyfile(HERE / "page" / name, folder / name)
     page = (HERE / "page" / "index.html").read_text(encoding="utf-8")
-    (folder / "index.html").write_text(page.replace("@TITLE@", html.escape(title)).replace("@VIDEO@", path.name), encoding="utf-8",
-                                       errors="backslashreplace")
+    (folder / "index.html").write_text(
+        page.replace("@TITLE@", html.escape(title)).replace("@VIDEO@", path.name), encoding="utf-8",
+        errors="backslashreplace")
     for name in LIBRARY:
         shutil.copyfile(parts / name, folder / name)
     return notes

@@ -17,6 +17,8 @@ def packed(values):
 
 def write(path, function, *arguments):
     """A script that calls csdReport.FUNCTION(ARGUMENTS)."""
-    text = ",\n".join(json.dumps(a, separators=(",", ":"), allow_nan=False, ensure_ascii=False) for a in arguments)
+    text = ",\n".join(
+        json.dumps(a, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
+        for a in arguments)
     # A file's name need not be UTF-8: what isn't becomes an escape of JavaScript's.
     path.write_text(f"csdReport.{function}({text});\n", encoding="utf-8", errors="backslashreplace")

@@ -27,7 +27,9 @@ class Feature:
 
     def strip(self):
         """A digit for the state that a bin was in most, a dot where the feature wasn't."""
-        return "".join(str(max(range(len(STATES)), key=self.bins[b].__getitem__)) if b in self.bins else "." for b in range(BINS))
+        return "".join(
+            str(max(range(len(STATES)), key=self.bins[b].__getitem__)) if b in self.bins else "."
+            for b in range(BINS))
 
 
 class Tracks:
@@ -84,10 +86,12 @@ class Tracks:
             self.algorithm, self.role = told.get("algorithm") or "", told["role"]
             self._quantise()
         if time < self._last:
-            raise self._refuse(number, f"`stream_time` {time} after {self._last}: lines must be sorted by it")
+            raise self._refuse(
+                number, f"`stream_time` {time} after {self._last}: lines must be sorted by it")
         self._last = time
         seconds = time / 1e9
-        row = [(f["id"], f["x"], f["y"], STATES.index(f["state"]), f["confidence"]) for f in told["features"]]
+        row = [(f["id"], f["x"], f["y"], STATES.index(f["state"]), f["confidence"])
+               for f in told["features"]]
         if self._rows and seconds - self._rows[0][0] > SECONDS:
             self._write()
         if not self._rows:
@@ -133,10 +137,20 @@ class Tracks:
                 y[cell] = min(max(round((py - self.top) / self.step), 0), 65535)
                 state[cell], confidence[cell] = s, round(255 * c)
         number = len(self.chunks) - 1
-        script.write(self._folder / f"tracks-{number:05}.js", "tracks", number, {
-            "ids": ids,
-            # µs from the chunk's first frame
-            "times": script.packed(array.array("I", (round(1e6 * (t - start)) for t, _, _ in self._rows))),
-            "frames": script.packed(array.array("I", (f & 0xffffffff for _, f, _ in self._rows))),
-            "x": script.packed(x), "y": script.packed(y), "state": script.packed(state), "confidence": script.packed(confidence)})
+        script.write(
+            self._folder / f"tracks-{number:05}.js",
+            "tracks",
+            number,
+            {
+                "ids": ids,
+                # µs from the chunk's first frame
+                "times": script.packed(
+                    array.array("I", (round(1e6 * (t - start)) for t, _, _ in self._rows))),
+                "frames": script.packed(array.array("I",
+                                                    (f & 0xffffffff for _, f, _ in self._rows))),
+                "x": script.packed(x),
+                "y": script.packed(y),
+                "state": script.packed(state),
+                "confidence": script.packed(confidence)
+            })
         self._rows = []

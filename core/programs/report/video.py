@@ -22,7 +22,8 @@ def probe(path, *what):
     """ffprobe's output, as text. Raises Failure with what ffprobe says."""
     try:
         # file: else a colon in the name makes a protocol of it.
-        done = subprocess.run(["ffprobe", "-v", "error", *what, f"file:{path}"], capture_output=True, text=True, errors="replace",
+        done = subprocess.run(["ffprobe", "-v", "error", *what, f"file:{path}"],
+                              capture_output=True, text=True, errors="replace",
                               stdin=subprocess.DEVNULL)
     except FileNotFoundError:
         raise Failure("there is no ffprobe: install ffmpeg") from None
@@ -46,10 +47,14 @@ class Video:
         self.index = stream["index"]
         self.codec, self.pixels = stream.get("codec_name", ""), stream.get("pix_fmt", "")
         self.width, self.height = stream["width"], stream["height"]
-        self.turn = next((round(-float(data["rotation"])) % 360 for data in stream.get("side_data_list", ()) if "rotation" in data), 0)
+        self.turn = next((round(-float(data["rotation"])) % 360
+                          for data in stream.get("side_data_list", ())
+                          if "rotation" in data), 0)
         over, _, under = stream.get("avg_frame_rate", "0/0").partition("/")
         self.fps = int(over) / int(under) if int(under or 0) else 0
-        self.sound = [s.get("codec_name", "") for s in about["streams"] if s.get("codec_type") == "audio"]
+        self.sound = [
+            s.get("codec_name", "") for s in about["streams"] if s.get("codec_type") == "audio"
+        ]
         self.seconds = float(about["format"].get("duration", 0))
         self.start = max(0.0, float(about["format"].get("start_time", 0)))
         self.container = self._container(about["format"])
@@ -65,8 +70,11 @@ class Video:
 
     def times(self):
         """When each frame is shown, in seconds from the media timeline's 0, ascending. Browsers begin it with the first sound or picture."""
-        text = probe(self.path, "-select_streams", str(self.index), "-show_entries", "packet=pts_time", "-of", "csv=p=0")
-        found = array.array("d", (float(word) - self.start for word in text.replace(",", " ").split() if word != "N/A"))
+        text = probe(self.path, "-select_streams", str(self.index), "-show_entries",
+                     "packet=pts_time", "-of", "csv=p=0")
+        found = array.array(
+            "d",
+            (float(word) - self.start for word in text.replace(",", " ").split() if word != "N/A"))
         if not found:
             raise Failure(f"'{self.path}' has no frames with times")
         return array.array("d", sorted(found))
@@ -81,7 +89,8 @@ def prepare(video, folder, wanted):
     """Puts into `folder` what a browser plays. Returns its path and the columns and rows that were cut off to make their
     numbers even. Raises Failure."""
     plays = video.pixels in PIXELS
-    if plays and video.container and video.codec in VIDEO[video.container] and all(s in SOUND[video.container] for s in video.sound):
+    if plays and video.container and video.codec in VIDEO[video.container] and all(
+            s in SOUND[video.container] for s in video.sound):
         path = folder / f"video.{video.container}"
         shutil.copyfile(video.path, path)
         return path, (0, 0)
@@ -90,24 +99,33 @@ def prepare(video, folder, wanted):
     if plays and video.codec in VIDEO["mp4"]:
         how, what = ["-c:v", "copy"], "putting the video into mp4"
     else:
-        width, height = (video.height, video.width) if video.turn % 180 else (video.width, video.height)
+        width, height = (video.height, video.width) if video.turn % 180 else (video.width,
+                                                                              video.height)
         cut = (width % 2, height % 2)
         # A keyframe every other second, to step backwards quickly. Each frame keeps its time.
-        how = ["-c:v", "libx264", "-preset", "veryfast", "-crf", "20", "-pix_fmt", "yuv420p", "-g", "50",
-               "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2:0:0", "-fps_mode", "passthrough", "-enc_time_base", "-1"]
+        how = [
+            "-c:v", "libx264", "-preset", "veryfast", "-crf", "20", "-pix_fmt", "yuv420p", "-g",
+            "50", "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2:0:0", "-fps_mode", "passthrough",
+            "-enc_time_base", "-1"
+        ]
         what = "converting the video to H.264"
         wanted = True
     sound = ["-c:a", "copy" if all(s in SOUND["mp4"] for s in video.sound) else "aac"]
-    command = ["ffmpeg", "-v", "error", "-nostdin", "-y", "-progress", "pipe:1", "-i", f"file:{video.path}", "-map", f"0:{video.index}",
-               "-map", "0:a:0?", *how, *sound, "-movflags", "+faststart", f"file:{path}"]
+    command = [
+        "ffmpeg", "-v", "error", "-nostdin", "-y", "-progress", "pipe:1", "-i",
+        f"file:{video.path}", "-map", f"0:{video.index}", "-map", "0:a:0?", *how, *sound,
+        "-movflags", "+faststart", f"file:{path}"
+    ]
     log = failure.log()
     try:
-        with Progress(what, wanted) as progress, subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+        with Progress(what, wanted) as progress, subprocess.Popen(command, stdin=subprocess.DEVNULL,
+                                                                  stdout=subprocess.PIPE,
                                                                   stderr=log, text=True) as run:
             try:
                 for line in run.stdout:
                     name, _, value = line.partition("=")
-                    if name == "out_time_us" and value.strip().lstrip("-").isdigit() and video.seconds:
+                    if name == "out_time_us" and value.strip().lstrip(
+                            "-").isdigit() and video.seconds:
                         progress.show(int(value) / 1e6 / video.seconds)
                 if run.wait() == 0:
                     progress.show(1)
@@ -115,7 +133,8 @@ def prepare(video, folder, wanted):
                 run.kill()
                 raise
     except FileNotFoundError:
-        raise Failure("there is no ffmpeg, and this video has to be converted: install ffmpeg") from None
+        raise Failure(
+            "there is no ffmpeg, and this video has to be converted: install ffmpeg") from None
     with log:
         log.seek(0)
         said = log.read().strip()

@@ -26,11 +26,14 @@ class Label(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         read, write = os.pipe()
-        # Without -noreset the server closes all connections when its last client leaves: xdotool, just as csd-label comes.
-        # Without -r, no auto-repeat, a key types itself again wherever xdotool is slow to release it; and the `q` that ends
-        # a session stays down for good, as its window is gone before the release: it would end the next session, too.
-        cls.server = subprocess.Popen(["Xvfb", "-noreset", "-r", "-displayfd", str(write), "-screen", "0", "1280x800x24",
-                                       "-nolisten", "tcp"], pass_fds=[write], stderr=subprocess.DEVNULL)
+        # Without -noreset the server closes all connections when its last client leaves: xdotool,
+        # just as csd-label comes. Without -r, no auto-repeat, a key types itself again wherever
+        # xdotool is slow to release it; and the `q` that ends a session stays down for good, as its
+        # window is gone before the release: it would end the next session, too.
+        cls.server = subprocess.Popen([
+            "Xvfb", "-noreset", "-r", "-displayfd",
+            str(write), "-screen", "0", "1280x800x24", "-nolisten", "tcp"
+        ], pass_fds=[write], stderr=subprocess.DEVNULL)
         os.close(write)
         with os.fdopen(read) as display:
             cls.display = ":" + display.readline().strip()
@@ -45,14 +48,18 @@ class Label(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.tmp = pathlib.Path(folder.name)
         self.video, self.labels = self.tmp / "video.mkv", self.tmp / "labels.csv"
-        subprocess.run(["ffmpeg", "-v", "error", "-f", "lavfi", "-i", "testsrc2=size=320x240:rate=25", "-frames:v", "70",
-                        "-c:v", "ffv1", str(self.video)], check=True)
+        subprocess.run([
+            "ffmpeg", "-v", "error", "-f", "lavfi", "-i", "testsrc2=size=320x240:rate=25",
+            "-frames:v", "70", "-c:v", "ffv1",
+            str(self.video)
+        ], check=True)
         self.environment = {**os.environ, "DISPLAY": self.display, "QT_X11_NO_MITSHM": "1",
                             "XDG_RUNTIME_DIR": folder.name}
 
     def open(self):
-        self.program = subprocess.Popen([os.environ["CSD_LABEL"], "--every", "30", "-o", self.labels, self.video],
-                                        env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.program = subprocess.Popen(
+            [os.environ["CSD_LABEL"], "--every", "30", "-o", self.labels, self.video],
+            env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(self.program.stdout.close)
         self.addCleanup(self.program.stderr.close)
         self.addCleanup(self.program.kill)
@@ -63,11 +70,13 @@ class Label(unittest.TestCase):
 
     def windows(self):
         if self.program.poll() is not None:
-            raise AssertionError(f"csd-label ended with {self.program.returncode}: {self.program.stderr.read()}")
+            raise AssertionError(
+                f"csd-label ended with {self.program.returncode}: {self.program.stderr.read()}")
         return self.xdotool("search", "--onlyvisible", "--name", "^csd-label: frame").split()
 
     def xdotool(self, *arguments):
-        return subprocess.run(["xdotool", *map(str, arguments)], env=self.environment, capture_output=True, text=True).stdout
+        return subprocess.run(["xdotool", *map(str, arguments)], env=self.environment,
+                              capture_output=True, text=True).stdout
 
     def rows(self):
         return self.labels.read_text().split()[1:] if self.labels.exists() else []
@@ -86,8 +95,9 @@ class Label(unittest.TestCase):
         self.act(rows, "key", "--window", self.window, key)
 
     def until_frame(self, number):
-        until(f"frame {number}",
-              lambda: self.xdotool("getwindowname", self.window).strip() == f"csd-label: frame {number}")
+        until(
+            f"frame {number}", lambda: self.xdotool("getwindowname", self.window).strip() ==
+            f"csd-label: frame {number}")
 
     def test_a_session(self):
         self.open()
@@ -113,13 +123,15 @@ class Label(unittest.TestCase):
         out, error = self.program.communicate(timeout=WAIT)
         self.assertEqual((self.program.returncode, error), (0, ""))
         self.assertIn("all 2 points", out)
-        points = subprocess.run([os.environ["CSD_SCORE"], "--print-points", self.labels], capture_output=True, text=True)
+        points = subprocess.run([os.environ["CSD_SCORE"], "--print-points", self.labels],
+                                capture_output=True, text=True)
         self.assertEqual(points.stdout, "100.000,50.000;200.000,60.000\n")
 
     def test_refusals(self):
         def refuse(code, text, *arguments):
-            done = subprocess.run([os.environ["CSD_LABEL"], *map(str, arguments)], env=self.environment,
-                                  capture_output=True, text=True, timeout=WAIT)
+            done = subprocess.run([os.environ["CSD_LABEL"], *map(str, arguments)],
+                                  env=self.environment, capture_output=True, text=True,
+                                  timeout=WAIT)
             self.assertEqual(done.returncode, code, done.stderr)
             self.assertIn(text, done.stderr)
 
@@ -134,16 +146,19 @@ class Label(unittest.TestCase):
     def test_without_a_display(self):
         for name in ("WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
             self.environment.pop(name, None)
-        for display, named in (("", "''"), (":77", "':77'"), ("nonsense", "'nonsense'"), (None, "not set")):
+        for display, named in (("", "''"), (":77", "':77'"), ("nonsense", "'nonsense'"),
+                               (None, "not set")):
             with self.subTest(display):
                 environment = {**self.environment, "DISPLAY": display or ""}
                 if display is None:
                     del environment["DISPLAY"]
-                done = subprocess.run([os.environ["CSD_LABEL"], self.video], env=environment, capture_output=True, text=True,
-                                      timeout=WAIT)
+                done = subprocess.run([os.environ["CSD_LABEL"], self.video], env=environment,
+                                      capture_output=True, text=True, timeout=WAIT)
                 self.assertEqual((done.returncode, done.stdout), (1, ""))
-                self.assertEqual(done.stderr, f"csd-label: no window can be opened (DISPLAY is {named}): run it in a terminal of a "
-                                 "desktop, or over ssh -X\n")
+                self.assertEqual(
+                    done.stderr,
+                    f"csd-label: no window can be opened (DISPLAY is {named}): run it in a terminal of a "
+                    "desktop, or over ssh -X\n")
 
 
 if __name__ == "__main__":

@@ -19,21 +19,28 @@ FRAMES = 100
 
 
 def line(frame, role, shift):
-    features = [{"id": i, "x": 100 * i + frame / 4 + shift, "y": 50 + frame % 5, "state": "tracked", "confidence": 0.9} for i in range(2)]
-    return json.dumps({"schema": 1, "source": "s", "role": role, "algorithm": role, "frame": frame, "pts": frame * 40_000_000,
-                       "width": 320, "height": 240, "features": features}) + "\n"
+    features = [{
+        "id": i, "x": 100 * i + frame / 4 + shift, "y": 50 + frame % 5, "state": "tracked",
+        "confidence": 0.9
+    } for i in range(2)]
+    return json.dumps({
+        "schema": 1, "source": "s", "role": role, "algorithm": role, "frame": frame,
+        "pts": frame * 40_000_000, "width": 320, "height": 240, "features": features
+    }) + "\n"
 
 
 class Faults(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
-        self.truth, self.tracks = (pathlib.Path(folder.name) / name for name in ("truth.jsonl", "tracks.jsonl"))
+        self.truth, self.tracks = (pathlib.Path(folder.name) / name
+                                   for name in ("truth.jsonl", "tracks.jsonl"))
         self.truth.write_text("".join(line(frame, "truth", 0) for frame in range(FRAMES)))
         self.tracks.write_text("".join(line(frame, "track", 0.5) for frame in range(FRAMES)))
 
     def run_with(self, arguments, given, **environment):
-        done = subprocess.run(arguments, capture_output=True, encoding="latin-1", timeout=60, input=given,
+        done = subprocess.run(arguments, capture_output=True, encoding="latin-1", timeout=60,
+                              input=given,
                               env=os.environ | {"LD_PRELOAD": os.environ["FAULTS"]} | environment)
         *errors, count = done.stderr.splitlines() or [""]
         return done.returncode, done.stdout, errors, count
@@ -49,7 +56,8 @@ class Faults(unittest.TestCase):
         for lasts in ({}, {"CSDTRACK_FAULT_LASTS": "1"}):
             refused = 0
             for fault in range(0, there, step):
-                code, out, errors, count = self.run_with(arguments, given, CSDTRACK_FAULT=str(fault), **lasts)
+                code, out, errors, count = self.run_with(arguments, given,
+                                                         CSDTRACK_FAULT=str(fault), **lasts)
                 told = f"fault {fault} of {there} {lasts}: exit code {code}, {errors}, {count}"
                 self.assertRegex(count, "allocations$", told)
                 if code == 0:
@@ -57,8 +65,9 @@ class Faults(unittest.TestCase):
                     continue
                 self.assertEqual((code, errors), (1, [f"{name}: out of memory"]), told)
                 refused += 1
-            print(f"{name}{' and all later ones' * bool(lasts)}: {len(range(0, there, step))} of {there} faults planted: "
-                  f"{refused} refused with the reason")
+            print(
+                f"{name}{' and all later ones' * bool(lasts)}: {len(range(0, there, step))} of {there} faults planted: "
+                f"{refused} refused with the reason")
             self.assertGreater(refused, 0)
 
     def test_csd_score(self):
@@ -71,7 +80,8 @@ class Faults(unittest.TestCase):
     def test_csd_peers(self):
         noise = random.Random(1)
         side, picture = 96, "".join(chr(noise.randrange(256)) for _ in range(96 * 96))
-        frames = "".join("FRAME\n" + picture[i:] + picture[:i] for i in range(6))  # a pixel to the left each time
+        # a pixel to the left each time
+        frames = "".join("FRAME\n" + picture[i:] + picture[:i] for i in range(6))
         self.plant(os.environ["CSD_PEERS"], "--tracker", "lk-fb", "--points", "40,40;60,50", "-",
                    given=f"YUV4MPEG2 W{side} H{side} F25:1 Cmono\n{frames}")
 

@@ -36,8 +36,10 @@ def parts(page):
 def paged_options(page):
     """Of the page's list of options the same as helped_options()."""
     options = {}
-    for head, about in re.findall(r"^\.It (Fl .*)\n((?:(?!\.It|\.El).*\n)*)", parts(page)["OPTIONS"], re.MULTILINE):
-        short, name, argument = re.fullmatch(r"(?:Fl (\w)(?: Ar \S+)? , )?Fl -([\w-]+)(?: Ns = Ns Ar (\S+))?", head).groups("")
+    for head, about in re.findall(r"^\.It (Fl .*)\n((?:(?!\.It|\.El).*\n)*)",
+                                  parts(page)["OPTIONS"], re.MULTILINE):
+        short, name, argument = re.fullmatch(
+            r"(?:Fl (\w)(?: Ar \S+)? , )?Fl -([\w-]+)(?: Ns = Ns Ar (\S+))?", head).groups("")
         options[short, name, argument] = about
     return options
 
@@ -50,16 +52,21 @@ class Man(unittest.TestCase):
             yield program, SOURCE / "docs" / "man" / f"{program.name}.1"
 
     def test_the_version_is_the_build_s(self):
-        version = re.search(r"^  version: '([^']+)'", (SOURCE / "meson.build").read_text(), re.MULTILINE)[1]
+        version = re.search(r"^  version: '([^']+)'", (SOURCE / "meson.build").read_text(),
+                            re.MULTILINE)[1]
         for program in PROGRAMS:
             with self.subTest(program):
                 env = {**ENV, "PATH": f"{BUILD / 'core' / 'programs'}:{os.environ['PATH']}"}
-                done = subprocess.run([program, "--version"], env=env, capture_output=True, text=True, timeout=60)
-                self.assertEqual((done.returncode, done.stdout, done.stderr), (0, f"{program.name} {version}\n", ""))
+                done = subprocess.run([program, "--version"], env=env, capture_output=True,
+                                      text=True, timeout=60)
+                self.assertEqual((done.returncode, done.stdout, done.stderr),
+                                 (0, f"{program.name} {version}\n", ""))
 
     def test_what_is_installed_has_a_page_that_is_installed(self):
         meson = shlex.split(os.environ.get("MESONINTROSPECT", "meson introspect"))
-        plan = json.loads(subprocess.run([*meson, "--installed", BUILD], capture_output=True, text=True, check=True).stdout)
+        plan = json.loads(
+            subprocess.run([*meson, "--installed", BUILD], capture_output=True, text=True,
+                           check=True).stdout)
         places = [pathlib.Path(place) for place in plan.values()]
         programs = {place.name for place in places if place.parent.name == "bin"}
         pages = {place.stem for place in places if place.parent.name == "man1"}
@@ -72,8 +79,13 @@ class Man(unittest.TestCase):
                 if shutil.which("mandoc"):
                     said = run("mandoc", "-T", "lint", "-W", "style", page)
                     # That other pages are not installed here is no fault of this one.
-                    complaints = [line for line in (said.stdout + said.stderr).splitlines() if page.name + ":" in line]
-                    self.assertEqual([line for line in complaints if "referenced manual not found" not in line], [])
+                    complaints = [
+                        line for line in (said.stdout + said.stderr).splitlines()
+                        if page.name + ":" in line
+                    ]
+                    self.assertEqual(
+                        [line for line in complaints if "referenced manual not found" not in line],
+                        [])
                 else:
                     print("SKIP: there is no mandoc here", file=sys.stderr)
                 if shutil.which("man"):
@@ -91,9 +103,13 @@ class Man(unittest.TestCase):
                 self.assertEqual(re.findall(r'^\.Sh "?(.*?)"?$', page, re.MULTILINE), SECTIONS)
                 self.assertIn(f".Dt {program.name.upper()} 1\n", page)
                 self.assertTrue(all(text.strip() for text in parts(page).values()))
-                self.assertEqual(re.findall(r"^\.It (\d)$", parts(page)["EXIT STATUS"], re.MULTILINE), ["0", "1", "2"])
+                self.assertEqual(
+                    re.findall(r"^\.It (\d)$",
+                               parts(page)["EXIT STATUS"], re.MULTILINE), ["0", "1", "2"])
                 about = re.search(r"^\.Nd (.*)$", page, re.MULTILINE)[1]
-                self.assertRegex(run(program, "--help").stdout, rf"(?mi)(^| - ){re.escape(about)}\.?$", "what it does, in the same words")
+                self.assertRegex(
+                    run(program, "--help").stdout, rf"(?mi)(^| - ){re.escape(about)}\.?$",
+                    "what it does, in the same words")
 
     def test_options_are_those_of_help(self):
         for program, path in self.each():
@@ -113,25 +129,31 @@ class Man(unittest.TestCase):
         for program, path in self.each():
             with self.subTest(path.name):
                 page = path.read_text(encoding="utf-8")
-                helped = set(re.findall(r"(?<=  )([\w?-]+)  +(?=\S)", run(program, "--help").stdout))
+                helped = set(re.findall(r"(?<=  )([\w?-]+)  +(?=\S)",
+                                        run(program, "--help").stdout))
                 listed = set(re.findall(r"Cm (?:\\&)?(\S+)", page))
                 arguments = set(re.findall(r"Ar (\S+)", page))
-                self.assertEqual(listed - {"Esc"}, {word for word in helped if not word.startswith("-")} - arguments)
+                self.assertEqual(listed - {"Esc"},
+                                 {word for word in helped if not word.startswith("-")} - arguments)
 
     def test_examples_use_options_that_are_there(self):
         known = {program.name: helped_options(program) for program in PROGRAMS}
         for program, path in self.each():
             with self.subTest(path.name):
-                examples = "".join(re.findall(r"^\.Bd -literal[^\n]*\n(.*?)^\.Ed", parts(path.read_text(encoding="utf-8"))["EXAMPLES"],
-                                              re.DOTALL | re.MULTILINE))
-                commands = re.findall(r"\b(csd-(?!2012)[a-z]+)((?: [^|)\n]*)?)", examples.replace("\\e\n", " "))
+                examples = "".join(
+                    re.findall(r"^\.Bd -literal[^\n]*\n(.*?)^\.Ed",
+                               parts(path.read_text(encoding="utf-8"))["EXAMPLES"],
+                               re.DOTALL | re.MULTILINE))
+                commands = re.findall(r"\b(csd-(?!2012)[a-z]+)((?: [^|)\n]*)?)",
+                                      examples.replace("\\e\n", " "))
                 self.assertIn(program.name, [name for name, _ in commands])
                 for name, rest in commands:
                     options = known[name]
                     for word in shlex.split(rest):
                         if re.match("-.", word):
                             key = word.lstrip("-").split("=")[0]
-                            self.assertTrue(any(key in option[:2] for option in options), f"{name} {word}")
+                            self.assertTrue(any(key in option[:2] for option in options),
+                                            f"{name} {word}")
 
 
 if __name__ == "__main__":

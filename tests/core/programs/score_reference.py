@@ -33,7 +33,8 @@ def jaccard(distance, visible, claimed, evaluated, thresholds):
 
 def tap_vid(truth, tracks, labelled, visible, claimed, size):
     distance = distances(truth, tracks, 256 / np.array(size))
-    return jaccard(distance, visible, claimed, after_first_visible(visible) & labelled, (1, 2, 4, 8, 16))
+    return jaccard(distance, visible, claimed,
+                   after_first_visible(visible) & labelled, (1, 2, 4, 8, 16))
 
 
 def stir_2026(truth, tracks, labelled, visible, claimed):
