@@ -14,10 +14,7 @@ import signal
 import sys
 import time
 
-import archive_index
-import archive_machines
-import command
-import lock
+from pipelines.lib import archive_index, archive_machines, command, lock
 
 VIDEOS = ".3gp .avi .flv .m2ts .m4v .mkv .mov .mp4 .mpeg .mpg .mts .mxf .ogv .ts .vob .webm .wmv".split(
 )
@@ -171,9 +168,8 @@ def find(source, out):
 
 def settings(preset, wished):
     """csdtrack's version, and of its properties what differs from the default: as text for the index, and {name: value} for a job."""
-    import archive_job  # GStreamer, from here on
-    import properties
-    import runner
+    from pipelines.lib import archive_job  # GStreamer, from here on
+    from pipelines.lib import properties, runner
     track = runner.Gst.ElementFactory.make("csdtrack")
     version = archive_job.version()
     runner.configure(track, preset, {"n-threads": "1"}, wished)
@@ -502,4 +498,5 @@ def main():
         )
 
 
-command.run("archive", main)
+if __name__ == "__main__":
+    command.run("archive", main)

@@ -10,7 +10,7 @@ import os
 import secrets
 import sqlite3
 
-import command
+from pipelines.lib import command
 
 # A row of the index, and the fields of a result file.
 COLUMNS = {

@@ -18,10 +18,7 @@ import pathlib
 import sys
 import time
 
-import archive_index
-import command
-import runner
-import tracking
+from pipelines.lib import archive_index, command, runner, tracking
 
 Gst, GLib = runner.Gst, runner.GLib
 

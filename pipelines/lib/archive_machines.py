@@ -17,9 +17,9 @@ import subprocess
 import sys
 import tempfile
 
-import command
+from pipelines.lib import command
 
-JOB = pathlib.Path(__file__).with_name("archive_job.py")
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]  # at the same path on each machine
 TIMEOUT = 30  # seconds for a host to answer
 
 
@@ -29,7 +29,8 @@ def worker(*arguments):
         f"{name}={os.environ[name]}" for name in ("GST_PLUGIN_PATH_1_0", "GST_REGISTRY")
         if name in os.environ
     ]
-    return shlex.join(["env", *kept, "/usr/bin/python3", "-B", str(JOB), *map(str, arguments)])
+    return shlex.join(["env", f"PYTHONPATH={REPOSITORY}", *kept, "/usr/bin/python3", "-B", "-P",
+                       "-m", "pipelines.lib.archive_job", *map(str, arguments)])
 
 
 def need(program, package):

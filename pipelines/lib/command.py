@@ -7,8 +7,8 @@ import os
 import signal
 import sys
 
-import lock
-from failure import Failure, Full, Misuse, of_filesink  # noqa: F401
+from pipelines.lib import lock
+from pipelines.lib.failure import Failure, Full, Misuse, of_filesink  # noqa: F401
 
 
 # options that may stand alone: what they mean then

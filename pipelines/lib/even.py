@@ -3,8 +3,8 @@
 
 import sys
 
-import command
-from caps import first_structure
+from pipelines.lib import command
+from pipelines.lib.caps import first_structure
 
 # Of what x264enc takes: columns and rows that share a colour. Of anything else videoconvert makes
 # 4:4:4, if it may, of which any size will do.

@@ -13,8 +13,7 @@ import math
 import re
 import time
 
-import command
-import sources
+from pipelines.lib import command, sources
 
 EPILOG = """
 SOURCE is one of those of pipelines/live that are live and send their frames themselves: /dev/videoN, decklink, decklink:N, simulate,
@@ -60,7 +59,7 @@ class Probes:
     """When the frames of a pipeline left its source, and how long they took to the sink."""
 
     def __init__(self, pipeline, sink):
-        from runner import Gst
+        from pipelines.lib.runner import Gst
         self._left = {}     # ns, by PTS
         self.arrivals = []  # (when, latency), ns
         self._go_on = Gst.PadProbeReturn.OK
@@ -101,7 +100,7 @@ def table(measured):
 def main():
     options = command.options(parse)
     begin = sources.begin(options.source)
-    import runner
+    from pipelines.lib import runner
     measured = {kind: [] for kind in KINDS}
     for turn in range(options.rounds * 2):
         between = "csdtrack name=csdtrack ! " if turn % 2 else ""
@@ -122,4 +121,5 @@ def main():
     print(table(measured))
 
 
-command.run("latency", main)
+if __name__ == "__main__":
+    command.run("latency", main)

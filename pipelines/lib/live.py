@@ -12,8 +12,7 @@ import argparse
 import pathlib
 import re
 
-import command
-import sources
+from pipelines.lib import command, sources
 
 EPILOG = sources.LISTED + """
 In the window a click adds a point, a click with the right button removes the nearest, the key r begins anew. Close the window or press
@@ -50,7 +49,7 @@ def parse(arguments):
 def main():
     options = command.options(parse)
     command.check_window(options.sink, "--sink")
-    import runner
+    from pipelines.lib import runner
     begin = sources.begin(options.source)
     text = f"{begin} ! {command.FRAMES} name=in ! csdtrack name=csdtrack ! tee name=t " \
            f"t. ! queue max-size-buffers=2 max-size-bytes=0 max-size-time=0 ! videoconvert ! {options.sink} name=sink"
@@ -63,4 +62,5 @@ def main():
     runner.say_cost(track)
 
 
-command.run("live", main)
+if __name__ == "__main__":
+    command.run("live", main)

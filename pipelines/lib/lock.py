@@ -8,7 +8,7 @@ import os
 import pathlib
 import time
 
-from failure import Failure
+from pipelines.lib.failure import Failure
 
 
 def take(path, out):

@@ -3,7 +3,7 @@
 
 import gi
 
-from failure import Failure, Misuse, one_line
+from pipelines.lib.failure import Failure, Misuse, one_line
 
 gi.require_version("Gst", "1.0")
 from gi.repository import GObject, Gst  # noqa: E402

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """The program behind pipelines/quickstart: quickstart.py VIDEO OUT [PROPERTY=VALUE...], where
 VIDEO may be --simulate and three PROPERTY=VALUE of csdsimsrc; or quickstart.py --properties"""
@@ -11,10 +10,8 @@ import signal
 import sys
 import tempfile
 
-import command
-import report
-import tracking
-from failure import Failure
+from pipelines.lib import command, report, tracking
+from pipelines.lib.failure import Failure
 
 
 @contextlib.contextmanager
@@ -74,10 +71,11 @@ def main():
     command.told("\n".join(report.table(job, out)), sys.stdout)
 
 
-try:
-    main()
-except Failure as failure:
-    command.told(f"quickstart: {failure}", sys.stderr)
-    sys.exit(failure.code)
-except KeyboardInterrupt:  # before there was anything to end properly
-    sys.exit(130)
+if __name__ == "__main__":
+    try:
+        main()
+    except Failure as failure:
+        command.told(f"quickstart: {failure}", sys.stderr)
+        sys.exit(failure.code)
+    except KeyboardInterrupt:  # before there was anything to end properly
+        sys.exit(130)

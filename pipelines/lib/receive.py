@@ -25,9 +25,8 @@ import threading
 import time
 import urllib.parse
 
-import command
-import klv
-from caps import first_structure
+from pipelines.lib import command, klv
+from pipelines.lib.caps import first_structure
 
 EPILOG = """
 URL is one of
@@ -234,7 +233,7 @@ def configure(runner, track, options):
 
 def main():
     options = command.options(parse)
-    import runner
+    from pipelines.lib import runner
     Gst = runner.Gst
     # what is wrong is said before a connection is made
     configure(runner, Gst.ElementFactory.make("csdtrack"), options)
@@ -268,4 +267,5 @@ def main():
             sys.stdout)
 
 
-command.run("receive", main)
+if __name__ == "__main__":
+    command.run("receive", main)

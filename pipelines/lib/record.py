@@ -21,10 +21,8 @@ import sys
 import threading
 import time
 
-import command
-import even
-import sources
-from caps import first_structure
+from pipelines.lib import command, even, sources
+from pipelines.lib.caps import first_structure
 
 EPILOG = sources.LISTED + """
 OUT is a folder; it gets 00000.mkv, 00001.mkv, … and beside each its tracks: 00000.jsonl holds a line of JSON for each frame of 00000.mkv
@@ -330,8 +328,8 @@ def main():
 
 
 def record(options, begin, tracks):
-    import runner
-    from tracking import breaks_off
+    from pipelines.lib import runner
+    from pipelines.lib.tracking import breaks_off
     Gst = runner.Gst
     bounded = f"queue max-size-buffers=0 max-size-bytes=0 max-size-time={LATENCY}000000000"
     # key-int-max: a group of pictures of two seconds at 25 frames a second; a file ends with one.
@@ -422,4 +420,5 @@ def record(options, begin, tracks):
         command.told(f"record: {torn}", sys.stderr)
 
 
-command.run("record", main)
+if __name__ == "__main__":
+    command.run("record", main)

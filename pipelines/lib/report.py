@@ -10,7 +10,7 @@ import sys
 import textwrap
 import time
 
-import command
+from pipelines.lib import command
 
 STATES = {  # and how overlay.mp4 shows them
     "learning": "yellow diamond",

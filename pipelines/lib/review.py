@@ -13,7 +13,7 @@ import re
 import statistics
 import sys
 
-import command
+from pipelines.lib import command
 
 EPILOG = """
 TRACKS is what csdtrackenc, pipelines/record or pipelines/quickstart wrote as .jsonl; without it, the file of VIDEO's name that ends with
@@ -182,7 +182,7 @@ def main():
         if not os.path.isfile(file):
             raise command.Failure(f"there is no file '{file}': give {what}")
     command.check_window(options.sink, "--sink")
-    import runner
+    from pipelines.lib import runner
     run = runner.Run(
         "review",
         f"filesrc location={command.quoted(str(options.video))} ! decodebin ! csdtrackdec name=csdtrack overlay=draw "
@@ -193,4 +193,5 @@ def main():
     command.told(f"{run.frames} frames", sys.stdout)
 
 
-command.run("review", main)
+if __name__ == "__main__":
+    command.run("review", main)

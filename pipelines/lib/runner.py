@@ -9,10 +9,9 @@ import time
 
 import gi
 
-import command
-import supervisor
-from failure import NO_VIDEO, no_video, one_line
-from properties import check_start, set_from_text
+from pipelines.lib import command, supervisor
+from pipelines.lib.failure import NO_VIDEO, no_video, one_line
+from pipelines.lib.properties import check_start, set_from_text
 
 gi.require_version("Gst", "1.0")
 from gi.repository import GLib, Gst  # noqa: E402

@@ -70,17 +70,24 @@ build_for() {
   export GST_PRESET_PATH=$root/gst/presets${GST_PRESET_PATH:+:$GST_PRESET_PATH}
 }
 
-# run_program NAME ARGUMENTS...: what pipelines/NAME does: lib/NAME.py, after installing and building what it needs. That
+# run_module MODULE ARGUMENTS...: goes on as a Python module of this repository. The processes that it starts import from the repository, too.
+# -P: nothing is imported from the working directory.
+run_module() {
+  export PYTHONPATH=$root${PYTHONPATH:+:$PYTHONPATH}
+  exec /usr/bin/python3 -B -P -m "$@"
+}
+
+# run_program NAME ARGUMENTS...: what pipelines/NAME does: installs and builds what lib/NAME.py needs, and runs it. That
 # program reads the arguments; --help and what it refuses need no build.
 run_program() {
   local name=$1 argument install=yes
   shift
-  /usr/bin/python3 -B "$root/pipelines/lib/$name.py" --check "$@" || exit $?
+  (run_module "pipelines.lib.$name" --check "$@") || exit $?
   for argument in "$@"; do
     case $argument in -h | --help) exit 0 ;; --no-install) install=no ;; esac
   done
   [ $install = no ] || ensure_packages run || exit 1
   build=${CSDTRACK_BUILD:-$root/build} options=()
   build_for "$name" gst/libgstcsdtrack.so || exit 1
-  exec /usr/bin/python3 -B "$root/pipelines/lib/$name.py" "$@"
+  run_module "pipelines.lib.$name" "$@"
 }

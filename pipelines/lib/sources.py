@@ -5,7 +5,7 @@ import os
 import pathlib
 import stat
 
-import command
+from pipelines.lib import command
 
 LISTED = """
 SOURCE is one of
@@ -38,7 +38,7 @@ def begin(text):
             raise command.Misuse(f"decklink:{rest}: give the card's number, from 0")
         return f"decklinkvideosrc device-number={rest or 0}"
     if kind == "simulate":
-        import properties  # GStreamer, which no other source needs here
+        from pipelines.lib import properties  # GStreamer, which no other source needs here
         scenarios = properties.choices(properties.Gst.ElementFactory.make("csdsimsrc"), "scenario")
         if (rest or "mixed") not in scenarios:
             raise command.Misuse(

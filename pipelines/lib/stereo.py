@@ -14,9 +14,8 @@ import pathlib
 import re
 import sys
 
-import command
-import sources
-from caps import first_structure
+from pipelines.lib import command, sources
+from pipelines.lib.caps import first_structure
 
 EPILOG = sources.LISTED + """
 LEFT and RIGHT are one SOURCE each: two cards, two cameras, two files. OUT is a folder; it gets left.jsonl and right.jsonl, a line of JSON
@@ -74,7 +73,7 @@ def main():
 
 
 def stereo(options, begins):
-    import runner
+    from pipelines.lib import runner
     text = ""
     for side, begin in begins.items():
         # async=false: a side does not wait for the other to begin.
@@ -110,4 +109,5 @@ def stereo(options, begins):
         runner.say_cost(run.element(side))
 
 
-command.run("stereo", main)
+if __name__ == "__main__":
+    command.run("stereo", main)

@@ -16,10 +16,7 @@ import re
 import sys
 import threading
 
-import command
-import even
-import sources
-import web
+from pipelines.lib import command, even, sources, web
 
 EPILOG = sources.LISTED + """
 Who looks gets two streams of one session: H.264, and a stream of encoding name X-GST (rtpgstpay) with the tracks, the lines of csdtrackenc
@@ -189,7 +186,7 @@ class Server:
 def main():
     options = command.options(parse)
     begin = sources.begin(options.source)
-    import runner
+    from pipelines.lib import runner
     Gst = runner.Gst
     try:
         runner.gi.require_version("GstVideo", "1.0")
@@ -261,4 +258,5 @@ def main():
     runner.say_cost(track)
 
 
-command.run("stream", main)
+if __name__ == "__main__":
+    command.run("stream", main)

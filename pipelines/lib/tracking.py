@@ -17,10 +17,10 @@ import time
 
 import gi
 
-import command
-from caps import first_structure
-from failure import NO_VIDEO, Failure, Misuse, no_video, of_filesink
-from properties import check_start, choices, set_from_text, settable
+from pipelines.lib import command
+from pipelines.lib.caps import first_structure
+from pipelines.lib.failure import NO_VIDEO, Failure, Misuse, no_video, of_filesink
+from pipelines.lib.properties import check_start, choices, set_from_text, settable
 
 gi.require_version("Gst", "1.0")
 from gi.repository import GLib, GObject, Gst  # noqa: E402

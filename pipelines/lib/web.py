@@ -20,9 +20,8 @@ import sys
 import threading
 import urllib.parse
 
-import command
-import fragments
-from caps import first_structure
+from pipelines.lib import command, fragments
+from pipelines.lib.caps import first_structure
 
 HERE = pathlib.Path(__file__).resolve().parent
 # whose markers and colours these are
