@@ -447,7 +447,7 @@ class Archive(harness.Case):
         os.kill(int(self.kill), signal.SIGKILL)
         machines.wait(lambda: not pathlib.Path(f"/proc/{self.kill}").exists())
         os.kill(job, signal.SIGSTOP)
-        self.assertIn("/archive_job.py\0", self.refused(videos))
+        self.assertIn("\0pipelines.lib.archive_job\0", self.refused(videos))
         self.assertEqual(int(self.kill), job)
         os.kill(job, signal.SIGKILL)
         machines.wait(lambda: not pathlib.Path(f"/proc/{job}").exists())

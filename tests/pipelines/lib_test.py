@@ -7,19 +7,13 @@ import os
 import pathlib
 import shutil
 import subprocess
-import sys
 import unittest.mock
 
 import harness
 from gi.repository import GLib
 from harness import Gst
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "pipelines" / "lib"))
-import archive_index  # noqa: E402
-import failure  # noqa: E402
-import klv  # noqa: E402
-import properties  # noqa: E402
-import tracking  # noqa: E402
+from pipelines.lib import archive_index, failure, klv, properties, video_errors
 
 
 class Lib(harness.Case):
@@ -37,7 +31,7 @@ class Lib(harness.Case):
             found = failure.of_filesink("a  b", given, debug)
             self.assertEqual((type(found), str(found)), (kind, text))
             self.assertEqual(
-                tracking.explain("video", "a  b", "csdtrack", "filesink", given, debug or "", []),
+                video_errors.explain("video", "a  b", "csdtrack", "filesink", given, debug or "", []),
                 text)
 
     def test_klv_that_came_whole(self):
@@ -113,7 +107,7 @@ class Lib(harness.Case):
         other.write_text("other")
         known = self.tmp / f".plan.json.{os.uname().nodename}-{os.getpid()}.unfinished"
         known.symlink_to(other)
-        archive_index.whole(path, "ü")
+        archive_index.write_atomically(path, "ü")
         self.assertEqual((path.read_text(encoding="utf-8"), path.is_symlink(), other.read_text()),
                          ("ü", False, "other"))
         # who may read others may read it
@@ -122,7 +116,7 @@ class Lib(harness.Case):
         known.rename(self.tmp / f".plan.json.guess.{os.uname().nodename}-{os.getpid()}.unfinished")
         with unittest.mock.patch("secrets.token_hex",
                                  return_value="guess"), self.assertRaises(FileExistsError):
-            archive_index.whole(path, "new")
+            archive_index.write_atomically(path, "new")
         self.assertEqual((path.read_text(encoding="utf-8"), other.read_text()), ("ü", "other"))
 
 

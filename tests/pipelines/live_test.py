@@ -116,15 +116,15 @@ class Live(harness.Case):
     def test_a_warning_is_said_once(self):
         """As a window that is too slow repeats its own every second."""
         program = """
-import runner
-from runner import GLib, Gst
+from pipelines.lib import runner
+from pipelines.lib.runner import GLib, Gst
 run = runner.Run("live", "videotestsrc num-buffers=5 ! csdtrack name=csdtrack ! fakesink")
 run.pipeline.set_state(Gst.State.READY)
 for text in ("late", "late", "other", "late"):
     run.pipeline.get_bus().post(Gst.Message.new_warning(run.pipeline, GLib.Error(text, "test", 1), ""))
 run.play("")
 """
-        done = subprocess.run([sys.executable, "-c", program], cwd=LIVE.parent / "lib",
+        done = subprocess.run([sys.executable, "-c", program], cwd=LIVE.parents[1],
                               capture_output=True, text=True, timeout=60)
         self.assertEqual((done.returncode, done.stdout, done.stderr),
                          (0, "", "live: warning: late\nlive: warning: other\n"))
@@ -134,8 +134,9 @@ run.play("")
         folder = self.tmp / "of two\nlines"
         folder.mkdir()
         program = """
-import sys, failure, properties
-from properties import Gst
+import sys
+from pipelines.lib import failure, properties
+from pipelines.lib.properties import Gst
 for name, settings in (("csdtrack", {"points": "1"}), ("csdtrack", {"points": "1,1"}), ("filesrc", {"location": sys.argv[1]})):
     element = Gst.ElementFactory.make(name)
     for each in settings.items():
@@ -146,7 +147,7 @@ for name, settings in (("csdtrack", {"points": "1"}), ("csdtrack", {"points": "1
     except failure.Failure as why:
         print(why.code, why)
 """
-        done = subprocess.run([sys.executable, "-c", program, folder], cwd=LIVE.parent / "lib",
+        done = subprocess.run([sys.executable, "-c", program, folder], cwd=LIVE.parents[1],
                               capture_output=True, text=True, timeout=60)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         wrong, right, unfit = done.stdout.splitlines()

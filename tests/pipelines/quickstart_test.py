@@ -358,14 +358,15 @@ def test_told_to_end_before_the_first_frame(tmp):
     """When the folder is there, and nothing runs that could end in good order."""
     program = """
 import os, signal, sys
-import tracking
+from pipelines.lib import tracking
 
 def never(*_):
     os.kill(os.getpid(), int(number))
 
 number = sys.argv.pop(1)
 tracking.Job = never
-import quickstart
+from pipelines.lib import command, quickstart
+command.run("quickstart", quickstart.main)
 """
 
     def hear():  # whatever the tests themselves were begun with
@@ -376,7 +377,7 @@ import quickstart
         done = subprocess.run([
             sys.executable, "-c", program,
             str(int(number)), REPOSITORY / "README.md", tmp / "out"
-        ], cwd=REPOSITORY / "pipelines" / "lib", capture_output=True, text=True, env=ENVIRONMENT,
+        ], cwd=REPOSITORY, capture_output=True, text=True, env=ENVIRONMENT,
                               preexec_fn=hear)
         assert done.returncode == 130 and not (tmp / "out").exists(), (number, done)
 

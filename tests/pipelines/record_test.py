@@ -165,15 +165,17 @@ class Record(harness.Case):
         parts = ((60, "I420", 320, 240), (7, "I420", 161, 121), (1, "I420", 320, 240),
                  (30, "I420", 160, 120), (20, "Y444", 160, 120))
         program = f"""
-import sys, sources
-sources.begin = lambda _: " ".join("videotestsrc num-buffers={{}} ! video/x-raw,format={{}},width={{}},height={{}},framerate=25/1 ! parts.".format(*part)
+import sys
+from pipelines.lib import sources
+sources.launch = lambda _: " ".join("videotestsrc num-buffers={{}} ! video/x-raw,format={{}},width={{}},height={{}},framerate=25/1 ! parts.".format(*part)
                                    for part in {parts}) + " concat name=parts"
-import record
+from pipelines.lib import command, record
+command.run("record", record.main)
 """
         done = subprocess.run([
             sys.executable, "-c", program, "--preset", "", "--set", "max-features=5", "--segment",
             "2", "changes", self.out
-        ], cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=180)
+        ], cwd=RECORD.parents[1], capture_output=True, text=True, env=ENVIRONMENT, timeout=180)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual([
             line.removeprefix("record: changes: ")
@@ -292,7 +294,8 @@ import errno, fcntl
 def none(*_):
     raise OSError(errno.ENOLCK, "no locks")
 fcntl.flock = none
-import record
+from pipelines.lib import command, record
+command.run("record", record.main)
 """
         # as pipelines/record sets it
         presets = {"GST_PRESET_PATH": str(RECORD.parents[1] / "gst" / "presets")}
@@ -300,7 +303,7 @@ import record
         def start():
             recorder = subprocess.Popen(
                 [sys.executable, "-c", program, "--segment", "2", "simulate", self.out],
-                cwd=RECORD.parent / "lib", stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                cwd=RECORD.parents[1], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                 text=True, env={**ENVIRONMENT, **presets})
             self.addCleanup(recorder.communicate)
             self.addCleanup(recorder.kill)
@@ -481,8 +484,9 @@ import record
 
     def test_a_live_source_that_stops(self):
         program = """
-import sys, runner, sources
-sources.begin = lambda _: "videotestsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! valve name=valve drop-mode=forward-sticky-events"
+import sys
+from pipelines.lib import runner, sources
+sources.launch = lambda _: "videotestsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! valve name=valve drop-mode=forward-sticky-events"
 play = runner.Run.play
 
 def play_and_stop(run, *arguments, **options):
@@ -490,11 +494,12 @@ def play_and_stop(run, *arguments, **options):
     play(run, *arguments, **options)
 
 runner.Run.play = play_and_stop
-import record
+from pipelines.lib import command, record
+command.run("record", record.main)
 """
         done = subprocess.run(
             [sys.executable, "-c", program, "--preset", "", "--seconds", "6", "stops", self.out],
-            cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=60)
+            cwd=RECORD.parents[1], capture_output=True, text=True, env=ENVIRONMENT, timeout=60)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertRegex(done.stdout, self.SHORTAGE)
         gave, _, due = map(float, self.SHORTAGE.search(done.stdout).groups())
@@ -503,9 +508,10 @@ import record
     def test_a_source_whose_times_begin_elsewhere(self):
         """As those of RTSP do: stream time 0 is not when the recording began."""
         program = """
-import sys, sources
-sources.begin = lambda _: "csdsimsrc num-buffers=130 ! video/x-raw,width=320,height=240,framerate=25/1 ! identity name=late"
-import runner
+import sys
+from pipelines.lib import sources
+sources.launch = lambda _: "csdsimsrc num-buffers=130 ! video/x-raw,width=320,height=240,framerate=25/1 ! identity name=late"
+from pipelines.lib import runner
 make = runner.Gst.parse_launch
 
 def late(text):
@@ -515,11 +521,12 @@ def late(text):
     return made
 
 runner.Gst.parse_launch = late
-import record
+from pipelines.lib import command, record
+command.run("record", record.main)
 """
         done = subprocess.run(
             [sys.executable, "-c", program, "--preset", "", "--segment", "2", "late", self.out],
-            cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=60)
+            cwd=RECORD.parents[1], capture_output=True, text=True, env=ENVIRONMENT, timeout=60)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(self.check_together(3), 130)
         self.assertEqual(frame_times(self.out / "00000.mkv")[0], 700)
@@ -539,12 +546,14 @@ import record
     def test_of_a_source_that_breaks_all_that_came_is_recorded(self):
         """The encoder looks ahead: some frames are still in it then."""
         program = """
-import sys, sources
-sources.begin = lambda _: "csdsimsrc ! video/x-raw,width=320,height=240,framerate=25/1 ! identity error-after=61"
-import record
+import sys
+from pipelines.lib import sources
+sources.launch = lambda _: "csdsimsrc ! video/x-raw,width=320,height=240,framerate=25/1 ! identity error-after=61"
+from pipelines.lib import command, record
+command.run("record", record.main)
 """
         done = subprocess.run([sys.executable, "-c", program, "--preset", "", "breaks", self.out],
-                              cwd=RECORD.parent / "lib", capture_output=True, text=True,
+                              cwd=RECORD.parents[1], capture_output=True, text=True,
                               env=ENVIRONMENT, timeout=60)
         self.check_refused(
             done, 1,
@@ -562,9 +571,10 @@ import record
     def test_told_to_end_a_slow_encoder_loses_nothing(self):
         """It needs longer than the source has to end, and than a pipeline may stand still."""
         program = """
-import sys, sources
-sources.begin = lambda _: "videotestsrc pattern=black ! video/x-raw,width=160,height=120,framerate=25/1 ! identity name=given ! queue max-size-buffers=40"
-import runner
+import sys
+from pipelines.lib import sources
+sources.launch = lambda _: "videotestsrc pattern=black ! video/x-raw,width=160,height=120,framerate=25/1 ! identity name=given ! queue max-size-buffers=40"
+from pipelines.lib import runner
 make = runner.Gst.parse_launch
 count = 0
 
@@ -579,13 +589,14 @@ def slow(text):
     return made
 
 runner.Gst.parse_launch = slow
-import record
+from pipelines.lib import command, record
+command.run("record", record.main)
 print(f"given: {count}")
 """
         done = subprocess.run([
             sys.executable, "-c", program, "--preset", "", "--set", "max-features=5", "--seconds",
             "2", "slow", self.out
-        ], cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=180)
+        ], cwd=RECORD.parents[1], capture_output=True, text=True, env=ENVIRONMENT, timeout=180)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         frames = self.check_together(1)
         self.assertIn(f"given: {frames}\n", done.stdout)

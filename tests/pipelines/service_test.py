@@ -100,14 +100,15 @@ class Service(harness.Case):
     def test_no_sign_of_life_without_pictures(self):
         supervisor = Supervisor(self, 300_000)
         program = """
-import signal, runner
+import signal
+from pipelines.lib import runner
 run = runner.Run("test", "videotestsrc is-live=true ! video/x-raw,width=160,height=120 ! valve name=valve drop-mode=forward-sticky-events ! csdtrack name=csdtrack ! fakesink")
 for number, drop in (signal.SIGUSR1, True), (signal.SIGUSR2, False):
     runner.GLib.unix_signal_add(runner.GLib.PRIORITY_HIGH, number, lambda drop: run.element("valve").set_property("drop", drop) or True, drop)
 run.play("test")
 """
         process = subprocess.Popen([sys.executable, "-c", program],
-                                   cwd=SOURCE / "pipelines" / "lib", env=supervisor.environment)
+                                   cwd=SOURCE, env=supervisor.environment)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
         self.assertEqual([supervisor.told() for _ in range(3)],

@@ -56,15 +56,17 @@ class Stereo(harness.Case):
 
     def test_a_side_that_changes_its_size(self):
         program = """
-import sys, sources
-sources.begin = lambda name: " ".join(f"videotestsrc num-buffers=25 ! video/x-raw,width={width},height=120,framerate=25/1 ! {name}."
+import sys
+from pipelines.lib import sources
+sources.launch = lambda name: " ".join(f"videotestsrc num-buffers=25 ! video/x-raw,width={width},height=120,framerate=25/1 ! {name}."
                                       for width in ((160, 201) if name == "changes" else (160, 160))) + f" concat name={name}"
-import stereo
+from pipelines.lib import command, stereo
+command.run("stereo", stereo.main)
 """
         done = subprocess.run([
             sys.executable, "-c", program, "--preset", "", "--display=fakesink", "changes", "stays",
             self.out
-        ], cwd=SOURCE / "pipelines" / "lib", capture_output=True, text=True, env=ENVIRONMENT,
+        ], cwd=SOURCE, capture_output=True, text=True, env=ENVIRONMENT,
                               timeout=120)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         # concat begins each part's pts at 0

@@ -205,7 +205,7 @@ class Stream(harness.Case):
             self.assertTrue(all(gap > 0 for gap in gaps), places)
             self.assertRegex(
                 said,
-                rf"^\d+ frames; {got.count(10)} lines of tracks came with them( \(at the begin and the end .*\))?\n$"
+                rf"^\d+ frames; {got.count(10)} lines of tracks came with them( \(at the beginning and the end .*\))?\n$"
             )
         # One tracker, that went on while nobody looked.
         os.killpg(stream.pid, signal.SIGINT)
@@ -215,7 +215,8 @@ class Stream(harness.Case):
     def test_the_video_is_what_it_would_be_without_csdtrack(self):
         """What is encoded for those who look: each picture's bits and times, with identity in csdtrack's place."""
         program = """
-import hashlib, sys, runner
+import hashlib, sys
+from pipelines.lib import runner
 plain = sys.argv.pop(1) == "plain"
 make = runner.Gst.parse_launch
 
@@ -233,15 +234,16 @@ def parse(text):
 
 runner.Gst.parse_launch = parse
 if plain:
-    runner.configure = runner.say_cost = lambda *_: None
-import stream
+    runner.configure = runner.print_cost = lambda *_: None
+from pipelines.lib import command, stream
+command.run("stream", stream.main)
 """
         video = harness.scene_video(self.tmp / "served.mkv", 50, *harness.H264)
         seen = {}
         for which in ("plain", "tracked"):
             done = subprocess.run(
                 [sys.executable, "-c", program, which, "--preset", "", "--port", "0", video],
-                cwd=SOURCE / "pipelines" / "lib", capture_output=True, text=True,
+                cwd=SOURCE, capture_output=True, text=True,
                 stdin=subprocess.DEVNULL, timeout=120, env={**ENVIRONMENT, **harness.SAME_MEMORY})
             self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
             seen[which] = [
@@ -254,9 +256,11 @@ import stream
     def test_sizes_that_are_not_even(self):
         """Served is 4:2:0, of whatever comes."""
         program = """
-import sys, sources
-sources.begin = lambda kind: f"videotestsrc num-buffers=10 ! video/x-raw,format={kind},width=161,height=121"
-import stream
+import sys
+from pipelines.lib import sources
+sources.launch = lambda kind: f"videotestsrc num-buffers=10 ! video/x-raw,format={kind},width=161,height=121"
+from pipelines.lib import command, stream
+command.run("stream", stream.main)
 """
         for kind in "I420", "Y444", "P010_10LE":  # the last is none that videocrop takes
             with self.subTest(kind):
@@ -264,7 +268,7 @@ import stream
                 done = subprocess.run([
                     sys.executable, "-c", program, "--preset", "", "--port", "0", "--tracks",
                     self.sent, kind
-                ], cwd=SOURCE / "pipelines" / "lib", capture_output=True, text=True, timeout=120,
+                ], cwd=SOURCE, capture_output=True, text=True, timeout=120,
                                       env=ENVIRONMENT)
                 self.assertEqual((done.returncode, done.stderr), (
                     0,
@@ -386,8 +390,9 @@ import stream
 
     def test_a_picture_that_changes_its_size(self):
         program = f"""
-import os, runner, sources
-sources.begin = lambda _: "videotestsrc is-live=true ! capsfilter name=size caps={self.SIZES[0]}"
+import os
+from pipelines.lib import runner, sources
+sources.launch = lambda _: "videotestsrc is-live=true ! capsfilter name=size caps={self.SIZES[0]}"
 play = runner.Run.play
 
 def play_and_change(run, *arguments, **options):
@@ -399,11 +404,12 @@ def play_and_change(run, *arguments, **options):
     play(run, *arguments, **options)
 
 runner.Run.play = play_and_change
-import stream
+from pipelines.lib import command, stream
+command.run("stream", stream.main)
 """
         stream = subprocess.Popen(
             [sys.executable, "-c", program, "--preset", "", "--port", "0", "changes"],
-            cwd=SOURCE / "pipelines" / "lib", env=ENVIRONMENT, stdout=subprocess.PIPE,
+            cwd=SOURCE, env=ENVIRONMENT, stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, text=True)
         self.addCleanup(stream.stdout.close)
         self.addCleanup(stream.wait)
@@ -481,7 +487,7 @@ import stream
             self.assertIn(got, sent)
             self.assertRegex(
                 said,
-                rf"^\d+ frames; {got.count(10)} lines of tracks came with them( \(at the begin and the end .*\))?\n$"
+                rf"^\d+ frames; {got.count(10)} lines of tracks came with them( \(at the beginning and the end .*\))?\n$"
             )
 
     def test_klv_that_is_not_there_is_missed(self):
@@ -494,7 +500,7 @@ import stream
         for url in f"srt://127.0.0.1:{port}", self.stream("simulate")[1]:
             self.got.unlink(missing_ok=True)
             self.check_refused(run("receive", "--klv", url, self.got), 1,
-                               f"receive: {url}: it brings no KLV")
+                               f"receive: {url}: it contains no KLV")
 
     def test_other_commands_take_the_stream(self):
         _, url = self.stream("--overlay", "simulate")

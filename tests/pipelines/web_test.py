@@ -20,6 +20,7 @@ import urllib.parse
 
 import browser
 import harness
+from pipelines.lib import web
 
 try:
     from selenium.webdriver.common.action_chains import ActionChains
@@ -27,8 +28,6 @@ except ImportError:
     pass  # browser.begin() skips
 
 SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
-sys.path.insert(0, str(SOURCE / "pipelines" / "lib"))
-import web  # noqa: E402
 
 ENVIRONMENT = {**os.environ, "CSDTRACK_BUILD": str(BUILD)}
 WIDTH, HEIGHT, PERIOD, ROUNDS = 320, 240, 250, 16  # frames, and how often they come
@@ -53,12 +52,12 @@ def command(*arguments):
 
 class Records(unittest.TestCase):
     def test_what_waits_for_one_who_is_slow_is_bounded(self):
-        client, frame = web.Client(), bytes(100_000)
+        client, frame = web.Viewer(), bytes(100_000)
         most = 0
         for number in range(1000):
             client.add(b"T" * 1000, number * 40_000)
             client.add(frame, number * 40_000, number % 25 == 0, b"head")
-            most = max(most, client.held)
+            most = max(most, client.queued)
         self.assertLess(most, 30 * (len(frame) + 1000))
         # It goes on from a keyframe, behind the head, whatever it has missed.
         client.add(b"", 10**9, False)
@@ -264,12 +263,12 @@ class Plain(Served):
         self.assertIn(b"\n".join(lines), self.sent.read_bytes())
 
     def test_no_more_than_some_look_at_a_time(self):
-        clients = [self.stalled() for _ in range(web.MOST)]
+        clients = [self.stalled() for _ in range(web.MAX_VIEWERS)]
         for client in clients:
             self.assertTrue(client.recv(1))
         status, text = self.ask("GET", "/live")
         self.assertEqual((status, text),
-                         (503, f"{web.MOST} look at a time, and no more can: close another page"))
+                         (503, f"{web.MAX_VIEWERS} look at a time, and no more can: close another page"))
 
     def test_wrong_use(self):
         for arguments, code, words in ((["--web=70000"], 2, "--web: 70000 is not from 0 to 65535"),
