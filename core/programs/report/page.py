@@ -9,7 +9,7 @@ import os
 import pathlib
 import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from report import motion, script
@@ -143,7 +143,7 @@ def check_shape(tracks: track_file.Tracks, source: video_file.Video) -> None:
         raise ReportError(f"the tracks are {sizes(tracks, source)}: are they of this video?")
 
 
-def find_origin(times: Sequence[float] | "array.array[float]",
+def find_origin(times: "array.array[float]",
                 shown: "array.array[float]") -> tuple[float, float]:
     """The page's origin in stream time, s, and the share of times that then match a frame.
 
