@@ -1,5 +1,8 @@
 #!/usr/bin/python3
-# SPDX-License-Identifier: LGPL-2.1-or-later %% [markdown] # How a point on a beating heart moves
+# SPDX-License-Identifier: LGPL-2.1-or-later
+# %% [markdown]
+# # How a point on a beating heart moves
+#
 # Simulated tissue beats and breathes; `csdtrack.Tracker` follows points on it; the simulator knows
 # where they really are. Run it as a program, `beating_heart.py [PICTURE [SECONDS]]`, or cell by
 # cell in an editor that knows `# %%`.
@@ -34,9 +37,10 @@ Gst.init(None)
 def simulated():
     """Yields (pts in ns, H×W×3 RGB, [(id, x, y)] of what is visible) for each frame."""
     pipeline = Gst.parse_launch(
-        f"csdsimsrc num-buffers={round(seconds * rate)} style=heart effects=heart-strong=1,specular=1,noise=1 ! "
-        f"video/x-raw,format=RGB,width=480,height=384,framerate={rate}/1 ! appsink name=sink sync=false"
-    )
+        f"csdsimsrc num-buffers={round(seconds * rate)} style=heart "
+        "effects=heart-strong=1,specular=1,noise=1 ! "
+        f"video/x-raw,format=RGB,width=480,height=384,framerate={rate}/1 ! "
+        "appsink name=sink sync=false")
     pipeline.set_state(Gst.State.PLAYING)
     while sample := pipeline.get_by_name("sink").emit("pull-sample"):
         buffer, info = sample.get_buffer(), GstVideo.VideoInfo.new_from_caps(sample.get_caps())
@@ -44,13 +48,15 @@ def simulated():
                            buffer.extract_dup(0, buffer.get_size()), strides=(info.stride[0], 3, 1))
         truth = buffer.get_custom_meta("GstCsdTruthMeta").get_structure().get_value("features")
         yield buffer.pts, frame, [(f.get_value("id"), f.get_value("x"), f.get_value("y"))
-                                  for f in truth
-                                  if f.get_value("state") == "tracked"]
+                                  for f in truth if f.get_value("state") == "tracked"]
     pipeline.set_state(Gst.State.NULL)
 
 
-# %% [markdown] ## Tracks  The tracker starts from the points that are visible in the first frame:
-# its id i is the i-th of them.
+# %% [markdown]
+# ## Tracks
+#
+# The tracker starts from the points that are visible in the first frame: its id i is the i-th of
+# them.
 
 # %%
 tracker = None
@@ -65,13 +71,17 @@ for pts, frame, visible in simulated():
     times.append(pts * 1e-9)
     found.append(np.where(claimed[:, None], np.stack([tracks["x"], tracks["y"]], 1), np.nan))
     true.append([places.get(i, (np.nan, np.nan)) for i, _, _ in first])
-times, found, true = np.array(times), np.array(found), np.array(true)  # frames; frames × points × 2
+# frames; frames × points × 2
+times, found, true = np.array(times), np.array(found), np.array(true)
 
 errors = np.linalg.norm(found - true, axis=2)
 print(f"{len(first)} points, {len(times)} frames, median error {np.nanmedian(errors):.2f} px")
 
-# %% [markdown] ## Displacement and its rhythms  Of the point that moves most among those that were
-# tracked nearly always. What is not claimed is a gap.
+# %% [markdown]
+# ## Displacement and its rhythms
+#
+# This takes the point that moves most among those that were tracked nearly always. Where no
+# position is claimed, there is a gap.
 
 # %%
 always = np.isfinite(found[..., 0]).mean(axis=0) >= 0.95

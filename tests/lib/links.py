@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Checks that each link of the documentation to a file of these sources, or to a heading in one, leads somewhere."""
+"""Checks that the documentation's links to files and headings of this repository lead somewhere."""
+
 import re
 import sys
 from pathlib import Path

@@ -1,6 +1,10 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Checks that what docs/method.md names in `code` is in the code: functions of its first table in their row's files."""
+"""Checks that the code has what docs/method.md names in `code`.
+
+The functions of the page's first table must be in the files of their row.
+"""
+
 import re
 import sys
 from pathlib import Path
@@ -18,7 +22,10 @@ def code(path):
 
 
 def missing(name, files):
-    """Which part of name, name::member or name=value none of `files` has; a member must be in the file of its type."""
+    """Which part of name, name::member or name=value none of `files` has.
+
+    A member must be in the file of its type.
+    """
     texts = list(map(code, files))
     if '::' in name:
         owner, name = name.split('::')
@@ -37,8 +44,8 @@ for number, line in enumerate(page.read_text().splitlines(), 1):
     # paper | what | file | function
     in_table = len(cells) == 4 and cells[2].strip().startswith('`')
     stems = re.findall('`([^`]+)`', cells[2]) if in_table else []
-    files = find(
-        *(f'core/{stem}.*' for stem in stems)) if in_table else find('core/**/*.*', 'gst/*.*')
+    patterns = [f'core/{stem}.*' for stem in stems] if in_table else ['core/**/*.*', 'gst/*.*']
+    files = find(*patterns)
     for name in re.findall('`([^`]+)`', line):
         if '/' in name:  # a file, a program or a room, with or without its ending
             file = name.split()[0].removeprefix('build/').rstrip('/')

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Lets the compiler of a build folder check every source without producing code: syntax.py BUILD JOBS [FOLDER...]"""
+"""Compiles a build folder's sources without writing code: syntax.py BUILD JOBS [FOLDER...]"""
 
 import concurrent.futures
 import json

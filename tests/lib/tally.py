@@ -1,12 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Counts what `meson test` did, from the files that it leaves: tally.py LOGS [NAME]
+"""Counts the results of `meson test`, from its log files: tally.py LOGS [NAME]
 
-LOGS is the build's meson-logs folder; NAME is the set-up's name, if one was used. Prints "passed failed skipped" in one
-line and the name of each failed test in the lines after it.
+LOGS is the build's meson-logs folder; NAME is the set-up's name, if one was used. Prints "passed
+failed skipped" in one line and the name of each failed test in the lines after it.
 
-A test program that reports its cases (GoogleTest, TAP) counts by cases, any other as one. A program that failed
-without naming a failed case (a crash, a time-out) counts as one failure.
+A test program that reports its cases (GoogleTest, TAP) counts by cases, any other as one. A program
+that failed without naming a failed case (a crash, a time-out) counts as one failure.
 """
 
 import json
@@ -21,8 +21,8 @@ def cases(junit):
     found = {}
     if not junit.exists():
         return found
-    # Meson writes what a test printed as it came, such as the colours of GStreamer's log; XML
-    # allows no such characters.
+    # Meson copies a test's output unchanged, such as the colours of GStreamer's log. XML allows no
+    # such characters.
     text = re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]", "",
                   junit.read_text(encoding="utf-8", errors="replace"))
     for suite in xml.fromstring(text.encode()).iter("testsuite"):
@@ -45,7 +45,7 @@ def count(logs, name=""):
     for line in (logs / (stem + ".json")).read_text().splitlines():
         test = json.loads(line)
         title = test["name"].split(" / ")[-1]
-        # the JUnit file's name of it; GoogleTest's suites come behind a further dot
+        # Its name in the JUnit file. GoogleTest's suites follow another dot.
         key = f"csdtrack.{title}"
         reported = [v for k, v in by_suite.items() if k == key or k.startswith(key + ".")]
         bad = test["result"] in ("FAIL", "TIMEOUT", "ERROR", "INTERRUPT", "UNEXPECTEDPASS")

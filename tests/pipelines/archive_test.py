@@ -308,7 +308,7 @@ class Archive(harness.Case):
                     *FEW, videos, self.out).returncode == 0)
                 self.assertEqual(made_again(self.out, done), {"two.mkv.jsonl"})
             else:
-                self.assertIn("/archive.py\0", self.refused(videos))
+                self.assertIn("\0pipelines.lib.archive\0", self.refused(videos))
                 process.terminate()
                 _, said = process.communicate(timeout=60)
                 self.assertEqual(
