@@ -10,19 +10,19 @@ import pathlib
 import subprocess
 import sys
 import tempfile
-import types
 import unittest
 import unittest.mock
 
 ROOT, BUILD = map(pathlib.Path, sys.argv[1:3])
 COMMAND = ROOT / "pipelines" / "experiments" / "palindrome"
 os.environ["CSDTRACK_BUILD"] = str(BUILD)
-sys.path[:0] = [str(ROOT / "pipelines" / "experiments"), str(ROOT / "pipelines" / "lib")]
-import builds  # noqa: E402
+
+from pipelines.experiments import builds  # noqa: E402
 
 os.environ.update(builds.environment())
 import harness  # noqa: E402
-import mirror  # noqa: E402
+
+from pipelines.experiments import mirror, palindrome as command  # noqa: E402
 
 TRACKERS = ("lk", "still", "csrt")
 
@@ -122,7 +122,7 @@ class Mirror(Case):
         path = self.simulated("clip.mkv")
         expected = self.decoded(path)
         found = mirror.Decoding
-        with unittest.mock.patch("mirror.Decoding",
+        with unittest.mock.patch("pipelines.experiments.mirror.Decoding",
                                  lambda path, since: found(path, since + 120000000
                                                            if since else 0)):
             hashes, _, shown = self.play(path, 250, 10)
@@ -184,10 +184,6 @@ class Scores(Case):
 
     def test_names(self):
         """Each its own, also where a clip is called as a numbered one would be."""
-        command = types.ModuleType("palindrome")
-        command.__file__ = str(COMMAND)
-        # not to be imported: its name has no .py
-        exec(compile(COMMAND.read_text(), COMMAND, "exec"), command.__dict__)
         for videos, names in ((("a/clip.mkv", "b/clip.mkv", "clip-2.mkv", "c/clip.mp4"),
                                ["clip", "clip-3", "clip-2", "clip-4"]),
                               (("clip-2.mkv", "a/clip-2.mkv", "clip.mkv", "a/clip.mkv"),

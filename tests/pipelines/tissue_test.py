@@ -16,8 +16,8 @@ import cv2
 import numpy as np
 
 ROOT, BUILD = map(pathlib.Path, sys.argv[1:3])
-sys.path.insert(0, str(ROOT / "pipelines" / "experiments"))
-import tissue  # noqa: E402
+
+from pipelines.experiments import tissue  # noqa: E402
 
 
 def beyond(*arguments):
