@@ -139,8 +139,7 @@ class Decoding:
                 video_errors.explain(self._path, "", "csdtrack", element, error, debug or "",
                                      self._missing))
         if self._no_video and self._missing:
-            raise Failure(f"'{self._path}' needs a {self._missing[0]} that this machine does not "
-                          "have: install it, or convert the video to H.264")
+            raise Failure(video_errors.missing_decoder(self._path, self._missing[0]))
         if self._no_video:
             raise Failure(f"'{self._path}' has no video stream: give a file with a picture")
         return False

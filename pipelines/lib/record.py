@@ -175,8 +175,8 @@ class Pace:
     def print_shortage(self, ending: float | None) -> None:
         """Prints whether a source gave fewer frames than its rate promises.
 
-        `ending`: when it was asked to end; None if it ended by itself. Without it, a source that
-        stopped early could not be told from one that is as fast as it should be.
+        `ending`: when it was asked to end; None if it ended by itself. If a source stopped before
+        that, the time without frames counts.
         """
         over, under = self._rate
         seconds = (ending or self._end) - self._begin

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-# Sourced by the commands of this repository: what they need, installed and built. Expects $root, the repository.
+# Sourced by the commands of this repository: installs and builds what they need, and runs them. Expects $root, the repository.
 
 # as_root COMMAND...
 as_root() {
@@ -42,8 +42,8 @@ configure() {
   fi
 }
 
-# make_in DIR TARGET...: sets DIR up ($options: for configure, if any) and builds these in it. Commands that begin at the same
-# time take turns: two ninjas in one folder spoil each other's work.
+# make_in DIR TARGET...: sets DIR up ($options: for configure, if any) and builds these in it. Commands that start at the same
+# time take turns, as two ninjas in one folder would break each other's work.
 make_in() {
   local dir=$1
   shift
@@ -56,13 +56,13 @@ make_in() {
 # build_for COMMAND TARGET...: builds these in $build, quietly unless it fails, and lets GStreamer find the plugin there.
 # $options: for configure, if any.
 build_for() {
-  local command=$1 target said
+  local command=$1 target output
   shift
   for target in "$@"; do
     [ -f "$build/$target" ] || { echo "building csdtrack, once; this takes some minutes" >&2; break; }
   done
-  if ! said=$(make_in "$build" "$@" 2>&1 </dev/null); then
-    printf '%s\n' "$said" | grep -m5 -A3 -E 'error:|ERROR:' >&2
+  if ! output=$(make_in "$build" "$@" 2>&1 </dev/null); then
+    printf '%s\n' "$output" | grep -m5 -A3 -E 'error:|ERROR:' >&2
     echo "$command: csdtrack could not be built; 'ninja -C $build $*' shows all" >&2
     return 1
   fi
