@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What a pipeline around csdtrack may suffer: downstream stands still, the clock jumps, a reader goes away. No frame is lost."""
+"""What a pipeline around csdtrack may suffer: downstream stands still, the clock jumps, a reader
+goes away. No frame is lost."""
 
 import json
 import os
@@ -17,9 +18,9 @@ from harness import Gst
 
 class Adverse(harness.Case):
     def live(self, rest, element="csdtrack name=track max-features=5"):
-        run = harness.Run(
-            f"videotestsrc name=source is-live=true pattern=ball ! "
-            f"video/x-raw,format=GRAY8,width=160,height=120,framerate=50/1 ! {element} ! {rest}")
+        run = harness.Run("videotestsrc name=source is-live=true pattern=ball ! "
+                          "video/x-raw,format=GRAY8,width=160,height=120,framerate=50/1 ! "
+                          f"{element} ! {rest}")
         self.addCleanup(run.pipeline.set_state, Gst.State.NULL)
         return run
 
@@ -67,15 +68,11 @@ class Adverse(harness.Case):
         """What comes behind them is marked as a cut is, by identity as by a leaky queue."""
         def claimed(dropped):
             tracks = self.tmp / "tracks.jsonl"
-            harness.play(
-                "csdsimsrc num-buffers=200 seed=7 ! video/x-raw,width=320,height=240 ! "
-                f"identity drop-probability={dropped} ! csdtrack max-features=20 ! csdtrackenc ! filesink location={tracks}"
-            )
-            states = [
-                feature["state"]
-                for line in harness.read_lines(tracks)
-                for feature in line["features"]
-            ]
+            harness.play("csdsimsrc num-buffers=200 seed=7 ! video/x-raw,width=320,height=240 ! "
+                         f"identity drop-probability={dropped} ! csdtrack max-features=20 ! "
+                         f"csdtrackenc ! filesink location={tracks}")
+            states = [feature["state"] for line in harness.read_lines(tracks)
+                      for feature in line["features"]]
             return sum(state in harness.CLAIMS for state in states) / len(states)
 
         whole = claimed(0)
@@ -106,12 +103,12 @@ class Adverse(harness.Case):
         self.assertEqual(run.warnings, [])
 
     def test_a_reader_that_goes_away_takes_its_branch_alone(self):
-        """The tracks go into a pipe and to a socket whose readers close: with an isolating sink the frames go on."""
+        """The tracks go into a pipe and to a socket whose readers close: with an isolating sink the
+        frames go on."""
         pipe, to_pipe = os.pipe()
-        run = self.live(
-            f"tee name=t t. ! queue ! fakesink name=out t. ! queue ! csdtrackenc ! tee name=l "
-            f"l. ! queue leaky=downstream ! appsink name=lines emit-signals=true sync=false "
-            f"l. ! queue leaky=downstream ! multifdsink name=pipe")
+        run = self.live("tee name=t t. ! queue ! fakesink name=out t. ! queue ! csdtrackenc ! tee "
+                        "name=l l. ! queue leaky=downstream ! appsink name=lines emit-signals=true "
+                        "sync=false l. ! queue leaky=downstream ! multifdsink name=pipe")
         numbers = run.collect("out", lambda buffer: buffer.offset)
         lines = []
 
@@ -140,14 +137,15 @@ class Adverse(harness.Case):
         picture = self.tmp / "hang.jpg"
         # GStreamer 1.22's jpegdec
         picture.write_bytes(bytes.fromhex("ffd8ffd80000ffe1000861626364ffc40000"))
-        program = (
-            "import os, sys, gi; gi.require_version('Gst', '1.0'); from gi.repository import Gst; Gst.init(None)\n"
-            "source = Gst.ElementFactory.make('csdsimsrc'); source.props.texture = sys.argv[1]\n"
-            "print(source.set_state(Gst.State.PAUSED).value_nick, source.set_state(Gst.State.NULL).value_nick, flush=True)\n"
-            "os._exit(0)\n")
-        done = subprocess.run(
-            [sys.executable, "-c", program, str(picture)], capture_output=True, text=True,
-            timeout=harness.HANGS, check=False)
+        program = ("import os, sys, gi; gi.require_version('Gst', '1.0'); from gi.repository "
+                   "import Gst; Gst.init(None)\n"
+                   "source = Gst.ElementFactory.make('csdsimsrc'); source.props.texture = "
+                   "sys.argv[1]\n"
+                   "print(source.set_state(Gst.State.PAUSED).value_nick, "
+                   "source.set_state(Gst.State.NULL).value_nick, flush=True)\n"
+                   "os._exit(0)\n")
+        done = subprocess.run([sys.executable, "-c", program, str(picture)], capture_output=True,
+                              text=True, timeout=harness.HANGS, check=False)
         self.assertEqual(done.stdout, "failure success\n", done.stderr)
 
 

@@ -15,11 +15,10 @@ SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
 
 
 def run(*arguments, cwd=None, **environment):
-    return subprocess.run([
-        SOURCE / "pipelines" / "archive", "--no-install", "--set", "max-features=8",
-        *map(str, arguments)
-    ], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300, cwd=cwd,
-                          env={**os.environ, "CSDTRACK_BUILD": str(BUILD), **environment})
+    return subprocess.run([SOURCE / "pipelines" / "archive", "--no-install", "--set",
+                           "max-features=8", *map(str, arguments)],
+                          capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300,
+                          cwd=cwd, env={**os.environ, "CSDTRACK_BUILD": str(BUILD), **environment})
 
 
 class List(harness.Case):
@@ -47,10 +46,8 @@ class List(harness.Case):
         (self.videos / "sub" / "loop").symlink_to("../..")  # where OUT is, too
         done = run(self.videos, self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(
-            done.stderr,
-            f"archive: left out, for it is '{self.videos}' again: '{self.videos}/sub/loop/videos'\n"
-        )
+        self.assertEqual(done.stderr, f"archive: left out, for it is '{self.videos}' again: "
+                         f"'{self.videos}/sub/loop/videos'\n")
         self.assertEqual(self.tracked(),
                          {"one.mkv.jsonl", "sub/two.mkv.jsonl", "sub/loop/other.mkv.jsonl"})
         before = {path: path.stat().st_mtime_ns for path in self.out.rglob("*.json*")}
@@ -67,10 +64,8 @@ class List(harness.Case):
         (self.videos / "c.mkv").symlink_to("../away.mkv")
         done = run(self.videos, self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(
-            done.stderr,
-            f"archive: left out, for it is '{self.videos}/sub' again: '{self.videos}/a folder', and 2 more of the kind\n"
-        )
+        self.assertEqual(done.stderr, f"archive: left out, for it is '{self.videos}/sub' again: "
+                         f"'{self.videos}/a folder', and 2 more of the kind\n")
         self.assertEqual(self.tracked(), {"sub/two.mkv.jsonl", "b.mkv.jsonl"})
         # Who names it, wants it; and a link to nothing is no other one's file.
         listed = self.home / "list"
@@ -79,9 +74,8 @@ class List(harness.Case):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertTrue((self.home / "of a list" / "videos" / "a.mkv.jsonl").exists())
         (self.videos / "d.mkv").symlink_to("nothing")
-        self.assertRegex(
-            run(self.videos, self.out).stderr,
-            "2 more of the kind\narchive: 1 of 3 videos not done")
+        self.assertRegex(run(self.videos, self.out).stderr,
+                         "2 more of the kind\narchive: 1 of 3 videos not done")
 
     def test_of_names_that_are_no_utf_8_a_sentence_says_so(self):
         self.put("videos/one.mkv")
@@ -92,9 +86,8 @@ class List(harness.Case):
         listed.write_bytes(b"videos/one.mkv\nb\xe9d/two.mkv\n")
         done = run(listed, self.out)
         self.assertEqual(done.returncode, 1)
-        self.assertIn(
-            f"failed: b\\xe9d/two.mkv: '{self.home}/b\\xe9d/two.mkv' is no UTF-8: rename it\n",
-            done.stdout)
+        self.assertIn(f"failed: b\\xe9d/two.mkv: '{self.home}/b\\xe9d/two.mkv' is no UTF-8: rename "
+                      "it\n", done.stdout)
         self.assertEqual(self.tracked(), {"videos/one.mkv.jsonl"})
         # The name is good, the folder that it is in is not.
         done = run(".", self.home / "of a folder", cwd=bad)
@@ -105,8 +98,8 @@ class List(harness.Case):
         self.assertEqual([path.name for path in bad.iterdir()], ["two.mkv"])
 
     def test_sound_and_pipes_are_named(self):
-        harness.play(
-            f"audiotestsrc num-buffers=20 ! wavenc ! filesink location={self.videos}/sound.mkv")
+        harness.play("audiotestsrc num-buffers=20 ! wavenc ! filesink "
+                     f"location={self.videos}/sound.mkv")
         os.mkfifo(self.videos / "pipe.mkv")
         done = run(self.videos, self.out)
         self.assertIn(f"failed: pipe.mkv: '{self.videos}/pipe.mkv' is no file but a pipe",
@@ -123,8 +116,8 @@ class List(harness.Case):
             self.assertRegex(done.stderr, words)
 
         self.put("videos/one.mkv")
-        ways = (("sub' names no video", self.videos / "sub"), ("none of the hosts", "--ssh",
-                                                               "nurse", self.videos))
+        ways = (("sub' names no video", self.videos / "sub"),
+                ("none of the hosts", "--ssh", "nurse", self.videos))
         for way in ways:
             check(*way)
             self.assertEqual(list(self.home.iterdir()), [self.videos])

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""pipelines/archive on other machines: over ssh, and in a Slurm cluster; both are started here, on this one."""
+"""pipelines/archive on other machines: over ssh, and in a Slurm cluster; both are started here, on
+this one."""
 
 import contextlib
 import os
@@ -133,9 +134,8 @@ class Machines(harness.Case):
         process.terminate()
         _, said = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 130)
-        self.assertRegex(
-            said,
-            r"^archive: the cluster goes on: the same command follows it, 'scancel \d+' ends it\n")
+        self.assertRegex(said, r"^archive: the cluster goes on: the same command follows it, "
+                         r"'scancel \d+' ends it\n")
         self.assertTrue(pathlib.Path(f"/proc/{job}").exists())
         process = self.start(self.out, "--slurm", environment=cluster.environment)
         self.assertIn("an earlier run's jobs are still in the cluster", process.stdout.readline())

@@ -44,19 +44,14 @@ def index(out):
 
 def files(out):
     """What was made, and of each file what would change if it were made again."""
-    return {
-        str(path.relative_to(out)): (path.stat().st_ino, path.stat().st_mtime_ns)
-        for path in out.rglob("*")
-        if path.is_file() and not path.is_relative_to(out /
-                                                      ".archive") and path.name != "index.sqlite"
-    }
+    return {str(path.relative_to(out)): (path.stat().st_ino, path.stat().st_mtime_ns)
+            for path in out.rglob("*") if path.is_file() and
+            not path.is_relative_to(out / ".archive") and path.name != "index.sqlite"}
 
 
 def made_again(out, before):
-    return {
-        name for name, mark in files(out).items()
-        if name.endswith(".jsonl") and before.get(name) != mark
-    }
+    return {name for name, mark in files(out).items() if name.endswith(".jsonl") and
+            before.get(name) != mark}
 
 
 class Archive(harness.Case):
@@ -92,37 +87,33 @@ class Archive(harness.Case):
                          {**dict.fromkeys(self.good, "done"), "broken.mp4": "failed"})
         self.assertRegex(rows["broken.mp4"]["error"],
                          "broken.mp4' isn't a video that GStreamer knows: give a video file")
-        self.assertEqual(set(files(self.out)),
-                         {f"{name}.{kind}" for name in self.good
-                          for kind in ("json", "jsonl")} | {"broken.mp4.json"})
+        self.assertEqual(set(files(self.out)), {f"{name}.{kind}" for name in self.good for kind
+                                                in ("json", "jsonl")} | {"broken.mp4.json"})
         for name, frames in self.good.items():
             row, tracks = rows[name], self.out / f"{name}.jsonl"
             lines = harness.read_lines(tracks)
             self.assertEqual(harness.decoded_frames(self.videos / name), frames)
             harness.check_tracks(self, lines, frames)
-            claims = [{f["id"]
-                       for f in line["features"]
-                       if f["state"] in harness.CLAIMS}
+            claims = [{f["id"] for f in line["features"] if f["state"] in harness.CLAIMS}
                       for line in lines]
             self.assertGreater(len(claims[-1]), 20)
             self.assertEqual((row["frames"], row["width"], row["height"], row["features"],
                               row["claimed"], row["tracks_size"], row["note"], row["error"]),
-                             (frames, 320, 240, len(set().union(*claims)), sum(map(
-                                 bool, claims)), tracks.stat().st_size, None, None))
+                             (frames, 320, 240, len(set().union(*claims)), sum(map(bool, claims)),
+                              tracks.stat().st_size, None, None))
             self.assertAlmostEqual(row["duration"], frames / 25, delta=0.002)
             self.assertEqual(row["settings"],
                              "forget-after=0 learning=sync max-features=200 post-messages=none")
             self.assertEqual(json.loads((self.out / f"{name}.json").read_text()), row)
         # The very tracks that the preset gives in a pipeline.
         plain = self.tmp / "plain.jsonl"
-        harness.play(
-            f"filesrc location={self.videos}/one.mkv ! decodebin ! csdtrack name=csdtrack max-features=200 learning=sync forget-after=0 "
-            f"frame-budget=0 post-messages=none ! csdtrackenc ! application/x-ndjson ! filesink location={plain}"
-        )
+        harness.play(f"filesrc location={self.videos}/one.mkv ! decodebin ! csdtrack name=csdtrack "
+                     "max-features=200 learning=sync forget-after=0 frame-budget=0 "
+                     "post-messages=none ! csdtrackenc ! application/x-ndjson ! filesink "
+                     f"location={plain}")
         self.assertEqual((self.out / "one.mkv.jsonl").read_bytes(), plain.read_bytes())
         # What people read.
-        features, claimed = (sum(rows[name][key]
-                                 for name in self.good)
+        features, claimed = (sum(rows[name][key] for name in self.good)
                              for key in ("features", "claimed"))
         told = ["4 videos: 3 done, 1 failed, 0 unfinished", "0:00:04 of video, 90 frames; ",
                 f"{features} features tracked; {100 * claimed / 90:.1f} % of the frames have"]
@@ -156,8 +147,8 @@ class Archive(harness.Case):
         both = {"one.mkv.jsonl", "three.MP4.jsonl"}
 
         def again(*options, expect):
-            before, rows = files(self.out), index(self.out) if (self.out /
-                                                                "index.sqlite").exists() else None
+            before, rows = files(self.out), index(self.out) if (
+                self.out / "index.sqlite").exists() else None
             done = run(*FEW, *options, videos, self.out)
             self.assertRegex(done.stderr, "^archive: 1 of 3 videos not done: .*\n$")
             self.assertEqual(made_again(self.out, before), expect)
@@ -212,8 +203,8 @@ class Archive(harness.Case):
         videos = self.copy("one.mkv")
         for wish, right in (("region=100,80,120,90",
                              lambda f: 100 <= f["x"] <= 220 and 80 <= f["y"] <= 170),
-                            ("points=100,100;150.5,120", lambda f: (f["x"], f["y"]) ==
-                             ((100, 100), (150.5, 120))[f["id"]])):
+                            ("points=100,100;150.5,120",
+                             lambda f: (f["x"], f["y"]) == ((100, 100), (150.5, 120))[f["id"]])):
             done = run(*FEW, "--set", wish, videos, self.out)
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             self.assertIn(f" {wish}", index(self.out)["one.mkv"]["settings"])
@@ -223,8 +214,8 @@ class Archive(harness.Case):
 
     def test_a_list(self):
         listed = self.tmp / "a list.txt"
-        listed.write_text(
-            f"# of today\n{self.videos.name}/one.mkv\n\n{self.videos}/one.mkv\nnone.mkv\n")
+        listed.write_text(f"# of today\n{self.videos.name}/one.mkv\n\n{self.videos}/one.mkv\n"
+                          "none.mkv\n")
         done = run(*FEW, listed, self.out)
         self.assertEqual(done.returncode, 1, done.stderr)
         rows = index(self.out)
@@ -265,13 +256,12 @@ class Archive(harness.Case):
         done = run(*FEW, videos, self.out)
         self.assertEqual(done.returncode, 1)
         rows = index(self.out)
-        self.assertEqual(done.stdout.splitlines()[2:4], [
-            f"done: cut.mkv: {rows['cut.mkv']['note']}",
-            f"failed: cut.mp4: {rows['cut.mp4']['error']}"
-        ])
+        self.assertEqual(done.stdout.splitlines()[2:4],
+                         [f"done: cut.mkv: {rows['cut.mkv']['note']}",
+                          f"failed: cut.mp4: {rows['cut.mp4']['error']}"])
         self.assertEqual(rows["cut.mkv"]["status"], "done")
         self.assertRegex(rows["cut.mkv"]["note"],
-                         "has a picture up to \d\.\d s only, and says that it lasts 16.0 s")
+                         r"has a picture up to \d\.\d s only, and says that it lasts 16.0 s")
         self.assertEqual(rows["cut.mp4"]["status"], "failed")
         self.assertRegex(rows["cut.mp4"]["error"],
                          "has no index, its recording was cut off: repair it")
@@ -304,17 +294,16 @@ class Archive(harness.Case):
                 self.assertIn("/parallel\0", self.refused(videos))
                 os.kill(job, signal.SIGCONT)
                 machines.wait(lambda: (self.out / "two.mkv.json").exists())
-                machines.wait(lambda: run("--list", self.out).returncode == 0 and run(
-                    *FEW, videos, self.out).returncode == 0)
+                machines.wait(lambda: run("--list", self.out).returncode == 0 and
+                              run(*FEW, videos, self.out).returncode == 0)
                 self.assertEqual(made_again(self.out, done), {"two.mkv.jsonl"})
             else:
                 self.assertIn("/archive.py\0", self.refused(videos))
                 process.terminate()
                 _, said = process.communicate(timeout=60)
-                self.assertEqual(
-                    (process.returncode, said),
-                    (130,
-                     "archive: ended: 1 of 2 videos are done, the same command does the rest\n"))
+                self.assertEqual((process.returncode, said),
+                                 (130, "archive: ended: 1 of 2 videos are done, the same command "
+                                  "does the rest\n"))
                 self.assertEqual(list(self.out.glob(".*.unfinished")), [])
                 machines.wait(lambda: not pathlib.Path(f"/proc/{job}").exists())
                 self.assertFalse((self.out / "two.mkv.jsonl").exists() or
@@ -334,13 +323,13 @@ class Archive(harness.Case):
         self.addCleanup(let_go)
 
     def refused(self, videos):
-        """While another run works on OUT: the command of the process that is said to be in the way."""
+        """While another run works on OUT: the command of the process that is said to be in the
+        way."""
         done = run(*FEW, videos, self.out)
         self.assertEqual(done.returncode, 1)
-        self.assertRegex(
-            done.stderr,
-            f"^archive: another run works on '.*' since [-0-9]+ [:0-9]+: wait for it, or end it with 'kill \\d+' on {re.escape(os.uname().nodename)}\n$"
-        )
+        self.assertRegex(done.stderr,
+                         "^archive: another run works on '.*' since [-0-9]+ [:0-9]+: wait for it, "
+                         f"or end it with 'kill \\d+' on {re.escape(os.uname().nodename)}\n$")
         self.kill = re.search("kill (\\d+)", done.stderr).group(1)
         return pathlib.Path(f"/proc/{self.kill}/cmdline").read_text()
 
@@ -366,9 +355,8 @@ class Archive(harness.Case):
         process.stdout.close()  # the line on one.mkv is the first that it can't write
         process.stdout = None
         _, said = process.communicate(timeout=60)
-        self.assertEqual(
-            (process.returncode, said),
-            (130, "archive: ended: 1 of 2 videos are done, the same command does the rest\n"))
+        self.assertEqual((process.returncode, said), (130, "archive: ended: 1 of 2 videos are "
+                                                      "done, the same command does the rest\n"))
         self.check_ended("two.mkv")
 
     def test_a_reader_that_leaves_when_all_is_done_is_no_failure(self):
@@ -389,9 +377,8 @@ class Archive(harness.Case):
         shutil.copy(self.long, videos)
         process, terminal = pty.fork()
         if not process:
-            os.execve(ARCHIVE,
-                      [str(ARCHIVE), "--no-install", *FEW,
-                       str(videos), str(self.out)], ENVIRONMENT)
+            os.execve(ARCHIVE, [str(ARCHIVE), "--no-install", *FEW, str(videos), str(self.out)],
+                      ENVIRONMENT)
         self.hold(machines.job_at_work(self.out, "long.mkv"))
         os.close(terminal)
         code = machines.wait(lambda: os.waitpid(process, os.WNOHANG)[1])
@@ -408,13 +395,13 @@ class Archive(harness.Case):
                 process.send_signal(number)
             time.sleep(0.05)
         _, said = process.communicate(timeout=60)
-        self.assertEqual(
-            (process.returncode, said),
-            (130, "archive: ended: 0 of 1 videos are done, the same command does the rest\n"))
+        self.assertEqual((process.returncode, said), (130, "archive: ended: 0 of 1 videos are "
+                                                      "done, the same command does the rest\n"))
         self.check_ended("long.mkv")
 
     def kill_the_command(self, videos):
-        """While a job of long.mkv, which then stands still, is at work; the next run is refused. Returns the job."""
+        """While a job of long.mkv, which then stands still, is at work; the next run is refused.
+        Returns the job."""
         process = start(*FEW, videos, self.out)
         job = machines.job_at_work(self.out, "long.mkv")
         self.hold(job)
@@ -428,8 +415,8 @@ class Archive(harness.Case):
         shutil.copy(self.long, videos)
         job = self.kill_the_command(videos)
         os.kill(int(self.kill), signal.SIGTERM)
-        machines.wait(lambda: not pathlib.Path(f"/proc/{job}").exists() and not pathlib.Path(
-            f"/proc/{self.kill}").exists())
+        machines.wait(lambda: not pathlib.Path(f"/proc/{job}").exists() and
+                      not pathlib.Path(f"/proc/{self.kill}").exists())
         self.assertFalse((self.out / "long.mkv.jsonl").exists())
         self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
         self.assertEqual(list(self.out.glob(".*.unfinished")), [])
@@ -437,10 +424,8 @@ class Archive(harness.Case):
     def test_a_job_that_was_left_alone_is_named(self):
         videos = self.copy()
         # So long that its job still works when it is stopped again.
-        subprocess.run([
-            "ffmpeg", "-v", "error", "-stream_loop", "5", "-i", self.long, "-c", "copy",
-            videos / "long.mkv"
-        ], check=True)
+        subprocess.run(["ffmpeg", "-v", "error", "-stream_loop", "5", "-i", self.long, "-c", "copy",
+                        videos / "long.mkv"], check=True)
         job = self.kill_the_command(videos)
         # one that stands still is told to hang up when the leader of its session is gone
         os.kill(job, signal.SIGCONT)
@@ -462,16 +447,14 @@ class Archive(harness.Case):
         if subprocess.run([*small, 'mount -t tmpfs none "$0"', self.out],
                           capture_output=True).returncode:
             self.skipTest("no small file system can be mounted here")
-        done = subprocess.run([
-            *small,
-            'mount -t tmpfs -o size=1m none "$0" && "$1" --no-install --jobs 1 "$2" "$0"; code=$?; '
-            '"$1" --no-install --list "$0"; exit $code', self.out, ARCHIVE, videos
-        ], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300, env=ENVIRONMENT)
+        done = subprocess.run(
+            [*small, 'mount -t tmpfs -o size=1m none "$0" && "$1" --no-install --jobs 1 "$2" "$0"; '
+             'code=$?; "$1" --no-install --list "$0"; exit $code', self.out, ARCHIVE, videos],
+            capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300, env=ENVIRONMENT)
         why = f"can't write into '{self.out}' (the disk is full): make room or give another place"
-        self.assertEqual((done.returncode, done.stderr), (
-            1,
-            f"archive: ended: 0 of 3 videos are done, the same command does the rest\narchive: {why}\n"
-        ))
+        self.assertEqual((done.returncode, done.stderr),
+                         (1, "archive: ended: 0 of 3 videos are done, the same command does the "
+                          f"rest\narchive: {why}\n"))
         self.assertEqual(re.findall(r"^unfinished +1  (.*)$", done.stdout, re.M),
                          [f"a.mkv: {why}", "b.mkv: not yet tracked", "c.mkv: not yet tracked"])
 
@@ -486,9 +469,8 @@ class Archive(harness.Case):
         self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
         self.assertEqual({name: row["status"] for name, row in index(self.out).items()},
                          {"one.mkv": "done", "three.MP4": "done"})
-        self.assertEqual(
-            re.findall("(\\S+): its video can't be seen from here\n",
-                       run("--list", self.out).stdout), ["one.mkv"])
+        self.assertEqual(re.findall("(\\S+): its video can't be seen from here\n",
+                                    run("--list", self.out).stdout), ["one.mkv"])
         (self.out / "one.mkv.jsonl").unlink()
         self.assertEqual(run(*FEW, videos, self.out).returncode, 0)
         self.assertEqual(list(index(self.out)), ["three.MP4"])
@@ -515,28 +497,25 @@ class Archive(harness.Case):
         moved.write_text("nowhere/one.mkv\n")
         shutil.copy(videos / "one.mkv", unknown)
         for arguments, code, words in (
-            ((videos, file), 2, "'.*file' is a file: give a folder"),
-            ((moved, moved), 2, "is a file: give a folder"), ((videos, videos), 2,
-                                                              "LIST and OUT at once"),
-            ((letter, self.out), 1,
-             "^archive: '.*letter' is no list of videos: .* '.*/Dear reader,'\n$"),
-            ((moved, self.out), 1, "moved.txt' is no list of videos: .* '.*/nowhere/one.mkv'\n$"),
-            ((unknown, self.out), 1,
-             "is no text: give a folder"), (("nothing", self.out), 1,
-                                            "no 'nothing'"), ((videos, ), 2, "LIST and OUT"),
-            ((empty, self.out), 1, "names no video"), ((file, self.out), 1, "names no video"),
-            ((videos / "one.mkv", self.out), 1,
-             "is no text: give a folder"), ((videos, self.out, "--jobs", "0"), 2, "--jobs"),
-            ((videos, self.out, "--set", "max-features=many"), 2,
-             "'many' is no value for max-features"), ((videos, self.out, "--set",
-                                                       "attach-meta=false"), 1, "attach-meta"),
-            ((videos, self.out, "--preset", "none"), 2,
-             "no preset 'none': .*archive"), ((videos, self.out, "--ssh", ","), 2, "--ssh"),
-            ((videos, self.out, "--ssh", "a", "--slurm"), 2,
-             "--slurm"), (("--list", empty), 1, "no index"), (("--list", empty, videos), 2,
-                                                              "--list"), ((videos, self.out,
-                                                                           "--redo", "some"), 2,
-                                                                          "--redo")):
+                ((videos, file), 2, "'.*file' is a file: give a folder"),
+                ((moved, moved), 2, "is a file: give a folder"),
+                ((videos, videos), 2, "LIST and OUT at once"),
+                ((letter, self.out), 1,
+                 "^archive: '.*letter' is no list of videos: .* '.*/Dear reader,'\n$"),
+                ((moved, self.out), 1, "moved.txt' is no list of videos: .* '.*/nowhere/one.mkv'\n"
+                 "$"), ((unknown, self.out), 1, "is no text: give a folder"),
+                (("nothing", self.out), 1, "no 'nothing'"), ((videos,), 2, "LIST and OUT"),
+                ((empty, self.out), 1, "names no video"), ((file, self.out), 1, "names no video"),
+                ((videos / "one.mkv", self.out), 1, "is no text: give a folder"),
+                ((videos, self.out, "--jobs", "0"), 2, "--jobs"),
+                ((videos, self.out, "--set", "max-features=many"), 2,
+                 "'many' is no value for max-features"),
+                ((videos, self.out, "--set", "attach-meta=false"), 1, "attach-meta"),
+                ((videos, self.out, "--preset", "none"), 2, "no preset 'none': .*archive"),
+                ((videos, self.out, "--ssh", ","), 2, "--ssh"),
+                ((videos, self.out, "--ssh", "a", "--slurm"), 2, "--slurm"),
+                (("--list", empty), 1, "no index"), (("--list", empty, videos), 2, "--list"),
+                ((videos, self.out, "--redo", "some"), 2, "--redo")):
             with self.subTest(arguments=arguments):
                 done = run(*arguments)
                 self.assertEqual(done.returncode, code, done.stderr)

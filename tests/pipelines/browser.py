@@ -12,7 +12,8 @@ except ImportError:
 
 
 def begin(case):
-    """For a class of tests that has `tmp`; skips it where there is none. 1280×720, a pixel of the page is one of a screenshot."""
+    """For a class of tests that has `tmp`; skips it where there is none. 1280×720, a pixel of the
+    page is one of a screenshot."""
     if not (webdriver and shutil.which("chromium") and shutil.which("chromedriver")):
         raise unittest.SkipTest("no chromium, chromedriver or python3-selenium here")
     options = webdriver.ChromeOptions()

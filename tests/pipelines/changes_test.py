@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What happens to a stream on its way: seeks, loops, other sizes, missing timestamps, damaged and cut files."""
+"""What happens to a stream on its way: seeks, loops, other sizes, missing timestamps, damaged and
+cut files."""
 
 import pathlib
 import subprocess
@@ -66,9 +67,9 @@ class Changes(harness.Case):
         video = harness.scene_video(self.tmp / "seek.mkv", 50, *harness.H264, "-g", "10")
         for algorithm in ("csd", "lk", "csd-2012", "ms1", "sift"):
             with self.subTest(algorithm):
-                run = harness.Run(
-                    f"filesrc location={video} ! decodebin ! csdtrack algorithm={algorithm} ! tee name=t "
-                    f"t. ! queue ! {SINK}{self.path} t. ! queue ! fakesink name=out")
+                run = harness.Run(f"filesrc location={video} ! decodebin ! csdtrack "
+                                  f"algorithm={algorithm} ! tee name=t t. ! queue ! "
+                                  f"{SINK}{self.path} t. ! queue ! fakesink name=out")
                 run.pipeline.set_state(Gst.State.PLAYING)
                 run.until(Gst.MessageType.EOS)
                 first = len(harness.read_lines(self.path))
@@ -81,9 +82,8 @@ class Changes(harness.Case):
                     self.assertTrue(run.pipeline.seek_simple(Gst.Format.TIME, flags, target))
                     run.until(Gst.MessageType.EOS)
                 run.pipeline.set_state(Gst.State.NULL)
-                starts = [
-                    i for i, (_, pts) in enumerate(stamps) if i == 0 or pts < stamps[i - 1][1]
-                ]
+                starts = [i for i, (_, pts) in enumerate(stamps) if i == 0 or
+                          pts < stamps[i - 1][1]]
                 self.assertEqual(starts, [0, 50])
                 self.assertEqual(len(stamps), 75)
                 known = set()
@@ -129,8 +129,8 @@ class Changes(harness.Case):
                                        width=width, height=height)
             parts.append(part.read_bytes())
         (self.tmp / "both.h264").write_bytes(b"".join(parts))
-        run = harness.play(
-            f"filesrc location={self.tmp}/both.h264 ! decodebin ! csdtrack ! {SINK}{self.path}")
+        run = harness.play(f"filesrc location={self.tmp}/both.h264 ! decodebin ! csdtrack ! "
+                           f"{SINK}{self.path}")
         lines = harness.read_lines(self.path)
         self.assertEqual([line["width"] for line in lines], [320] * 25 + [256] * 25)
         self.check_one_change(lines, 25, run.messages)
@@ -138,15 +138,15 @@ class Changes(harness.Case):
     def test_one_file_after_another(self):
         one = harness.scene_video(self.tmp / "one.mkv", 20)
         two = harness.scene_video(self.tmp / "two.mkv", 20, seed=9)
-        run = harness.play(
-            f"concat name=c ! csdtrack ! {SINK}{self.path} filesrc location={one} ! decodebin ! c. "
-            f"filesrc location={two} ! decodebin ! c.")
+        run = harness.play(f"concat name=c ! csdtrack ! {SINK}{self.path} filesrc location={one} ! "
+                           f"decodebin ! c. filesrc location={two} ! decodebin ! c.")
         lines = harness.read_lines(self.path)
         self.assertEqual(len(lines), 40)
         self.check_one_change(lines, 20, run.messages)
 
     def test_hundreds_of_sizes_leave_nothing_behind(self):
-        """In a process of its own: what it holds of memory, descriptors and threads is measured there. 10⁴ are the same (docs/reliability.md)."""
+        """In a process of its own: what it holds of memory, descriptors and threads is measured
+        there. 10⁴ are the same (docs/reliability.md)."""
         for elements in ("csdtrack max-features=10 overlay=draw ! csdtrackenc",
                          "csdtrack algorithm=csd-2012 max-features=2 ! csdtrackdec overlay=draw"):
             with self.subTest(elements):
@@ -154,8 +154,7 @@ class Changes(harness.Case):
                                       capture_output=True, text=True, timeout=300,
                                       cwd=pathlib.Path(__file__).parent)
                 self.assertEqual(done.returncode, 0, done.stderr)
-                early, late = ([int(word)
-                                for word in line.split()]
+                early, late = ([int(word) for word in line.split()]
                                for line in done.stdout.splitlines())
                 # malloc's own coming and going is 7 MB (seen); 200 changes that each leave one
                 # frame of csdtrack's behind are more.
@@ -164,42 +163,41 @@ class Changes(harness.Case):
                     self.assertLessEqual(now, then + most, what)
 
     def test_where_streams_come_one_after_another(self):
-        """What others make of several streams they make of them behind csdtrack and csdtrackdec, too, and these say nothing."""
+        """What others make of several streams they make of them behind csdtrack and csdtrackdec,
+        too, and these say nothing."""
         one, two = (harness.scene_video(self.tmp / f"{name}.mp4", 30, *harness.H264, "-bf", "2",
                                         width=160, height=120, seed=seed)
                     for name, seed in (("begin", 1), ("end", 9)))
-        decoded = " ".join(f"filesrc location={video} ! decodebin ! %s ! c." for video in (one,
-                                                                                           two))
-        harness.play(
-            f"filesrc location={one} ! decodebin ! x264enc tune=zerolatency key-int-max=10 ! "
-            f"splitmuxsink muxer-factory=matroskamux max-size-time=400000000 location={self.tmp}/part%02d.mkv"
-        )
+        decoded = " ".join(f"filesrc location={video} ! decodebin ! %s ! c."
+                           for video in (one, two))
+        harness.play(f"filesrc location={one} ! decodebin ! x264enc tune=zerolatency "
+                     "key-int-max=10 ! splitmuxsink muxer-factory=matroskamux "
+                     f"max-size-time=400000000 location={self.tmp}/part%02d.mkv")
         self.assertGreater(len(list(self.tmp.glob("part*.mkv"))), 2)
-        harness.play(
-            f"filesrc location={one} ! decodebin ! csdtrack max-features=5 ! csdtrackenc ! filesink location={self.path}"
-        )
+        harness.play(f"filesrc location={one} ! decodebin ! csdtrack max-features=5 ! csdtrackenc "
+                     f"! filesink location={self.path}")
 
         def got(launch):
             run = harness.Run(launch)
             left = [two.as_uri()]
             # gapless: the next is told before the one before it has ended
             if uri := run.element("uri"):
-                uri.connect(
-                    "about-to-finish", lambda element: element.set_property("uri", left.pop())
-                    if left else None)
-            buffers = run.collect("out", lambda buffer:
-                                  (buffer.pts, buffer.duration, buffer.get_size()))
+                uri.connect("about-to-finish",
+                            lambda element: element.set_property("uri", left.pop()) if left
+                            else None)
+            buffers = run.collect("out",
+                                  lambda buffer: (buffer.pts, buffer.duration, buffer.get_size()))
             run.to_end()
             self.assertEqual(run.warnings, [])
             return buffers
 
         for name, launch, frames in (
-            ("uridecodebin3", f"uridecodebin3 name=uri uri={one.as_uri()} ! %s ! fakesink name=out",
-             60), ("concat",
-                   f"concat name=c ! %s ! fakesink name=out {decoded.replace('%s ! ', '')}", 60),
-            ("splitmuxsrc",
-             f"splitmuxsrc location={self.tmp}/part*.mkv ! decodebin ! %s ! fakesink name=out",
-             30), ("compositor", f"compositor name=c ! fakesink name=out {decoded}", 30)):
+                ("uridecodebin3",
+                 f"uridecodebin3 name=uri uri={one.as_uri()} ! %s ! fakesink name=out", 60),
+                ("concat", f"concat name=c ! %s ! fakesink name=out {decoded.replace('%s ! ', '')}",
+                 60), ("splitmuxsrc", f"splitmuxsrc location={self.tmp}/part*.mkv ! decodebin ! %s "
+                       "! fakesink name=out", 30),
+                ("compositor", f"compositor name=c ! fakesink name=out {decoded}", 30)):
             plain = got(launch.replace("%s", "identity"))
             self.assertEqual(len(plain), frames, name)
             for element in "csdtrack max-features=5", f"csdtrackdec location={self.path}":
@@ -210,9 +208,10 @@ class Changes(harness.Case):
         scene, result = Scene(), {}
         for stamped in (True, False):
             path = f"{self.path}.{stamped}"
-            harness.play(
-                f"appsrc name=in ! csdtrack algorithm=csd-2012 learning=sync max-features=5 ! {SINK}{path}",
-                harness.buffers((scene.picture(t) for t in range(30)), stamped), harness.rgb_caps())
+            harness.play("appsrc name=in ! csdtrack algorithm=csd-2012 learning=sync "
+                         f"max-features=5 ! {SINK}{path}",
+                         harness.buffers((scene.picture(t) for t in range(30)), stamped),
+                         harness.rgb_caps())
             result[stamped] = harness.read_lines(path)
             harness.check_tracks(self, result[stamped], 30, stamped)
         for with_, without in zip(result[True], result[False]):
@@ -222,8 +221,8 @@ class Changes(harness.Case):
             self.assertEqual(with_["features"], without["features"])
 
     def test_cut_and_damaged_files(self):
-        for name, options in (("cut.mkv", ()), ("cut.ts", ()), ("cut.mp4", ("-movflags",
-                                                                            "+faststart"))):
+        for name, options in (("cut.mkv", ()), ("cut.ts", ()),
+                              ("cut.mp4", ("-movflags", "+faststart"))):
             with self.subTest(name):
                 whole = harness.scene_video(self.tmp / f"whole-{name}", 60, *harness.H264, "-g",
                                             "5", *options).read_bytes()
@@ -233,8 +232,8 @@ class Changes(harness.Case):
                                       f"location={cut} ! decodebin ! csdtrack ! {SINK}{self.path}")
                 lines = harness.read_lines(self.path)
                 harness.check_tracks(self, lines, stamped=False)
-                plain = harness.launch(
-                    f"filesrc location={cut} ! decodebin ! fakesink silent=false -v")
+                plain = harness.launch(f"filesrc location={cut} ! decodebin ! fakesink "
+                                       "silent=false -v")
                 self.assertEqual(done.returncode, plain.returncode,
                                  "csdtrack adds no error of its own")
                 self.assertEqual(len(lines), plain.stdout.count("chain   *******"))
@@ -247,9 +246,8 @@ class Changes(harness.Case):
         # identity as well.
         for name in ("text.mkv", "none.mkv", ""):
             with self.subTest(name):
-                done = harness.launch(
-                    "-q filesrc",
-                    f"location={self.tmp}/{name} ! decodebin ! csdtrack ! {SINK}{self.path}")
+                done = harness.launch("-q filesrc", f"location={self.tmp}/{name} ! decodebin ! "
+                                      f"csdtrack ! {SINK}{self.path}")
                 self.assertNotEqual(done.returncode, 0)
                 self.assertIn("ERROR", done.stderr)
 
@@ -258,10 +256,10 @@ class Changes(harness.Case):
             for size in ("320,height=240", "1,height=1", "16,height=16", "33,height=2000"):
                 for algorithm in ("csd", "csd-2012"):
                     with self.subTest(pattern=pattern, size=size, algorithm=algorithm):
-                        harness.play(
-                            f"videotestsrc num-buffers=12 pattern={pattern} ! video/x-raw,width={size} ! csdtrack algorithm={algorithm} "
-                            f"learning=sync max-features=5 training-time=200000000 overlay=draw ! {SINK}{self.path}"
-                        )
+                        harness.play(f"videotestsrc num-buffers=12 pattern={pattern} ! "
+                                     f"video/x-raw,width={size} ! csdtrack algorithm={algorithm} "
+                                     "learning=sync max-features=5 training-time=200000000 "
+                                     f"overlay=draw ! {SINK}{self.path}")
                         harness.check_tracks(self, harness.read_lines(self.path), 12)
 
 

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Every real clip: a line for each frame that can be decoded, and each line is as the schema says.
 
-With learning=sync: a clip is read faster than features are learnt, and LK alone would be tested without it.
+With learning=sync: a clip is read faster than features are learnt, and LK alone would be tested
+without it.
 """
 
 import csv
@@ -15,10 +16,11 @@ class Clips(harness.Case):
         for clip in harness.clips():
             with self.subTest(clip=clip.name):
                 stem = self.tmp / clip.stem
-                run = harness.Run(
-                    "filesrc name=file ! decodebin ! csdtrack algorithm=csd-2012 learning=sync max-features=10 ! tee name=t "
-                    f"t. ! queue ! csdtrackenc ! filesink location={stem}.jsonl buffer-mode=unbuffered "
-                    f"t. ! queue ! csdtrackenc ! text/csv ! filesink location={stem}.csv")
+                run = harness.Run("filesrc name=file ! decodebin ! csdtrack algorithm=csd-2012 "
+                                  "learning=sync max-features=10 ! tee name=t t. ! queue ! "
+                                  f"csdtrackenc ! filesink location={stem}.jsonl "
+                                  "buffer-mode=unbuffered t. ! queue ! csdtrackenc ! text/csv ! "
+                                  f"filesink location={stem}.csv")
                 run.element("file").set_property("location", str(clip))
                 run.to_end()
                 lines = harness.read_lines(f"{stem}.jsonl")

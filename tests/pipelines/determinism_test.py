@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""learning=sync and one seed: the same bytes on every run, for every n-threads, beside any number of others."""
+"""learning=sync and one seed: the same bytes on every run, for every n-threads, beside any number
+of others."""
 
 import re
 
@@ -18,9 +19,8 @@ class Determinism(harness.Case):
 
     def tracks(self, properties, name="csdtrack0"):
         path = self.tmp / "tracks.jsonl"
-        run = harness.Run(
-            f"{self.source} ! csdtrack name={name} {properties} ! csdtrackenc ! filesink location={path}"
-        )
+        run = harness.Run(f"{self.source} ! csdtrack name={name} {properties} ! csdtrackenc ! "
+                          f"filesink location={path}")
         track = run.element(name)
         run.to_end()
         lines = harness.read_lines(path)
@@ -62,11 +62,10 @@ class Determinism(harness.Case):
         branches = []
         for i in range(4):
             # Two in a row: each adds its own meta, and csdtrackenc is told whose it writes.
-            branches.append(
-                f"t. ! queue ! csdtrack name=a{i} {SYNC} n-threads={1 + i} ! csdtrack name=b{i} algorithm=lk ! tee name=s{i} "
-                f"s{i}. ! queue ! csdtrackenc source=a{i} ! filesink location={self.tmp}/a{i}.jsonl "
-                f"s{i}. ! queue ! csdtrackenc source=b{i} ! filesink location={self.tmp}/b{i}.jsonl"
-            )
+            branches.append(f"t. ! queue ! csdtrack name=a{i} {SYNC} n-threads={1 + i} ! csdtrack "
+                            f"name=b{i} algorithm=lk ! tee name=s{i} s{i}. ! queue ! csdtrackenc "
+                            f"source=a{i} ! filesink location={self.tmp}/a{i}.jsonl s{i}. ! queue "
+                            f"! csdtrackenc source=b{i} ! filesink location={self.tmp}/b{i}.jsonl")
         harness.play(f"{self.source} ! tee name=t {' '.join(branches)}")
         for i in range(4):
             for name, expected in ((f"a{i}", alone), (f"b{i}", lk)):
@@ -80,9 +79,9 @@ class Determinism(harness.Case):
         results = []
         for threads in (1, 2, 4):
             path = self.tmp / f"{threads}.jsonl"
-            run = harness.Run(
-                "filesrc name=file ! decodebin ! csdtrack name=csdtrack0 algorithm=csd-2012 learning=sync max-features=10 "
-                f"n-threads={threads} ! csdtrackenc ! filesink location={path}")
+            run = harness.Run("filesrc name=file ! decodebin ! csdtrack name=csdtrack0 "
+                              "algorithm=csd-2012 learning=sync max-features=10 "
+                              f"n-threads={threads} ! csdtrackenc ! filesink location={path}")
             run.element("file").set_property("location", str(clip))
             run.to_end()
             results.append(path.read_bytes())

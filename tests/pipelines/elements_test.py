@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What each element says of itself (gst-inspect-1.0), what docs/elements.md says of it, and its SECTION block: complete, and the same."""
+"""What each element says of itself (gst-inspect-1.0), what docs/elements.md says of it, and its
+SECTION block: complete, and the same."""
 
 import os
 import pathlib
@@ -18,10 +19,8 @@ from gi.repository import GLib, GObject  # noqa: E402
 
 PAGE = SOURCE / "docs" / "elements.md"
 PRESETS_PAGE = SOURCE / "docs" / "pipelines.md"
-TYPES = {
-    "boolean": "gboolean", "string": "gchararray", "uint": "guint", "uint64": "guint64",
-    "int64": "gint64", "double": "gdouble", "GstStructure": "GstStructure"
-}
+TYPES = {"boolean": "gboolean", "string": "gchararray", "uint": "guint", "uint64": "guint64",
+         "int64": "gint64", "double": "gdouble", "GstStructure": "GstStructure"}
 WHOLE = {"uint": (0, 2**32 - 1), "uint64": (0, 2**64 - 1)}  # where the page says no range
 UNITS = {"ns": "nanoseconds", "px": "pixels"}
 SECONDS = {"s": 10**9, "ms": 10**6}
@@ -44,15 +43,13 @@ def number(text):
 def sections(page):
     """Of each element its part of the page."""
     parts = re.split(r"^# (.+)\n", page, flags=re.MULTILINE)
-    return {
-        name: text
-        for name, text in zip(parts[1::2], parts[2::2])
-        if name not in ("The elements", "Examples")
-    }
+    return {name: text for name, text in zip(parts[1::2], parts[2::2])
+            if name not in ("The elements", "Examples")}
 
 
 def tables(text, first):
-    """The rows, as dictionaries by their column's name, of all tables whose first column has this name."""
+    """The rows, as dictionaries by their column's name, of all tables whose first column has this
+    name."""
     for head, body in re.findall(r"^(\|.*\|)\n\|[-|]+\|\n((?:\|.*\|\n?)*)", text,
                                  flags=re.MULTILINE):
         names = [plain(name) for name in head.strip("|").split("|")]
@@ -68,11 +65,8 @@ def enum_values(element, spec):
 
 
 def own_properties(element):
-    return {
-        spec.name: spec
-        for spec in element.list_properties()
-        if spec.owner_type == element.__gtype__
-    }
+    return {spec.name: spec for spec in element.list_properties()
+            if spec.owner_type == element.__gtype__}
 
 
 class Elements(harness.Case):
@@ -99,11 +93,9 @@ class Elements(harness.Case):
         for name in self.factories:
             with self.subTest(name):
                 factory = self.factories[name]
-                words = [
-                    factory.get_metadata(key)
-                    for key in (Gst.ELEMENT_METADATA_LONGNAME, Gst.ELEMENT_METADATA_DESCRIPTION,
-                                Gst.ELEMENT_METADATA_AUTHOR, Gst.ELEMENT_METADATA_KLASS)
-                ]
+                words = [factory.get_metadata(key) for key
+                         in (Gst.ELEMENT_METADATA_LONGNAME, Gst.ELEMENT_METADATA_DESCRIPTION,
+                             Gst.ELEMENT_METADATA_AUTHOR, Gst.ELEMENT_METADATA_KLASS)]
                 self.assertTrue(all(words), words)
                 self.assertEqual(len(set(words)), 4)
                 first = re.match(r"\s*`([^`]+)`, rank (\w+)", self.page[name])
@@ -131,9 +123,9 @@ class Elements(harness.Case):
                             self.check_enum(element, spec)
                         elif not spec.flags & GObject.ParamFlags.WRITABLE:
                             continue
-                        self.assertTrue(
-                            bool(spec.flags & Gst.PARAM_MUTABLE_READY) !=
-                            bool(spec.flags & Gst.PARAM_MUTABLE_PLAYING), "when it can be set")
+                        self.assertTrue(bool(spec.flags & Gst.PARAM_MUTABLE_READY) !=
+                                        bool(spec.flags & Gst.PARAM_MUTABLE_PLAYING),
+                                        "when it can be set")
                         if spec.flags & Gst.PARAM_CONTROLLABLE:
                             self.assertTrue(spec.flags & Gst.PARAM_MUTABLE_PLAYING)
 
@@ -154,9 +146,8 @@ class Elements(harness.Case):
                 self.assertEqual(set(rows) - set(all_specs) - optional, set(), "on the page only")
                 for key, row in ((key, row) for key, row in rows.items() if key in all_specs):
                     with self.subTest(key):
-                        self.check_row(all_specs[key], row,
-                                       inherited=all_specs[key].owner_type != element.__gtype__,
-                                       element=element)
+                        self.check_row(all_specs[key], row, inherited=all_specs[key].owner_type !=
+                                       element.__gtype__, element=element)
                         self.assertTrue(row[""].strip(), "is described")
 
     def check_row(self, spec, row, inherited, element):
@@ -164,8 +155,8 @@ class Elements(harness.Case):
         kind = said.split()[0].rstrip(",")
         if kind == "enum":
             values = enum_values(element, spec)
-            self.assertEqual(
-                said.removeprefix("enum ").split(", "), [value.value_nick for value in values])
+            self.assertEqual(said.removeprefix("enum ").split(", "),
+                             [value.value_nick for value in values])
         else:
             self.assertEqual(spec.value_type.name, TYPES[kind])
         if kind in ("uint", "uint64", "int64", "double"):
@@ -195,10 +186,8 @@ class Elements(harness.Case):
                              default if kind == "string" else number(default))
         if inherited:
             return
-        ready, playing, controllable = (bool(spec.flags & flag)
-                                        for flag in (Gst.PARAM_MUTABLE_READY,
-                                                     Gst.PARAM_MUTABLE_PLAYING,
-                                                     Gst.PARAM_CONTROLLABLE))
+        ready, playing, controllable = (bool(spec.flags & flag) for flag in (
+            Gst.PARAM_MUTABLE_READY, Gst.PARAM_MUTABLE_PLAYING, Gst.PARAM_CONTROLLABLE))
         when = "any" if controllable else "any, not controllable" if playing else "READY"
         self.assertEqual(plain(row.get("when", "READY")), when)
         self.assertEqual(ready, when == "READY")
@@ -215,8 +204,7 @@ class Elements(harness.Case):
                 for row in tables(self.page[name], "signal"):
                     signal, arguments, result = re.fullmatch(r"(\S+) \((.*)\)(?: → (\S+) \w+)?",
                                                              plain(row["signal"])).groups()
-                    said[signal] = [TYPES[a.split()[0]]
-                                    for a in arguments.split(", ")
+                    said[signal] = [TYPES[a.split()[0]] for a in arguments.split(", ")
                                     if a], TYPES[result] if result else "void"
                 self.assertEqual(said, found)
 
@@ -224,22 +212,19 @@ class Elements(harness.Case):
         formats = {}
         for name in self.factories:
             with self.subTest(name):
-                templates = {
-                    t.name_template: t for t in self.factories[name].get_static_pad_templates()
-                }
+                templates = {t.name_template: t
+                             for t in self.factories[name].get_static_pad_templates()}
                 left = dict(templates)
                 for pad, template in templates.items():
-                    self.assertEqual(
-                        template.presence,
-                        Gst.PadPresence.REQUEST if pad == "text" else Gst.PadPresence.ALWAYS)
+                    self.assertEqual(template.presence, Gst.PadPresence.REQUEST if pad == "text"
+                                     else Gst.PadPresence.ALWAYS)
                 for row in tables(self.page[name], "pad"):
                     for pad in re.findall(r"`(\w+)`", row["pad"]):
                         taken = left.pop(pad).get_caps()
                         said = re.findall("`([^`]+)`", row["caps"])
                         if "those of" in row["caps"]:
-                            said.insert(
-                                0, self.factories["csdtrack"].get_static_pad_templates()
-                                [0].get_caps().to_string())
+                            said.insert(0, self.factories["csdtrack"].get_static_pad_templates()[
+                                0].get_caps().to_string())
                         self.assertTrue(
                             Gst.Caps.from_string(";".join(said)).is_strictly_equal(taken),
                             f"{pad}: {taken.to_string()}")
@@ -255,28 +240,22 @@ class Elements(harness.Case):
             self.assertEqual(taken, said, pad)
 
     def test_presets_are_in_their_table(self):
-        rows = {
-            plain(row["preset"]): plain(row["sets"])
-            for row in tables(PRESETS_PAGE.read_text(encoding="utf-8"), "preset")
-            if "sets" in row
-        }
+        rows = {plain(row["preset"]): plain(row["sets"]) for row
+                in tables(PRESETS_PAGE.read_text(encoding="utf-8"), "preset") if "sets" in row}
         usual = self.elements["csdtrack"]
         self.assertEqual(set(rows), set(usual.get_preset_names()))
         for name, said in rows.items():
             with self.subTest(name):
                 track = Gst.ElementFactory.make("csdtrack")
                 self.assertTrue(track.load_preset(name))
-                set_there = {
-                    key: value for key in own_properties(track) if key != "stats" and (
-                        (value := track.get_property(key)) != usual.get_property(key) or
-                        re.search(rf"\b{key}=", said))
-                }
+                set_there = {key: value for key in own_properties(track) if key != "stats" and
+                             ((value := track.get_property(key)) != usual.get_property(key) or
+                              re.search(rf"\b{key}=", said))}
                 told = {}
                 for key, value in re.findall(r"(\S+)=(.+?)(?= \S+=|$)", said):
                     told[key] = number(value) if value[0].isdigit() else value
-                self.assertEqual(
-                    told,
-                    {key: getattr(value, "value_nick", value) for key, value in set_there.items()})
+                self.assertEqual(told, {key: getattr(value, "value_nick", value)
+                                        for key, value in set_there.items()})
 
 
 class SectionBlocks(harness.Case):
@@ -291,7 +270,8 @@ class SectionBlocks(harness.Case):
     def test_each_element_has_one(self):
         for name, block in self.blocks():
             with self.subTest(name):
-                head = rf"SECTION:element-{name}\n@title: {name}\n@short_description: (\S.*)\n\n(?P<what>\S.*?)\n\n"
+                head = (rf"SECTION:element-{name}\n@title: {name}\n@short_description: "
+                        r"(\S.*)\n\n(?P<what>\S.*?)\n\n")
                 found = re.match(head, block, flags=re.DOTALL)
                 self.assertTrue(found, block[:200])
                 self.assertGreater(len(found["what"].split()), 10)
@@ -299,18 +279,14 @@ class SectionBlocks(harness.Case):
 
     def test_each_property_and_signal_has_one(self):
         """As GStreamer's hotdoc finds them, with the version that it came with."""
-        sources = "".join(
-            path.read_text(encoding="utf-8") for path in (SOURCE / "gst").glob("*.cpp"))
+        sources = "".join(path.read_text(encoding="utf-8")
+                          for path in (SOURCE / "gst").glob("*.cpp"))
         blocks = re.findall(r"^ */\*\*\n +\* (GstCsd\w+::?[\w-]+):\n(.*?)\*/", sources,
                             flags=re.DOTALL | re.MULTILINE)
-        there = [
-            f"{kind.name}:{name}" for element in self.elements() for kind in [element.__gtype__]
-            for name in own_properties(element)
-        ]
-        there += [
-            f"{element.__gtype__.name}::{name}" for element in self.elements()
-            for name in GObject.signal_list_names(element.__gtype__)
-        ]
+        there = [f"{kind.name}:{name}" for element in self.elements()
+                 for kind in [element.__gtype__] for name in own_properties(element)]
+        there += [f"{element.__gtype__.name}::{name}" for element in self.elements()
+                  for name in GObject.signal_list_names(element.__gtype__)]
         self.assertEqual(sorted({name for name, _ in blocks} - {"GstCsdTrack:attach-analytics"}),
                          sorted(set(there) - {"GstCsdTrack:attach-analytics"}))
         self.assertEqual(len(blocks), len(dict(blocks)))
@@ -320,10 +296,8 @@ class SectionBlocks(harness.Case):
                 self.assertRegex(text, r"(?m)^ +\* Since: \d+\.\d+$")
 
     def elements(self):
-        return [
-            factory.create()
-            for factory in Gst.Registry.get().get_feature_list_by_plugin("csdtrack")
-        ]
+        return [factory.create()
+                for factory in Gst.Registry.get().get_feature_list_by_plugin("csdtrack")]
 
     def test_example_lines_parse(self):
         for name, block in self.blocks():
@@ -355,10 +329,8 @@ class SectionBlocks(harness.Case):
                         self.assertTrue(pipeline)
 
     def test_what_they_refer_to_is_there(self):
-        elements = {
-            e.__gtype__.name: e for e in map(Gst.ElementFactory.make, ("csdtrack", "csdtrackenc",
-                                                                       "csdtrackdec", "csdsimsrc"))
-        }
+        elements = {e.__gtype__.name: e for e in map(
+            Gst.ElementFactory.make, ("csdtrack", "csdtrackenc", "csdtrackdec", "csdsimsrc"))}
         count = 0
         for name, block in self.blocks():
             with self.subTest(name):

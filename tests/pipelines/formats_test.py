@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Every format in a whole pipeline, and fields: the same scene gives the same tracks, and they are where it went."""
+"""Every format in a whole pipeline, and fields: the same scene gives the same tracks, and they are
+where it went."""
 
 import itertools
 import math
@@ -13,11 +14,10 @@ import harness
 from gi.repository import GstVideo
 from harness import Gst, Scene
 
-USUAL = (
-    "I420 YV12 NV12 NV21 Y42B Y444 YUY2 UYVY GRAY8 RGB BGR RGBx BGRx xRGB xBGR RGBA BGRA ARGB ABGR "
-    "v210 I420_10LE I422_10LE Y444_10LE P010_10LE").split()
-FORMATS = USUAL + "NV16 VUYA P012_LE I420_12LE RGBA64_LE ARGB64 Y210 Y410 r210 BGR10A2_LE GRAY10_LE32 GRAY16_LE".split(
-)
+USUAL = ("I420 YV12 NV12 NV21 Y42B Y444 YUY2 UYVY GRAY8 RGB BGR RGBx BGRx xRGB xBGR RGBA BGRA ARGB "
+         "ABGR v210 I420_10LE I422_10LE Y444_10LE P010_10LE").split()
+FORMATS = (USUAL + "NV16 VUYA P012_LE I420_12LE RGBA64_LE ARGB64 Y210 Y410 r210 BGR10A2_LE "
+           "GRAY10_LE32 GRAY16_LE".split())
 STARTS = [(x, y) for y in (70, 120, 170) for x in (70, 130, 190, 250)]
 POINTS = ";".join(f"{x},{y}" for x, y in STARTS)
 
@@ -40,10 +40,10 @@ class Formats(harness.Case):
         path = self.tmp / "tracks.jsonl"
         # The same matrix, range and chroma siting for all: what differs is the format alone.
         caps = f"video/x-raw,format={format_}"
-        harness.play(
-            f"appsrc name=in ! videoconvert dither=none ! {caps} ! csdtrack points={POINTS} {properties} ! "
-            f"csdtrackenc ! filesink location={path}",
-            harness.buffers(scene.picture(t) for t in range(self.FRAMES)), harness.rgb_caps())
+        harness.play(f"appsrc name=in ! videoconvert dither=none ! {caps} ! csdtrack "
+                     f"points={POINTS} {properties} ! csdtrackenc ! filesink location={path}",
+                     harness.buffers(scene.picture(t) for t in range(self.FRAMES)),
+                     harness.rgb_caps())
         lines = harness.read_lines(path)
         harness.check_tracks(self, lines, self.FRAMES)
         return lines
@@ -55,12 +55,12 @@ class Formats(harness.Case):
     def test_a_source_of_all_gives_a_usual_one(self):
         for element in "csdtrack", "csdtrack overlay=meta", "csdtrackdec":
             with self.subTest(element):
-                pipeline = Gst.parse_launch(
-                    f"videotestsrc num-buffers=1 ! {element} ! fakesink name=sink")
+                pipeline = Gst.parse_launch(f"videotestsrc num-buffers=1 ! {element} ! fakesink "
+                                            "name=sink")
                 pad = pipeline.get_by_name("sink").get_static_pad("sink")
                 pipeline.set_state(Gst.State.PAUSED)
-                self.assertEqual(
-                    pipeline.get_state(10 * Gst.SECOND)[0], Gst.StateChangeReturn.SUCCESS)
+                self.assertEqual(pipeline.get_state(10 * Gst.SECOND)[0],
+                                 Gst.StateChangeReturn.SUCCESS)
                 format_ = pad.get_current_caps()[0]["format"]
                 pipeline.set_state(Gst.State.NULL)
                 self.assertIn(format_, USUAL)
@@ -89,14 +89,12 @@ class Formats(harness.Case):
         # needn't agree; but whatever is claimed is to be within 5 px, the limit that the tracker's
         # confidence speaks of, for 9 of 10 claims.
         scene = Scene()
-        for algorithm, format_ in itertools.product(
-            ("csd", "csd-2012"),
-            ("I420", "UYVY", "GRAY8", "BGRx", "v210", "P010_10LE", "GRAY16_LE")):
+        for algorithm, format_ in itertools.product(("csd", "csd-2012"),
+                                                    ("I420", "UYVY", "GRAY8", "BGRx", "v210",
+                                                     "P010_10LE", "GRAY16_LE")):
             with self.subTest(format_, algorithm=algorithm):
-                found = errors(
-                    self.tracks(format_,
-                                f"algorithm={algorithm} learning=sync training-time=200000000",
-                                scene), scene.motion)
+                found = errors(self.tracks(format_, f"algorithm={algorithm} learning=sync "
+                                           "training-time=200000000", scene), scene.motion)
                 self.assertGreater(len(found), self.FRAMES * len(STARTS) / 2, "most are claimed")
                 self.assertGreater(sum(e < 5 for e in found), 0.9 * len(found))
 
@@ -109,26 +107,22 @@ class DeepGray(harness.Case):
     def found(self, pictures, scene, algorithm, format_="GRAY16_LE"):
         """How far from the truth each claim is, frame by frame."""
         path = self.tmp / "tracks.jsonl"
-        harness.play(
-            f"appsrc name=in ! csdtrack points={POINTS} algorithm={algorithm} training-time=200000000 ! csdtrackenc ! "
-            f"filesink location={path}", harness.buffers(pictures),
-            f"video/x-raw,format={format_},width=320,height=240,framerate=25/1")
+        harness.play(f"appsrc name=in ! csdtrack points={POINTS} algorithm={algorithm} "
+                     f"training-time=200000000 ! csdtrackenc ! filesink location={path}",
+                     harness.buffers(pictures),
+                     f"video/x-raw,format={format_},width=320,height=240,framerate=25/1")
         lines = harness.read_lines(path)
         harness.check_tracks(self, lines, self.FRAMES)
         return [errors([line], lambda _, t=t: scene.motion(t)) for t, line in enumerate(lines)]
 
     def grey(self, scene):
-        return [
-            cv2.cvtColor(np.ascontiguousarray(scene.picture(t)), cv2.COLOR_RGB2GRAY)
-            for t in range(self.FRAMES)
-        ]
+        return [cv2.cvtColor(np.ascontiguousarray(scene.picture(t)), cv2.COLOR_RGB2GRAY)
+                for t in range(self.FRAMES)]
 
     def deep(self, pictures, span, light):
         """Of 65536 levels a part so wide, from level 1000 on; `light(t)` is how bright it is."""
-        return [
-            np.round(1000 + light(t) * span * (p / 255.0)).astype("<u2")
-            for t, p in enumerate(pictures)
-        ]
+        return [np.round(1000 + light(t) * span * (p / 255.0)).astype("<u2")
+                for t, p in enumerate(pictures)]
 
     def test_a_small_part_that_drifts_is_as_good_as_8_bit(self):
         scene = Scene()
@@ -152,8 +146,8 @@ class DeepGray(harness.Case):
         eight = self.grey(scene)
         for factor in (0.1, 0.5, 2, 6):
             with self.subTest(factor=factor):
-                found = self.found(self.deep(eight, 4000, lambda t: factor
-                                             if t >= 30 else 1), scene, "csd")
+                found = self.found(self.deep(eight, 4000, lambda t: factor if t >= 30 else 1),
+                                   scene, "csd")
                 self.assertEqual(min(len(f) for f in found[50:]), len(STARTS),
                                  "all are claimed again")
                 self.assertLess(max(sum(found, [])), 1)
@@ -161,7 +155,8 @@ class DeepGray(harness.Case):
 
 class Planes(harness.Case):
     def test_nv12_as_a_decoder_pads_it(self):
-        """Longer lines, of another length in each plane, more lines than the picture's, and something before them."""
+        """Longer lines, of another length in each plane, more lines than the picture's, and
+        something before them."""
         scene, frames, width, height = Scene(), 20, 320, 240
         stride, offset = (384, 448), (64, 64 + 384 * 256 + 32)
         plain, padded = [], []
@@ -182,9 +177,9 @@ class Planes(harness.Case):
         lines = []
         for feed in plain, padded:
             path = self.tmp / f"{len(lines)}.jsonl"
-            harness.play(
-                f"appsrc name=in ! csdtrack points={POINTS} ! csdtrackenc ! filesink location={path}",
-                feed, f"video/x-raw,format=NV12,width={width},height={height},framerate=25/1")
+            harness.play(f"appsrc name=in ! csdtrack points={POINTS} ! csdtrackenc ! filesink "
+                         f"location={path}", feed,
+                         f"video/x-raw,format=NV12,width={width},height={height},framerate=25/1")
             lines.append(harness.read_lines(path))
         self.assertEqual(len(lines[0]), frames)
         for one, other in zip(*lines):
@@ -192,7 +187,8 @@ class Planes(harness.Case):
 
 
 class Fields(harness.Case):
-    """A scene that moves by a pixel a field; the first field in time is what a frame's position is about."""
+    """A scene that moves by a pixel a field; the first field in time is what a frame's position is
+    about."""
 
     FRAMES = 20
 
@@ -215,9 +211,8 @@ class Fields(harness.Case):
 
     def lines(self, source, properties="", feed=None, caps=None):
         path = self.tmp / "tracks.jsonl"
-        harness.play(
-            f"{source} ! csdtrack algorithm=lk {properties} ! csdtrackenc ! filesink location={path}",
-            feed, caps)
+        harness.play(f"{source} ! csdtrack algorithm=lk {properties} ! csdtrackenc ! filesink "
+                     f"location={path}", feed, caps)
         lines = harness.read_lines(path)
         harness.check_tracks(self, lines, self.FRAMES)
         return lines
@@ -234,22 +229,20 @@ class Fields(harness.Case):
         for top_first in (True, False):
             order = "top" if top_first else "bottom"
             with self.subTest(f"{order} field first, by caps"):
-                self.check(
-                    self.lines(
-                        "appsrc name=in", f"points={POINTS}",
-                        harness.buffers(self.woven(self.scene(), top_first)),
-                        f"{size},interlace-mode=interleaved,field-order={order}-field-first"))
+                self.check(self.lines(
+                    "appsrc name=in", f"points={POINTS}",
+                    harness.buffers(self.woven(self.scene(), top_first)),
+                    f"{size},interlace-mode=interleaved,field-order={order}-field-first"))
             with self.subTest(f"{order} field first, by flags"):
                 def flagged(top_first=top_first):
                     for buffer in harness.buffers(self.woven(self.scene(), top_first)):
                         # INTERLACED and TFF of GstVideoBufferFlags.
-                        buffer.set_flags(
-                            Gst.BufferFlags((1 << 20) | ((1 << 21) if top_first else 0)))
+                        buffer.set_flags(Gst.BufferFlags((1 << 20) | ((1 << 21) if top_first
+                                                                      else 0)))
                         yield buffer
 
-                self.check(
-                    self.lines("appsrc name=in", f"points={POINTS}", flagged(),
-                               f"{size},interlace-mode=mixed"))
+                self.check(self.lines("appsrc name=in", f"points={POINTS}", flagged(),
+                                      f"{size},interlace-mode=mixed"))
 
     def test_interlaced_file(self):
         for order in ("tff", "bff"):
@@ -275,10 +268,10 @@ class Fields(harness.Case):
         still = np.round(still).astype(np.uint8)
         for order in ("top", "bottom"):
             with self.subTest(order):
-                lines = self.lines(
-                    "appsrc name=in", "max-features=200", harness.buffers([still] * self.FRAMES),
-                    "video/x-raw,format=GRAY8,width=320,height=240,framerate=25/1,"
-                    f"interlace-mode=interleaved,field-order={order}-field-first")
+                lines = self.lines("appsrc name=in", "max-features=200",
+                                   harness.buffers([still] * self.FRAMES),
+                                   "video/x-raw,format=GRAY8,width=320,height=240,framerate=25/1,"
+                                   f"interlace-mode=interleaved,field-order={order}-field-first")
                 away = []
                 for f in lines[0]["features"]:
                     x, y = min(centres, key=lambda c: np.hypot(c[0] - f["x"], c[1] - f["y"]))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What the pipeline tests share: made-up videos with known motion, running a pipeline, reading tracks."""
+"""What the pipeline tests share: made-up videos with known motion, running a pipeline, reading
+tracks."""
 
 import fcntl
 import json
@@ -29,10 +30,8 @@ HANGS = 60  # seconds without an end: far more than any pipeline here takes
 FRAME = Gst.SECOND // 25
 STATES = ("learning", "tracked", "occluded", "lost", "out", "ended")
 CLAIMS = ("learning", "tracked")
-LINE_FIELDS = [
-    "schema", "source", "role", "algorithm", "frame", "pts", "duration", "running_time",
-    "stream_time", "reference", "width", "height", "features"
-]
+LINE_FIELDS = ["schema", "source", "role", "algorithm", "frame", "pts", "duration", "running_time",
+               "stream_time", "reference", "width", "height", "features"]
 # x264 (164) reads memory before it writes it: without the same bytes in all that is fresh,
 # processes of a busy machine encode other bits at times, with csdtrack or without.
 SAME_MEMORY = {"MALLOC_PERTURB_": "165"}
@@ -51,7 +50,8 @@ class Case(unittest.TestCase):
         assert Gst.ElementFactory.find("csdtrack"), "no csdtrack: is GST_PLUGIN_PATH_1_0 set?"
 
     def check_refused(self, done, code, words):
-        """A command that could not do what it was told (1: it says so in one line) or was used wrongly (2)."""
+        """A command that could not do what it was told (1: it says so in one line) or was used
+        wrongly (2)."""
         self.assertEqual(done.returncode, code, done.stderr)
         self.assertIn(words, done.stderr)
         self.assertNotRegex(done.stderr, "Traceback|Warning")
@@ -60,7 +60,8 @@ class Case(unittest.TestCase):
 
 
 def in_words(structure):
-    """What get_structure() of an event gives, or None: python3-gst-1.0 of 1.26 gives what only `with` can open."""
+    """What get_structure() of an event gives, or None: python3-gst-1.0 of 1.26 gives what only
+    `with` can open."""
     if hasattr(structure, "__enter__"):
         with structure as opened:
             return opened and opened.to_string()
@@ -77,12 +78,12 @@ def formats(template):
     return one
 
 
-# ---- Made-up videos
-# ------------------------------------------------------------------------------------------------
+# ---- Made-up videos ------------------------------------------------------------------------------
 
 
 def texture(width, height, seed=1, sigma=2.5):
-    """Noise in colour, smoothed: corners everywhere, of a size that survives encoders. H×W×3, RGB, 8 bit."""
+    """Noise in colour, smoothed: corners everywhere, of a size that survives encoders. H×W×3, RGB,
+    8 bit."""
     noise = np.random.default_rng(seed).standard_normal((height, width, 3))
     grey = noise[:, :, :1]
     noise = cv2.GaussianBlur(0.8 * grey + 0.4 * noise, (0, 0), sigma)
@@ -91,7 +92,8 @@ def texture(width, height, seed=1, sigma=2.5):
 
 
 class Scene:
-    """A texture that moves as a whole: at time t (in frames; halves are fields) all points are at start + motion(t)."""
+    """A texture that moves as a whole: at time t (in frames; halves are fields) all points are at
+    start + motion(t)."""
 
     MARGIN = 40
 
@@ -101,7 +103,8 @@ class Scene:
         self._all = texture(width + 2 * self.MARGIN, height + 2 * self.MARGIN, seed, sigma)
 
     def picture(self, t):
-        """Motion is by whole pixels: what is shown is exact, with no interpolation that a tracker could see."""
+        """Motion is by whole pixels: what is shown is exact, with no interpolation that a tracker
+        could see."""
         dx, dy = self.motion(t)
         assert dx == int(dx) and dy == int(dy) and max(
             abs(dx), abs(dy)) <= self.MARGIN, "of whole pixels, and not far"
@@ -113,12 +116,9 @@ def encode(path, pictures, *options, rate=25):
     """Writes pictures (H×W×3, RGB) with ffmpeg."""
     pictures = list(pictures)
     height, width = pictures[0].shape[:2]
-    subprocess.run([
-        "ffmpeg", "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s",
-        f"{width}x{height}", "-r",
-        str(rate), "-i", "-", *map(str, options),
-        str(path)
-    ], input=b"".join(np.ascontiguousarray(p).tobytes() for p in pictures), check=True)
+    subprocess.run(["ffmpeg", "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s",
+                    f"{width}x{height}", "-r", str(rate), "-i", "-", *map(str, options), str(path)],
+                   input=b"".join(np.ascontiguousarray(p).tobytes() for p in pictures), check=True)
     return path
 
 
@@ -132,12 +132,11 @@ def scene_video(path, frames=60, *options, **scene):
 
 
 def decoded_frames(path):
-    """How many frames ffmpeg's decoder gets out of a file: a count that owes nothing to GStreamer."""
-    out = subprocess.run([
-        "ffprobe", "-v", "quiet", "-count_frames", "-select_streams", "v:0", "-show_entries",
-        "stream=nb_read_frames", "-of", "csv=p=0",
-        str(path)
-    ], capture_output=True, text=True).stdout
+    """How many frames ffmpeg's decoder gets out of a file: a count that owes nothing to
+    GStreamer."""
+    out = subprocess.run(["ffprobe", "-v", "quiet", "-count_frames", "-select_streams", "v:0",
+                          "-show_entries", "stream=nb_read_frames", "-of", "csv=p=0", str(path)],
+                         capture_output=True, text=True).stdout
     return int(out.split()[0].strip(","))
 
 
@@ -150,8 +149,7 @@ def clips():
     return found
 
 
-# ---- Running
-# -------------------------------------------------------------------------------------------------------
+# ---- Running -------------------------------------------------------------------------------------
 
 
 class PipelineError(Exception):
@@ -161,7 +159,8 @@ class PipelineError(Exception):
 
 
 class Run:
-    """A pipeline from a launch line. With `feed`, an iterable of buffers, appsrc `in` is fed with them."""
+    """A pipeline from a launch line. With `feed`, an iterable of buffers, appsrc `in` is fed with
+    them."""
 
     def __init__(self, launch, feed=None, caps=None):
         self.pipeline = Gst.parse_launch(launch)
@@ -193,7 +192,8 @@ class Run:
             source.emit("push-sample", item)
 
     def collect(self, name, of):
-        """Calls `of` on each buffer that fakesink `name` gets; the results are in the list that is returned."""
+        """Calls `of` on each buffer that fakesink `name` gets; the results are in the list that is
+        returned."""
         result = []
         sink = self.element(name)
         sink.set_property("signal-handoffs", True)
@@ -201,7 +201,8 @@ class Run:
         return result
 
     def until(self, kinds):
-        """Waits for a message of these kinds, keeping csdtrack's and warnings; an error is raised."""
+        """Waits for a message of these kinds, keeping csdtrack's and warnings; an error is
+        raised."""
         bus = self.pipeline.get_bus()
         while True:
             message = bus.timed_pop(HANGS * Gst.SECOND)
@@ -232,12 +233,12 @@ def play(launch, feed=None, caps=None):
 
 
 def tracked_video(folder):
-    """A video of two seconds, with a key frame every 10 and B-frames between, and the elements that let it pass as it is, to be compared with identity."""
+    """A video of two seconds, with a key frame every 10 and B-frames between, and the elements that
+    let it pass as it is, to be compared with identity."""
     video, tracks = scene_video(folder / "scene.mp4", 50, *H264, "-g", "10", "-bf", "2", width=160,
                                 height=120), folder / "tracks.jsonl"
-    play(
-        f"filesrc location={video} ! decodebin ! csdtrack max-features=8 ! csdtrackenc ! filesink location={tracks}"
-    )
+    play(f"filesrc location={video} ! decodebin ! csdtrack max-features=8 ! csdtrackenc ! filesink "
+         f"location={tracks}")
     return video, ("csdtrack max-features=8", f"csdtrackdec location={tracks}")
 
 
@@ -272,9 +273,9 @@ class Terminal:
             # where nohup runs the tests it would not be heard
             signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
-        self.process = subprocess.Popen(list(map(str,
-                                                 command)), stdin=there, stdout=there, stderr=there,
-                                        env=env, start_new_session=True, preexec_fn=begin)
+        self.process = subprocess.Popen(list(map(str, command)), stdin=there, stdout=there,
+                                        stderr=there, env=env, start_new_session=True,
+                                        preexec_fn=begin)
         os.close(there)
         test.addCleanup(self.process.wait)
         test.addCleanup(self.process.kill)
@@ -292,15 +293,15 @@ class Terminal:
         raise AssertionError(f"{count} lines did not come: {self.read()}")
 
     def close(self):
-        """As a window is that is closed. What a shell does then, and the system again. Returns the exit code."""
+        """As a window is that is closed. What a shell does then, and the system again. Returns the
+        exit code."""
         os.close(self._end)
         time.sleep(0.2)
         self.process.send_signal(signal.SIGHUP)
         return self.process.wait(60)
 
 
-# ---- Tracks
-# --------------------------------------------------------------------------------------------------------
+# ---- Tracks --------------------------------------------------------------------------------------
 
 
 def parse_line(text):
@@ -311,7 +312,8 @@ def parse_line(text):
 
 
 def read_lines(path, torn=False):
-    """The objects of a .jsonl file; every line must parse. With `torn` an unfinished last line is left out."""
+    """The objects of a .jsonl file; every line must parse. With `torn` an unfinished last line is
+    left out."""
     text = pathlib.Path(path).read_text(encoding="utf-8")
     if not torn:
         assert text == "" or text.endswith("\n"), f"{path} ends with a torn line"
@@ -319,7 +321,8 @@ def read_lines(path, torn=False):
 
 
 def check_tracks(test, lines, frames=None, stamped=True, most=None):
-    """What holds in every track file: fields, numbers, ids, order. `most` bounds the features alive at a time."""
+    """What holds in every track file: fields, numbers, ids, order. `most` bounds the features alive
+    at a time."""
     if frames is not None:
         test.assertEqual(len(lines), frames, "lines and frames")
     alive, ended, last_pts = set(), set(), -1
@@ -342,10 +345,8 @@ def check_tracks(test, lines, frames=None, stamped=True, most=None):
         for f in line["features"]:
             test.assertIn(f["state"], STATES, where)
             test.assertTrue(math.isfinite(f["x"]) and math.isfinite(f["y"]), where)
-            test.assertTrue(
-                0 <= f["confidence"] <= 1 if line["algorithm"] == "csd" else f["confidence"] in (0,
-                                                                                                 1),
-                f"{where}: {f}")
+            test.assertTrue(0 <= f["confidence"] <= 1 if line["algorithm"] == "csd"
+                            else f["confidence"] in (0, 1), f"{where}: {f}")
             test.assertEqual(f["confidence"] >= 0.5, f["state"] in CLAIMS, f"{where}: {f}")
             test.assertLessEqual(set(f), {"id", "x", "y", "state", "confidence", "fresh"}, where)
             if f["state"] in CLAIMS:

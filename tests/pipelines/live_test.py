@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""pipelines/live: every source that needs no hardware, a real window with real clicks, and what isn't there."""
+"""pipelines/live: every source that needs no hardware, a real window with real clicks, and what
+isn't there."""
 
 import os
 import pathlib
@@ -46,43 +47,33 @@ class Live(harness.Case):
                                  (640, 480) if source.startswith("sim") else (1920, 1080))
 
     def test_what_is_not_there_or_wrong_is_one_line(self):
-        for arguments, code, words in ((("/dev/video99", ), 1, "no device /dev/video99"),
-                                       (("/dev/null", ), 1,
-                                        "/dev/null"), (("/dev/video99/x", ), 1,
-                                                       "no device"), (("test:v211", ), 2,
-                                                                      "test:v210"),
-                                       (("nothing.mp4", ), 1,
-                                        "no file"), (("/usr", ), 1,
-                                                     "live: '/usr' is a folder: give a video file"),
-                                       (("rtsp://127.0.0.1:1/x", ), 1,
-                                        "live: rtsp://127.0.0.1:1/x: nothing can be read from it"),
-                                       (("http://127.0.0.1:1/x", ), 1,
-                                        "live: http://127.0.0.1:1/x: nothing can be read from it"),
-                                       (("decklink:x", ), 2, "number"), (("--preset", "fast"), 2,
-                                                                         "live-low-latency"),
-                                       (("--set", "foo=1"), 2, "'foo'"), (("simulate:fog", ), 2,
-                                                                          "smoke, specular"),
-                                       (("--set", "name=x"), 2,
-                                        "max-features"), (("--set", "algorithm=foo"), 2,
-                                                          "csd, csd-2012"),
-                                       (("--set", "max-features=-4"), 2,
-                                        "live: max-features is from 0 to 10000, not -4\n"),
-                                       (("--set", "max-features=many"), 2,
-                                        "from 0 to 10000"), (("--set", "replenish=x"), 2,
-                                                             "true or false"),
-                                       (("--set", "points=1"), 2,
-                                        "live: points: "), (("--tracks", "x" * 300), 1,
-                                                            "live: can't write into 'xxx"),
-                                       (("--tracks", "/dev/full"), 1,
-                                        "live: can't write into '/dev/full' (the disk is full)"),
-                                       (("--sink", "nosuchsink"), 1,
-                                        "nosuchsink"), (("--seconds", "0"), 2,
-                                                        "--seconds"), (("--set", "foo"), 2,
-                                                                       "PROPERTY=VALUE")):
+        for arguments, code, words in (
+                (("/dev/video99",), 1, "no device /dev/video99"), (("/dev/null",), 1, "/dev/null"),
+                (("/dev/video99/x",), 1, "no device"), (("test:v211",), 2, "test:v210"),
+                (("nothing.mp4",), 1, "no file"),
+                (("/usr",), 1, "live: '/usr' is a folder: give a video file"),
+                (("rtsp://127.0.0.1:1/x",), 1,
+                 "live: rtsp://127.0.0.1:1/x: nothing can be read from it"),
+                (("http://127.0.0.1:1/x",), 1,
+                 "live: http://127.0.0.1:1/x: nothing can be read from it"),
+                (("decklink:x",), 2, "number"), (("--preset", "fast"), 2, "live-low-latency"),
+                (("--set", "foo=1"), 2, "'foo'"), (("simulate:fog",), 2, "smoke, specular"),
+                (("--set", "name=x"), 2, "max-features"),
+                (("--set", "algorithm=foo"), 2, "csd, csd-2012"),
+                (("--set", "max-features=-4"), 2,
+                 "live: max-features is from 0 to 10000, not -4\n"),
+                (("--set", "max-features=many"), 2, "from 0 to 10000"),
+                (("--set", "replenish=x"), 2, "true or false"),
+                (("--set", "points=1"), 2, "live: points: "),
+                (("--tracks", "x" * 300), 1, "live: can't write into 'xxx"),
+                (("--tracks", "/dev/full"), 1,
+                 "live: can't write into '/dev/full' (the disk is full)"),
+                (("--sink", "nosuchsink"), 1, "nosuchsink"), (("--seconds", "0"), 2, "--seconds"),
+                (("--set", "foo"), 2, "PROPERTY=VALUE")):
             with self.subTest(arguments=arguments):
-                self.check_refused(
-                    run(*(() if "--sink" in arguments else ("--sink", "fakesink")), *arguments),
-                    code, words)
+                self.check_refused(run(*(() if "--sink" in arguments else ("--sink", "fakesink")),
+                                       *arguments),
+                                   code, words)
 
     def test_sound_and_pipes_are_named(self):
         sound, pipe = self.tmp / "sound.wav", self.tmp / "pipe"
@@ -93,17 +84,17 @@ class Live(harness.Case):
         self.check_refused(run("--sink", "fakesink", pipe), 1,
                            f"live: '{pipe}' is no file but a pipe")
         for video, tracks in ((pipe, sound), (sound, pipe)):
-            done = subprocess.run(
-                [LIVE.with_name("review"), "--no-install", "--sink", "fakesink", video, tracks],
-                capture_output=True, text=True, timeout=60,
-                env={**os.environ, "CSDTRACK_BUILD": str(BUILD)})
+            done = subprocess.run([LIVE.with_name("review"), "--no-install", "--sink", "fakesink",
+                                   video, tracks],
+                                  capture_output=True, text=True, timeout=60,
+                                  env={**os.environ, "CSDTRACK_BUILD": str(BUILD)})
             self.check_refused(done, 1, f"review: '{pipe}' is no file but a pipe")
 
     def test_tracks_of_an_earlier_run_stay(self):
         self.path.write_text("kept\n")
-        self.check_refused(
-            run("--sink", "fakesink", "--seconds", 1, "--tracks", self.path, "simulate"), 2,
-            f"'{self.path}' is there already")
+        self.check_refused(run("--sink", "fakesink", "--seconds", 1, "--tracks", self.path,
+                               "simulate"),
+                           2, f"'{self.path}' is there already")
         self.assertEqual(self.path.read_text(), "kept\n")
 
     def test_links_to_it_find_the_repository(self):
@@ -130,7 +121,8 @@ run.play("")
                          (0, "", "live: warning: late\nlive: warning: other\n"))
 
     def test_why_it_can_t_start(self):
-        """What is set wrongly is misuse; anything else that keeps an element from starting is none. Either is one line."""
+        """What is set wrongly is misuse; anything else that keeps an element from starting is none.
+        Either is one line."""
         folder = self.tmp / "of two\nlines"
         folder.mkdir()
         program = """
@@ -156,9 +148,8 @@ for name, settings in (("csdtrack", {"points": "1"}), ("csdtrack", {"points": "1
 
     def test_a_file_ends_it(self):
         video = self.tmp / "video.mkv"
-        harness.play(
-            f"csdsimsrc num-buffers=30 ! video/x-raw,width=320,height=240 ! x264enc ! matroskamux ! filesink location={video}"
-        )
+        harness.play("csdsimsrc num-buffers=30 ! video/x-raw,width=320,height=240 ! x264enc ! "
+                     f"matroskamux ! filesink location={video}")
         done = run("--sink", "fakesink", "--tracks", self.path, video)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         # However fast it is decoded, no frame of it is dropped.
@@ -168,9 +159,8 @@ for name, settings in (("csdtrack", {"points": "1"}), ("csdtrack", {"points": "1
     @unittest.skipUnless(shutil.which("Xvfb") and shutil.which("xdotool"), "needs Xvfb and xdotool")
     def test_clicks_in_a_real_window(self):
         number, writer = os.pipe()
-        server = subprocess.Popen(
-            ["Xvfb", "-displayfd", str(writer), "-screen", "0", "800x600x24"], pass_fds=[writer],
-            stderr=subprocess.DEVNULL)
+        server = subprocess.Popen(["Xvfb", "-displayfd", str(writer), "-screen", "0", "800x600x24"],
+                                  pass_fds=[writer], stderr=subprocess.DEVNULL)
         self.addCleanup(server.wait)
         self.addCleanup(server.kill)
         os.close(writer)
@@ -182,16 +172,15 @@ for name, settings in (("csdtrack", {"points": "1"}), ("csdtrack", {"points": "1
             return subprocess.run(["xdotool", *map(str, arguments)], env=environment,
                                   capture_output=True, text=True, check=True, timeout=30).stdout
 
-        live = self.live = subprocess.Popen([
-            LIVE, "--no-install", "--sink", "ximagesink", "--set", "max-features=0", "--tracks",
-            self.path, "simulate:deformation"
-        ], env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True)
+        live = self.live = subprocess.Popen(
+            [LIVE, "--no-install", "--sink", "ximagesink", "--set", "max-features=0", "--tracks",
+             self.path, "simulate:deformation"],
+            env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True)
         self.addCleanup(live.wait)
         self.addCleanup(live.kill)
         self.addCleanup(live.stderr.close)
         self.until(lambda last: last["frame"] > 5)
-        # not the root
-        window = next(w for w in xdotool("search", "--onlyvisible", "--class", "").split()
+        window = next(w for w in xdotool("search", "--onlyvisible", "--class", "").split()  # not the root
                       if "WIDTH=640\nHEIGHT=480\n" in xdotool("getwindowgeometry", "--shell", w))
 
         def click(x, y, button):
@@ -200,15 +189,14 @@ for name, settings in (("csdtrack", {"points": "1"}), ("csdtrack", {"points": "1
         click(320, 240, 1)
         first = self.until(lambda last: len(last["features"]) == 1)
         # it moves on meanwhile
-        self.assertLess(
-            abs(first["features"][0]["x"] - 320) + abs(first["features"][0]["y"] - 240), 25)
+        self.assertLess(abs(first["features"][0]["x"] - 320) + abs(first["features"][0]["y"] - 240),
+                        25)
         click(200, 120, 1)
         self.until(lambda last: len(last["features"]) == 2)
         time.sleep(1)
         screenshot = self.tmp / "window.png"
-        harness.play(
-            f"ximagesrc display-name={display} num-buffers=1 use-damage=false ! videoconvert ! pngenc ! filesink location={screenshot}"
-        )
+        harness.play(f"ximagesrc display-name={display} num-buffers=1 use-damage=false ! "
+                     f"videoconvert ! pngenc ! filesink location={screenshot}")
         if os.environ.get("CSDTRACK_SCREENSHOTS"):
             shutil.copy(screenshot, pathlib.Path(os.environ["CSDTRACK_SCREENSHOTS"]) / "live.png")
         self.assertGreater(screenshot.stat().st_size, 10000)
@@ -226,8 +214,8 @@ for name, settings in (("csdtrack", {"points": "1"}), ("csdtrack", {"points": "1
             time.sleep(0.1)
             if self.live.poll() is not None:
                 self.fail(f"ended with {self.live.returncode}: {self.live.stderr.read()}")
-            if self.path.exists() and (lines := harness.read_lines(self.path, torn=True)) and met(
-                    lines[-1]):
+            if self.path.exists() and (lines := harness.read_lines(self.path,
+                                                                   torn=True)) and met(lines[-1]):
                 return lines[-1]
         self.fail(f"never: of {len(lines)} lines the last is {lines[-1] if lines else None}")
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Other machines for a test of pipelines/archive, on this one: an SSH server and a Slurm cluster of its own, in a folder of its own, for whoever runs the test."""
+"""Other machines for a test of pipelines/archive, on this one: an SSH server and a Slurm cluster of
+its own, in a folder of its own, for whoever runs the test."""
 
 import contextlib
 import getpass
@@ -18,9 +19,8 @@ SLOW = 60  # seconds until a server that starts must answer
 
 def need(*programs):
     """Their paths; servers are where an ordinary user's PATH doesn't lead."""
-    paths = {
-        name: shutil.which(name, path=os.environ["PATH"] + ":/usr/sbin:/sbin") for name in programs
-    }
+    paths = {name: shutil.which(name, path=os.environ["PATH"] + ":/usr/sbin:/sbin")
+             for name in programs}
     missing = [name for name, path in paths.items() if not path]
     if missing:
         raise unittest.SkipTest(f"not installed: {', '.join(missing)} (tests/packages)")
@@ -47,7 +47,8 @@ def wait(what, seconds=120):
 
 
 def job_at_work(out, name):
-    """Waits for a job of pipelines/archive that has written some tracks of a video, and returns its process."""
+    """Waits for a job of pipelines/archive that has written some tracks of a video, and returns its
+    process."""
 
     def writing():
         for path in out.glob(f".{name}.jsonl.*.unfinished"):
@@ -80,8 +81,8 @@ class Servers:
         until = time.monotonic() + SLOW
         while not answers():
             if process.poll() is not None or time.monotonic() > until:
-                raise AssertionError(
-                    f"{name} does not come up:\n{log.read_text(errors='replace')[-3000:]}")
+                raise AssertionError(f"{name} does not come up:\n"
+                                     f"{log.read_text(errors='replace')[-3000:]}")
             time.sleep(0.1)
 
     def stop(self):
@@ -96,7 +97,8 @@ class Servers:
 
 
 class Ssh(Servers):
-    """sshd on loopback, with keys of its own; `command` is an ssh that knows the hosts one and two (both here) and gone (nobody answers)."""
+    """sshd on loopback, with keys of its own; `command` is an ssh that knows the hosts one and two
+    (both here) and gone (nobody answers)."""
 
     def __init__(self):
         paths = need("sshd", "ssh", "ssh-keygen")
@@ -110,28 +112,27 @@ class Ssh(Servers):
     def _start(self, paths):
         port, closed = free_ports(2)
         for key in ("host", "user"):
-            subprocess.run(
-                [paths["ssh-keygen"], "-q", "-t", "ed25519", "-N", "", "-f", self.folder / key],
-                check=True)
+            subprocess.run([paths["ssh-keygen"], "-q", "-t", "ed25519", "-N", "", "-f",
+                            self.folder / key], check=True)
         if os.getuid() == 0:
             # where sshd puts what it doesn't trust; Debian's service makes it
             os.makedirs("/run/sshd", exist_ok=True)
         (self.folder / "sshd_config").write_text(
-            f"ListenAddress 127.0.0.1\nPort {port}\nHostKey {self.folder}/host\nAuthorizedKeysFile {self.folder}/user.pub\nPidFile none\n"
-            "StrictModes no\nUsePAM no\nPasswordAuthentication no\nPermitRootLogin prohibit-password\nMaxStartups 100\nLogLevel VERBOSE\n"
-        )
-        common = (
-            f"  HostName 127.0.0.1\n  User {getpass.getuser()}\n  IdentityFile {self.folder}/user\n  IdentitiesOnly yes\n"
-            f"  UserKnownHostsFile {self.folder}/known\n  StrictHostKeyChecking accept-new\n  LogLevel ERROR\n"
-        )
-        (self.folder / "ssh_config"
-         ).write_text(f"Host one two\n  Port {port}\n{common}Host gone\n  Port {closed}\n{common}")
+            f"ListenAddress 127.0.0.1\nPort {port}\nHostKey {self.folder}/host\n"
+            f"AuthorizedKeysFile {self.folder}/user.pub\nPidFile none\n"
+            "StrictModes no\nUsePAM no\nPasswordAuthentication no\n"
+            "PermitRootLogin prohibit-password\nMaxStartups 100\nLogLevel VERBOSE\n")
+        common = (f"  HostName 127.0.0.1\n  User {getpass.getuser()}\n"
+                  f"  IdentityFile {self.folder}/user\n  IdentitiesOnly yes\n"
+                  f"  UserKnownHostsFile {self.folder}/known\n  StrictHostKeyChecking accept-new\n"
+                  "  LogLevel ERROR\n")
+        (self.folder / "ssh_config").write_text(f"Host one two\n  Port {port}\n{common}Host gone\n"
+                                                f"  Port {closed}\n{common}")
         self.command = f"{paths['ssh']} -F {self.folder}/ssh_config"
-        self.serve(
-            paths["sshd"], "-D", "-e", "-f", self.folder / "sshd_config",
-            answers=lambda: subprocess.run([
-                *self.command.split(), "-o", "BatchMode=yes", "one", "true"
-            ], capture_output=True).returncode == 0)
+        self.serve(paths["sshd"], "-D", "-e", "-f", self.folder / "sshd_config",
+                   answers=lambda: subprocess.run([*self.command.split(), "-o", "BatchMode=yes",
+                                                   "one", "true"],
+                                                  capture_output=True).returncode == 0)
 
     def sessions(self):
         """How often someone logged in."""
@@ -139,7 +140,8 @@ class Ssh(Servers):
 
 
 class Slurm(Servers):
-    """A cluster of one node with two processors; `environment` leads its commands there. Arrays have at most `array` tasks."""
+    """A cluster of one node with two processors; `environment` leads its commands there. Arrays
+    have at most `array` tasks."""
 
     def __init__(self, array):
         paths = need("munged", "slurmctld", "slurmd", "sbatch", "scontrol", "sinfo", "scancel")
@@ -202,8 +204,8 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 
     def submitted(self):
         """How many times sbatch gave it work."""
-        return (self.folder / "slurmctld.out").read_text(
-            errors="replace").count("_slurm_rpc_submit_batch_job: JobId=")
+        return (self.folder / "slurmctld.out").read_text(errors="replace").count(
+            "_slurm_rpc_submit_batch_job: JobId=")
 
     def ask(self, program, *arguments):
         done = subprocess.run([self._paths[program], *arguments], capture_output=True, text=True,

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Tracks inside the recording: a text track in Matroska, out again with ffmpeg, in parts, and the video beside it untouched."""
+"""Tracks inside the recording: a text track in Matroska, out again with ffmpeg, in parts, and the
+video beside it untouched."""
 
 import json
 import pathlib
@@ -20,9 +21,8 @@ def output(*command):
 
 
 def streams(file):
-    return json.loads(
-        output("ffprobe", "-v", "error", "-show_streams", "-count_packets", "-of", "json",
-               file))["streams"]
+    return json.loads(output("ffprobe", "-v", "error", "-show_streams", "-count_packets", "-of",
+                             "json", file))["streams"]
 
 
 def lines(file):
@@ -39,16 +39,18 @@ class Matroska(harness.Case):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.source = f"filesrc location={harness.scene_video(cls.tmp / 'in.mkv', FRAMES, *harness.H264)} ! decodebin"
+        cls.source = ("filesrc "
+                      f"location={harness.scene_video(cls.tmp / 'in.mkv', FRAMES, *harness.H264)} "
+                      "! decodebin")
         cls.recording, cls.sidecar = cls.tmp / "out.mkv", cls.tmp / "out.jsonl"
         cls.record(X264, cls.recording, cls.sidecar)
 
     @classmethod
     def record(cls, encoder, recording, sidecar, source=None):
-        harness.Run(
-            f"{source or cls.source} ! csdtrack ! tee name=t matroskamux name=m ! filesink location={recording} "
-            f"t. ! queue ! {encoder} ! h264parse ! m. t. ! csdtrackenc ! {WIDE} ! m.subtitle_0 "
-            f"t. ! csdtrackenc ! {WIDE} ! filesink location={sidecar}").to_end()
+        harness.Run(f"{source or cls.source} ! csdtrack ! tee name=t matroskamux name=m ! filesink "
+                    f"location={recording} t. ! queue ! {encoder} ! h264parse ! m. t. ! "
+                    f"csdtrackenc ! {WIDE} ! m.subtitle_0 t. ! csdtrackenc ! {WIDE} ! filesink "
+                    f"location={sidecar}").to_end()
 
     def test_the_lines_come_out_byte_for_byte(self):
         expected = self.sidecar.read_bytes()
@@ -79,16 +81,16 @@ class Matroska(harness.Case):
     def untagged(self):
         """A source that sends no tags."""
         file = self.tmp / "untagged.mkv"
-        harness.Run(
-            f"csdsimsrc num-buffers=20 ! video/x-raw,format=I420,width=160,height=120 ! csdtrack ! tee name=t matroskamux name=m ! "
-            f"filesink location={file} t. ! queue ! {X264} ! h264parse ! m. t. ! csdtrackenc ! {WIDE} ! m.subtitle_0"
-        ).to_end()
+        harness.Run("csdsimsrc num-buffers=20 ! video/x-raw,format=I420,width=160,height=120 ! "
+                    f"csdtrack ! tee name=t matroskamux name=m ! filesink location={file} t. ! "
+                    f"queue ! {X264} ! h264parse ! m. t. ! csdtrackenc ! {WIDE} ! "
+                    "m.subtitle_0").to_end()
         return file
 
     def test_the_video_is_what_it_is_without(self):
         plain = self.tmp / "plain.mkv"
-        harness.Run(f"{self.source} ! {X264} ! h264parse ! matroskamux ! filesink location={plain}"
-                    ).to_end()
+        harness.Run(f"{self.source} ! {X264} ! h264parse ! matroskamux ! filesink "
+                    f"location={plain}").to_end()
         self.assertEqual(video(self.recording), video(plain))
 
     def test_the_default_flag_can_be_cleared(self):
@@ -101,10 +103,11 @@ class Matroska(harness.Case):
 
     def test_in_parts(self):
         sidecar = self.tmp / "parts.jsonl"
-        harness.Run(
-            f"{self.source} ! csdtrack ! tee name=t splitmuxsink name=m muxer-factory=matroskamux max-size-time=1000000000 "
-            f"location={self.tmp}/part%05d.mkv t. ! queue ! {X264} ! h264parse ! m.video t. ! csdtrackenc ! {WIDE} ! m.subtitle_0 "
-            f"t. ! csdtrackenc ! {WIDE} ! filesink location={sidecar}").to_end()
+        harness.Run(f"{self.source} ! csdtrack ! tee name=t splitmuxsink name=m "
+                    "muxer-factory=matroskamux max-size-time=1000000000 "
+                    f"location={self.tmp}/part%05d.mkv t. ! queue ! {X264} ! h264parse ! m.video "
+                    f"t. ! csdtrackenc ! {WIDE} ! m.subtitle_0 t. ! csdtrackenc ! {WIDE} ! "
+                    f"filesink location={sidecar}").to_end()
         parts = sorted(self.tmp.glob("part*.mkv"))
         self.assertEqual(len(parts), -(-FRAMES // 25))
         for part in parts:
@@ -119,10 +122,9 @@ class Matroska(harness.Case):
         self.assertEqual(line.count("location=X"), 1)
         folder = self.tmp / "documented"
         folder.mkdir()
-        harness.Run(
-            line.replace("\\\n", " ").replace("location=X",
-                                              f"location={self.tmp / 'in.mkv'}").replace(
-                                                  "%05d", f"{folder}/%05d")).to_end()
+        harness.Run(line.replace("\\\n", " ").replace(
+            "location=X",
+            f"location={self.tmp / 'in.mkv'}").replace("%05d", f"{folder}/%05d")).to_end()
         shown, text = streams(folder / "00000.mkv")
         self.assertEqual((int(shown["nb_read_packets"]), int(text["nb_read_packets"])),
                          (FRAMES, FRAMES))

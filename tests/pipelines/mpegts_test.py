@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Tracks in MPEG-TS, as KLV: in files, in HLS, out again with ffmpeg, joined in the middle, with losses; and by RTP."""
+"""Tracks in MPEG-TS, as KLV: in files, in HLS, out again with ffmpeg, joined in the middle, with
+losses; and by RTP."""
 
 import json
 import pathlib
@@ -14,7 +15,9 @@ from harness import Gst
 FRAMES = 75
 PACKET = 188  # bytes, of a transport stream
 WIDE = "queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0"
-SIMULATED = f"csdsimsrc num-buffers={FRAMES} ! video/x-raw,format=I420,width=320,height=240,framerate=25/1 ! csdtrack name=csdtrack0 algorithm=lk max-features=20"
+SIMULATED = (f"csdsimsrc num-buffers={FRAMES} ! "
+             "video/x-raw,format=I420,width=320,height=240,framerate=25/1 ! csdtrack "
+             "name=csdtrack0 algorithm=lk max-features=20")
 PAGE = (pathlib.Path(__file__).resolve().parents[2] / "docs" / "metadata.md").read_text()
 
 
@@ -24,9 +27,8 @@ def output(*command, **options):
 
 
 def streams(file):
-    return json.loads(
-        output("ffprobe", "-v", "error", "-show_streams", "-count_packets", "-of", "json",
-               file))["streams"]
+    return json.loads(output("ffprobe", "-v", "error", "-show_streams", "-count_packets", "-of",
+                             "json", file))["streams"]
 
 
 def read_klv(data):
@@ -43,12 +45,10 @@ def extracted(file):
 
 
 def tracks(line):
-    """What a line tells of its frame, but for the frame's times, which the stream counts from elsewhere."""
-    return {
-        name: value
-        for name, value in json.loads(line).items()
-        if name not in ("pts", "running_time", "stream_time", "duration")
-    }
+    """What a line tells of its frame, but for the frame's times, which the stream counts from
+    elsewhere."""
+    return {name: value for name, value in json.loads(line).items()
+            if name not in ("pts", "running_time", "stream_time", "duration")}
 
 
 class MpegTs(harness.Case):
@@ -61,21 +61,19 @@ class MpegTs(harness.Case):
 
     @classmethod
     def record(cls, encoder, sink, sidecar):
-        harness.Run(
-            f"{SIMULATED} ! tee name=t mpegtsmux name=m ! {sink} t. ! queue ! {encoder} ! h264parse config-interval=-1 ! m. "
-            f"t. ! csdtrackenc ! {WIDE} ! m. t. ! csdtrackenc ! {WIDE} ! filesink location={sidecar}"
-        ).to_end()
+        harness.Run(f"{SIMULATED} ! tee name=t mpegtsmux name=m ! {sink} t. ! queue ! {encoder} ! "
+                    f"h264parse config-interval=-1 ! m. t. ! csdtrackenc ! {WIDE} ! m. t. ! "
+                    f"csdtrackenc ! {WIDE} ! filesink location={sidecar}").to_end()
 
     def back(self, source, demuxer="tsdemux"):
         """The lines of what csdtrackdec puts on frames, and the warnings."""
         second = self.tmp / "back.jsonl"
-        done = harness.Run(
-            f"{source} ! {demuxer} name=d csdtrackdec name=r max-wait=3600000000000 ! csdtrackenc ! filesink location={second} "
-            "d. ! queue ! h264parse ! avdec_h264 max-threads=1 ! videoconvert ! video/x-raw,format=I420 ! r.sink "
-            "d. ! meta/x-klv ! queue ! r.text").to_end()
-        return second.read_bytes().splitlines(), [
-            text for _, text in done.warnings if "CONTINUITY" not in text
-        ]
+        done = harness.Run(f"{source} ! {demuxer} name=d csdtrackdec name=r max-wait=3600000000000 "
+                           f"! csdtrackenc ! filesink location={second} d. ! queue ! h264parse ! "
+                           "avdec_h264 max-threads=1 ! videoconvert ! video/x-raw,format=I420 ! "
+                           "r.sink d. ! meta/x-klv ! queue ! r.text").to_end()
+        return second.read_bytes().splitlines(), [text for _, text in done.warnings
+                                                  if "CONTINUITY" not in text]
 
     def check_frames(self, lines, first=0):
         """They are those of consecutive frames."""
@@ -115,10 +113,10 @@ class MpegTs(harness.Case):
     def test_what_was_taken_out_goes_by_its_own_times(self):
         file, second = self.tmp / "out.klv", self.tmp / "second.jsonl"
         file.write_bytes(extracted(self.recording))
-        harness.Run(
-            f"csdtrackdec name=r ! csdtrackenc ! filesink location={second} "
-            f"csdsimsrc num-buffers={FRAMES} ! video/x-raw,format=I420,width=320,height=240,framerate=25/1 ! queue ! r.sink "
-            f"filesrc location={file} ! meta/x-klv ! queue ! r.text").to_end()
+        harness.Run(f"csdtrackdec name=r ! csdtrackenc ! filesink location={second} csdsimsrc "
+                    f"num-buffers={FRAMES} ! "
+                    "video/x-raw,format=I420,width=320,height=240,framerate=25/1 ! queue ! r.sink "
+                    f"filesrc location={file} ! meta/x-klv ! queue ! r.text").to_end()
         self.assertEqual(second.read_bytes(), self.sidecar.read_bytes())
 
     def test_joined_in_the_middle(self):
@@ -142,9 +140,8 @@ class MpegTs(harness.Case):
         for seed in range(3):
             with self.subTest(seed):
                 chance = random.Random(seed)
-                lossy.write_bytes(b"".join(
-                    p for p in packets
-                    if (p[1] & 31) << 8 | p[2] != pid or chance.random() < 39 / 40))
+                lossy.write_bytes(b"".join(p for p in packets if (p[1] & 31) << 8 | p[2] != pid or
+                                           chance.random() < 39 / 40))
                 lines, warnings = self.back(f"filesrc location={lossy}")
                 self.assertEqual(len(lines), FRAMES)
                 whole = [n for n, line in enumerate(lines) if json.loads(line)["frame"] is not None]
@@ -156,10 +153,9 @@ class MpegTs(harness.Case):
     def test_in_segments_of_hls(self):
         folder = self.tmp / "hls"
         folder.mkdir()
-        self.record(
-            "x264enc tune=zerolatency key-int-max=25",
-            f"hlssink location={folder}/%05d.ts playlist-location={folder}/list.m3u8 "
-            "target-duration=1 max-files=0 playlist-length=0", self.tmp / "hls.jsonl")
+        self.record("x264enc tune=zerolatency key-int-max=25",
+                    f"hlssink location={folder}/%05d.ts playlist-location={folder}/list.m3u8 "
+                    "target-duration=1 max-files=0 playlist-length=0", self.tmp / "hls.jsonl")
         lines, warnings = self.back(f"filesrc location={folder}/list.m3u8 ! hlsdemux")
         self.assertEqual((len(lines), warnings), (FRAMES, []))
         self.check_frames(lines)
@@ -178,13 +174,15 @@ class MpegTs(harness.Case):
                 def lose(_pad, _info):
                     nonlocal count
                     count += 1
-                    return Gst.PadProbeReturn.DROP if every and count % every == 0 else Gst.PadProbeReturn.OK
+                    return (Gst.PadProbeReturn.DROP if every and
+                            count % every == 0 else Gst.PadProbeReturn.OK)
 
-                run = harness.Run(
-                    f"{SIMULATED} ! csdtrackenc ! {WIDE} ! rtpklvpay ! identity name=sent ! rtpklvdepay ! {WIDE} ! r.text "
-                    f"csdsimsrc num-buffers={FRAMES} ! video/x-raw,format=I420,width=320,height=240,framerate=25/1 ! queue ! r.sink "
-                    f"csdtrackdec name=r max-wait=3600000000000 ! csdtrackenc ! filesink location={second}"
-                )
+                run = harness.Run(f"{SIMULATED} ! csdtrackenc ! {WIDE} ! rtpklvpay ! identity "
+                                  f"name=sent ! rtpklvdepay ! {WIDE} ! r.text csdsimsrc "
+                                  f"num-buffers={FRAMES} ! "
+                                  "video/x-raw,format=I420,width=320,height=240,framerate=25/1 ! "
+                                  "queue ! r.sink csdtrackdec name=r max-wait=3600000000000 ! "
+                                  f"csdtrackenc ! filesink location={second}")
                 run.element("sent").get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER, lose)
                 run.to_end()
                 self.assertGreater(count, FRAMES)
@@ -200,10 +198,8 @@ class MpegTs(harness.Case):
         file = self.tmp / "documented.ts"
         source = harness.scene_video(self.tmp / "in.mkv", 30, *harness.H264)
         self.assertEqual((line.count("location=X"), line.count("out.ts")), (1, 1))
-        harness.Run(
-            line.replace("\\\n", " ").replace("location=X",
-                                              f"location={source}").replace("out.ts",
-                                                                            str(file))).to_end()
+        harness.Run(line.replace("\\\n", " ").replace("location=X", f"location={source}").replace(
+            "out.ts", str(file))).to_end()
         self.assertEqual([stream["nb_read_packets"] for stream in streams(file)], ["30", "30"])
         self.assertEqual(read_klv(extracted(file)).count(b"\n"), 30)
 

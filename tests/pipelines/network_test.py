@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Tracks over the network: csdtrackenc in line with tcpserversink, read by a plain socket while the pipeline runs."""
+"""Tracks over the network: csdtrackenc in line with tcpserversink, read by a plain socket while the
+pipeline runs."""
 
 import csv
 import socket
@@ -15,15 +16,15 @@ FEATURES = 5
 
 
 class Served:
-    """A pipeline that waits with its first frame until a client is there, and the lines that the client gets."""
+    """A pipeline that waits with its first frame until a client is there, and the lines that the
+    client gets."""
 
     def __init__(self, test, forms, pictures):
         self.arrived = threading.Event()
         self.run = harness.Run(
             f"appsrc name=in ! csdtrack learning=sync max-features={FEATURES} ! csdtrackenc ! {forms} "
             "tcpserversink name=server host=127.0.0.1 port=0",  # any port that is free
-            self._when_arrived(harness.buffers(pictures)),
-            harness.rgb_caps())
+            self._when_arrived(harness.buffers(pictures)), harness.rgb_caps())
         test.addCleanup(self.run.pipeline.set_state, Gst.State.NULL)
         server = self.run.element("server")
         server.connect("client-added", lambda *_: self.arrived.set())

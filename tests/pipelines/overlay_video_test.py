@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What quickstart leaves, looked at: markers are where the tracks say, in the frame that they say; sound; rebuilding.
-overlay_video_test.py REPOSITORY BUILD"""
+"""What quickstart leaves, looked at: markers are where the tracks say, in the frame that they say;
+sound; rebuilding. overlay_video_test.py REPOSITORY BUILD"""
 
 import os
 import pathlib
@@ -26,15 +26,15 @@ def quickstart(*arguments):
 
 
 def pictures(path, width, height):
-    raw = subprocess.run([
-        "ffmpeg", "-v", "error", "-i",
-        str(path), "-vsync", "0", "-f", "rawvideo", "-pix_fmt", "rgb24", "-"
-    ], capture_output=True, check=True).stdout
+    raw = subprocess.run(["ffmpeg", "-v", "error", "-i", str(path), "-vsync", "0", "-f", "rawvideo",
+                          "-pix_fmt", "rgb24", "-"],
+                         capture_output=True, check=True).stdout
     return np.frombuffer(raw, np.uint8).reshape(-1, height, width, 3).astype(float)
 
 
 def marker(drawn, plain, feature):
-    """Centre (x, y) of the marker near a claimed position, and its colour; None if nothing is drawn there.
+    """Centre (x, y) of the marker near a claimed position, and its colour; None if nothing is drawn
+    there.
 
     The id stands above and to the right: the lower half tells x, the left half tells y."""
     reach = 10
@@ -46,8 +46,8 @@ def marker(drawn, plain, feature):
     if not len(columns) or not len(rows):
         return None
     brightest = drawn[part][changed]
-    brightest = brightest[brightest.sum(axis=1) >= np.quantile(brightest.sum(axis=1), 0.8)].mean(
-        axis=0)
+    brightest = brightest[brightest.sum(axis=1) >= np.quantile(brightest.sum(axis=1),
+                                                               0.8)].mean(axis=0)
     return (x - reach + (columns[0] + columns[-1]) / 2,
             y - reach + (rows[0] + rows[-1]) / 2), brightest
 
@@ -55,8 +55,8 @@ def marker(drawn, plain, feature):
 class Overlay(harness.Case):
     def test_markers_are_where_the_tracks_say(self):
         # 4 px a frame: a marker in the wrong frame would be 4 px away.
-        scene = harness.Scene(width=480, height=360, motion=lambda t:
-                              (abs(t * 4 % 64 - 32) - 16, 0))
+        scene = harness.Scene(width=480, height=360,
+                              motion=lambda t: (abs(t * 4 % 64 - 32) - 16, 0))
         # Pale and dark: the brightest and most colourful things are then the markers.
         pale = ((40 + 0.3 * scene.picture(t).mean(axis=2, keepdims=True).repeat(3, axis=2)).astype(
             np.uint8) for t in range(40))
@@ -89,20 +89,18 @@ class Overlay(harness.Case):
         for codec, options in (("vorbis", ("-c:a", "libvorbis")), ("flac", ("-c:a", "flac"))):
             with self.subTest(codec):
                 video = self.tmp / f"{codec}.mkv"
-                subprocess.run([
-                    "ffmpeg", "-v", "error", "-y", "-f", "lavfi", "-i",
-                    "testsrc2=size=320x240:rate=25:duration=2", "-f", "lavfi", "-i",
-                    "sine=duration=2", "-c:v", "libx264", "-pix_fmt", "yuv420p", *options,
-                    str(video)
-                ], check=True, stdin=subprocess.DEVNULL)
+                subprocess.run(["ffmpeg", "-v", "error", "-y", "-f", "lavfi", "-i",
+                                "testsrc2=size=320x240:rate=25:duration=2", "-f", "lavfi", "-i",
+                                "sine=duration=2", "-c:v", "libx264", "-pix_fmt", "yuv420p",
+                                *options, str(video)],
+                               check=True, stdin=subprocess.DEVNULL)
                 done = quickstart("--algorithm", "lk", video, self.tmp / codec)
                 self.assertEqual(done.returncode, 0, done.stderr)
                 result = self.tmp / codec / "overlay.mp4"
-                probed = subprocess.run([
-                    "ffprobe", "-v", "error", "-show_entries", "stream=codec_name,duration", "-of",
-                    "csv=p=0",
-                    str(result)
-                ], capture_output=True, text=True, check=True).stdout.split()
+                probed = subprocess.run(["ffprobe", "-v", "error", "-show_entries",
+                                         "stream=codec_name,duration", "-of", "csv=p=0",
+                                         str(result)],
+                                        capture_output=True, text=True, check=True).stdout.split()
                 streams = dict(row.split(",") for row in probed)
                 self.assertEqual(set(streams), {"h264", "aac"})
                 self.assertAlmostEqual(float(streams["h264"]), 2, delta=0.05)
@@ -116,8 +114,8 @@ class Overlay(harness.Case):
         for _ in range(2):
             done = quickstart("--algorithm", "lk", video, self.tmp / "again")
             self.assertEqual(done.returncode, 0, done.stderr)
-            marks.append(
-                [os.stat(BUILD / p).st_mtime_ns for p in ("gst/libgstcsdtrack.so", "build.ninja")])
+            marks.append([os.stat(BUILD / p).st_mtime_ns
+                          for p in ("gst/libgstcsdtrack.so", "build.ninja")])
         self.assertEqual(marks[0], marks[1])
 
 

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""pipelines/experiments/palindrome: the same frames there and back, in bounded memory, and what is said of them.
-palindrome_test.py ROOT BUILD"""
+"""pipelines/experiments/palindrome: the same frames there and back, in bounded memory, and what is
+said of them. palindrome_test.py ROOT BUILD"""
 
 import hashlib
 import json
@@ -47,17 +47,18 @@ class Case(unittest.TestCase):
     def simulated(self, name, frames=40, size=(320, 240), container="matroskamux"):
         """Key frames seldom, and frames that depend on later ones: seeking is not for nothing."""
         path = self.tmp / name
-        subprocess.run(
-            f"gst-launch-1.0 -q csdsimsrc scenario=deformation seed=3 num-buffers={frames} ! "
-            f"video/x-raw,format=I420,width={size[0]},height={size[1]},framerate=25/1 ! "
-            f"x264enc bframes=3 key-int-max=17 speed-preset=veryfast ! h264parse ! {container} ! "
-            f"filesink location={path}".split(), check=True)
+        subprocess.run("gst-launch-1.0 -q csdsimsrc scenario=deformation seed=3 "
+                       f"num-buffers={frames} ! "
+                       f"video/x-raw,format=I420,width={size[0]},height={size[1]},framerate=25/1 ! "
+                       "x264enc bframes=3 key-int-max=17 speed-preset=veryfast ! h264parse ! "
+                       f"{container} ! filesink location={path}".split(), check=True)
         return path
 
 
 class Mirror(Case):
     def play(self, path, most, pieces, since=0):
-        """The frames' hashes, without what lies between rows, and the Mirror; `pieces`: images in each piece."""
+        """The frames' hashes, without what lies between rows, and the Mirror; `pieces`: images in
+        each piece."""
         shown = mirror.Mirror(path, since, most, 0)
         hashes, times = [], []
         for time, frame in shown:
@@ -66,8 +67,8 @@ class Mirror(Case):
             self.assertEqual(len(frame), info.size)
             rows = hashlib.md5()
             for plane, (width, height) in enumerate(
-                ((info.width, info.height), *[((info.width + 1) // 2,
-                                               (info.height + 1) // 2)] * 2)):
+                    ((info.width, info.height),
+                     *[((info.width + 1) // 2, (info.height + 1) // 2)] * 2)):
                 for row in range(height):
                     at = info.offset[plane] + row * info.stride[plane]
                     rows.update(frame[at:at + width])
@@ -123,8 +124,8 @@ class Mirror(Case):
         expected = self.decoded(path)
         found = mirror.Decoding
         with unittest.mock.patch("mirror.Decoding",
-                                 lambda path, since: found(path, since + 120000000
-                                                           if since else 0)):
+                                 lambda path, since: found(path,
+                                                           since + 120000000 if since else 0)):
             hashes, _, shown = self.play(path, 250, 10)
         self.assertEqual(hashes, expected + expected[:-1][::-1])
         self.assertEqual((shown.pieces, shown.decoded_anew), (4, 3),
@@ -156,11 +157,9 @@ class Scores(Case):
 
     def test_what_never_moves(self):
         row = self.rows["clip/still.jsonl"]
-        self.assertEqual(
-            row["counts"], {
-                "frames": 47, "features": 12, "claims": 12 * 47, "pairs": 12 * 23, "apart": 0,
-                "returned": 12, "falsely_returned": 0
-            })
+        self.assertEqual(row["counts"],
+                         {"frames": 47, "features": 12, "claims": 12 * 47, "pairs": 12 * 23,
+                          "apart": 0, "returned": 12, "falsely_returned": 0})
 
     def test_rows(self):
         self.assertEqual(list(self.rows),
@@ -210,10 +209,9 @@ class Scores(Case):
 class Memory(Case):
     def peak(self, video):
         """MB that the command holds at most."""
-        process = subprocess.Popen([
-            COMMAND, "--no-install", "--trackers", "lk", "--features", "5", "--frames", "1000",
-            "--memory", "4", video
-        ], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        process = subprocess.Popen([COMMAND, "--no-install", "--trackers", "lk", "--features", "5",
+                                    "--frames", "1000", "--memory", "4", video],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
         self.assertEqual(process.returncode, 0)
@@ -260,9 +258,8 @@ class Errors(Case):
             with self.subTest(video=video.name, frames=frames):
                 done = palindrome("--trackers", "still", "--frames", frames, "--json", video)
                 self.assertEqual(done.returncode, 0, done.stderr)
-                self.assertEqual(
-                    "s only, and says that it lasts 3.0 s: is the file complete?" in done.stderr,
-                    said, done.stderr)
+                self.assertEqual("s only, and says that it lasts 3.0 s: is the file "
+                                 "complete?" in done.stderr, said, done.stderr)
 
     def test_the_others_are_scored(self):
         (self.tmp / "text.mkv").write_text("no video at all\n" * 100)
@@ -275,8 +272,8 @@ class Errors(Case):
 
     def test_wrong_use(self):
         for arguments in ([], ["--frames", "1", "x"], ["--memory", "0", "x"], ["--from", "-1", "x"],
-                          ["--trackers", "psychic", "x"], ["--json", "--markdown",
-                                                           "x"], ["--nothing", "x"]):
+                          ["--trackers", "psychic", "x"], ["--json", "--markdown", "x"],
+                          ["--nothing", "x"]):
             with self.subTest(arguments):
                 done = palindrome(*arguments)
                 self.assertEqual(done.returncode, 2)

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""pipelines/experiments/paper --quick: all of it runs, goes on where it was, and says what is wrong. paper_test.py ROOT BUILD"""
+"""pipelines/experiments/paper --quick: all of it runs, goes on where it was, and says what is
+wrong. paper_test.py ROOT BUILD"""
 
 import json
 import os
@@ -53,9 +54,7 @@ class Quick(unittest.TestCase):
     def rows(self, heading):
         """The tables' rows below a heading, as lists of cells."""
         part = self.page.split(f"\n## {heading}\n")[1].split("\n## ")[0]
-        return [[cell.strip()
-                 for cell in line.strip("|").split("|")]
-                for line in part.splitlines()
+        return [[cell.strip() for cell in line.strip("|").split("|")] for line in part.splitlines()
                 if line.startswith("|")]
 
     def test_it_says_what_it_is(self):
@@ -68,11 +67,8 @@ class Quick(unittest.TestCase):
         for heading in ("The simulation (Fig. 7)", "Table 1: deformation", "Table 2: occlusion",
                         "Table 3: scale, rotation and smoke"):
             measured = [row[0] for row in self.rows(heading)]
-            tables = [
-                measured[i + 2:i + 2 + len(TRACKERS)]
-                for i, name in enumerate(measured)
-                if name == "tracker"
-            ]
+            tables = [measured[i + 2:i + 2 + len(TRACKERS)] for i, name in enumerate(measured)
+                      if name == "tracker"]
             self.assertEqual([set(table) for table in tables], [set(TRACKERS)] * 2, heading)
 
     def test_every_scene_has_its_row(self):
@@ -119,11 +115,8 @@ class Quick(unittest.TestCase):
     def test_figures(self):
         named = set(re.findall(r"!\[\]\(paper/(.*?)\)", self.page))
         self.assertEqual(named, {path.name for path in (self.out / "paper").iterdir()})
-        self.assertEqual(
-            {
-                "fig7.svg", "fig7-start.svg", "fig8.svg", "fig9.svg", "fig10.svg", "fig11.svg",
-                "threshold.svg"
-            }, named)
+        self.assertEqual({"fig7.svg", "fig7-start.svg", "fig8.svg", "fig9.svg", "fig10.svg",
+                          "fig11.svg", "threshold.svg"}, named)
         for name in named:
             drawn = xml.etree.ElementTree.parse(self.out / "paper" / name)
             self.assertGreater(len(drawn.findall(".//{*}path")), 10, name)
@@ -135,10 +128,9 @@ class Quick(unittest.TestCase):
             self.assertTrue((self.out / page).is_file(), page)
 
     def test_what_it_took(self):
-        self.assertRegex(
-            self.page,
-            r"The runs took [1-9]\d* (s|min) of processor time, [1-9]\d* (s|min) one after the other, "
-            rf"and [1-9]\d* (s|min) by the clock, {os.cpu_count()} at a time\.")
+        self.assertRegex(self.page, r"The runs took [1-9]\d* (s|min) of processor time, [1-9]\d* "
+                         r"(s|min) one after the other, and [1-9]\d* (s|min) by the clock, "
+                         rf"{os.cpu_count()} at a time\.")
         self.assertIn("stand on 1 seed of each sequence", self.page)
         by_name = {row[0]: row[-1] for row in self.rows("The sequences")}
         self.assertEqual(by_name["simulation"], "0 %, 0 %")
@@ -149,20 +141,19 @@ class Quick(unittest.TestCase):
         self.assertEqual({run.name for run in runs},
                          {f"{s.name}-{seed}" for s, seed in sequences.paper_quick(1).runs()})
         for run in runs:
-            self.assertEqual({p.name for p in run.iterdir()}, {
-                "run.json", "truth-tracked.jsonl",
-                *(f"{t}.jsonl" for t in {"dry-101": ["csd-2012"], "more-102": sequences.PERSISTENT
-                                         }.get(run.name, TRACKERS))
-            }, "no video is left")
+            self.assertEqual({p.name for p in run.iterdir()}, {"run.json", "truth-tracked.jsonl", *(
+                f"{t}.jsonl" for t in {"dry-101": ["csd-2012"],
+                                       "more-102": sequences.PERSISTENT}.get(run.name, TRACKERS))},
+                             "no video is left")
             made = json.loads((run / "run.json").read_text())
             self.assertIn(f"seed={run.name[-3:]}", made["identity"]["source"])
             self.assertIn(f"| processor | {made['versions']['processor']} |", self.page)
 
     def test_goes_on_where_it_was(self):
-        """What is there is not run again; what is missing, or of something else, is, and gives the same."""
-        made = {
-            path.name: (path / "run.json").stat().st_mtime_ns for path in self.out.glob("*-10?")
-        }
+        """What is there is not run again; what is missing, or of something else, is, and gives the
+        same."""
+        made = {path.name: (path / "run.json").stat().st_mtime_ns
+                for path in self.out.glob("*-10?")}
         (self.out / "liver-101" / "run.json").unlink()
         (self.out / ".unfinished-liver-101").mkdir()
         other = self.out / "zoom-101" / "run.json"
@@ -174,28 +165,20 @@ class Quick(unittest.TestCase):
         done = paper("--quick", "--out", self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn(f"{len(made) - 2} of {len(made)} runs were there already", done.stderr)
-        again = {
-            path.name
-            for path in self.out.glob("*-10?")
-            if (path / "run.json").stat().st_mtime_ns != made[path.name]
-        }
+        again = {path.name for path in self.out.glob("*-10?")
+                 if (path / "run.json").stat().st_mtime_ns != made[path.name]}
         self.assertEqual(again, {"liver-101", "zoom-101"})
         # But for what the runs took, and the state of the repository, in which somebody may work
         # meanwhile.
         written = (self.out / "paper.md").read_text()
-        again, before = ([
-            line
-            for line in text.splitlines()
-            if "of processor time" not in line and not line.startswith(("| csdtrack |",
-                                                                        "| OpenCV |"))
-        ]
+        again, before = ([line for line in text.splitlines() if "of processor time" not in line and
+                          not line.startswith(("| csdtrack |", "| OpenCV |"))]
                          for text in (written, self.page))
         self.assertEqual(again, before)
         opencv, = re.findall(r"^\| OpenCV \| (.*) \|$", written, re.M)
         self.assertNotIn("| these |", written)
-        self.assertEqual(
-            set(opencv.split("; ")) - {"0.1"},
-            set(re.findall(r"^\| OpenCV \| (.*) \|$", self.page, re.M)))
+        self.assertEqual(set(opencv.split("; ")) - {"0.1"},
+                         set(re.findall(r"^\| OpenCV \| (.*) \|$", self.page, re.M)))
         self.assertIn("0.1", opencv.split("; "), "of all runs, not of what is installed")
         self.assertNotIn("by the clock", written, "they were not made in one go")
         self.assertEqual(list(self.out.glob(".unfinished*")), [])
@@ -203,8 +186,8 @@ class Quick(unittest.TestCase):
 
 class Errors(unittest.TestCase):
     def test_wrong_use(self):
-        for arguments in (["--seeds", "0"], ["--seeds",
-                                             "many"], ["--jobs", "-1"], ["--nothing"], ["surplus"]):
+        for arguments in (["--seeds", "0"], ["--seeds", "many"], ["--jobs", "-1"], ["--nothing"],
+                          ["surplus"]):
             with self.subTest(arguments):
                 done = paper(*arguments)
                 self.assertEqual(done.returncode, 2)
@@ -219,27 +202,23 @@ class Errors(unittest.TestCase):
 
     def test_a_run_on_its_own(self):
         for arguments, code in ((["--help"], 0), ([], 2), (["paper-quick"], 2)):
-            done = subprocess.run(
-                [ROOT / "pipelines" / "experiments" / "run_sequence.py", *arguments],
-                capture_output=True, text=True)
+            done = subprocess.run([ROOT / "pipelines" / "experiments" / "run_sequence.py",
+                                   *arguments],
+                                  capture_output=True, text=True)
             self.assertEqual(done.returncode, code, done.stderr)
             self.assertIn("PLAN SEEDS FOLDER SEQUENCE SEED", done.stderr if code else done.stdout)
 
     def test_an_element_that_is_not_there(self):
         with tempfile.TemporaryDirectory() as out:
-            empty = {
-                "GST_PLUGIN_PATH_1_0": out, "GST_PLUGIN_SYSTEM_PATH_1_0": out,
-                "GST_REGISTRY": f"{out}/registry.bin"
-            }
-            done = subprocess.run([
-                ROOT / "pipelines" / "experiments" / "run_sequence.py", "paper-quick", "1", out,
-                "zoom", "101"
-            ], capture_output=True, text=True,
+            empty = {"GST_PLUGIN_PATH_1_0": out, "GST_PLUGIN_SYSTEM_PATH_1_0": out,
+                     "GST_REGISTRY": f"{out}/registry.bin"}
+            done = subprocess.run([ROOT / "pipelines" / "experiments" / "run_sequence.py",
+                                   "paper-quick", "1", out, "zoom", "101"],
+                                  capture_output=True, text=True,
                                   env={**os.environ, "CSDTRACK_BUILD": str(BUILD), **empty})
         self.assertEqual(done.returncode, 1, done.stderr)
-        self.assertRegex(
-            done.stderr,
-            r'^zoom, seed 101: no element "\w+": is a plugin of GStreamer missing\?\n$')
+        self.assertRegex(done.stderr, r'^zoom, seed 101: no element "\w+": is a plugin of '
+                         r'GStreamer missing\?\n$')
 
     def test_help(self):
         done = paper("--help")
@@ -259,14 +238,10 @@ class Figures:
 
     def __init__(self, figures_by_measure, width=0.001):
         self._figures = figures_by_measure
-        self.comparisons = {
-            t: {
-                m: {
-                    "difference": v[t] - v["csd-2012"], "low": v[t] - v["csd-2012"] - width,
-                    "high": v[t] - v["csd-2012"] + width
-                } for m, v in figures_by_measure.items()
-            } for t in next(iter(figures_by_measure.values()))
-        }
+        self.comparisons = {t: {m: {"difference": v[t] - v["csd-2012"], "low": v[t] -
+                                    v["csd-2012"] - width, "high": v[t] - v["csd-2012"] + width}
+                                for m, v in figures_by_measure.items()}
+                            for t in next(iter(figures_by_measure.values()))}
 
     def value(self, tracker, measure):
         return self._figures[measure][tracker]
@@ -285,8 +260,8 @@ class Curves(scores.Scores):
         return figures.mean(self._curves[sequence.name][tracker][f"{measure}_by_frame"])
 
     def value(self, tracker, measure):
-        return figures.mean(
-            [self.of_sequence(PLAN.sequence(s), tracker, measure) for s in self._curves])
+        return figures.mean([self.of_sequence(PLAN.sequence(s), tracker, measure)
+                             for s in self._curves])
 
     def truths(self, sequence):
         return [self._scene]
@@ -302,22 +277,18 @@ class Curves(scores.Scores):
 
 
 def found(name, sensitivity, k, scene):
-    return types.SimpleNamespace(simulation=Curves(
-        {
-            name: {
-                t: {"sensitivity_by_frame": sensitivity[t], "k_by_frame": k[t]} for t in claims.ALL
-            }
-        }, scene))
+    return types.SimpleNamespace(
+        simulation=Curves({name: {t: {"sensitivity_by_frame": sensitivity[t], "k_by_frame": k[t]}
+                                  for t in claims.ALL}}, scene))
 
 
 def sequences_found(table, kinds, scene):
-    """kinds: {sequence: {tracker: sensitivity or (sensitivity, K)}}, each a curve or the same in all of 100 frames."""
+    """kinds: {sequence: {tracker: sensitivity or (sensitivity, K)}}, each a curve or the same in
+    all of 100 frames."""
     def curves(given):
         s, k = given if isinstance(given, tuple) else (given, 0.1)
-        return {
-            m: v if isinstance(v, list) else [v] * 100
-            for m, v in (("sensitivity_by_frame", s), ("k_by_frame", k))
-        }
+        return {m: v if isinstance(v, list) else [v] * 100
+                for m, v in (("sensitivity_by_frame", s), ("k_by_frame", k))}
     names = [s.name for s in PLAN.of_table(table)]
     return Curves({n: {t: curves(kinds.get(n, {}).get(t, 0.5)) for t in claims.ALL} for n in names},
                   scene)
@@ -331,47 +302,43 @@ class Numbers(unittest.TestCase):
         self.assertEqual(figures.binned([[None, None]], 2), [(0.5, None)])
 
     def test_claims_of_tables(self):
-        """Of a table the paper's own numbers make each of its sentences true, and swapped ones false; near ones decide nothing."""
+        """Of a table the paper's own numbers make each of its sentences true, and swapped ones
+        false; near ones decide nothing."""
         printed = json.loads((ROOT / "pipelines" / "experiments" / "paper.json").read_text())
         for name in ("table1", "table2", "table3"):
             self.assertEqual(verdicts(claims.of_scores(name, Figures(printed[name]), True)),
                              [claims.HOLDS] * 3)
-        swapped = Figures(
-            {"k": printed["table1"]["sensitivity"], "sensitivity": printed["table1"]["k"]})
+        swapped = Figures({"k": printed["table1"]["sensitivity"],
+                           "sensitivity": printed["table1"]["k"]})
         self.assertEqual(verdicts(claims.of_scores("", swapped, True)), [claims.FAILS] * 3)
         near = Figures(printed["table1"], width=0.9)
         self.assertEqual(verdicts(claims.of_scores("", near, False)), [claims.UNDECIDED] * 2)
-        self.assertEqual(
-            verdicts(
-                claims.of_mean_shifts(Figures({"sensitivity": {"csd-2012": 0.2, "ms2": 0.25}},
-                                              0.04))), [claims.HOLDS])
-        self.assertEqual(
-            verdicts(
-                claims.of_mean_shifts(Figures({"sensitivity": {"csd-2012": 0.2, "ms2": 0.25}},
-                                              0.06))), [claims.UNDECIDED])
+        self.assertEqual(verdicts(
+            claims.of_mean_shifts(Figures({"sensitivity": {"csd-2012": 0.2, "ms2": 0.25}}, 0.04))),
+                         [claims.HOLDS])
+        self.assertEqual(verdicts(
+            claims.of_mean_shifts(Figures({"sensitivity": {"csd-2012": 0.2, "ms2": 0.25}}, 0.06))),
+                         [claims.UNDECIDED])
 
     def test_claims_of_the_simulation(self):
-        """Deformation is largest in the middle of each 20 frames. As the paper has it: sift falls there from .6 to .2, the others by .1."""
+        """Deformation is largest in the middle of each 20 frames. As the paper has it: sift falls
+        there from .6 to .2, the others by .1."""
         deformation = [10 - abs(n % 20 - 10) for n in range(100)]
-        def curve(start, end, depth):
-            return [
-                start + (end - start) * n / 99 - depth * d / 10 for n, d in enumerate(deformation)
-            ]
 
-        s = {
-            "csd-2012": curve(0.8, 0.8, 0.1), "lk": curve(1, 0.4, 0.1), "ms1": curve(0.2, 0.2, 0.1),
-            "ms2": curve(0.2, 0.2, 0.1), "sift": curve(0.6, 0.6, 0.4)
-        }
+        def curve(start, end, depth):
+            return [start + (end - start) * n / 99 - depth * d / 10
+                    for n, d in enumerate(deformation)]
+
+        s = {"csd-2012": curve(0.8, 0.8, 0.1), "lk": curve(1, 0.4, 0.1),
+             "ms1": curve(0.2, 0.2, 0.1), "ms2": curve(0.2, 0.2, 0.1), "sift": curve(0.6, 0.6, 0.4)}
         k = {"lk": [0.1] * 100, **{t: [0.5] * 100 for t in claims.ALL if t != "lk"}}
         scene = types.SimpleNamespace(deformation=deformation)
         self.assertEqual(verdicts(claims.of_simulation(PLAN, found("simulation", s, k, scene))),
                          [claims.HOLDS] * 6)
         level = {t: [0.6] * 100 for t in claims.ALL}
-        self.assertEqual(
-            verdicts(
-                claims.of_simulation(
-                    PLAN, found("simulation", level, {t: [0.25] * 100 for t in level}, scene))),
-            [claims.FAILS] * 6)
+        self.assertEqual(verdicts(claims.of_simulation(
+            PLAN, found("simulation", level, {t: [0.25] * 100 for t in level}, scene))),
+                         [claims.FAILS] * 6)
 
     def check_sequences(self, of, table, good, bad, scenes):
         """good, bad: {sequence: {tracker: (sensitivity by frame, K by frame)}}."""
@@ -384,16 +351,12 @@ class Numbers(unittest.TestCase):
         cyclic = [0.9 if n % 2 else 0.4 for n in range(100)]
         scene = types.SimpleNamespace(deformation=[n % 2 for n in range(1, 101)])
         worn = [1 - n / 100 for n in range(100)]
-        good = {
-            "strong-heart": {"lk": worn, "ms1": 0.1, "ms2": 0.1,
-                             "sift": 0.2}, "mild-heart": {"lk": worn, "ms1": 0.3, "ms2": 0.3},
-            "liver": {"lk": 0.3, "ms1": 0.2, "ms2": 0.2, "sift": cyclic, "csd-2012": 0.9}
-        }
-        bad = {
-            "strong-heart": {"lk": 0.6, "ms1": 0.3, "ms2": 0.3,
-                             "sift": 0.8}, "mild-heart": {"lk": 0.6, "ms1": 0.1, "ms2": 0.1},
-            "liver": {"lk": 0.9, "ms1": 0.8, "ms2": 0.8, "sift": 0.5, "csd-2012": 0.4}
-        }
+        good = {"strong-heart": {"lk": worn, "ms1": 0.1, "ms2": 0.1, "sift": 0.2},
+                "mild-heart": {"lk": worn, "ms1": 0.3, "ms2": 0.3},
+                "liver": {"lk": 0.3, "ms1": 0.2, "ms2": 0.2, "sift": cyclic, "csd-2012": 0.9}}
+        bad = {"strong-heart": {"lk": 0.6, "ms1": 0.3, "ms2": 0.3, "sift": 0.8},
+               "mild-heart": {"lk": 0.6, "ms1": 0.1, "ms2": 0.1},
+               "liver": {"lk": 0.9, "ms1": 0.8, "ms2": 0.8, "sift": 0.5, "csd-2012": 0.4}}
         self.check_sequences(claims.of_deformation, "table1", good, bad, scene)
         near = {**bad, "mild-heart": {"lk": 0.6, "ms1": 0.32, "ms2": 0.34}}
         self.assertIn(claims.UNDECIDED,
@@ -402,26 +365,19 @@ class Numbers(unittest.TestCase):
     def test_claims_of_occlusion(self):
         scene = types.SimpleNamespace(hidden=[0] * 50 + [0.1] * 50)
         step = [0.9] * 50 + [0.05] * 50
-        good = {
-            s: {"lk": step, "ms1": step, "ms2": step, "sift": (0.7, 0.01), "csd-2012": (0.9, 0.1)}
-            for s in ("few-occluded", "irrigation")
-        }
-        bad = {
-            s: {"lk": 0.9, "ms1": 0.9, "ms2": 0.9, "sift": (step, 0.5), "csd-2012": (step, 0.6)}
-            for s in ("few-occluded", "irrigation")
-        }
+        good = {s: {"lk": step, "ms1": step, "ms2": step, "sift": (0.7, 0.01),
+                    "csd-2012": (0.9, 0.1)} for s in ("few-occluded", "irrigation")}
+        bad = {s: {"lk": 0.9, "ms1": 0.9, "ms2": 0.9, "sift": (step, 0.5), "csd-2012": (step, 0.6)}
+               for s in ("few-occluded", "irrigation")}
+
         def of(recovered, kinds, sensitivity, k):
             scores = sequences_found("table2", kinds, scene)
-            scores.trackers = {
-                t: {
-                    "recovery": {
-                        "returns": 10 if recovered else 0, "recovered": (recovered or {}).get(t, 0)
-                    }, "k": {"value": k, "low": k - 0.01, "high": k + 0.01}
-                } for t in claims.ALL
-            }
-            scores.comparisons = {
-                "sift": {"sensitivity": {"low": sensitivity - 0.05, "high": sensitivity + 0.05}}
-            }
+            scores.trackers = {t: {"recovery": {"returns": 10 if recovered else 0,
+                                                "recovered": (recovered or {}).get(t, 0)},
+                                   "k": {"value": k, "low": k - 0.01, "high": k + 0.01}}
+                               for t in claims.ALL}
+            scores.comparisons = {"sift": {"sensitivity": {"low": sensitivity - 0.05,
+                                                           "high": sensitivity + 0.05}}}
             return claims.of_occlusion(PLAN, scores)
 
         self.assertEqual(set(verdicts(of({"sift": 9, "csd-2012": 8, "lk": 1}, good, -0.2, 0.1))),
@@ -441,8 +397,8 @@ class Numbers(unittest.TestCase):
 
     def test_changes_with_an_interval(self):
         """All of the interval must be beyond the loss that counts (0.1)."""
-        for change, expected in (((-0.3, -0.4, -0.2), claims.HOLDS), ((-0.3, -0.6, -0.05),
-                                                                      claims.UNDECIDED),
+        for change, expected in (((-0.3, -0.4, -0.2), claims.HOLDS),
+                                 ((-0.3, -0.6, -0.05), claims.UNDECIDED),
                                  ((-0.05, -0.08, 0), claims.FAILS), (None, claims.NO_OCCASION)):
             self.assertEqual(claims.loses(change), expected)
         self.assertEqual(claims.signed((-0.3, -0.4, 0.01)), "−0.300 (−0.400 to +0.010)")
@@ -451,51 +407,35 @@ class Numbers(unittest.TestCase):
         scene = types.SimpleNamespace(scale=[1] * 30 + [2.8] * 30 + [0.66] * 40)
         by_scale, wrong = [0.6] * 30 + [0.2] * 70, [0.01] * 60 + [0.3] * 40
         worn, thick = [1 - n / 200 for n in range(100)], [0.5] * 50 + [0] * 10 + [0.5] * 40
-        good = {
-            "zoom": {
-                "lk": worn, "ms1": (0.2, 0.6), "ms2": (0.2, 0.6), "sift": (by_scale, wrong),
-                "csd-2012": 0.9
-            }, "rotation": {"lk": 0.9, "ms1": 0.2, "ms2": 0.2, "sift": 0.6, "csd-2012": 0.9},
-            "smoke": {
-                "lk": worn, "ms1": 0.8, "ms2": 0.8, "sift": thick,
-                "csd-2012": [0.9] * 50 + [0.8] * 50
-            }
-        }
-        bad = {
-            "zoom": {
-                "lk": 0.9, "ms1": (0.6, 0.1), "ms2": (0.6, 0.1),
-                "sift": ([0.3] * 30 + [0.7] * 70, [0.3] * 60 + [0.1] * 40), "csd-2012": 0.3
-            }, "rotation": {"lk": 0.4, "ms1": 0.8, "ms2": 0.8, "sift": 0.9, "csd-2012": 0.4},
-            "smoke": {
-                "lk": 0.9, "ms1": 0.4, "ms2": 0.4, "sift": 0.5, "csd-2012": [0.9] * 50 + [0.3] * 50
-            }
-        }
+        good = {"zoom": {"lk": worn, "ms1": (0.2, 0.6), "ms2": (0.2, 0.6),
+                         "sift": (by_scale, wrong), "csd-2012": 0.9},
+                "rotation": {"lk": 0.9, "ms1": 0.2, "ms2": 0.2, "sift": 0.6, "csd-2012": 0.9},
+                "smoke": {"lk": worn, "ms1": 0.8, "ms2": 0.8, "sift": thick,
+                          "csd-2012": [0.9] * 50 + [0.8] * 50}}
+        bad = {"zoom": {"lk": 0.9, "ms1": (0.6, 0.1), "ms2": (0.6, 0.1), "sift":
+                        ([0.3] * 30 + [0.7] * 70, [0.3] * 60 + [0.1] * 40), "csd-2012": 0.3},
+               "rotation": {"lk": 0.4, "ms1": 0.8, "ms2": 0.8, "sift": 0.9, "csd-2012": 0.4},
+               "smoke": {"lk": 0.9, "ms1": 0.4, "ms2": 0.4, "sift": 0.5,
+                         "csd-2012": [0.9] * 50 + [0.3] * 50}}
         self.check_sequences(claims.of_cameras, "table3", good, bad, scene)
 
     def test_claims_of_blood(self):
-        """Features 0 to 3 are covered in frames 20 to 39; what follows is held against the same scene without blood."""
+        """Features 0 to 3 are covered in frames 20 to 39; what follows is held against the same
+        scene without blood."""
         def video(frames, covered):
-            return [{
-                i: (10.0 * i, 5.0, "occluded" if covered and 20 <= n < 40 and i < 4 else "tracked")
-                for i in range(8)
-            }
-                    for n in range(frames)]
+            return [{i: (10.0 * i, 5.0, "occluded" if covered and 20 <= n < 40 and
+                         i < 4 else "tracked") for i in range(8)} for n in range(frames)]
 
         def track(lost_from, features):
-            return [{
-                i: (10.0 * i + (9 if n >= lost_from and i in features else 0), 5.0, "tracked")
-                for i in range(8)
-            }
-                    for n in range(100)]
+            return [{i: (10.0 * i + (9 if n >= lost_from and i in features else 0), 5.0, "tracked")
+                     for i in range(8)} for n in range(100)]
 
-        wet, dry, good, all_wrong = video(100, True), video(100,
-                                                            False), track(100,
-                                                                          ()), track(50, range(8))
+        wet, dry, good, all_wrong = video(100, True), video(100, False), track(100, ()), track(
+            50, range(8))
         lost_there, lost_elsewhere = track(40, range(4)), track(40, range(4, 8))
-        for tracks, expected in (((lost_there, good), claims.HOLDS), ((all_wrong, all_wrong),
-                                                                      claims.UNDECIDED),
-                                 ((lost_elsewhere, good), claims.UNDECIDED), ((good, lost_there),
-                                                                              claims.FAILS)):
+        for tracks, expected in (
+                ((lost_there, good), claims.HOLDS), ((all_wrong, all_wrong), claims.UNDECIDED),
+                ((lost_elsewhere, good), claims.UNDECIDED), ((good, lost_there), claims.FAILS)):
             self.assertEqual(verdicts(claims.of_blood(truth.aftermath(wet, dry, *tracks))),
                              [expected] * 2)
         # A heart that beats hard, no blood: a tracker that degrades shows nothing of blood.
@@ -505,16 +445,13 @@ class Numbers(unittest.TestCase):
                          "wrong in 50 of the 60 frames after")
 
     def test_claims_of_cost(self):
-        paper_says = {
-            "exhaustive_over_ranked": 10, "retraining_is_rare_after_frames": 2, "track_ms_mean": 1.9
-        }
+        paper_says = {"exhaustive_over_ranked": 10, "retraining_is_rare_after_frames": 2,
+                      "track_ms_mean": 1.9}
+
         def of(exhaustive, later, tracking):
-            return claims.of_cost(
-                types.SimpleNamespace(
-                    cost={
-                        "exhaustive": [(exhaustive, 9, 1)] * 4, "ranked": [(1, 10, 9)] * 2 +
-                        [(1, later, tracking)] * 2
-                    }), paper_says)
+            return claims.of_cost(types.SimpleNamespace(
+                cost={"exhaustive": [(exhaustive, 9, 1)] * 4,
+                      "ranked": [(1, 10, 9)] * 2 + [(1, later, tracking)] * 2}), paper_says)
         self.assertEqual(verdicts(of(10, 1, 0.5)), [claims.HOLDS] * 3)
         self.assertEqual(verdicts(of(2, 5, 3)), [claims.FAILS] * 3)
 
@@ -539,15 +476,12 @@ class Numbers(unittest.TestCase):
         self.assertEqual((scene.deformation, scene.scale, scene.hidden), ([0, 2], [1, 3], [0, 0.5]))
 
     def test_windows_of_frames(self):
-        """Feature 0 is lost after frame 4 of 10; feature 1 is hidden in the last half, and says nothing of a change; 2 is found always."""
-        video = [{
-            0: (0, 0, "tracked"), 1: (9, 0, "occluded" if n > 4 else "tracked"),
-            2: (20, 0, "tracked")
-        } for n in range(10)]
-        tracks = [{
-            0: (0, 0, "tracked" if n <= 4 else "lost"), 1: (9, 0, "tracked"),
-            2: (20, 4.9, "learning")
-        } for n in range(10)]
+        """Feature 0 is lost after frame 4 of 10; feature 1 is hidden in the last half, and says
+        nothing of a change; 2 is found always."""
+        video = [{0: (0, 0, "tracked"), 1: (9, 0, "occluded" if n > 4 else "tracked"),
+                  2: (20, 0, "tracked")} for n in range(10)]
+        tracks = [{0: (0, 0, "tracked" if n <= 4 else "lost"), 1: (9, 0, "tracked"),
+                   2: (20, 4.9, "learning")} for n in range(10)]
         self.assertEqual(truth.change(video, tracks, range(5), range(4, 10)), [-5 / 6, 0, 0])
         self.assertEqual(truth.change(video, tracks, range(5), range(5, 10)), [-1, 0])
         self.assertEqual(truth.fifths(10), (range(2), range(8, 10)))
@@ -557,8 +491,8 @@ class Numbers(unittest.TestCase):
         for verdict in (claims.HOLDS, claims.FAILS, claims.UNDECIDED, claims.NO_OCCASION):
             self.assertTrue(
                 evaluation.verdict(claims.Claim("", "", verdict, ""), True).endswith(" †"), verdict)
-            self.assertNotIn("†", evaluation.verdict(claims.Claim("", "", verdict, "", False),
-                                                     True))
+            self.assertNotIn("†",
+                             evaluation.verdict(claims.Claim("", "", verdict, "", False), True))
         self.assertEqual(evaluation.verdict(claims.Claim("", "", claims.HOLDS, "", False), True),
                          "**holds**")
         self.assertEqual(evaluation.verdict(claims.Claim("", "", claims.HOLDS, "", False), False),
@@ -566,20 +500,17 @@ class Numbers(unittest.TestCase):
 
     def test_seeds_in_words(self):
         """What stands on one seed is named, titles with commas as one."""
-        kinds = [
-            types.SimpleNamespace(title=t, seeds=(1, ) * n)
-            for t, n in (("heart", 3), ("rotation, smoke", 1), ("fat", 1))
-        ]
+        kinds = [types.SimpleNamespace(title=t, seeds=(1,) * n)
+                 for t, n in (("heart", 3), ("rotation, smoke", 1), ("fat", 1))]
+
         def said(kinds, of, spent=(600, 300), clock=None):
             return evaluation.effort(types.SimpleNamespace(sequences=kinds), spent, clock, "They",
                                      of)
 
-        self.assertIn(
-            "They stand on 3 seeds of each sequence. There is one seed only of “rotation, smoke”; “fat”.",
-            said(kinds, kinds))
-        self.assertIn(
-            "5 min of processor time, 10 min one after the other (several run at a time).",
-            said(kinds, kinds))
+        self.assertIn("They stand on 3 seeds of each sequence. There is one seed only of "
+                      "“rotation, smoke”; “fat”.", said(kinds, kinds))
+        self.assertIn("5 min of processor time, 10 min one after the other (several run at a "
+                      "time).", said(kinds, kinds))
         self.assertIn("and 7 min by the clock, 2 at a time.", said(kinds, kinds, (1, 1), (420, 2)))
         self.assertNotIn("only", said(kinds[:1], kinds[:1]))
         # More scenes of what they don't stand on change nothing.
@@ -588,8 +519,8 @@ class Numbers(unittest.TestCase):
 
     def test_versions_of_runs(self):
         """Where they differ, each; of a run that doesn't say it, those of now, and that."""
-        plan = types.SimpleNamespace(
-            runs=lambda: [(PLAN.sequence("zoom"), 1), (PLAN.sequence("zoom"), 2)])
+        plan = types.SimpleNamespace(runs=lambda: [(PLAN.sequence("zoom"), 1),
+                                                   (PLAN.sequence("zoom"), 2)])
         with tempfile.TemporaryDirectory() as out:
             def made(seed, **run):
                 folder = running.folder_of(pathlib.Path(out), PLAN.sequence("zoom"), seed)
@@ -609,7 +540,8 @@ class Numbers(unittest.TestCase):
         self.assertEqual(min(seed for _, seed in plan.runs()), 101, "1 to 20 are for development")
 
     def test_textures(self):
-        """Every second scene is of real tissue, and each of the simulation; where the pictures aren't there, none."""
+        """Every second scene is of real tissue, and each of the simulation; where the pictures
+        aren't there, none."""
         with tempfile.TemporaryDirectory() as folder, unittest.mock.patch.object(
                 sequences, "TISSUE", pathlib.Path(folder)):
             self.assertEqual({s.texture(seed) for s, seed in sequences.paper(2).runs()}, {None})
@@ -624,12 +556,11 @@ class Numbers(unittest.TestCase):
             self.assertIn("style=peritoneum seed=101", zoom.source(101))
             self.assertRegex(zoom.source(102),
                              f'texture="{folder}/uterus.png" seed=102 .* ! x264enc')
-            self.assertEqual(
-                [s.texture(seed) for s, seed in plan.runs() if s.frames == 4000],
-                [f"{folder}/{p}" for p in ("heart.png", "gallbladder-a.png", "liver.jpg")])
-            self.assertEqual(
-                plan.sequence("dry").textures,
-                plan.sequence("irrigation").textures, "each is the other without blood")
+            self.assertEqual([s.texture(seed) for s, seed in plan.runs() if s.frames == 4000],
+                             [f"{folder}/{p}"
+                              for p in ("heart.png", "gallbladder-a.png", "liver.jpg")])
+            self.assertEqual(plan.sequence("dry").textures, plan.sequence("irrigation").textures,
+                             "each is the other without blood")
             self.assertEqual(evaluation.settings(zoom),
                              "scenario=zoom style=peritoneum or texture=uterus.png")
 

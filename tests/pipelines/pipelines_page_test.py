@@ -13,25 +13,20 @@ import harness
 SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
 PAGE = SOURCE / "docs" / "pipelines.md"
 SHORT = ["--seconds", "3"]
-MORE = {
-    "pipelines/live": [*SHORT, "--sink", "fakesink"],
-    "pipelines/review": [*SHORT, "--sink", "fakesink"], "pipelines/archive": []
-}
+MORE = {"pipelines/live": [*SHORT, "--sink", "fakesink"],
+        "pipelines/review": [*SHORT, "--sink", "fakesink"], "pipelines/archive": []}
 
 
 class Page(harness.Case):
     def test_what_can_be_copied_runs(self):
-        commands = [
-            line.strip()
-            for line in PAGE.read_text().splitlines()
-            if line.startswith("    pipelines/")
-        ]
+        commands = [line.strip() for line in PAGE.read_text().splitlines()
+                    if line.startswith("    pipelines/")]
         self.assertGreaterEqual(len(commands), 4)
         for text in commands:
             with self.subTest(text):
                 program, *arguments = shlex.split(text.removesuffix(" &"))
-                more = ["--no-install"] + (["--seconds", "90"] if text.endswith("&") else MORE.get(
-                    program, SHORT))
+                more = ["--no-install"] + (["--seconds", "90"] if text.endswith("&")
+                                           else MORE.get(program, SHORT))
                 options = dict(cwd=self.tmp, text=True, stdin=subprocess.DEVNULL,
                                env={**os.environ, "CSDTRACK_BUILD": str(BUILD)})
                 if text.endswith("&"):
@@ -50,11 +45,8 @@ class Page(harness.Case):
         self.assertTrue(process.stdout.readline())
 
     def test_each_command_of_the_first_table_is_there_and_has_help(self):
-        rows = [
-            line.split("|")[2]
-            for line in PAGE.read_text().splitlines()
-            if line.startswith("| ") and "`pipelines/" in line
-        ]
+        rows = [line.split("|")[2] for line in PAGE.read_text().splitlines()
+                if line.startswith("| ") and "`pipelines/" in line]
         programs = {row.split("`")[1].split()[0] for row in rows}
         self.assertGreaterEqual(len(programs), 4)
         for program in programs:

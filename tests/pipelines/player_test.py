@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""In a player: seeks, other rates, backwards, pauses, steps, key frames on demand. What a sink gets behind csdtrack and csdtrackdec, buffers
-and events, is what it gets behind identity."""
+"""In a player: seeks, other rates, backwards, pauses, steps, key frames on demand. What a sink gets
+behind csdtrack and csdtrackdec, buffers and events, is what it gets behind identity."""
 
 import hashlib
 import threading
@@ -24,15 +24,16 @@ NOT_COMPARED = (Gst.EventType.QOS, Gst.EventType.LATENCY, Gst.EventType.RECONFIG
 
 
 class Player:
-    """Plays a video through `element`: `got` is what comes to the sink, `asked` what comes back up from it."""
+    """Plays a video through `element`: `got` is what comes to the sink, `asked` what comes back up
+    from it."""
 
     def __init__(self, video, element):
         self.got, self.asked, self.numbers = [], [], {}
         self.held_at, self.count = None, 0  # that buffer since the last flush waits for the next
         self.held, self.flushed, self.ends = (threading.Semaphore(0) for _ in range(3))
-        self.run = harness.Run(
-            f"filesrc location={video} ! qtdemux name=demuxer h264parse name=parser ! avdec_h264 name=first max-threads=1 "
-            f"! {element} ! fakesink name=sink sync=false")
+        self.run = harness.Run(f"filesrc location={video} ! qtdemux name=demuxer h264parse "
+                               f"name=parser ! avdec_h264 name=first max-threads=1 ! {element} ! "
+                               "fakesink name=sink sync=false")
         # Each time: what gst_parse_launch() links later it links once.
         self.run.element("demuxer").connect(
             "pad-added", lambda _, pad: pad.link(self.run.element("parser").get_static_pad("sink")))
@@ -103,8 +104,8 @@ class Player:
         assert self.ends.acquire(timeout=harness.HANGS)
 
     def step(self, frames):
-        assert self.run.pipeline.send_event(
-            Gst.Event.new_step(Gst.Format.BUFFERS, frames, 1.0, True, False))
+        assert self.run.pipeline.send_event(Gst.Event.new_step(Gst.Format.BUFFERS, frames, 1.0,
+                                                               True, False))
         self.run.until(Gst.MessageType.STEP_DONE)
 
     def pauses(self, times):
@@ -247,9 +248,8 @@ class InAPlayer(harness.Case):
 
         def demand(pad, info):
             if info.get_buffer().pts == 20 * harness.FRAME:
-                pad.push_event(
-                    GstVideo.video_event_new_downstream_force_key_unit(
-                        *[20 * harness.FRAME] * 3, True, 1))
+                pad.push_event(GstVideo.video_event_new_downstream_force_key_unit(
+                    *[20 * harness.FRAME] * 3, True, 1))
             return Gst.PadProbeReturn.OK
 
         player.run.element("first").get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER, demand)

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""pipelines/quickstart, on videos made up by ffmpeg: quickstart_test.py REPOSITORY BUILD. Speaks TAP."""
+"""pipelines/quickstart, on videos made up by ffmpeg: quickstart_test.py REPOSITORY BUILD. Speaks
+TAP."""
 
 import contextlib
 import csv
@@ -31,8 +32,8 @@ def ffmpeg(*arguments):
 
 
 def probe(path, *arguments):
-    out = subprocess.run(["ffprobe", "-v", "error", "-of", "json", *arguments,
-                          str(path)], check=True, capture_output=True, text=True).stdout
+    out = subprocess.run(["ffprobe", "-v", "error", "-of", "json", *arguments, str(path)],
+                         check=True, capture_output=True, text=True).stdout
     return json.loads(out)
 
 
@@ -60,19 +61,16 @@ def quickstart(*arguments):
 
 def first_frame(path, width, height):
     """As players show it: ffmpeg turns it as the file asks."""
-    grey = subprocess.run([
-        "ffmpeg", "-v", "error", "-i", path, "-frames:v", "1", "-f", "rawvideo", "-pix_fmt", "gray",
-        "-"
-    ], check=True, capture_output=True, stdin=subprocess.DEVNULL).stdout
+    grey = subprocess.run(["ffmpeg", "-v", "error", "-i", path, "-frames:v", "1", "-f", "rawvideo",
+                           "-pix_fmt", "gray", "-"],
+                          check=True, capture_output=True, stdin=subprocess.DEVNULL).stdout
     return np.frombuffer(grey, np.uint8).reshape(height, width).astype(float)
 
 
 def packets(path):
     """The bytes of each sound packet, as hashes: what must not change when sound is copied."""
-    return [
-        p["data_hash"] for p in probe(path, "-select_streams", "a:0", "-show_packets",
-                                      "-show_data_hash", "md5")["packets"]
-    ]
+    return [p["data_hash"] for p in probe(path, "-select_streams", "a:0", "-show_packets",
+                                          "-show_data_hash", "md5")["packets"]]
 
 
 def png_size(path):
@@ -80,7 +78,8 @@ def png_size(path):
 
 
 def tracked(video, out, frames, *options, without=()):
-    """Runs quickstart and checks what every run must leave, but for what it is `without`. Returns what it printed."""
+    """Runs quickstart and checks what every run must leave, but for what it is `without`. Returns
+    what it printed."""
     done = quickstart(*options, video, out)
     assert done.returncode == 0, done.stderr
     assert done.stderr.splitlines()[0] == f"tracking {video.name}", done.stderr
@@ -111,7 +110,8 @@ def check_results(out, frames, done, results):
 
 
 def simulated(out, frames, *options, without=()):
-    """Runs quickstart without a video and checks what it leaves, but for what it is `without`. Returns what it printed, tracks and truth."""
+    """Runs quickstart without a video and checks what it leaves, but for what it is `without`.
+    Returns what it printed, tracks and truth."""
     done = quickstart("--frames", frames, "--simulate", *options, out)
     assert done.returncode == 0, done.stderr
     check_results(out, frames, done, [name for name in SIMULATED if name not in without])
@@ -126,14 +126,12 @@ def simulated(out, frames, *options, without=()):
 
 
 def score(tracks, truth, most):
-    """Sensitivity, 1−precision, both in per cent and means over the frames, and the median error, as in docs/metrics.md."""
+    """Sensitivity, 1−precision, both in per cent and means over the frames, and the median error,
+    as in docs/metrics.md."""
     sensitivity, false, errors = [], [], []
     for claims, truths in zip(tracks, truth):
-        claimed = {
-            f["id"]: (f["x"], f["y"])
-            for f in claims["features"]
-            if f["state"] in ("learning", "tracked")
-        }
+        claimed = {f["id"]: (f["x"], f["y"]) for f in claims["features"]
+                   if f["state"] in ("learning", "tracked")}
         seen = {f["id"]: (f["x"], f["y"]) for f in truths["features"] if f["state"] == "tracked"}
         off = [math.dist(claimed[i], seen[i]) for i in claimed.keys() & seen.keys()]
         right = sum(distance <= most for distance in off)
@@ -199,8 +197,8 @@ def test_cut_off_matroska(tmp):
     ffmpeg(*picture(seconds=4), "-c:v", "libx264", "-pix_fmt", "yuv420p", tmp / "whole.mkv")
     whole = (tmp / "whole.mkv").read_bytes()
     (tmp / "cut.mkv").write_bytes(whole[:len(whole) // 2])
-    decoded = int(
-        probe(tmp / "cut.mkv", "-count_frames", "-show_streams")["streams"][0]["nb_read_frames"])
+    decoded = int(probe(tmp / "cut.mkv", "-count_frames",
+                        "-show_streams")["streams"][0]["nb_read_frames"])
     assert 0 < decoded < 70
     done = tracked(tmp / "cut.mkv", tmp / "out", decoded)
     told = re.search(r"up to (\S+) s only, and says that it lasts 4\.0 s", done.stderr)
@@ -220,9 +218,8 @@ def turn(source, target, degrees):
     mp4 = bytearray(source.read_bytes())
     a, b, c, d = {90: (0, -1, 1, 0), 180: (-1, 0, 0, -1), 270: (0, 1, -1, 0)}[degrees]
     # The track header's matrix: 16.16 but for its last column, 2.30.
-    struct.pack_into(">9i", mp4,
-                     mp4.index(b"tkhd") + 44, a << 16, b << 16, 0, c << 16, d << 16, 0, 0, 0,
-                     1 << 30)
+    struct.pack_into(">9i", mp4, mp4.index(b"tkhd") + 44, a << 16, b << 16, 0, c << 16, d << 16, 0,
+                     0, 0, 1 << 30)
     target.write_bytes(mp4)
 
 
@@ -253,9 +250,9 @@ def test_plays_upright(tmp):
 def test_interrupted(tmp):
     ffmpeg(*picture(seconds=60), "-c:v", "libx264", "-preset", "ultrafast", "-pix_fmt", "yuv420p",
            tmp / "long.mkv")
-    with subprocess.Popen(command(tmp / "long.mkv",
-                                  tmp / "out"), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, text=True, env=ENVIRONMENT) as run:
+    with subprocess.Popen(command(tmp / "long.mkv", tmp / "out"), stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                          env=ENVIRONMENT) as run:
         for line in run.stderr:
             if re.match(r" *\d+ % ", line):
                 run.send_signal(signal.SIGINT)
@@ -275,9 +272,8 @@ def test_simulation(tmp):
     at_first = [(f["id"], f["x"], f["y"], f["state"]) for f in truth[0]["features"]]
     assert len(at_first) == 50 and {state for *_, state in at_first} == {"tracked"}
     assert [(f["id"], f["x"], f["y"], f["state"]) for f in tracks[0]["features"]] == at_first
-    told = re.search(
-        r"^sensitivity +([\d.]+)% .* 5 px\n1−precision +([\d.]+)% .*\nerror +([\d.]+) px ", out,
-        re.M)
+    told = re.search(r"^sensitivity +([\d.]+)% .* 5 px\n1−precision +([\d.]+)% .*\nerror +([\d.]+) "
+                     r"px ", out, re.M)
     assert told, out
     expected = score(tracks, truth, 5)
     assert 0 < expected[0] < 100 and 0 < expected[1] < 100 and expected[2] > 0.005, expected
@@ -313,18 +309,18 @@ def test_simulation_without_points(tmp):
 
 
 def test_simulation_by_default(tmp):
-    done = subprocess.run(command("--frames", "2", "--max-features",
-                                  "3"), capture_output=True, text=True, env=ENVIRONMENT,
-                          stdin=subprocess.DEVNULL, timeout=300, cwd=tmp)
+    done = subprocess.run(command("--frames", "2", "--max-features", "3"), capture_output=True,
+                          text=True, env=ENVIRONMENT, stdin=subprocess.DEVNULL, timeout=300,
+                          cwd=tmp)
     assert done.returncode == 0 and "scenario=mixed, seed=1" in done.stderr, done.stderr
     check_results(tmp / "csdtrack-simulated", 2, done, SIMULATED)
 
 
 def test_simulation_interrupted(tmp):
-    with subprocess.Popen(
-            command("--simulate", "mixed", "--frames", "2000", "--algorithm", "lk",
-                    tmp / "out"), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE, text=True, env=ENVIRONMENT) as run:
+    with subprocess.Popen(command("--simulate", "mixed", "--frames", "2000", "--algorithm", "lk",
+                                  tmp / "out"),
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          text=True, env=ENVIRONMENT) as run:
         while not any(path.stat().st_size for path in tmp.glob("out/.unfinished-*/truth.jsonl")):
             assert run.poll() is None, run.stderr.read()
             time.sleep(0.05)
@@ -340,10 +336,8 @@ def test_simulation_interrupted(tmp):
 def test_a_terminal_that_is_closed(tmp):
     with contextlib.ExitStack() as stack:
         stack.addCleanup = stack.callback
-        terminal = harness.Terminal(
-            stack,
-            command("--simulate", "mixed", "--frames", "2000", "--algorithm", "lk", tmp / "out"),
-            ENVIRONMENT)
+        terminal = harness.Terminal(stack, command("--simulate", "mixed", "--frames", "2000",
+                                                   "--algorithm", "lk", tmp / "out"), ENVIRONMENT)
         while not any(path.stat().st_size for path in tmp.glob("out/.unfinished-*/truth.jsonl")):
             assert terminal.process.poll() is None, terminal.read()
             time.sleep(0.05)
@@ -373,23 +367,21 @@ import quickstart
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
     for number in signal.SIGINT, signal.SIGTERM, signal.SIGHUP:
-        done = subprocess.run([
-            sys.executable, "-c", program,
-            str(int(number)), REPOSITORY / "README.md", tmp / "out"
-        ], cwd=REPOSITORY / "pipelines" / "lib", capture_output=True, text=True, env=ENVIRONMENT,
-                              preexec_fn=hear)
+        done = subprocess.run([sys.executable, "-c", program, str(int(number)),
+                               REPOSITORY / "README.md", tmp / "out"],
+                              cwd=REPOSITORY / "pipelines" / "lib", capture_output=True, text=True,
+                              env=ENVIRONMENT, preexec_fn=hear)
         assert done.returncode == 130 and not (tmp / "out").exists(), (number, done)
 
 
 def test_simulation_refused(tmp):
-    for options, code, word in ((("--frames", "0"), 2, "--frames"),
-                                (("--frames", "x"), 2, "--frames"), (("--seed", "x"), 2, "'x'"),
-                                (("--seed", "-1", tmp / "out"), 2, "'-1'"),
-                                (("--seed", "1", tmp / "out"), 2,
-                                 "out' stands for VIDEO"), (("--simulate", "magic"), 2, "mixed"),
-                                (("--points", "1;2"), 2, "points"), (("--simulate", ), 2,
-                                                                     "--simulate"),
-                                (("--simulate", "zoom", tmp / "a.mkv", tmp / "out"), 2, "OUT")):
+    for options, code, word in (
+            (("--frames", "0"), 2, "--frames"), (("--frames", "x"), 2, "--frames"),
+            (("--seed", "x"), 2, "'x'"), (("--seed", "-1", tmp / "out"), 2, "'-1'"),
+            (("--seed", "1", tmp / "out"), 2, "out' stands for VIDEO"),
+            (("--simulate", "magic"), 2, "mixed"), (("--points", "1;2"), 2, "points"),
+            (("--simulate",), 2, "--simulate"),
+            (("--simulate", "zoom", tmp / "a.mkv", tmp / "out"), 2, "OUT")):
         done = subprocess.run(command(*options), capture_output=True, text=True, env=ENVIRONMENT,
                               stdin=subprocess.DEVNULL, timeout=300, cwd=tmp)
         assert done.returncode == code and word in done.stderr and "Traceback" not in done.stderr, (
@@ -445,7 +437,8 @@ def test_one_frame(tmp):
 def test_nothing_to_see(tmp):
     ffmpeg(*picture(seconds=1, source="color"), "-c:v", "ffv1", tmp / "black.mkv")
     done = tracked(tmp / "black.mkv", tmp / "out", 25, without=["page"])
-    assert "features    none: nothing in the picture" in done.stdout and "no page: " in done.stderr, done
+    assert ("features    none: nothing in the picture" in done.stdout and
+            "no page: " in done.stderr), done
 
 
 def test_nothing_was_looked_for(tmp):
@@ -458,7 +451,8 @@ def test_points_outside(tmp):
     ffmpeg(*picture(seconds=0.2), "-c:v", "ffv1", tmp / "a.mkv")
     done = tracked(tmp / "a.mkv", tmp / "out", 5, "--points",
                    "9999,9999;0,0;100,100;319,239;-7.5,3")
-    assert "2 of 5 points lie outside the picture of 320×240: 9999,9999; -7.5,3\n" in done.stdout, done.stdout
+    assert ("2 of 5 points lie outside the picture of 320×240: 9999,9999; "
+            "-7.5,3\n" in done.stdout), done.stdout
     assert "outside" not in tracked(tmp / "a.mkv", tmp / "out", 5, "--points", "0,0").stdout
 
 
@@ -493,8 +487,8 @@ def test_failing_keeps_earlier_results(tmp):
     tracked(tmp / "a.mkv", tmp / "out", 25, "--points", "100,100", "--algorithm", "lk")
     (tmp / "out" / "notes.txt").write_text("not of quickstart")
     for video, word, options in (("text.md", "video", ()), ("a.wav", "no video stream", ()),
-                                 ("a.mkv", "points",
-                                  ("--points", "1;2")), ("a.mkv", "lk", ("--algorithm", "magic"))):
+                                 ("a.mkv", "points", ("--points", "1;2")),
+                                 ("a.mkv", "lk", ("--algorithm", "magic"))):
         refused(tmp, tmp / video, word, options=options)
     before = contents(tmp / "out")
     assert quickstart("--points", "50,50", "--algorithm", "lk", tmp / "a.mkv",
@@ -511,12 +505,11 @@ def test_full_disk(tmp):
     ffmpeg(*picture("640x480", 4), "-c:v", "libx264", "-preset", "ultrafast", "-pix_fmt", "yuv420p",
            tmp / "a.mkv")
     (tmp / "disk").mkdir()
-    done = subprocess.run([
-        "unshare", "-rm", "sh", "-c",
-        'mount -t tmpfs -o size=300k none "$1" && echo old >"$1/tracks.csv" && shift &&'
-        ' "$@"; code=$?; ls -A "$0"; cat "$0/tracks.csv"; exit $code', tmp / "disk", tmp / "disk",
-        *command("--algorithm", "lk", tmp / "a.mkv", tmp / "disk")
-    ], capture_output=True, text=True, env=ENVIRONMENT, stdin=subprocess.DEVNULL, timeout=300)
+    done = subprocess.run(
+        ["unshare", "-rm", "sh", "-c", 'mount -t tmpfs -o size=300k none "$1" && echo old '
+         '>"$1/tracks.csv" && shift && "$@"; code=$?; ls -A "$0"; cat "$0/tracks.csv"; exit $code',
+         tmp / "disk", tmp / "disk", *command("--algorithm", "lk", tmp / "a.mkv", tmp / "disk")],
+        capture_output=True, text=True, env=ENVIRONMENT, stdin=subprocess.DEVNULL, timeout=300)
     assert done.returncode == 1 and "the disk is full" in done.stderr, done.stderr
     assert "100 %" not in done.stderr, done.stderr
     assert done.stdout.split() == ["tracks.csv", "old"], done.stdout
@@ -525,12 +518,11 @@ def test_full_disk(tmp):
 def test_killed(tmp):
     ffmpeg(*picture(seconds=60), "-c:v", "libx264", "-preset", "ultrafast", "-pix_fmt", "yuv420p",
            tmp / "long.mkv")
-    with subprocess.Popen(command(tmp / "long.mkv",
-                                  tmp / "out"), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, text=True, env=ENVIRONMENT) as run:
-        frames = next(
-            int(told[1]) for told in (re.search(r"\((\d+) frames", line)
-                                      for line in run.stderr) if told)
+    with subprocess.Popen(command(tmp / "long.mkv", tmp / "out"), stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                          env=ENVIRONMENT) as run:
+        frames = next(int(told[1]) for told in (re.search(r"\((\d+) frames", line)
+                                                for line in run.stderr) if told)
         run.kill()
     [folder] = (tmp / "out").iterdir()
     assert folder.name.startswith(".unfinished-")
@@ -540,15 +532,13 @@ def test_killed(tmp):
 
 
 def test_progress(tmp):
+    # whose timestamps don't start at 0
     ffmpeg(*picture(seconds=60), *sound(60), "-c:v", "libx264", "-preset", "ultrafast", "-pix_fmt",
-           "yuv420p", "-output_ts_offset", "100",
-           tmp / "long.ts")  # whose timestamps don't start at 0
+           "yuv420p", "-output_ts_offset", "100", tmp / "long.ts")
     run = command("--algorithm", "lk", tmp / "long.ts", tmp / "out")
     lines = quickstart(*run[2:]).stderr.splitlines()[1:]
-    told = [
-        re.fullmatch(r" *(\d+) % \((\d+) frames, \d+ fps(?:, (?:\d+:\d\d left|took \d+:\d\d))?\)",
-                     line) for line in lines
-    ]
+    told = [re.fullmatch(r" *(\d+) % \((\d+) frames, \d+ fps(?:, (?:\d+:\d\d left|took "
+                         r"\d+:\d\d))?\)", line) for line in lines]
     assert len(told) >= 2 and all(told), lines
     told = [(int(match[1]), int(match[2])) for match in told]
     assert told[-1] == (100, 1500) and all(percent < 100 for percent, _ in told[:-1]), lines

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""pipelines/record: files and their tracks belong together, and nothing that happens to the tracks harms the recording."""
+"""pipelines/record: files and their tracks belong together, and nothing that happens to the tracks
+harms the recording."""
 
 import os
 import pathlib
@@ -27,17 +28,16 @@ def run(*arguments):
 
 
 def review(*arguments):
-    return subprocess.run(
-        [SOURCE / "pipelines" / "review", "--no-install", "--sink", "fakesink", *arguments],
-        capture_output=True, text=True, timeout=120, env=ENVIRONMENT)
+    return subprocess.run([SOURCE / "pipelines" / "review", "--no-install", "--sink", "fakesink",
+                           *arguments],
+                          capture_output=True, text=True, timeout=120, env=ENVIRONMENT)
 
 
 def frame_times(video):
     """Milliseconds, as Matroska keeps them."""
-    done = subprocess.run([
-        "ffprobe", "-v", "error", "-select_streams", "v", "-show_entries", "packet=pts_time", "-of",
-        "csv=p=0", video
-    ], capture_output=True, text=True, check=True)
+    done = subprocess.run(["ffprobe", "-v", "error", "-select_streams", "v", "-show_entries",
+                           "packet=pts_time", "-of", "csv=p=0", video],
+                          capture_output=True, text=True, check=True)
     return sorted(round(1000 * float(line.strip(","))) for line in done.stdout.split())
 
 
@@ -45,9 +45,9 @@ def stream_of(folder):
     """The encoded video of all files, as it went into them."""
     found = b""
     for video in sorted(folder.glob("*.mkv")):
-        found += subprocess.run(
-            ["ffmpeg", "-v", "error", "-i", video, "-c", "copy", "-f", "h264", "-"],
-            capture_output=True, check=True).stdout
+        found += subprocess.run(["ffmpeg", "-v", "error", "-i", video, "-c", "copy", "-f", "h264",
+                                 "-"],
+                                capture_output=True, check=True).stdout
     return found
 
 
@@ -59,9 +59,9 @@ class Record(harness.Case):
     def setUpClass(cls):
         super().setUpClass()
         cls.video = cls.tmp / "operation.mkv"
-        harness.play(
-            "csdsimsrc num-buffers=130 ! video/x-raw,width=320,height=240,framerate=25/1 ! x264enc speed-preset=ultrafast ! "
-            f"matroskamux ! filesink location={cls.video}")
+        harness.play("csdsimsrc num-buffers=130 ! video/x-raw,width=320,height=240,framerate=25/1 "
+                     "! x264enc speed-preset=ultrafast ! matroskamux ! filesink "
+                     f"location={cls.video}")
 
     def check_together(self, files, live=False):
         """A live source's frames that come faster than they can be looked at have no line."""
@@ -87,22 +87,20 @@ class Record(harness.Case):
         self.assertEqual((looked_at.returncode, looked_at.stdout, looked_at.stderr),
                          (0, "50 frames\n", ""))
         # One that was tracked by itself has other stream times.
-        harness.play(
-            f"filesrc location={self.out}/00001.mkv ! decodebin ! csdtrack ! csdtrackenc ! filesink location={self.tmp}/itself.jsonl"
-        )
+        harness.play(f"filesrc location={self.out}/00001.mkv ! decodebin ! csdtrack ! csdtrackenc "
+                     f"! filesink location={self.tmp}/itself.jsonl")
         self.assertEqual(harness.read_lines(self.tmp / "itself.jsonl")[0]["stream_time"], 0)
         self.assertEqual(review(self.out / "00001.mkv", self.tmp / "itself.jsonl").stderr, "")
         # Another file's tracks: of other times, of another size, of another shape.
         # Every fifth line has a frame's time where 25 frames a second meet 30.
-        fast = harness.encode(self.tmp / "fast.mkv", (harness.Scene().picture(t)
-                                                      for t in range(60)), *harness.H264, rate=30)
+        fast = harness.encode(self.tmp / "fast.mkv",
+                              (harness.Scene().picture(t) for t in range(60)), *harness.H264,
+                              rate=30)
         (self.tmp / "empty.jsonl").write_text("")
-        self.assertRegex(
-            review(fast, self.out / "00000.jsonl").stderr,
-            "^review: warning: .* another video's: of 50 lines 1\\d have the time of a frame\n$")
-        self.assertRegex(
-            review(fast, self.tmp / "empty.jsonl").stderr,
-            "^review: warning: '.*/empty.jsonl' is empty\n$")
+        self.assertRegex(review(fast, self.out / "00000.jsonl").stderr, "^review: warning: .* "
+                         "another video's: of 50 lines 1\\d have the time of a frame\n$")
+        self.assertRegex(review(fast, self.tmp / "empty.jsonl").stderr,
+                         "^review: warning: '.*/empty.jsonl' is empty\n$")
         small, flat = (harness.scene_video(self.tmp / f"{height}.mkv", 20, width=160, height=height)
                        for height in (120, 80))
         for video, lines, words in ((self.out / "00000.mkv", "00001",
@@ -119,41 +117,40 @@ class Record(harness.Case):
         # Again: numbers go on, nothing is overwritten.
         before = {path: path.read_bytes() for path in self.out.iterdir()}
         self.assertEqual(run("--segment", 60, self.video, self.out).returncode, 0)
-        self.assertEqual({path.name
-                          for path in self.out.iterdir()} - {path.name for path in before},
-                         {"00003.mkv", "00003.jsonl"})
+        self.assertEqual({path.name for path in self.out.iterdir()} -
+                         {path.name for path in before}, {"00003.mkv", "00003.jsonl"})
         for path, content in before.items():
             self.assertEqual(path.read_bytes(), content)
 
     def test_a_width_that_is_no_multiple_of_16(self):
-        """avdec_h264 asks a second time for memory then, after some frames: who keeps it waiting stops the pipeline for ever."""
+        """avdec_h264 asks a second time for memory then, after some frames: who keeps it waiting
+        stops the pipeline for ever."""
         done = run(harness.scene_video(self.tmp / "odd.mkv", 60, width=360, height=288), self.out)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(self.check_together(1), 60)
 
     def test_sizes_that_are_not_even(self):
-        for kind, width, height, what in (("yuv420p", 161, 121, "column and row are"),
-                                          ("yuv420p", 160, 121, "row is"), ("yuv422p", 161, 121,
-                                                                            "column is"),
-                                          ("yuv420p10le", 161, 120, "column is"), ("yuv444p", 161,
-                                                                                   121, None)):
+        for kind, width, height, what in (
+                ("yuv420p", 161, 121, "column and row are"), ("yuv420p", 160, 121, "row is"),
+                ("yuv422p", 161, 121, "column is"), ("yuv420p10le", 161, 120, "column is"),
+                ("yuv444p", 161, 121, None)):
             with self.subTest(kind=kind, width=width, height=height):
                 video = harness.scene_video(self.tmp / f"{kind}-{width}x{height}.mkv", 30, "-c:v",
                                             "ffv1", "-pix_fmt", kind, width=width, height=height)
                 self.out = self.tmp / video.stem
                 done = run(video, self.out)
-                said = f"record: {video}: {width}×{height} is no even size, which H.264 wants: the last {what} left out\n" if what else ""
+                said = (f"record: {video}: {width}×{height} is no even size, which H.264 wants: "
+                        f"the last {what} left out\n" if what else "")
                 self.assertEqual((done.returncode, done.stderr), (0, said))
                 self.assertEqual(self.check_together(1), 30)
                 size = width - ("column" in (what or "")), height - ("row" in (what or ""))
-                shown = subprocess.run([
-                    "ffprobe", "-v", "error", "-select_streams", "v", "-show_entries",
-                    "stream=width,height", "-of", "csv=p=0", self.out / "00000.mkv"
-                ], capture_output=True, text=True, check=True).stdout
+                shown = subprocess.run(["ffprobe", "-v", "error", "-select_streams", "v",
+                                        "-show_entries", "stream=width,height", "-of", "csv=p=0",
+                                        self.out / "00000.mkv"],
+                                       capture_output=True, text=True, check=True).stdout
                 self.assertEqual(tuple(map(int, shown.strip().split(","))), size)
-                self.assertEqual(
-                    {(line["width"], line["height"])
-                     for line in harness.read_lines(self.out / "00000.jsonl")}, {size})
+                self.assertEqual({(line["width"], line["height"])
+                                  for line in harness.read_lines(self.out / "00000.jsonl")}, {size})
                 self.assertEqual(review(self.out / "00000.mkv").stderr, "")
                 # It is the last ones that are missing: what is there is where it was.
                 came, recorded = (cv2.VideoCapture(str(path)).read()[1].astype(int)
@@ -161,7 +158,8 @@ class Record(harness.Case):
                 self.assertLess(abs(recorded - came[:size[1], :size[0]]).mean(), 8)
 
     def test_a_picture_that_changes_its_size(self):
-        """Also in the middle of a segment, to an odd size, and for a frame only. Of another form it wants a file of its own, too."""
+        """Also in the middle of a segment, to an odd size, and for a frame only. Of another form it
+        wants a file of its own, too."""
         parts = ((60, "I420", 320, 240), (7, "I420", 161, 121), (1, "I420", 320, 240),
                  (30, "I420", 160, 120), (20, "Y444", 160, 120))
         program = f"""
@@ -170,28 +168,23 @@ sources.begin = lambda _: " ".join("videotestsrc num-buffers={{}} ! video/x-raw,
                                    for part in {parts}) + " concat name=parts"
 import record
 """
-        done = subprocess.run([
-            sys.executable, "-c", program, "--preset", "", "--set", "max-features=5", "--segment",
-            "2", "changes", self.out
-        ], cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=180)
+        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--set",
+                               "max-features=5", "--segment", "2", "changes", self.out],
+                              cwd=RECORD.parent / "lib", capture_output=True, text=True,
+                              env=ENVIRONMENT, timeout=180)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual([
-            line.removeprefix("record: changes: ")
-            for line in done.stderr.splitlines()
-            if "odd" not in line and "even" not in line
-        ], [
-            f"the picture's {what}: a new file begins"
-            for what in ("size is 160×120 now", "size is 320×240 now", "size is 160×120 now",
-                         "form changes")
-        ])
+        self.assertEqual([line.removeprefix("record: changes: ") for line
+                          in done.stderr.splitlines() if "odd" not in line and "even" not in line],
+                         [f"the picture's {what}: a new file begins"
+                          for what in ("size is 160×120 now", "size is 320×240 now",
+                                       "size is 160×120 now", "form changes")])
         self.assertEqual(self.check_together(6), 118)
         videos = sorted(self.out.glob("*.mkv"))
         self.assertEqual([len(frame_times(video)) for video in videos], [50, 10, 7, 1, 30, 20])
-        self.assertEqual([{(line["width"], line["height"])
-                           for line in harness.read_lines(video.with_suffix(".jsonl"))}
-                          for video in videos], [{size}
-                                                 for size in ((320, 240), (320, 240), (160, 120),
-                                                              (320, 240), (160, 120), (160, 120))])
+        self.assertEqual([{(line["width"], line["height"]) for line
+                           in harness.read_lines(video.with_suffix(".jsonl"))} for video in videos],
+                         [{size} for size in ((320, 240), (320, 240), (160, 120), (320, 240),
+                                              (160, 120), (160, 120))])
         self.assertEqual([harness.decoded_frames(video) for video in videos],
                          [50, 10, 7, 1, 30, 20])
         self.assertEqual(review(videos[2]).stderr, "")
@@ -212,26 +205,21 @@ import record
         self.assertIsNone(recorder.poll(), recorder.poll() is None or recorder.communicate()[1])
 
     def check_taken(self, stderr, folder, pid):
-        self.assertRegex(
-            stderr,
-            f"^record: another run works on '{folder}' since {time.strftime('%Y')}-\\d\\d-\\d\\d [:0-9]{{8}}: wait for it, or end it with "
-            f"'kill {pid}' on {re.escape(os.uname().nodename)}\n$")
+        self.assertRegex(stderr, f"^record: another run works on '{folder}' since "
+                         f"{time.strftime('%Y')}-\\d\\d-\\d\\d [:0-9]{{8}}: wait for it, or end it "
+                         f"with 'kill {pid}' on {re.escape(os.uname().nodename)}\n$")
 
     def test_a_folder_that_another_recorder_is_at_work_in(self):
         tracks = self.tmp / "taken-tracks"
         first = self.start("--tracks", tracks, "simulate", self.out)
         self.until((tracks / "00000.jsonl").exists, first)
-        names = {
-            path: path.stat().st_ino for folder in (self.out, tracks) for path in folder.iterdir()
-        }
-        for wanted, taken in (((self.out, ), self.out), (("--tracks", tracks, self.out), tracks),
+        names = {path: path.stat().st_ino for folder in (self.out, tracks)
+                 for path in folder.iterdir()}
+        for wanted, taken in (((self.out,), self.out), (("--tracks", tracks, self.out), tracks),
                               (("--tracks", tracks, self.out / "other"), tracks)):
             self.check_taken(self.refused("--seconds", 1, "simulate", *wanted), taken, first.pid)
-        self.assertEqual(
-            {
-                path: path.stat().st_ino for folder in (self.out, tracks)
-                for path in folder.iterdir()
-            }, names)
+        self.assertEqual({path: path.stat().st_ino for folder in (self.out, tracks)
+                          for path in folder.iterdir()}, names)
         first.terminate()
         self.assertEqual(first.communicate(timeout=60)[1], "")
         self.assertEqual(first.returncode, 0)
@@ -239,11 +227,8 @@ import record
                          ["00000.mkv", "00000.jsonl"])
         times = frame_times(self.out / "00000.mkv")
         self.assertGreater(len(times), 5)
-        self.assertLessEqual(
-            {
-                round(line["stream_time"] / 1e6)
-                for line in harness.read_lines(tracks / "00000.jsonl")
-            }, set(times))
+        self.assertLessEqual({round(line["stream_time"] / 1e6)
+                              for line in harness.read_lines(tracks / "00000.jsonl")}, set(times))
 
     def refused(self, *arguments):
         done = run(*arguments)
@@ -256,19 +241,18 @@ import record
         terminal.await_lines(self.out / "00000.jsonl", 20)
         self.assertEqual(terminal.close(), 0)
         self.assertGreaterEqual(self.check_together(1, live=True), 20)
-        done = subprocess.run([
-            "ffprobe", "-v", "error", "-show_entries", "format=duration", "-of", "csv=p=0",
-            self.out / "00000.mkv"
-        ], capture_output=True, text=True, check=True)
+        done = subprocess.run(["ffprobe", "-v", "error", "-show_entries", "format=duration", "-of",
+                               "csv=p=0", self.out / "00000.mkv"],
+                              capture_output=True, text=True, check=True)
         self.assertGreaterEqual(float(done.stdout), 0.8)  # N/A in a file that was not ended
         self.assertEqual(len(list(self.out.iterdir())), 2)
 
     def test_without_a_terminal_from_the_start(self):
         """nohup: who hangs up is not heard."""
-        recorder = subprocess.Popen(
-            ["nohup", RECORD, "--no-install", "--seconds", "3", "simulate", self.out],
-            env=ENVIRONMENT, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL)
+        recorder = subprocess.Popen(["nohup", RECORD, "--no-install", "--seconds", "3", "simulate",
+                                     self.out],
+                                    env=ENVIRONMENT, stdin=subprocess.DEVNULL,
+                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.addCleanup(recorder.wait)
         self.addCleanup(recorder.kill)
         self.until((self.out / "00000.jsonl").exists, recorder)
@@ -342,8 +326,8 @@ import record
         self.assertEqual((said.returncode, said.stderr), (0, ""))
         tracks.write_text("time,pts\n")
         self.check_refused(review(video, tracks), 1, f'review: Line 1 of "{tracks}": is no JSON: ')
-        self.assertRegex(
-            review(video, tracks).stderr, ": give a .jsonl file that csdtrackenc wrote\n$")
+        self.assertRegex(review(video, tracks).stderr,
+                         ": give a .jsonl file that csdtrackenc wrote\n$")
         tracks.chmod(0)
         if not os.access(tracks, os.R_OK):  # root may read all
             self.check_refused(review(video, tracks), 1, "wrong.jsonl")
@@ -363,14 +347,14 @@ import record
         self.assertGreater(self.check_together(len(list(self.out.glob("*.mkv"))), live=True), 5)
 
     def harmed(self, tracks, words):
-        """Records with tracks that something happens to: it is said in a line, and the recording is what it was."""
+        """Records with tracks that something happens to: it is said in a line, and the recording is
+        what it was."""
         out = tracks.with_name(f"{tracks.name}-recording")
         done = run("--segment", 2, "--tracks", tracks, self.video, out)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
-        self.assertRegex(
-            done.stderr,
-            f"^record: warning: the tracks end here, the recording goes on: .*({words})")
+        self.assertRegex(done.stderr, "^record: warning: the tracks end here, the recording goes "
+                         f"on: .*({words})")
         self.assertEqual(stream_of(out), self.whole())
 
     def whole(self):
@@ -388,9 +372,10 @@ import record
 
     def test_the_recording_is_what_it_is_without_csdtrack(self):
         self.out.mkdir()
-        line = f"filesrc location={self.video} ! decodebin ! tee name=in in. ! queue ! fakesink in. ! queue ! videoconvert ! " \
-               f"x264enc speed-preset=veryfast bitrate=8000 vbv-buf-capacity=0 key-int-max=50 ! h264parse ! " \
-               f"splitmuxsink muxer=matroskamux max-size-time=2000000000 location={self.out}/%05d.mkv"
+        line = (f"filesrc location={self.video} ! decodebin ! tee name=in in. ! queue ! fakesink "
+                "in. ! queue ! videoconvert ! x264enc speed-preset=veryfast bitrate=8000 "
+                "vbv-buf-capacity=0 key-int-max=50 ! h264parse ! splitmuxsink muxer=matroskamux "
+                f"max-size-time=2000000000 location={self.out}/%05d.mkv")
         subprocess.run([sys.executable, "-c", f"import harness; harness.play({line!r})"],
                        cwd=pathlib.Path(__file__).parent, env=ENVIRONMENT, check=True)
         self.assertEqual(stream_of(self.out), self.whole())
@@ -441,9 +426,9 @@ import record
     def test_a_disk_that_stands_still_does_not_hold_the_recording_up(self):
         """As a pipe does that nobody reads: the thread that opens it waits for ever."""
         long = self.tmp / "long.mkv"
-        harness.play(
-            "videotestsrc num-buffers=3200 pattern=black ! video/x-raw,format=I420,width=160,height=120,framerate=25/1 ! "
-            f"x264enc speed-preset=ultrafast ! matroskamux ! filesink location={long}")
+        harness.play("videotestsrc num-buffers=3200 pattern=black ! "
+                     "video/x-raw,format=I420,width=160,height=120,framerate=25/1 ! x264enc "
+                     f"speed-preset=ultrafast ! matroskamux ! filesink location={long}")
         for video, frames, words in ((self.video, 130, "stands still\n"),
                                      (long, 3200, "3000 lines wait for it\n")):
             tracks = self.tmp / f"pipe-{frames}"
@@ -451,10 +436,8 @@ import record
             os.mkfifo(tracks / "00000.jsonl")
             done = run("--tracks", tracks, video, self.out / str(frames))
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertRegex(
-                done.stderr,
-                f"^record: warning: the tracks end here, the recording goes on: '{tracks}': its disk .*{words}$"
-            )
+            self.assertRegex(done.stderr, "^record: warning: the tracks end here, the recording "
+                             f"goes on: '{tracks}': its disk .*{words}$")
             self.assertEqual(len(frame_times(self.out / str(frames) / "00000.mkv")), frames)
 
     @unittest.skipUnless(os.geteuid() == 0, "mounting wants root")
@@ -468,16 +451,13 @@ import record
                 raise unittest.SkipTest("mounting is not allowed here")
             try:
                 done = run("--segment", 2, "--tracks", self.out / name, self.video, disk)
-                self.check_refused(
-                    done, 1,
-                    f"record: can't write into '{disk}/{name}.mkv' (the disk is full): make room or give another place\n"
-                )
+                self.check_refused(done, 1, f"record: can't write into '{disk}/{name}.mkv' (the "
+                                   "disk is full): make room or give another place\n")
             finally:
                 subprocess.run(["umount", disk], check=True)
 
-    SHORTAGE = re.compile(
-        r"^the source gave (\d+) frames in ([\d.]+) s, (\d+) were due at its 25 a second: .*$",
-        re.M)
+    SHORTAGE = re.compile(r"^the source gave (\d+) frames in ([\d.]+) s, (\d+) were due at its 25 "
+                          r"a second: .*$", re.M)
 
     def test_a_live_source_that_stops(self):
         program = """
@@ -530,10 +510,8 @@ import record
         torn.write_bytes(self.video.read_bytes()[:self.video.stat().st_size // 2])
         done = run(torn, self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertRegex(
-            done.stderr,
-            rf"^record: '{torn}' has a picture up to [23]\.\d s only, and says that it lasts 5\.2 s: .*\n$"
-        )
+        self.assertRegex(done.stderr, rf"^record: '{torn}' has a picture up to [23]\.\d s only, "
+                         r"and says that it lasts 5\.2 s: .*\n$")
         self.check_together(1)
 
     def test_of_a_source_that_breaks_all_that_came_is_recorded(self):
@@ -546,9 +524,8 @@ import record
         done = subprocess.run([sys.executable, "-c", program, "--preset", "", "breaks", self.out],
                               cwd=RECORD.parent / "lib", capture_output=True, text=True,
                               env=ENVIRONMENT, timeout=60)
-        self.check_refused(
-            done, 1,
-            "record: breaks: the source broke off (Failed after iterations as requested.)\n")
+        self.check_refused(done, 1, "record: breaks: the source broke off (Failed after iterations "
+                           "as requested.)\n")
         self.assertEqual(self.check_together(1), 60)
 
     def test_a_source_that_does_not_heed_its_end(self):
@@ -582,10 +559,10 @@ runner.Gst.parse_launch = slow
 import record
 print(f"given: {count}")
 """
-        done = subprocess.run([
-            sys.executable, "-c", program, "--preset", "", "--set", "max-features=5", "--seconds",
-            "2", "slow", self.out
-        ], cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=180)
+        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--set",
+                               "max-features=5", "--seconds", "2", "slow", self.out],
+                              cwd=RECORD.parent / "lib", capture_output=True, text=True,
+                              env=ENVIRONMENT, timeout=180)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         frames = self.check_together(1)
         self.assertIn(f"given: {frames}\n", done.stdout)
@@ -595,12 +572,13 @@ print(f"given: {count}")
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             probe.bind(("127.0.0.1", 0))
             uri = f"srt://127.0.0.1:{probe.getsockname()[1]}"
-        sender = subprocess.Popen([
-            "gst-launch-1.0", "-q",
-            *("videotestsrc is-live=true ! video/x-raw,format=I420,width=320,height=240,framerate=10/1 ! "
-              "capssetter caps=video/x-raw,framerate=25/1 ! x264enc tune=zerolatency key-int-max=10 ! mpegtsmux ! "
-              f"srtsink wait-for-connection=false uri={uri}?mode=listener").split()
-        ], stdin=subprocess.DEVNULL)
+        sender = subprocess.Popen(
+            ["gst-launch-1.0", "-q",
+             *("videotestsrc is-live=true ! "
+               "video/x-raw,format=I420,width=320,height=240,framerate=10/1 ! capssetter "
+               "caps=video/x-raw,framerate=25/1 ! x264enc tune=zerolatency key-int-max=10 ! "
+               f"mpegtsmux ! srtsink wait-for-connection=false uri={uri}?mode=listener").split()],
+            stdin=subprocess.DEVNULL)
         self.addCleanup(sender.wait)
         self.addCleanup(sender.kill)
         done = run("--seconds", 4, uri, self.out)
@@ -618,9 +596,9 @@ print(f"given: {count}")
                          "^record: warning: the window is gone, the recording goes on: .*\n$")
         self.assertEqual(self.check_together(1), 130)
         nowhere = {**ENVIRONMENT, "DISPLAY": "", "WAYLAND_DISPLAY": ""}
-        done = subprocess.run(
-            [RECORD, "--no-install", "--display", self.video, self.tmp / "nothing"],
-            capture_output=True, text=True, env=nowhere)
+        done = subprocess.run([RECORD, "--no-install", "--display", self.video,
+                               self.tmp / "nothing"],
+                              capture_output=True, text=True, env=nowhere)
         self.check_refused(done, 1, "record: there is no display for a window")
         self.assertFalse((self.tmp / "nothing").exists())
 
@@ -640,10 +618,8 @@ print(f"given: {count}")
             time.sleep(0.5)
             os.killpg(recorder.pid, signal.SIGKILL)
             recorder.wait()
-            lines = [
-                line for video in sorted(out.glob("*.mkv"))
-                for line in harness.read_lines(video.with_suffix(".jsonl"), torn=video == last)
-            ]
+            lines = [line for video in sorted(out.glob("*.mkv")) for line
+                     in harness.read_lines(video.with_suffix(".jsonl"), torn=video == last)]
             self.assertEqual(len(list(out.glob("*.jsonl"))), files)
             recorded = {time for video in out.glob("*.mkv") for time in frame_times(video)}
             tracked = {round(line["stream_time"] / 1e6) for line in lines}
@@ -651,29 +627,24 @@ print(f"given: {count}")
             # The source is live: what its queue dropped has no line, but not the last ones.
             self.assertGreaterEqual(max(tracked), max(recorded))
             for video in sorted(out.glob("*.mkv"))[:-1]:
-                self.assertLessEqual(
-                    {
-                        round(line["stream_time"] / 1e6)
-                        for line in harness.read_lines(video.with_suffix(".jsonl"))
-                    }, set(frame_times(video)), video.name)
+                self.assertLessEqual({round(line["stream_time"] / 1e6)
+                                      for line in harness.read_lines(video.with_suffix(".jsonl"))},
+                                     set(frame_times(video)), video.name)
 
     def test_what_is_wrong_is_said_in_a_line(self):
         file = self.tmp / "file"
         file.write_text("")
-        for arguments, code, words in (((self.video, file), 1,
-                                        "another folder|where you may write"),
-                                       (("nothing", self.out), 1,
-                                        "no file"), ((self.video, self.tmp / ("x" * 300)), 1,
-                                                     "too long.*another folder"),
-                                       (("x" * 300, self.out), 1, "no file"), ((self.video, ), 2,
-                                                                               "OUT"),
-                                       ((self.video, self.out, "--segment", "-1"), 2, "--segment"),
-                                       ((self.video, self.out, "--bitrate", "0"), 2,
-                                        "--bitrate"), ((self.video, self.out, "--display=x!y"), 2,
-                                                       "--display"), ((file, self.out), 1, "file"),
-                                       (("simulate", self.out, "--preset", "fast"), 2,
-                                        "laparoscopy-1080p"), (("simulate", self.out, "--set",
-                                                                "points=1"), 2, "points")):
+        for arguments, code, words in (
+                ((self.video, file), 1, "another folder|where you may write"),
+                (("nothing", self.out), 1, "no file"),
+                ((self.video, self.tmp / ("x" * 300)), 1, "too long.*another folder"),
+                (("x" * 300, self.out), 1, "no file"), ((self.video,), 2, "OUT"),
+                ((self.video, self.out, "--segment", "-1"), 2, "--segment"),
+                ((self.video, self.out, "--bitrate", "0"), 2, "--bitrate"),
+                ((self.video, self.out, "--display=x!y"), 2, "--display"),
+                ((file, self.out), 1, "file"),
+                (("simulate", self.out, "--preset", "fast"), 2, "laparoscopy-1080p"),
+                (("simulate", self.out, "--set", "points=1"), 2, "points")):
             with self.subTest(arguments=arguments):
                 done = run(*arguments)
                 self.assertEqual(done.returncode, code, done.stderr)

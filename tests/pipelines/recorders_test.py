@@ -16,11 +16,9 @@ FRAMES = 60
 
 def commands():
     """{number: the command}"""
-    return {
-        int(number): command.replace("\\\n", " ") for number, command in re.findall(
-            r"^## (\d)\..*?\n\n    gst-launch-1.0 -e ((?:.*\\\n)*.*)\n", PAGE.read_text(),
-            re.MULTILINE)
-    }
+    return {int(number): command.replace("\\\n", " ")
+            for number, command in re.findall(r"^## (\d)\..*?\n\n    gst-launch-1.0 -e "
+                                              r"((?:.*\\\n)*.*)\n", PAGE.read_text(), re.MULTILINE)}
 
 
 class Recorders(harness.Case):
@@ -35,10 +33,10 @@ class Recorders(harness.Case):
         return done
 
     def recorded(self):
-        said = subprocess.run([
-            "ffprobe", "-v", "error", "-count_frames", "-select_streams", "v", "-show_entries",
-            "stream=width,height,nb_read_frames", "-of", "json", self.tmp / "out.mkv"
-        ], capture_output=True, text=True, check=True).stdout
+        said = subprocess.run(["ffprobe", "-v", "error", "-count_frames", "-select_streams", "v",
+                               "-show_entries", "stream=width,height,nb_read_frames", "-of", "json",
+                               self.tmp / "out.mkv"],
+                              capture_output=True, text=True, check=True).stdout
         stream, = json.loads(said)["streams"]
         return stream["width"], stream["height"], int(stream["nb_read_frames"])
 
@@ -67,10 +65,9 @@ class Recorders(harness.Case):
     def test_3_tracks_in_the_recording(self):
         self.run_as_written(3)
         self.assertEqual(self.recorded()[2], FRAMES)
-        text = subprocess.run([
-            "ffmpeg", "-v", "error", "-i", self.tmp / "out.mkv", "-map", "0:s", "-c", "copy", "-f",
-            "data", "-"
-        ], capture_output=True, check=True).stdout
+        text = subprocess.run(["ffmpeg", "-v", "error", "-i", self.tmp / "out.mkv", "-map", "0:s",
+                               "-c", "copy", "-f", "data", "-"],
+                              capture_output=True, check=True).stdout
         self.assertEqual(text.count(b'"schema"'), FRAMES)
 
     def test_4_a_window_beside_the_recording(self):
@@ -78,9 +75,9 @@ class Recorders(harness.Case):
         self.assertEqual(self.recorded()[2], FRAMES)
 
     def test_5_over_the_network(self):
-        self.run_as_written(
-            5, sink=("srtsink uri=srt://127.0.0.1:8890?mode=listener wait-for-connection=false",
-                     f"filesink location={self.tmp}/out.mkv"))
+        self.run_as_written(5, sink=("srtsink uri=srt://127.0.0.1:8890?mode=listener "
+                                     "wait-for-connection=false",
+                                     f"filesink location={self.tmp}/out.mkv"))
         self.assertEqual(self.recorded()[2], FRAMES)
 
 

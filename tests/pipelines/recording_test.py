@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""A recording is never harmed: encoded bytes, timestamps and pixels are the same with and without csdtrack."""
+"""A recording is never harmed: encoded bytes, timestamps and pixels are the same with and without
+csdtrack."""
 
 import hashlib
 import os
@@ -13,7 +14,8 @@ import harness
 from harness import Gst
 
 # One thread and a fixed quantizer: x264 then gives the same bytes on every run.
-X264 = "x264enc threads=1 pass=quant quantizer=24 speed-preset=veryfast bframes=2 b-adapt=false rc-lookahead=5 key-int-max=30"
+X264 = ("x264enc threads=1 pass=quant quantizer=24 speed-preset=veryfast bframes=2 b-adapt=false "
+        "rc-lookahead=5 key-int-max=30")
 # The encoder's sink must not keep the other branch waiting: it gets nothing until the look-ahead is
 # full.
 SINK = "fakesink name=out async=false"
@@ -24,8 +26,8 @@ def stamped_bytes(buffer):
     assert ok
     digest = hashlib.md5(map_.data).hexdigest()
     buffer.unmap(map_)
-    kept = buffer.get_flags() & (Gst.BufferFlags.DELTA_UNIT | Gst.BufferFlags.DISCONT
-                                 | Gst.BufferFlags.GAP | Gst.BufferFlags.HEADER)
+    kept = buffer.get_flags() & (Gst.BufferFlags.DELTA_UNIT | Gst.BufferFlags.DISCONT |
+                                 Gst.BufferFlags.GAP | Gst.BufferFlags.HEADER)
     return digest, buffer.pts, buffer.dts, buffer.duration, int(kept)
 
 
@@ -54,16 +56,15 @@ class Recording(harness.Case):
         self.assertEqual(plain, again, "the encoder itself repeats: else this test says nothing")
         self.assertEqual(len(plain), 60)
         for name, where in {
-                "in line, before the tee": dict(
-                    before_tee="! csdtrack post-messages=frame attach-roi=true"),
+                "in line, before the "
+                "tee": dict(before_tee="! csdtrack post-messages=frame attach-roi=true"),
                 "in line, tracks written": dict(before_tee="! csdtrack post-messages=frame",
                                                 branch="! csdtrackenc"),
                 "in the encoder's branch": dict(after="! csdtrack"),
                 "in the other branch": dict(branch="! csdtrack post-messages=frame ! csdtrackenc"),
-                "drawn in the other branch": dict(branch="! csdtrack overlay=draw"),
-                "the paper's, waiting for its learners": dict(
-                    before_tee="! csdtrack algorithm=csd-2012 learning=sync max-features=10"),
-        }.items():
+                "drawn in the other branch": dict(branch="! csdtrack overlay=draw"), "the paper's, "
+                "waiting for its learners": dict(before_tee="! csdtrack algorithm=csd-2012 "
+                                                 "learning=sync max-features=10")}.items():
             with self.subTest(name):
                 tracked, run = self.encoded(**where)
                 self.assertEqual(tracked, plain)
@@ -76,27 +77,23 @@ class Recording(harness.Case):
         for number, format_ in enumerate(formats):
             overlay = ("none", "meta")[number % 2]
             with self.subTest(f"{format_}, overlay={overlay}"):
-                plain, tracked = (stream(
-                    f"{self.source} ! videoconvert dither=none ! video/x-raw,format={format_} ! {element} ! "
-                    f"videoconvert dither=none ! {X264} ! {SINK}")[0]
-                                  for element in ("identity",
-                                                  f"csdtrack max-features=10 overlay={overlay}"))
+                plain, tracked = (stream(f"{self.source} ! videoconvert dither=none ! "
+                                         f"video/x-raw,format={format_} ! {element} ! videoconvert "
+                                         f"dither=none ! {X264} ! {SINK}")[0] for element
+                                  in ("identity", f"csdtrack max-features=10 overlay={overlay}"))
                 self.assertEqual(len(plain), 60)
                 self.assertEqual(tracked, plain)
 
     @unittest.skipUnless(Gst.ElementFactory.find("x264enc"), "no x264enc")
     def test_under_load_and_past_its_budget_it_is_the_same(self):
         plain, _ = self.encoded()
-        busy = [
-            subprocess.Popen([sys.executable, "-c", "while True: pass"])
-            for _ in range(os.cpu_count())
-        ]
+        busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"])
+                for _ in range(os.cpu_count())]
         try:
             # A budget that is over at once: of 30 features most wait in each frame.
-            tracked, run = self.encoded(
-                before_tee=
-                "! csdtrack name=track max-features=30 frame-budget=1 post-messages=frame",
-                branch="! csdtrackenc")
+            tracked, run = self.encoded(before_tee="! csdtrack name=track max-features=30 "
+                                        "frame-budget=1 post-messages=frame",
+                                        branch="! csdtrackenc")
         finally:
             for process in busy:
                 process.kill()
@@ -123,27 +120,27 @@ class Recording(harness.Case):
     def test_an_overlay_that_nobody_can_show_leaves_the_pixels(self):
         plain, _ = stream(f"{self.source} ! {SINK}")
         # videoflip knows neither the meta nor the caps feature.
-        meta, run = stream(
-            f"{self.source} ! csdtrack overlay=meta ! videoflip method=none ! {SINK}")
+        meta, run = stream(f"{self.source} ! csdtrack overlay=meta ! videoflip method=none ! "
+                           f"{SINK}")
         self.assertEqual(meta, plain)
         self.assertEqual(len(run.warnings), 1, run.warnings)
 
     def frames_copied(self, element):
-        """How often memory was copied, by GStreamer's own log, with `element` in one branch of a tee. Without queues
-        the tee holds each frame for as long as a branch has it: it is always shared.
+        """How often memory was copied, by GStreamer's own log, with `element` in one branch of a
+        tee. Without queues the tee holds each frame for as long as a branch has it: it is always
+        shared.
         """
         log = self.tmp / "performance.log"
-        line = f"{self.source} ! tee name=t t. ! {element} ! fakesink async=false t. ! fakesink async=false"
+        line = (f"{self.source} ! tee name=t t. ! {element} ! fakesink async=false t. ! fakesink "
+                "async=false")
         done = subprocess.run([sys.executable, "-c", f"import harness; harness.play({line!r})"],
                               cwd=pathlib.Path(__file__).parent, capture_output=True, text=True,
                               env=dict(os.environ, GST_DEBUG="GST_PERFORMANCE:5",
                                        GST_DEBUG_NO_COLOR="1", GST_DEBUG_FILE=str(log)))
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("GST_PERFORMANCE", log.read_text(), "without a log nothing is known")
-        return len([
-            line for line in log.read_text().splitlines()
-            if "memcpy" in line or "_mem_copy" in line or "GstMemory" in line and "copy" in line
-        ])
+        return len([line for line in log.read_text().splitlines() if "memcpy" in line or
+                    "_mem_copy" in line or "GstMemory" in line and "copy" in line])
 
     def test_behind_a_tee_no_pixel_is_copied(self):
         self.assertEqual(self.frames_copied("identity"), 0)

@@ -32,7 +32,7 @@ class Command(Made):
         done = report("--help")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertIn("TRACKS.jsonl", done.stdout)
-        for wrong in ((), (self.video, ), (self.video, self.tracks, "out", "more"),
+        for wrong in ((), (self.video,), (self.video, self.tracks, "out", "more"),
                       ("--magic", self.video, self.tracks)):
             self.refused(*wrong, code=2)
 
@@ -41,9 +41,8 @@ class Command(Made):
         (self.tmp / "usr" / "bin").mkdir(parents=True)
         for program in (PROGRAM, BUILD / "core" / "programs" / "csd-motion"):
             shutil.copy(program, self.tmp / "usr" / "bin")
-        shutil.copytree(PROGRAM.parent / "report",
-                        self.tmp / "usr" / "share" / "csdtrack" / "report",
-                        ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(PROGRAM.parent / "report", self.tmp / "usr" / "share" / "csdtrack" /
+                        "report", ignore=shutil.ignore_patterns("__pycache__"))
         done = subprocess.run([self.tmp / "usr" / "bin" / "csd-report", self.video, self.tracks],
                               capture_output=True, text=True, cwd=self.tmp,
                               stdin=subprocess.DEVNULL, timeout=300)
@@ -69,8 +68,8 @@ class Command(Made):
         self.refused(self.video, tracks("csv.jsonl", "frame,pts\n1,2\n"), out,
                      words=["csv.jsonl:1:"])
         self.refused(self.video, tracks("number.jsonl", "[]\n"), out, words=["number.jsonl:1:"])
-        self.refused(self.video, tracks("schema.jsonl",
-                                        lines[0].replace('"schema":1', '"schema":2')), out,
+        self.refused(self.video,
+                     tracks("schema.jsonl", lines[0].replace('"schema":1', '"schema":2')), out,
                      words=["schema 2"])
         self.refused(self.video, tracks("state.jsonl", lines[0].replace("tracked", "magic")), out,
                      words=["state.jsonl:1:"])
@@ -78,20 +77,18 @@ class Command(Made):
                      words=["deep.jsonl:1:", "JSON"])
         self.refused(self.video, tracks("long.jsonl", lines[0], "9" * (9 << 20)), out,
                      words=["long.jsonl:2:", "8 MiB"])
-        for name, said, wrong in (("id", '"id":0', '"id":[1]'), ("name", '"id":0',
-                                                                 '"id":"<img src=x>"'),
-                                  ("bool", '"id":0', '"id":true'), ("x", '"x":', '"x":1e308,"_":'),
-                                  ("flat", '"height":240',
-                                   '"height":0'), ("frame", '"frame":0',
-                                                   '"frame":"0"'), ("pts", '"pts":0', '"pts":"0"')):
+        for name, said, wrong in (
+                ("id", '"id":0', '"id":[1]'), ("name", '"id":0', '"id":"<img src=x>"'),
+                ("bool", '"id":0', '"id":true'), ("x", '"x":', '"x":1e308,"_":'),
+                ("flat", '"height":240', '"height":0'), ("frame", '"frame":0', '"frame":"0"'),
+                ("pts", '"pts":0', '"pts":"0"')):
             self.refused(self.video, tracks(f"{name}.jsonl", lines[0].replace(said, wrong, 1)), out,
                          words=[f"{name}.jsonl:1:"])
         self.refused(self.video, tracks("back.jsonl", lines[1], lines[0]), out,
                      words=["back.jsonl:2:", "time"])
-        self.refused(
-            self.video,
-            tracks("size.jsonl", *(x.replace('"height":240', '"height":180') for x in lines)), out,
-            words=["320×180", "320×240"])
+        self.refused(self.video, tracks("size.jsonl", *(x.replace('"height":240', '"height":180')
+                                                        for x in lines)),
+                     out, words=["320×180", "320×240"])
         self.refused(self.video, write_tracks(self.tmp / "fps.jsonl", 9000, features, fps=3000),
                      out, words=["time of a frame"])
         self.refused(self.video, write_tracks(self.tmp / "none.jsonl", 5, lambda _: []), out,
@@ -114,25 +111,25 @@ class Command(Made):
                               capture_output=True).returncode:
                 raise unittest.SkipTest("mounting is not allowed here")
             try:
-                self.refused(
-                    video, tracks, disk / "page",
-                    words=[f"csd-report: can't write into '{disk}/page' (the disk is full)"])
+                self.refused(video, tracks, disk / "page", words=[
+                    f"csd-report: can't write into '{disk}/page' (the disk is full)"])
             finally:
                 subprocess.run(["umount", disk], check=True)
 
     @unittest.skipUnless(os.geteuid() == 0, "mounting wants root")
     def test_nowhere_to_put_temporary_files(self):
-        """Neither csd-motion's words nor ffmpeg's need any: of all folders that are tried for them only OUT's parent can be written."""
+        """Neither csd-motion's words nor ffmpeg's need any: of all folders that are tried for them
+        only OUT's parent can be written."""
         video = harness.encode(self.tmp / "temporary.avi", (picture(i) for i in range(30)), "-c:v",
                                "ffv1", rate=FPS)
-        alone = (
-            "for folder in /tmp /var/tmp; do mount --bind $folder $folder && mount -o remount,bind,ro $folder || exit 77; done\n"
-            'mount --bind "$0" "$0" && mount -o remount,bind,rw "$0" || exit 77\ncd /proc && exec "$@"'
-        )
-        done = subprocess.run([
-            "unshare", "-m", "sh", "-c", alone, self.tmp, PROGRAM, video,
-            write_tracks(self.tmp / "thirty.jsonl", 30, features), self.tmp / "temporary"
-        ], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300, env=ENVIRONMENT)
+        alone = ("for folder in /tmp /var/tmp; do mount --bind $folder $folder && mount -o "
+                 "remount,bind,ro $folder || exit 77; done\n"
+                 'mount --bind "$0" "$0" && mount -o remount,bind,rw "$0" || exit 77\n'
+                 'cd /proc && exec "$@"')
+        done = subprocess.run(
+            ["unshare", "-m", "sh", "-c", alone, self.tmp, PROGRAM, video,
+             write_tracks(self.tmp / "thirty.jsonl", 30, features), self.tmp / "temporary"],
+            capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300, env=ENVIRONMENT)
         if done.returncode == 77 or "unshare" in done.stderr:
             raise unittest.SkipTest("mounting is not allowed here")
         self.assertEqual((done.returncode, done.stdout),
@@ -160,10 +157,8 @@ class Command(Made):
                                *harness.H264, rate=FPS)
         said = self.make(small, write_tracks(self.tmp / "long.jsonl", 150, features),
                          self.tmp / "other").stderr
-        self.assertRegex(
-            said,
-            r"^csd-report: warning: the tracks may be another video's: .* 320×240, .* 160×120; 67% of .* 6\.0 s, .* 4\.0 s\n$"
-        )
+        self.assertRegex(said, r"^csd-report: warning: the tracks may be another video's: .* "
+                         r"320×240, .* 160×120; 67% of .* 6\.0 s, .* 4\.0 s\n$")
         self.assertIn("may be another video's",
                       (self.tmp / "other" / "data" / "index.js").read_text())
         self.assertEqual(self.make(self.video, self.tracks, self.tmp / "own").stderr, "")
@@ -188,20 +183,18 @@ class Command(Made):
 
     def test_copies_what_browsers_play_and_converts_the_rest(self):
         def packets(path):
-            return subprocess.run([
-                "ffmpeg", "-v", "error", "-i", path, "-map", "0:v", "-c", "copy", "-bsf:v",
-                "h264_mp4toannexb", "-f", "h264", "-"
-            ], capture_output=True, check=True, stdin=subprocess.DEVNULL).stdout
+            return subprocess.run(["ffmpeg", "-v", "error", "-i", path, "-map", "0:v", "-c", "copy",
+                                   "-bsf:v", "h264_mp4toannexb", "-f", "h264", "-"],
+                                  capture_output=True, check=True, stdin=subprocess.DEVNULL).stdout
 
         self.make(self.video, self.tracks, self.tmp / "copied")
         self.assertEqual((self.tmp / "copied" / "video.mp4").read_bytes(), self.video.read_bytes())
-        subprocess.run(
-            ["ffmpeg", "-v", "error", "-i", self.video, "-c", "copy", self.tmp / "bars.mkv"],
-            check=True, stdin=subprocess.DEVNULL)
+        subprocess.run(["ffmpeg", "-v", "error", "-i", self.video, "-c", "copy",
+                        self.tmp / "bars.mkv"],
+                       check=True, stdin=subprocess.DEVNULL)
         self.make(self.tmp / "bars.mkv", self.tracks, self.tmp / "remuxed")
-        self.assertEqual(
-            hashlib.md5(packets(self.tmp / "remuxed" / "video.mp4")).digest(),
-            hashlib.md5(packets(self.video)).digest())
+        self.assertEqual(hashlib.md5(packets(self.tmp / "remuxed" / "video.mp4")).digest(),
+                         hashlib.md5(packets(self.video)).digest())
         lossless = harness.encode(self.tmp / "bars.avi", (picture(i) for i in range(50)), "-c:v",
                                   "ffv1", rate=FPS)
         done = self.make(lossless, write_tracks(self.tmp / "fifty.jsonl", 50, features),

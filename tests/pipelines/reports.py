@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What the tests of csd-report share: a video that carries its frame's number as bars, its tracks, and making a report of them."""
+"""What the tests of csd-report share: a video that carries its frame's number as bars, its tracks,
+and making a report of them."""
 
 import json
 import math
@@ -20,17 +21,19 @@ BITS, BAR = 10, 24  # the frame's number: bars of BAR columns in the upper 20 ro
 
 
 def position(number, frame):
-    """Where feature `number` is: a heart of 75 and a breath of 15 a minute, each feature its own way."""
+    """Where feature `number` is: a heart of 75 and a breath of 15 a minute, each feature its own
+    way."""
     t = frame / FPS
-    x = 60 + 70 * number + 3 * math.sin(
-        2 * math.pi * 1.25 * t) + 8 * math.sin(2 * math.pi * 0.25 * t + number)
-    y = 90 + 40 * number + 5 * math.cos(2 * math.pi * 1.25 * t) + 6 * math.sin(
-        2 * math.pi * 0.25 * t)
+    x = 60 + 70 * number + 3 * math.sin(2 * math.pi * 1.25 * t) + 8 * math.sin(2 * math.pi * 0.25 *
+                                                                               t + number)
+    y = 90 + 40 * number + 5 * math.cos(2 * math.pi * 1.25 * t) + 6 * math.sin(2 * math.pi * 0.25 *
+                                                                               t)
     return round(x, 3), round(y, 3)
 
 
 def state_of(number, frame):
-    """0 is always seen; 1 is hidden for a second every ten; 2 is learnt for ever, from frame 300 to 400."""
+    """0 is always seen; 1 is hidden for a second every ten; 2 is learnt for ever, from frame 300 to
+    400."""
     if number == 1 and frame % 250 >= 225:
         return "occluded"
     if number == 2:
@@ -44,10 +47,8 @@ def features(frame):
         state = state_of(number, frame)
         if state:
             x, y = position(number, frame)
-            found.append({
-                "id": number, "x": x, "y": y, "state": state,
-                "confidence": 0.3 if state == "occluded" else 0.9
-            })
+            found.append({"id": number, "x": x, "y": y, "state": state,
+                          "confidence": 0.3 if state == "occluded" else 0.9})
     return found
 
 
@@ -55,14 +56,11 @@ def write_tracks(path, frames, of, width=WIDTH, height=HEIGHT, fps=FPS):
     with open(path, "w") as file:
         for frame in range(frames):
             ns = round(frame * 1e9 / fps)
-            file.write(
-                json.dumps(
-                    {
-                        "schema": 1, "source": "csdtrack0", "role": "track", "algorithm": "csd",
-                        "frame": frame, "pts": ns, "duration": None, "running_time": ns,
-                        "stream_time": ns, "reference": None, "width": width, "height": height,
-                        "features": of(frame)
-                    }, separators=(",", ":")) + "\n")
+            file.write(json.dumps({"schema": 1, "source": "csdtrack0", "role": "track",
+                                   "algorithm": "csd", "frame": frame, "pts": ns, "duration": None,
+                                   "running_time": ns, "stream_time": ns, "reference": None,
+                                   "width": width, "height": height, "features": of(frame)},
+                                  separators=(",", ":")) + "\n")
     return path
 
 

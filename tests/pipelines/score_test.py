@@ -20,11 +20,10 @@ def csd_score(*arguments):
 class Score(harness.Case):
     def track(self, video, truth, tracks, *properties, caps="application/x-ndjson"):
         points = csd_score("--print-points", truth).strip()
-        subprocess.run([
-            "gst-launch-1.0", "-q", "filesrc", f"location={video}", "!", "decodebin", "!",
-            "csdtrack", f"points={points}", "learning=sync", *properties, "!", "csdtrackenc", "!",
-            caps, "!", "filesink", f"location={tracks}"
-        ], check=True, timeout=600)
+        subprocess.run(["gst-launch-1.0", "-q", "filesrc", f"location={video}", "!", "decodebin",
+                        "!", "csdtrack", f"points={points}", "learning=sync", *properties, "!",
+                        "csdtrackenc", "!", caps, "!", "filesink", f"location={tracks}"],
+                       check=True, timeout=600)
 
     def score(self, *arguments):
         return json.loads(csd_score("--json", "--resamples", 0, *arguments))["trackers"]

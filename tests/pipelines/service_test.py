@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""docs/csdtrack-record.service: pipelines/record under a supervisor that does what systemd would: service_test.py REPOSITORY BUILD."""
+"""docs/csdtrack-record.service: pipelines/record under a supervisor that does what systemd would:
+service_test.py REPOSITORY BUILD."""
 
 import configparser
 import contextlib
@@ -26,10 +27,9 @@ class Supervisor:
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         test.addCleanup(self._socket.close)
         self._socket.bind(str(test.tmp / f"{test.id()}.socket"))
-        self.environment = {
-            **os.environ, "CSDTRACK_BUILD": str(BUILD), "NOTIFY_SOCKET": self._socket.getsockname(),
-            "WATCHDOG_USEC": str(watchdog)
-        }
+        self.environment = {**os.environ, "CSDTRACK_BUILD": str(BUILD),
+                            "NOTIFY_SOCKET": self._socket.getsockname(),
+                            "WATCHDOG_USEC": str(watchdog)}
 
     def told(self, seconds=harness.HANGS):
         """What it is told next, None if it isn't for so long."""
@@ -63,9 +63,8 @@ class Service(harness.Case):
         supervisor = Supervisor(self, 300_000)
         before = {}
         # The second is killed: what that leaves isn't lost either.
-        for life, end in enumerate(
-            (getattr(signal,
-                     unit["KillSignal"]), signal.SIGKILL, getattr(signal, unit["WatchdogSignal"]))):
+        for life, end in enumerate((getattr(signal, unit["KillSignal"]), signal.SIGKILL,
+                                    getattr(signal, unit["WatchdogSignal"]))):
             process = subprocess.Popen([SOURCE / "pipelines" / "record", *options, "simulate", out],
                                        env=supervisor.environment, stdout=subprocess.PIPE,
                                        stderr=subprocess.STDOUT, text=True)
@@ -79,11 +78,8 @@ class Service(harness.Case):
             self.assertEqual(process.wait(60), -end if end == signal.SIGKILL else 0, said)
             while supervisor.told(0.01):
                 pass  # what it said while it ended
-            after = {
-                path.name: path.read_bytes()
-                for path in out.iterdir()
-                if not path.name.startswith(".")
-            }
+            after = {path.name: path.read_bytes() for path in out.iterdir()
+                     if not path.name.startswith(".")}
             self.assertEqual({name: after.get(name) for name in before}, before,
                              "what was there is not as it was")
             self.assertEqual(sorted(after.keys() - before.keys()),

@@ -39,9 +39,8 @@ class Stereo(harness.Case):
         videos = []
         for side, shift in (("left", 0), ("right", 8)):
             scene = harness.Scene(motion=lambda t, shift=shift: (shift + t // 4, 0))
-            videos.append(
-                harness.encode(self.tmp / f"{side}.mkv", (scene.picture(t) for t in range(50)),
-                               *harness.H264))
+            videos.append(harness.encode(self.tmp / f"{side}.mkv",
+                                         (scene.picture(t) for t in range(50)), *harness.H264))
         # Ids 0 are at the same pixel of both.
         done = run("--set", "points=160,120", *videos, self.out)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
@@ -61,11 +60,9 @@ sources.begin = lambda name: " ".join(f"videotestsrc num-buffers=25 ! video/x-ra
                                       for width in ((160, 201) if name == "changes" else (160, 160))) + f" concat name={name}"
 import stereo
 """
-        done = subprocess.run([
-            sys.executable, "-c", program, "--preset", "", "--display=fakesink", "changes", "stays",
-            self.out
-        ], cwd=SOURCE / "pipelines" / "lib", capture_output=True, text=True, env=ENVIRONMENT,
-                              timeout=120)
+        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--display=fakesink",
+                               "changes", "stays", self.out], cwd=SOURCE / "pipelines" / "lib",
+                              capture_output=True, text=True, env=ENVIRONMENT, timeout=120)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         # concat begins each part's pts at 0
         sides = [harness.read_lines(self.out / f"{side}.jsonl") for side in ("left", "right")]
@@ -73,10 +70,10 @@ import stereo
                          [[160] * 25 + [201] * 25, [160] * 50])
 
     def test_live_with_a_window(self):
-        process = subprocess.Popen(
-            [*STEREO, "--display=fakesink", "simulate", "simulate:smoke", self.out],
-            env=ENVIRONMENT, start_new_session=True, stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE, text=True)
+        process = subprocess.Popen([*STEREO, "--display=fakesink", "simulate", "simulate:smoke",
+                                    self.out],
+                                   env=ENVIRONMENT, start_new_session=True,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         self.addCleanup(process.stderr.close)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
@@ -98,14 +95,12 @@ import stereo
         both = [
             subprocess.Popen([*STEREO, "--seconds", "2", "simulate", "simulate:smoke", self.out],
                              env=ENVIRONMENT, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                             stderr=subprocess.PIPE, text=True) for _ in range(2)
-        ]
+                             stderr=subprocess.PIPE, text=True) for _ in range(2)]
         said = {process.communicate(timeout=60)[1]: process for process in both}
         self.assertEqual(sorted(process.returncode for process in both), [0, 1], said)
         self.assertEqual(said[""].returncode, 0)
-        self.assertRegex(
-            max(said),
-            f"^stereo: another run works on '{self.out}' since .*'kill {said[''].pid}' on .*\n$")
+        self.assertRegex(max(said), f"^stereo: another run works on '{self.out}' since .*'kill "
+                         f"{said[''].pid}' on .*\n$")
         self.tracks()
         self.assertEqual(len(list(self.out.iterdir())), 2)
 
@@ -121,18 +116,16 @@ import stereo
     def test_what_is_wrong_is_one_line(self):
         file = self.tmp / "file"
         file.write_text("")
-        for arguments, code, words in ((("simulate", "/dev/video99", self.out), 1,
-                                        "no device /dev/video99"), (("nothing.mkv", "simulate",
-                                                                     self.out), 1, "nothing.mkv"),
-                                       (("/dev/video0", "/dev/video0", self.out), 2,
-                                        "two devices"), (("simulate", self.out), 2, "OUT"),
-                                       (("simulate", "simulate", file), 1, "another folder"),
-                                       (("simulate", "simulate", self.tmp / ("x" * 300)), 1,
-                                        "too long"), (("simulate", "simulate", self.out, "--set",
-                                                       "points=1"), 2, "points"),
-                                       (("simulate", "simulate", self.out, "--set", "foo=1"), 2,
-                                        "'foo'"), (("simulate", "simulate", self.out,
-                                                    "--display=x!y"), 2, "--display")):
+        for arguments, code, words in (
+                (("simulate", "/dev/video99", self.out), 1, "no device /dev/video99"),
+                (("nothing.mkv", "simulate", self.out), 1, "nothing.mkv"),
+                (("/dev/video0", "/dev/video0", self.out), 2, "two devices"),
+                (("simulate", self.out), 2, "OUT"),
+                (("simulate", "simulate", file), 1, "another folder"),
+                (("simulate", "simulate", self.tmp / ("x" * 300)), 1, "too long"),
+                (("simulate", "simulate", self.out, "--set", "points=1"), 2, "points"),
+                (("simulate", "simulate", self.out, "--set", "foo=1"), 2, "'foo'"),
+                (("simulate", "simulate", self.out, "--display=x!y"), 2, "--display")):
             with self.subTest(arguments=arguments):
                 self.check_refused(run(*arguments), code, words)
                 self.assertFalse(self.out.exists())

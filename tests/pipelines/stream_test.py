@@ -57,7 +57,8 @@ def free_port(kind=socket.SOCK_STREAM):
 
 
 class Relay:
-    """Between a receiver and its sender, on a port of its own; a connection through it can break. `at_once`: when the sender plays."""
+    """Between a receiver and its sender, on a port of its own; a connection through it can break.
+    `at_once`: when the sender plays."""
 
     def __init__(self, test, to, at_once=None):
         self._to, self._at_once = to, at_once
@@ -107,7 +108,7 @@ class Describing:
     def _serve(self):
         with contextlib.suppress(OSError):  # the end of the test
             while True:
-                threading.Thread(target=self._answer, args=(self._server.accept()[0], ),
+                threading.Thread(target=self._answer, args=(self._server.accept()[0],),
                                  daemon=True).start()
 
     def _answer(self, client):
@@ -115,14 +116,13 @@ class Describing:
             while method := wire.readline().split(b" ")[0]:
                 headers = dict(line.strip().split(b": ", 1)
                                for line in iter(wire.readline, b"\r\n"))
-                known = {
-                    b"OPTIONS": b"Public: DESCRIBE, SETUP, PLAY, TEARDOWN\r\n\r\n",
-                    b"DESCRIBE": b"Content-Type: application/sdp\r\nContent-Length: %d\r\n\r\n%b" %
-                    (len(self._session), self._session)
-                }
+                known = {b"OPTIONS": b"Public: DESCRIBE, SETUP, PLAY, TEARDOWN\r\n\r\n",
+                         b"DESCRIBE":
+                         b"Content-Type: application/sdp\r\nContent-Length: %d\r\n\r\n%b" % (
+                             len(self._session), self._session)}
                 status = b"200 OK" if method in known else b"404 Not Found"
-                wire.write(b"RTSP/1.0 %b\r\nCSeq: %b\r\n%b" %
-                           (status, headers[b"CSeq"], known.get(method, b"\r\n")))
+                wire.write(b"RTSP/1.0 %b\r\nCSeq: %b\r\n%b" % (status, headers[b"CSeq"],
+                                                               known.get(method, b"\r\n")))
                 wire.flush()
 
 
@@ -132,9 +132,9 @@ class Stream(harness.Case):
         self.got.unlink(missing_ok=True)
 
     def start(self, *arguments):
-        process = subprocess.Popen(list(map(str,
-                                            arguments)), env=ENVIRONMENT, stdout=subprocess.PIPE,
-                                   stderr=subprocess.STDOUT, text=True, start_new_session=True)
+        process = subprocess.Popen(list(map(str, arguments)), env=ENVIRONMENT,
+                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                   start_new_session=True)
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
@@ -153,14 +153,13 @@ class Stream(harness.Case):
         self.got.unlink(missing_ok=True)
         process = self.start(*command(program, *arguments))
         for _ in range(600):
-            if process.poll(
-            ) is not None or self.got.exists() and self.got.read_bytes().count(b"\n") >= lines:
+            if process.poll() is not None or self.got.exists() and self.got.read_bytes().count(
+                    b"\n") >= lines:
                 break
             time.sleep(0.1)
         else:
-            self.fail(
-                f"{self.got.stat() if self.got.exists() else 'no file'}: not {lines} lines within a minute"
-            )
+            self.fail(f"{self.got.stat() if self.got.exists() else 'no file'}: not {lines} lines "
+                      "within a minute")
         os.killpg(process.pid, signal.SIGINT)
         said = process.stdout.read()
         self.assertEqual(process.wait(60), 0, said)
@@ -168,9 +167,8 @@ class Stream(harness.Case):
 
     def test_terminals_that_are_closed(self):
         self.sent.unlink(missing_ok=True)
-        stream = harness.Terminal(self,
-                                  command("stream", "--port", 0, "--tracks", self.sent, "simulate"),
-                                  ENVIRONMENT)
+        stream = harness.Terminal(
+            self, command("stream", "--port", 0, "--tracks", self.sent, "simulate"), ENVIRONMENT)
         url = stream.read().strip()
         receive = harness.Terminal(self, command("receive", url, self.got), ENVIRONMENT)
         receive.await_lines(self.got, 5)
@@ -196,24 +194,22 @@ class Stream(harness.Case):
             said = self.receive(30, "--latency", "2000", *form, *more, url, self.got)
             got, sent = self.got.read_bytes(), self.sent.read_bytes().splitlines(keepends=True)
             places = [sent.index(line) for line in got.splitlines(keepends=True)]
-            gaps = [
-                place - before for before, place in zip(places, places[1:]) if place != before + 1
-            ]
+            gaps = [place - before for before, place in zip(places, places[1:])
+                    if place != before + 1]
             # One gap: what is made between the answer to DESCRIBE, for which there must have been a
             # line, and PLAY.
             self.assertLessEqual(len(gaps), 1, places)
             self.assertTrue(all(gap > 0 for gap in gaps), places)
-            self.assertRegex(
-                said,
-                rf"^\d+ frames; {got.count(10)} lines of tracks came with them( \(at the begin and the end .*\))?\n$"
-            )
+            self.assertRegex(said, rf"^\d+ frames; {got.count(10)} lines of tracks came with them( "
+                             r"\(at the begin and the end .*\))?\n$")
         # One tracker, that went on while nobody looked.
         os.killpg(stream.pid, signal.SIGINT)
         self.assertEqual(stream.wait(60), 0)
         harness.check_tracks(self, harness.read_lines(self.sent))
 
     def test_the_video_is_what_it_would_be_without_csdtrack(self):
-        """What is encoded for those who look: each picture's bits and times, with identity in csdtrack's place."""
+        """What is encoded for those who look: each picture's bits and times, with identity in
+        csdtrack's place."""
         program = """
 import hashlib, sys, runner
 plain = sys.argv.pop(1) == "plain"
@@ -244,10 +240,8 @@ import stream
                 cwd=SOURCE / "pipelines" / "lib", capture_output=True, text=True,
                 stdin=subprocess.DEVNULL, timeout=120, env={**ENVIRONMENT, **harness.SAME_MEMORY})
             self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
-            seen[which] = [
-                line for line in done.stdout.splitlines()
-                if len(line.split()) == 2 and len(line.split()[1]) == 32
-            ]
+            seen[which] = [line for line in done.stdout.splitlines() if len(line.split()) == 2 and
+                           len(line.split()[1]) == 32]
         self.assertEqual(len(seen["plain"]), 50)
         self.assertEqual(seen["tracked"], seen["plain"])
 
@@ -261,22 +255,20 @@ import stream
         for kind in "I420", "Y444", "P010_10LE":  # the last is none that videocrop takes
             with self.subTest(kind):
                 self.sent.unlink(missing_ok=True)
-                done = subprocess.run([
-                    sys.executable, "-c", program, "--preset", "", "--port", "0", "--tracks",
-                    self.sent, kind
-                ], cwd=SOURCE / "pipelines" / "lib", capture_output=True, text=True, timeout=120,
-                                      env=ENVIRONMENT)
-                self.assertEqual((done.returncode, done.stderr), (
-                    0,
-                    f"stream: {kind}: 161×121 is no even size, which H.264 wants: the last column and row are left out\n"
-                ))
+                done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--port", "0",
+                                       "--tracks", self.sent, kind],
+                                      cwd=SOURCE / "pipelines" / "lib", capture_output=True,
+                                      text=True, timeout=120, env=ENVIRONMENT)
+                self.assertEqual((done.returncode, done.stderr),
+                                 (0, f"stream: {kind}: 161×121 is no even size, which H.264 wants: "
+                                  "the last column and row are left out\n"))
                 self.assertEqual([(line["width"], line["height"])
                                   for line in harness.read_lines(self.sent)], [(160, 120)] * 10)
 
     def test_who_receives_may_be_there_first(self):
         port = free_port()
-        receiver = self.start(
-            *command("receive", "--seconds", 1, f"rtsp://127.0.0.1:{port}/csdtrack", self.got))
+        receiver = self.start(*command("receive", "--seconds", 1,
+                                       f"rtsp://127.0.0.1:{port}/csdtrack", self.got))
         time.sleep(2)
         self.assertIsNone(receiver.poll())
         self.stream("--port", port, "simulate")
@@ -312,9 +304,8 @@ import stream
         relay = Relay(self, urllib.parse.urlsplit(url).port)
         receiver = self.received(f"rtsp://127.0.0.1:{relay.port}/csdtrack")
         relay.reset()
-        self.assertEqual(
-            receiver.stdout.read(),
-            f"receive: rtsp://127.0.0.1:{relay.port}/csdtrack: the connection was lost\n")
+        self.assertEqual(receiver.stdout.read(), "receive: "
+                         f"rtsp://127.0.0.1:{relay.port}/csdtrack: the connection was lost\n")
         self.assertEqual(receiver.wait(60), 1)
         self.assertTrue(harness.read_lines(self.got))
         self.check_refused(run("receive", f"rtsp://127.0.0.1:{relay.port}/csdtrack", self.got), 2,
@@ -338,13 +329,12 @@ import stream
         video = harness.encode(self.tmp / "numbers.mkv", (picture(n) for n in range(400)),
                                *harness.H264)
         _, url = self.stream("--set", "max-features=5", video)
-        client = harness.Run(
-            f"rtspsrc name=in location={url} protocols=tcp buffer-mode=none latency=200 "
-            # No caps as a filter on `in.`: two of them race for its pads, see
-            # docs/reliability.md.
-            "in. ! rtph264depay ! decodebin ! videoconvert ! video/x-raw,format=RGB,width=320 ! "
-            "fakesink name=video sync=false async=false "
-            "in. ! rtpgstdepay ! fakesink name=lines sync=false async=false")
+        client = harness.Run(f"rtspsrc name=in location={url} protocols=tcp buffer-mode=none latency=200 "
+                             # No caps as a filter on `in.`: two of them race for its pads, see
+                             # docs/reliability.md.
+                             "in. ! rtph264depay ! decodebin ! videoconvert ! video/x-raw,format=RGB,width=320 ! "
+                             "fakesink name=video sync=false async=false "
+                             "in. ! rtpgstdepay ! fakesink name=lines sync=false async=false")
         self.addCleanup(client.pipeline.set_state, Gst.State.NULL)
 
         def level(buffer):
@@ -352,27 +342,22 @@ import stream
             return round((rows[10:, 10:50].mean() - 20) / 18)
 
         frames = client.collect("video", lambda b: (b.pts, level(b)))
-        lines = client.collect(
-            "lines", lambda b:
-            (b.pts, harness.parse_line(b.extract_dup(0, b.get_size()).decode())["frame"]))
+        lines = client.collect("lines", lambda b: (
+            b.pts, harness.parse_line(b.extract_dup(0, b.get_size()).decode())["frame"]))
         client.pipeline.set_state(Gst.State.PLAYING)
         client.until(Gst.MessageType.EOS)  # the end of the file is the session's
         client.pipeline.set_state(Gst.State.NULL)
         self.assertEqual(len(dict(lines)), len(lines), "two lines of one time")
         # The RTP times are the same; rtpjitterbuffer rounds those of either stream to nanoseconds
         # by itself.
-        both = [(number % LEVELS, level)
-                for pts, level in frames
-                for time, number in lines
+        both = [(number % LEVELS, level) for pts, level in frames for time, number in lines
                 if abs(time - pts) <= 1]
         self.assertGreater(len(both), 20, (frames[:5], lines[:5]))
         self.assertGreater(len(both), 0.9 * len(frames), (frames[:5], lines[:5]))
         self.assertEqual([number for number, _ in both], [level for _, level in both])
 
-    SIZES = [
-        f"video/x-raw,format=I420,width={width},height={height},framerate=25/1"
-        for width, height in ((320, 240), (240, 180))
-    ]
+    SIZES = [f"video/x-raw,format=I420,width={width},height={height},framerate=25/1"
+             for width, height in ((320, 240), (240, 180))]
 
     def change(self, receiver):
         """Waits for lines of the first size, then calls back, then waits for those of the other."""
@@ -401,10 +386,10 @@ def play_and_change(run, *arguments, **options):
 runner.Run.play = play_and_change
 import stream
 """
-        stream = subprocess.Popen(
-            [sys.executable, "-c", program, "--preset", "", "--port", "0", "changes"],
-            cwd=SOURCE / "pipelines" / "lib", env=ENVIRONMENT, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, text=True)
+        stream = subprocess.Popen([sys.executable, "-c", program, "--preset", "", "--port", "0",
+                                   "changes"],
+                                  cwd=SOURCE / "pipelines" / "lib", env=ENVIRONMENT,
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.addCleanup(stream.stdout.close)
         self.addCleanup(stream.wait)
         self.addCleanup(stream.kill)
@@ -423,19 +408,19 @@ import stream
         self.assertGreaterEqual(changed, 10)
         self.assertGreater(frames, lines - changed, said)
         stream.terminate()
-        self.assertEqual(
-            (stream.wait(60), re.sub("tracking cost.*", "", stream.stdout.read()).count("\n")),
-            (0, 1))
+        self.assertEqual((stream.wait(60),
+                          re.sub("tracking cost.*", "", stream.stdout.read()).count("\n")), (0, 1))
 
     def test_a_picture_that_changes_its_size_and_has_no_tracks(self):
         port = free_port(socket.SOCK_DGRAM)
-        sender = harness.Run(
-            f"videotestsrc is-live=true ! capsfilter name=size caps={self.SIZES[0]} ! x264enc tune=zerolatency key-int-max=10 ! mpegtsmux ! "
-            f"srtsink wait-for-connection=false uri=srt://127.0.0.1:{port}?mode=listener")
+        sender = harness.Run("videotestsrc is-live=true ! capsfilter name=size "
+                             f"caps={self.SIZES[0]} ! x264enc tune=zerolatency key-int-max=10 ! "
+                             "mpegtsmux ! srtsink wait-for-connection=false "
+                             f"uri=srt://127.0.0.1:{port}?mode=listener")
         self.addCleanup(sender.pipeline.set_state, Gst.State.NULL)
         sender.pipeline.set_state(Gst.State.PLAYING)
-        receiver = self.start(
-            *command("receive", "--display=fakesink", f"srt://127.0.0.1:{port}", self.got))
+        receiver = self.start(*command("receive", "--display=fakesink", f"srt://127.0.0.1:{port}",
+                                       self.got))
         waits = self.change(receiver)
         next(waits)
         sender.element("size").set_property("caps", Gst.Caps.from_string(self.SIZES[1]))
@@ -450,13 +435,12 @@ import stream
         server = self.start("/usr/bin/python3", "-c", RECORDER)
         port = server.stdout.readline().strip()
         srt = free_port(socket.SOCK_DGRAM)
-        self.start(
-            "gst-launch-1.0", "-q",
-            *("csdsimsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! x264enc tune=zerolatency "
-              f"key-int-max=10 ! mpegtsmux ! srtsink wait-for-connection=false uri=srt://127.0.0.1:{srt}?mode=listener"
-              ).split())
-        for url, more in ((f"rtsp://127.0.0.1:{port}/live", ()), (f"srt://127.0.0.1:{srt}",
-                                                                  ("--display=fakesink", ))):
+        self.start("gst-launch-1.0", "-q",
+                   *("csdsimsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! "
+                     "x264enc tune=zerolatency key-int-max=10 ! mpegtsmux ! srtsink "
+                     f"wait-for-connection=false uri=srt://127.0.0.1:{srt}?mode=listener").split())
+        for url, more in ((f"rtsp://127.0.0.1:{port}/live", ()),
+                          (f"srt://127.0.0.1:{srt}", ("--display=fakesink",))):
             with self.subTest(url):
                 self.assertIn("ms a frame",
                               self.receive(20, "--set", "max-features=10", *more, url, self.got))
@@ -468,29 +452,26 @@ import stream
         port = free_port(socket.SOCK_DGRAM)
         wide = "queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0"
         self.sent.unlink(missing_ok=True)
-        self.start(
-            "gst-launch-1.0", "-q",
-            *(f"csdsimsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! csdtrack max-features=10 ! tee name=t mpegtsmux alignment=7 name=m ! "
-              f"srtsink wait-for-connection=false uri=srt://127.0.0.1:{port}?mode=listener "
-              f"t. ! queue ! x264enc tune=zerolatency key-int-max=10 ! h264parse config-interval=-1 ! m. t. ! csdtrackenc ! {wide} ! m. "
-              f"t. ! csdtrackenc ! {wide} ! filesink location={self.sent} buffer-mode=unbuffered async=false"
-              ).split())
+        self.start("gst-launch-1.0", "-q", *(
+            "csdsimsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! csdtrack "
+            "max-features=10 ! tee name=t mpegtsmux alignment=7 name=m ! srtsink "
+            f"wait-for-connection=false uri=srt://127.0.0.1:{port}?mode=listener t. ! queue ! "
+            "x264enc tune=zerolatency key-int-max=10 ! h264parse config-interval=-1 ! m. t. ! "
+            f"csdtrackenc ! {wide} ! m. t. ! csdtrackenc ! {wide} ! filesink location={self.sent} "
+            "buffer-mode=unbuffered async=false").split())
         for more in (), ("--display=fakesink",):
             said = self.receive(30, "--klv", *more, f"srt://127.0.0.1:{port}", self.got)
             got, sent = self.got.read_bytes(), self.sent.read_bytes()
             self.assertIn(got, sent)
-            self.assertRegex(
-                said,
-                rf"^\d+ frames; {got.count(10)} lines of tracks came with them( \(at the begin and the end .*\))?\n$"
-            )
+            self.assertRegex(said, rf"^\d+ frames; {got.count(10)} lines of tracks came with them( "
+                             r"\(at the begin and the end .*\))?\n$")
 
     def test_klv_that_is_not_there_is_missed(self):
         port = free_port(socket.SOCK_DGRAM)
-        self.start(
-            "gst-launch-1.0", "-q",
-            *("csdsimsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! x264enc tune=zerolatency "
-              f"key-int-max=10 ! mpegtsmux ! srtsink wait-for-connection=false uri=srt://127.0.0.1:{port}?mode=listener"
-              ).split())
+        self.start("gst-launch-1.0", "-q",
+                   *("csdsimsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! "
+                     "x264enc tune=zerolatency key-int-max=10 ! mpegtsmux ! srtsink "
+                     f"wait-for-connection=false uri=srt://127.0.0.1:{port}?mode=listener").split())
         for url in f"srt://127.0.0.1:{port}", self.stream("simulate")[1]:
             self.got.unlink(missing_ok=True)
             self.check_refused(run("receive", "--klv", url, self.got), 1,
@@ -499,9 +480,8 @@ import stream
     def test_other_commands_take_the_stream(self):
         _, url = self.stream("--overlay", "simulate")
         # is no picture: no matter
-        self.assertNotIn(
-            "ndjson",
-            self.receive(5, "--sink", "fakesink", "--tracks", self.got, url, program="live"))
+        self.assertNotIn("ndjson", self.receive(5, "--sink", "fakesink", "--tracks", self.got, url,
+                                                program="live"))
 
     def test_who_comes_while_another_looks_gets_the_same(self):
         _, url = self.stream("simulate")
@@ -514,11 +494,9 @@ import stream
         self.receive(20, url, self.got)
         for file in first, self.got:
             lines = file.read_bytes().splitlines(keepends=True)[-10:]
-            self.assertTrue(
-                b"".join(lines) in sent(),
-                f"{file}: of {len(lines)} lines some were not sent, or not in this order")
-        frames = [{line["frame"]
-                   for line in harness.read_lines(file, torn=True)}
+            self.assertTrue(b"".join(lines) in sent(), f"{file}: of {len(lines)} lines some were "
+                            "not sent, or not in this order")
+        frames = [{line["frame"] for line in harness.read_lines(file, torn=True)}
                   for file in (first, self.got)]
         self.assertTrue(frames[1] - {max(frames[1])} <= frames[0], frames)
 
@@ -528,8 +506,8 @@ import stream
             with self.subTest(caps):
                 server = Describing(
                     self,
-                    b"v=0\r\no=- 1 1 IN IP4 127.0.0.1\r\ns=x\r\nt=0 0\r\nm=application 0 RTP/AVP 97\r\nc=IN IP4 127.0.0.1\r\n"
-                    b"a=rtpmap:97 X-GST/90000\r\na=fmtp:97 caps=" + caps + b"\r\na=control:1\r\n")
+                    b"v=0\r\no=- 1 1 IN IP4 127.0.0.1\r\ns=x\r\nt=0 0\r\nm=application 0 RTP/AVP 97\r\nc=IN IP4 127.0.0.1\r\n" b"a=rtpmap:97 X-GST/90000\r\na=fmtp:97 caps=" +
+                    caps + b"\r\na=control:1\r\n")
                 self.check_refused(run("receive", server.url, self.got), 1, "receive: ")
 
     def test_what_is_wrong_is_one_line(self):
@@ -537,26 +515,25 @@ import stream
         self.addCleanup(taken.close)
         port, nobody = taken.getsockname()[1], free_port()
         for name, arguments, code, words in (
-            ("stream", ("--port", port),
-             1, f"port {port}"), ("stream", ("--address", "192.0.2.1"),
-                                  1, "192.0.2.1"), ("stream", ("nothing.mp4", ), 1, "no file"),
-            ("stream", ("/dev/video99", ), 1,
-             "no device"), ("stream", ("--port", "x"), 2,
-                            "--port"), ("stream", ("--port", "65536"), 2, "--port"),
-            ("stream", ("--path", "a/b"), 2,
-             "--path"), ("stream", ("--bitrate", "0"), 2,
-                         "--bitrate"), ("stream", ("--tracks", self.tmp), 2, "folder"),
-            ("stream", ("--port", 0, "--preset", "fast"), 2,
-             "live-low-latency"), ("receive", (f"rtsp://127.0.0.1:{nobody}/x", self.got), 1,
-                                   f"nobody serves RTSP at 127.0.0.1:{nobody}"),
-            ("receive", ("rtsp://x:y/z", self.got), 1,
-             "Port"), ("receive", ("in.mkv", self.got), 2,
-                       "rtsp://"), ("receive", ("rtsp://x/y", ), 2,
-                                    "TRACKS"), ("receive", ("rtsp://x/y", self.tmp), 2, "folder"),
-            ("receive", ("--set", "foo=1", "rtsp://x/y", self.got), 2,
-             "'foo'"), ("receive", ("--latency", "-1", "rtsp://x/y", self.got), 2,
-                        "--latency"), ("receive", ("--display=nosuchsink", "rtsp://x/y", self.got),
-                                       1, "nosuchsink")):
+                ("stream", ("--port", port), 1, f"port {port}"),
+                ("stream", ("--address", "192.0.2.1"), 1, "192.0.2.1"),
+                ("stream", ("nothing.mp4",), 1, "no file"),
+                ("stream", ("/dev/video99",), 1, "no device"),
+                ("stream", ("--port", "x"), 2, "--port"),
+                ("stream", ("--port", "65536"), 2, "--port"),
+                ("stream", ("--path", "a/b"), 2, "--path"),
+                ("stream", ("--bitrate", "0"), 2, "--bitrate"),
+                ("stream", ("--tracks", self.tmp), 2, "folder"),
+                ("stream", ("--port", 0, "--preset", "fast"), 2, "live-low-latency"),
+                ("receive", (f"rtsp://127.0.0.1:{nobody}/x", self.got), 1,
+                 f"nobody serves RTSP at 127.0.0.1:{nobody}"),
+                ("receive", ("rtsp://x:y/z", self.got), 1, "Port"),
+                ("receive", ("in.mkv", self.got), 2, "rtsp://"),
+                ("receive", ("rtsp://x/y",), 2, "TRACKS"),
+                ("receive", ("rtsp://x/y", self.tmp), 2, "folder"),
+                ("receive", ("--set", "foo=1", "rtsp://x/y", self.got), 2, "'foo'"),
+                ("receive", ("--latency", "-1", "rtsp://x/y", self.got), 2, "--latency"),
+                ("receive", ("--display=nosuchsink", "rtsp://x/y", self.got), 1, "nosuchsink")):
             with self.subTest(name, arguments=arguments):
                 self.check_refused(run(name, *arguments), code, words)
 

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""pipelines/experiments/summary: docs/evaluation.md, performance.md and own-video.md say what docs/results/ says. summary_test.py ROOT"""
+"""pipelines/experiments/summary: docs/evaluation.md, performance.md and own-video.md say what
+docs/results/ says. summary_test.py ROOT"""
 
 import pathlib
 import re
@@ -59,9 +60,8 @@ class Summaries(unittest.TestCase):
         self.change("benchmarks", "\n1920x1080      1000 ",
                     "\n1920x1080      1000   77.77 /  88.88    99.9\n1920x1080      1001 ")
         path = self.docs / "results" / "clips.md"
-        path.write_text(
-            re.sub(r"(?m)^(\| mean of \d+ \| csd \| .*?\| .*?\|) \S+ \| \S+ \|",
-                   r"\1 0.111 | 0.222 |", path.read_text()))
+        path.write_text(re.sub(r"(?m)^(\| mean of \d+ \| csd \| .*?\| .*?\|) \S+ \| \S+ \|",
+                               r"\1 0.111 | 0.222 |", path.read_text()))
         summaries.write(self.docs)
         after = {name: (self.docs / name).read_text() for name in before}
         smoke = next(line for line in after["evaluation.md"].splitlines()
@@ -114,14 +114,12 @@ class Pages(unittest.TestCase):
                          for part in page.table(list("abcdefghijkl"), rows).split("\n\n"))
         self.assertEqual([line.split(" | ") for line in (first[0], second[0])],
                          [["| a", *"bcde", "f |"], ["| a", *"ghijk", "l |"]])
-        self.assertEqual(
-            second[2:],
-            ["| 10 | 16 | 17 | 18 | 19 | 20 | 21 |", "| 20 | 26 | 27 | 28 | 29 | 30 | 31 |"])
+        self.assertEqual(second[2:], ["| 10 | 16 | 17 | 18 | 19 | 20 | 21 |",
+                                      "| 20 | 26 | 27 | 28 | 29 | 30 | 31 |"])
         self.assertEqual(page.table(list("abcdefghij"), []).count("\n"), 2)
-        self.assertEqual([
-            part.split(" |", 3)[:2]
-            for part in page.table(list("abcdefghijkl"), [], keys=2).split("\n\n")
-        ], [["| a", " b"]] * 2)
+        self.assertEqual([part.split(" |", 3)[:2]
+                          for part in page.table(list("abcdefghijkl"), [], keys=2).split("\n\n")],
+                         [["| a", " b"]] * 2)
 
     def test_no_table_is_wider_than_a_screen(self):
         for path in (*(DOCS / name for name in PAGES), *(DOCS / "results").glob("*.md")):
@@ -130,11 +128,10 @@ class Pages(unittest.TestCase):
                     self.assertLessEqual(line.count("---"), page.WIDEST, path.name)
 
     def test_links_are_as_from_the_page(self):
-        text = "[a](method.md#x) [b](results/paper.md) [c](../core/csd.h) ![](beyond/d.svg) [e](#f) [g](https://h/i.md)"
-        self.assertEqual(
-            page.linked(text, DOCS / "results"),
-            "[a](../method.md#x) [b](paper.md) [c](../../core/csd.h) ![](beyond/d.svg) [e](#f) [g](https://h/i.md)"
-        )
+        text = ("[a](method.md#x) [b](results/paper.md) [c](../core/csd.h) ![](beyond/d.svg) "
+                "[e](#f) [g](https://h/i.md)")
+        self.assertEqual(page.linked(text, DOCS / "results"), "[a](../method.md#x) [b](paper.md) "
+                         "[c](../../core/csd.h) ![](beyond/d.svg) [e](#f) [g](https://h/i.md)")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""pipelines/experiments/beyond --tissue on two generated pictures, and what it says of wrong folders. tissue_test.py ROOT BUILD"""
+"""pipelines/experiments/beyond --tissue on two generated pictures, and what it says of wrong
+folders. tissue_test.py ROOT BUILD"""
 
 import json
 import os
@@ -47,11 +48,8 @@ class Tissue(unittest.TestCase):
         cls.page = (cls.out / "tissue.md").read_text()
 
     def test_each_scene_has_its_row(self):
-        rows = [
-            line.split(" | ")
-            for line in self.page.split("\nThe worst of all")[0].split("| scene |")[1].splitlines()
-            if line.startswith("| ")
-        ]
+        rows = [line.split(" | ") for line in self.page.split("\nThe worst of all")[0].split(
+            "| scene |")[1].splitlines() if line.startswith("| ")]
         self.assertEqual([row[0].strip("| ") for row in rows],
                          [kind["title"] for kind in tissue.KINDS.values()])
         for row in rows:
@@ -74,14 +72,13 @@ class Tissue(unittest.TestCase):
     def test_goes_on_where_it_was(self):
         results = self.out / "results.json"
         before = json.loads(results.read_text())
-        results.write_text(
-            json.dumps({key: text for key, text in before.items() if "beat/rich" not in key}))
+        results.write_text(json.dumps({key: text for key, text in before.items()
+                                       if "beat/rich" not in key}))
         again = beyond("--tissue", self.pictures, "--quick", "--out", self.out)
         self.assertEqual(again.returncode, 0, again.stderr)
         self.assertEqual(set(json.loads(results.read_text())), set(before))
-        again, before = ([
-            line for line in text.splitlines() if not line.startswith("| csdtrack |")
-        ] for text in ((self.out / "tissue.md").read_text(), self.page))
+        again, before = ([line for line in text.splitlines() if not line.startswith("| csdtrack |")]
+                         for text in ((self.out / "tissue.md").read_text(), self.page))
         self.assertEqual(again, before)
 
     def test_wrong_folders(self):

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The page of pipelines/stream --web, in headless Chromium and by plain HTTP: web_test.py REPOSITORY BUILD."""
+"""The page of pipelines/stream --web, in headless Chromium and by plain HTTP: web_test.py
+REPOSITORY BUILD."""
 
 import contextlib
 import http.client
@@ -72,7 +73,8 @@ class Records(unittest.TestCase):
 
 
 class Served(harness.Case):
-    """A stream with a page: of a video whose frames tell their number by the brightness of a corner, and move as a whole."""
+    """A stream with a page: of a video whose frames tell their number by the brightness of a
+    corner, and move as a whole."""
 
     @classmethod
     def setUpClass(cls):
@@ -81,17 +83,12 @@ class Served(harness.Case):
         once = harness.encode(cls.tmp / "once.mkv", (picture(scene, n) for n in range(PERIOD)),
                               *harness.H264, "-bf", "0")
         video = cls.video = cls.tmp / "numbers.mkv"
-        subprocess.run([
-            "ffmpeg", "-v", "error", "-stream_loop",
-            str(ROUNDS - 1), "-i", once, "-c", "copy", video
-        ], check=True)
+        subprocess.run(["ffmpeg", "-v", "error", "-stream_loop", str(ROUNDS - 1), "-i", once, "-c",
+                        "copy", video], check=True)
         cls.sent = cls.tmp / "sent.jsonl"
         process = subprocess.Popen(
-            list(
-                map(
-                    str,
-                    command("--port", 0, "--web=0", "--bitrate", 20000, "--tracks", cls.sent,
-                            "--set", "max-features=20", video))), env=ENVIRONMENT,
+            list(map(str, command("--port", 0, "--web=0", "--bitrate", 20000, "--tracks", cls.sent,
+                                  "--set", "max-features=20", video))), env=ENVIRONMENT,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True)
         cls.process = process
         cls.addClassCleanup(process.stdout.close)
@@ -133,10 +130,8 @@ class Served(harness.Case):
         with contextlib.closing(http.client.HTTPConnection(host or self.host,
                                                            timeout=60)) as connection:
             if content is not None:
-                headers = {
-                    "Content-Type": "application/json", "Origin": f"http://{host or self.host}",
-                    **headers
-                }
+                headers = {"Content-Type": "application/json",
+                           "Origin": f"http://{host or self.host}", **headers}
             connection.request(method, path, content, headers)
             answer = connection.getresponse()
             # more than any file, and /live has no end
@@ -164,22 +159,19 @@ class Plain(Served):
         self.assertEqual(self.post(point, Host="evil.example")[0], 403)
         self.assertEqual(self.post(point, Origin="http://evil.example")[0], 403)
         self.assertEqual(self.post(point, Origin="null")[0], 403)
-        self.assertEqual(
-            self.ask("POST", "/points", json.dumps(point), **{"Content-Type": "text/plain"})[0],
-            403)
-        self.assertEqual(
-            self.ask("GET", "/", Host=f"localhost:{self.host.rpartition(':')[2]}")[0], 200)
+        self.assertEqual(self.ask("POST", "/points", json.dumps(point),
+                                  **{"Content-Type": "text/plain"})[0], 403)
+        self.assertEqual(self.ask("GET", "/", Host=f"localhost:{self.host.rpartition(':')[2]}")[0],
+                         200)
 
     def test_refuses_what_is_no_wish(self):
         self.await_line(lambda line: line["frame"] > 0)
         now = self.lines()[-1]["running_time"] // 1000
         for wish, status in ((" ", 400), ("[1]", 400), ('{"x": 1, "y": "1", "time": 1}', 400),
-                             ({"x": 1,
-                               "y": 1}, 400), ({"x": 1, "y": 1,
-                                                "time": 1}, 409), ({"x": -1, "y": 1,
-                                                                    "time": now}, 400),
-                             ({"x": 1, "y": HEIGHT,
-                               "time": now}, 400), (f'{{"x": NaN, "y": 1, "time": {now}}}', 400),
+                             ({"x": 1, "y": 1}, 400), ({"x": 1, "y": 1, "time": 1}, 409),
+                             ({"x": -1, "y": 1, "time": now}, 400),
+                             ({"x": 1, "y": HEIGHT, "time": now}, 400),
+                             (f'{{"x": NaN, "y": 1, "time": {now}}}', 400),
                              ({"remove": 4_000_000_000}, 404), ("[" * 200, 400), ("x" * 2000, 400)):
             with self.subTest(wish):
                 self.assertEqual(self.post(wish)[0], status)
@@ -220,12 +212,13 @@ class Plain(Served):
         process.stdout.readline()
         host = urllib.parse.urlsplit(process.stdout.readline()).netloc.strip()
         self.assertEqual(self.ask("GET", "/", host=host)[0], 200)
-        self.assertEqual(
-            self.post({"remove": 0}, host=host),
-            (403, "points are added on the machine itself only, or through a tunnel to it"))
+        self.assertEqual(self.post({"remove": 0}, host=host),
+                         (403,
+                          "points are added on the machine itself only, or through a tunnel to it"))
 
     def stalled(self):
-        """One who looks and takes nothing but the status. Those of an earlier test may still be there, and take all places."""
+        """One who looks and takes nothing but the status. Those of an earlier test may still be
+        there, and take all places."""
         host, _, port = self.host.rpartition(":")
         until = time.monotonic() + harness.HANGS
         while time.monotonic() < until:
@@ -273,13 +266,13 @@ class Plain(Served):
 
     def test_wrong_use(self):
         for arguments, code, words in ((["--web=70000"], 2, "--web: 70000 is not from 0 to 65535"),
-                                       (["--web=x"], 2,
-                                        "--web"), ([f"--web={self.host.rpartition(':')[2]}"], 1,
-                                                   "can't serve the page at 127.0.0.1, port")):
+                                       (["--web=x"], 2, "--web"),
+                                       ([f"--web={self.host.rpartition(':')[2]}"], 1,
+                                        "can't serve the page at 127.0.0.1, port")):
             with self.subTest(arguments):
-                done = subprocess.run(command("--port", 0, *arguments,
-                                              "simulate"), capture_output=True, text=True,
-                                      stdin=subprocess.DEVNULL, timeout=60, env=ENVIRONMENT)
+                done = subprocess.run(command("--port", 0, *arguments, "simulate"),
+                                      capture_output=True, text=True, stdin=subprocess.DEVNULL,
+                                      timeout=60, env=ENVIRONMENT)
                 self.check_refused(done, code, words)
 
 
@@ -305,8 +298,8 @@ class Page(Served):
                 return found
             time.sleep(0.1)
         self.fail(
-            f"never: {text}; {self.js('return [csdLive.state(), document.getElementById(`trouble`).textContent]')}"
-        )
+            f"never: {text}; "
+            f"{self.js('return [csdLive.state(), document.getElementById(`trouble`).textContent]')}")
 
     def test_shows_the_tracks_of_the_frame_that_is_shown(self):
         self.until("csdLive.state().drawn.length > 5")
@@ -354,26 +347,23 @@ class Page(Served):
         self.assertIn("added", told)
         self.assertEqual(self.js("return document.getElementById('told').textContent"),
                          f"Point {told['added']} is added.")
-        frame, (line,
-                point) = self.js("return clicked"), self.await_point(told["added"], "learning",
-                                                                     "tracked")
+        frame, (line, point) = self.js("return clicked"), self.await_point(told["added"],
+                                                                           "learning", "tracked")
         dx, dy = (a - b for a, b in zip(motion(line["frame"]), motion(frame)))
         self.assertLess(math.dist((point["x"], point["y"]), (200 + dx, 150 + dy)), 8,
                         (frame, line["frame"]))
         # At once where it is: until WebDriver has clicked it is elsewhere.
         self.until(f"csdLive.state().drawn.find(({{id}}) => id === {told['added']})")
-        self.js(
-            """const overlay = document.getElementById('overlay'), box = overlay.getBoundingClientRect();
+        self.js("""const overlay = document.getElementById('overlay'), box = overlay.getBoundingClientRect();
             const {x, y} = csdLive.state().drawn.find(({id}) => id === arguments[0]);
             overlay.dispatchEvent(new MouseEvent('contextmenu', {cancelable: true, clientX: box.left + (x + 0.5) / 320 * box.width,
-                                                                 clientY: box.top + (y + 0.5) / 240 * box.height}))""",
-            told["added"])
+                                                                 clientY: box.top + (y + 0.5) / 240 * box.height}))""", told["added"])
         self.until(f"csdLive.state().told.removed === {told['added']}")
         self.await_point(told["added"], "ended")
 
     def test_what_is_kept_is_bounded(self):
-        begun = self.until(
-            "csdLive.state().kept > 1 && document.getElementById('video').buffered.start(0)")
+        begun = self.until("csdLive.state().kept > 1 && "
+                           "document.getElementById('video').buffered.start(0)")
         self.until(f"document.getElementById('video').buffered.start(0) > {begun}")
         self.assertLess(self.js("return csdLive.state().kept"), 7)
 
@@ -394,9 +384,8 @@ class Page(Served):
                 file.write(part.read_bytes())
         self.browser.get(self.served("--web=0", self.tmp / "sizes.h264")[1])
         for width in 320, 160:
-            self.until(
-                f"document.getElementById('video').videoWidth === {width} && document.getElementById('facts').textContent.startsWith('{width}×')"
-            )
+            self.until(f"document.getElementById('video').videoWidth === {width} && "
+                       f"document.getElementById('facts').textContent.startsWith('{width}×')")
         self.until("csdLive.state().drawn.some(({state}) => state === 'tracked')")
 
     def test_who_looks_when_it_begins_again_sees_it(self):
@@ -406,9 +395,8 @@ class Page(Served):
             process, _ = self.served(f"--web={port}", *["--klv"] * begin, self.video)
             if not begin:
                 self.browser.get(f"http://127.0.0.1:{port}")
-            self.until(
-                f"csdLive.state().connection > {begin} && csdLive.state().drawn.length > 5 && document.getElementById('trouble').hidden"
-            )
+            self.until(f"csdLive.state().connection > {begin} && csdLive.state().drawn.length > 5 "
+                       "&& document.getElementById('trouble').hidden")
             process.send_signal(signal.SIGINT)
             self.until("document.getElementById('trouble').textContent.endsWith('; trying again')")
             process.wait(60)

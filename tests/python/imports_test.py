@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Exceptions reach Python, and the bus, in whatever order a program imports what brings unwinders along. $THROWS is throws.cpp."""
+"""Exceptions reach Python, and the bus, in whatever order a program imports what brings unwinders
+along. $THROWS is throws.cpp."""
 
 import itertools
 import os
@@ -29,12 +30,9 @@ THROWN = """
 for name in "throws_ours", "throws_the_library", "throws_opencv", "throws_again", "throws_for_memory":
     assert getattr(throws, name)() & 1, name
 """
-IMPORTS = {
-    "csdtrack": "import csdtrack",
-    "cv2": "import cv2",
-    "gi": "import gi; gi.require_version('Gst', '1.0'); from gi.repository import Gst; Gst.init(None)",
-    "throws": f"import ctypes; throws = ctypes.CDLL({os.environ['THROWS']!r})",
-}
+IMPORTS = {"csdtrack": "import csdtrack", "cv2": "import cv2", "gi": "import gi; "
+           "gi.require_version('Gst', '1.0'); from gi.repository import Gst; Gst.init(None)",
+           "throws": f"import ctypes; throws = ctypes.CDLL({os.environ['THROWS']!r})"}
 
 
 class Imports(unittest.TestCase):

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The Python module: frames of every layout, its arguments, and that it says what the element says."""
+"""The Python module: frames of every layout, its arguments, and that it says what the element
+says."""
 
 import ast
 import gc
@@ -53,36 +54,32 @@ class Frames(harness.Case):
     def test_says_what_the_element_says(self):
         # 322 pixels: rows that GStreamer fills up, but for one format.
         for form, colours, algorithm in (("RGB", 3, "csd"), ("BGR", 3, "csd"), ("GRAY8", 1, "csd"),
-                                         ("RGB", 3, "csd-2012"), ("BGR", 3, "ms1"), ("GRAY8", 1,
-                                                                                     "lk")):
+                                         ("RGB", 3, "csd-2012"), ("BGR", 3, "ms1"),
+                                         ("GRAY8", 1, "lk")):
             for height in (240, 600) if (form, algorithm) == ("RGB", "csd") else (240,):
                 with self.subTest(form=form, algorithm=algorithm, height=height):
-                    settings = {
-                        "algorithm": algorithm, "max-features": 12, "learning": "sync", "seed": 5
-                    }
+                    settings = {"algorithm": algorithm, "max-features": 12, "learning": "sync",
+                                "seed": 5}
                     words = " ".join(f"{k}={v}" for k, v in settings.items())
                     elements = harness.Run(
-                        f"csdsimsrc num-buffers=30 style=heart effects=heart-strong=1,sway=1 ! "
-                        f"video/x-raw,width=322,height={height},framerate=25/1 ! videoconvert ! video/x-raw,format={form} ! "
-                        f"csdtrack {words} ! fakesink name=out")
+                        "csdsimsrc num-buffers=30 style=heart effects=heart-strong=1,sway=1 ! "
+                        f"video/x-raw,width=322,height={height},framerate=25/1 ! videoconvert ! "
+                        f"video/x-raw,format={form} ! csdtrack {words} ! fakesink name=out")
 
                     def read(buffer):
                         meta = buffer.get_custom_meta("GstCsdTrackMeta").get_structure()
-                        features = [
-                            tuple(
-                                f.get_value(n)
-                                for n in ("id", "x", "y", "state", "confidence", "fresh"))
-                            for f in meta.get_value("features")
-                        ]
+                        features = [tuple(f.get_value(n)
+                                          for n in ("id", "x", "y", "state", "confidence", "fresh"))
+                                    for f in meta.get_value("features")]
                         return buffer.extract_dup(
                             0, buffer.get_size()), buffer.pts, buffer.duration, features
 
                     buffers = elements.collect("out", read)
                     elements.to_end()
                     self.assertEqual(len(buffers), 30)
-                    tracker = csdtrack.Tracker(
-                        order="bgr" if form == "BGR" else "rgb",
-                        **{k.replace("-", "_"): v for k, v in settings.items()})
+                    tracker = csdtrack.Tracker(order="bgr" if form == "BGR" else "rgb",
+                                               **{k.replace("-", "_"): v
+                                                  for k, v in settings.items()})
                     stride = (322 * colours + 3) // 4 * 4
                     seen = 0
                     for data, pts, duration, features in buffers:
@@ -109,17 +106,14 @@ class Frames(harness.Case):
             return whole
 
         copy = np.ascontiguousarray
-        for name, memory, view in (("upside down", lambda f: copy(f[::-1]), lambda m: m[::-1]),
-                                   ("mirrored", lambda f: copy(f[:, ::-1]), lambda m: m[:, ::-1]),
-                                   ("all reversed", lambda f: copy(f[::-1, ::-1, ::-1]),
-                                    lambda m: m[::-1, ::-1, ::-1]),
-                                   ("columns first", np.asfortranarray,
-                                    lambda m: m), ("planes", lambda f: copy(f.transpose(2, 0, 1)),
-                                                   lambda m: m.transpose(1, 2, 0)),
-                                   ("a part of something larger", inside,
-                                    lambda m: m[2:-3:3, 3:-4:2, 1:4]),
-                                   ("four to a pixel", lambda f: np.dstack([f, f[..., 0]]),
-                                    lambda m: m[..., :3])):
+        for name, memory, view in (
+                ("upside down", lambda f: copy(f[::-1]), lambda m: m[::-1]),
+                ("mirrored", lambda f: copy(f[:, ::-1]), lambda m: m[:, ::-1]),
+                ("all reversed", lambda f: copy(f[::-1, ::-1, ::-1]),
+                 lambda m: m[::-1, ::-1, ::-1]), ("columns first", np.asfortranarray, lambda m: m),
+                ("planes", lambda f: copy(f.transpose(2, 0, 1)), lambda m: m.transpose(1, 2, 0)),
+                ("a part of something larger", inside, lambda m: m[2:-3:3, 3:-4:2, 1:4]),
+                ("four to a pixel", lambda f: np.dstack([f, f[..., 0]]), lambda m: m[..., :3])):
             with self.subTest(name):
                 self.assertSame(run(through(memory, view)), self.expected, name)
 
@@ -127,9 +121,8 @@ class Frames(harness.Case):
         reversed_colours = [frame[..., ::-1] for frame in self.scene]
         self.assertSame(run(reversed_colours, order="bgr"), self.expected)
         other = run(reversed_colours)
-        self.assertTrue(
-            any(len(a) != len(b) or (a != b).any() for a, b in zip(other, self.expected)),
-            "red weighs more than blue")
+        self.assertTrue(any(len(a) != len(b) or (a != b).any()
+                            for a, b in zip(other, self.expected)), "red weighs more than blue")
 
     def test_gray_strides(self):
         gray = [frame[..., 1] for frame in self.scene]  # every third byte
@@ -261,8 +254,8 @@ class Stream(harness.Case):
         self.assertTrue(tracker.remove_point(0))
         self.assertFalse(tracker.remove_point(77))
         rows = tracker.process(self.frame)
-        self.assertEqual(rows[["id", "state"]].tolist(), [(0, "ended"), (1, "learning"),
-                                                          (2, "learning")])
+        self.assertEqual(rows[["id", "state"]].tolist(),
+                         [(0, "ended"), (1, "learning"), (2, "learning")])
         self.assertEqual(rows["y"][2], 60.5)
         tracker.reset()
         rows = tracker.process(self.frame)
@@ -331,10 +324,10 @@ class Stream(harness.Case):
                 (np.broadcast_to(np.uint8(0), (2, 40000)), ValueError, r"\(2, 40000\)")):
             with self.subTest(text), self.assertRaisesRegex(kind, text):
                 tracker.process(wrong)
-        for arguments, kind, text in (((0.04, ), TypeError,
+        for arguments, kind, text in (((0.04,), TypeError,
                                        r"pts is a float.*round\(seconds \* 1e9\), or None"),
-                                      ((-1, ), ValueError, "pts=-1 is not in"),
-                                      ((2**63, ), ValueError, "pts=9223372036854775808"),
+                                      ((-1,), ValueError, "pts=-1 is not in"),
+                                      ((2**63,), ValueError, "pts=9223372036854775808"),
                                       ((None, -1), ValueError, "duration=-1"),
                                       ((None, "x"), TypeError, "duration is a str")):
             with self.subTest(text), self.assertRaisesRegex(kind, text):
@@ -344,28 +337,26 @@ class Stream(harness.Case):
 
     def test_settings_that_are_none(self):
         for name, value, kind, text in (
-            ("algorithm", "kcf", ValueError,
-             "none of 'csd', 'csd-2012', 'lk', 'ms1', 'ms2', 'sift', 'csd-forest'"),
-            ("algorithm", 3, TypeError,
-             "algorithm=3"), ("order", "RGB", ValueError,
-                              "'rgb', 'bgr'"), ("learning", "no", ValueError, "'async', 'sync'"),
-            ("content_area", "", ValueError,
-             "'auto', 'full'"), ("points", [], ValueError,
-                                 "max_features=0"), ("points", [[1, 2,
-                                                                 3]], ValueError, r"\(1, 3\)"),
-            ("points", "10,20", TypeError,
-             "give N rows"), ("points", [[1, np.inf]], ValueError,
-                              r"points\[0\] is not finite"), ("points", np.zeros(
-                                  (10001, 2)), ValueError, "at most 10000"), ("region", (1, 2, 3),
-                                                                              ValueError, "four"),
-            ("region", "1,2,3,4", TypeError, "region is a str"), ("region", (0, 0, 0, 1),
-                                                                  ValueError, r"region\[2\]=0"),
-            ("region", (0, 0, 1.5, 1), TypeError,
-             r"region\[2\] is a float"), ("training_time", 0.5, TypeError,
-                                          "nanoseconds"), ("seed", -1, ValueError, "seed=-1"),
-            ("seed", 2**64, ValueError, "below"), ("replenish", "x", TypeError, "replenish"),
-            ("max_features", True, TypeError, "max_features is a bool"), ("colour", 1, TypeError,
-                                                                          "colour")):
+                ("algorithm", "kcf", ValueError,
+                 "none of 'csd', 'csd-2012', 'lk', 'ms1', 'ms2', 'sift', 'csd-forest'"),
+                ("algorithm", 3, TypeError, "algorithm=3"),
+                ("order", "RGB", ValueError, "'rgb', 'bgr'"),
+                ("learning", "no", ValueError, "'async', 'sync'"),
+                ("content_area", "", ValueError, "'auto', 'full'"),
+                ("points", [], ValueError, "max_features=0"),
+                ("points", [[1, 2, 3]], ValueError, r"\(1, 3\)"),
+                ("points", "10,20", TypeError, "give N rows"),
+                ("points", [[1, np.inf]], ValueError, r"points\[0\] is not finite"),
+                ("points", np.zeros((10001, 2)), ValueError, "at most 10000"),
+                ("region", (1, 2, 3), ValueError, "four"),
+                ("region", "1,2,3,4", TypeError, "region is a str"),
+                ("region", (0, 0, 0, 1), ValueError, r"region\[2\]=0"),
+                ("region", (0, 0, 1.5, 1), TypeError, r"region\[2\] is a float"),
+                ("training_time", 0.5, TypeError, "nanoseconds"),
+                ("seed", -1, ValueError, "seed=-1"), ("seed", 2**64, ValueError, "below"),
+                ("replenish", "x", TypeError, "replenish"),
+                ("max_features", True, TypeError, "max_features is a bool"),
+                ("colour", 1, TypeError, "colour")):
             with self.subTest(name=name, value=value), self.assertRaisesRegex(kind, text):
                 csdtrack.Tracker(**{name: value})
         for x in (np.nan, np.inf):
@@ -374,20 +365,17 @@ class Stream(harness.Case):
 
     def test_arguments_of_a_wrong_kind_or_number_are_named_in_a_line(self):
         tracker = csdtrack.Tracker()
-        for call, text in ((lambda: csdtrack.Tracker("lk"),
-                            "positional"), (lambda: csdtrack.Tracker(colour=1),
-                                            "unexpected keyword argument 'colour'"),
-                           (lambda: csdtrack.Tracker(replenish="no"),
-                            "replenish is a str, not a bool"),
-                           (lambda: csdtrack.Tracker(replenish=None),
-                            "replenish is a NoneType"), (lambda: tracker.process(), "'frame'"),
-                           (lambda: tracker.process(self.frame, discont="no"),
-                            "discont is a str, not a bool"), (lambda: tracker.add_point("1", 2),
-                                                              "x is a str, not a number"),
-                           (lambda: tracker.add_point(1, None),
-                            "y is a NoneType"), (lambda: tracker.add_point(
-                                (1, 2)), "missing 1 required positional argument: 'y'"),
-                           (lambda: tracker.remove_point("1"), "id is a str, not an int")):
+        for call, text in (
+                (lambda: csdtrack.Tracker("lk"), "positional"),
+                (lambda: csdtrack.Tracker(colour=1), "unexpected keyword argument 'colour'"),
+                (lambda: csdtrack.Tracker(replenish="no"), "replenish is a str, not a bool"),
+                (lambda: csdtrack.Tracker(replenish=None), "replenish is a NoneType"),
+                (lambda: tracker.process(), "'frame'"),
+                (lambda: tracker.process(self.frame, discont="no"), "discont is a str, not a bool"),
+                (lambda: tracker.add_point("1", 2), "x is a str, not a number"),
+                (lambda: tracker.add_point(1, None), "y is a NoneType"),
+                (lambda: tracker.add_point((1, 2)), "missing 1 required positional argument: 'y'"),
+                (lambda: tracker.remove_point("1"), "id is a str, not an int")):
             with self.subTest(text), self.assertRaisesRegex(TypeError, f"^[^\n]*{text}[^\n]*$"):
                 call()
         with self.assertRaises(AttributeError):
@@ -442,9 +430,9 @@ del old
 print(len(csdtrack.Tracker(points=[[80, 60]]).process(frame)))
 """  # and kept goes at the child's end
         # Python 3.12 itself warns of a fork beside threads.
-        done = subprocess.run(
-            [sys.executable, "-W", "ignore:This process:DeprecationWarning", "-c", program],
-            capture_output=True, text=True, timeout=120)
+        done = subprocess.run([sys.executable, "-W", "ignore:This process:DeprecationWarning", "-c",
+                               program],
+                              capture_output=True, text=True, timeout=120)
         self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
         *errors, anew = done.stdout.splitlines()
         self.assertEqual(len(errors), len(self.CALLS))
@@ -463,10 +451,9 @@ class Interface(harness.Case):
         self.assertEqual(set(ours) - set(specs), {"order"})
         # attach-analytics is there only where it is built.
         self.assertEqual({n for n in specs if specs[n].owner_type == element.__gtype__} -
-                         set(ours) - {"attach_analytics"}, {
-                             "overlay", "attach_meta", "attach_roi", "post_messages",
-                             "message_interval", "on_error", "navigation", "stats"
-                         })
+                         set(ours) - {"attach_analytics"},
+                         {"overlay", "attach_meta", "attach_roi", "post_messages",
+                          "message_interval", "on_error", "navigation", "stats"})
         for name, default in ours.items():
             if name == "order":
                 continue
@@ -484,9 +471,8 @@ class Interface(harness.Case):
                         csdtrack.Tracker(**{name: most + 1})
                     with self.assertRaisesRegex(ValueError, name):
                         csdtrack.Tracker(**{name: -1})
-        self.assertEqual(
-            csdtrack.ALGORITHMS,
-            tuple(v.value_nick for v in type(element.props.algorithm).__enum_values__.values()))
+        self.assertEqual(csdtrack.ALGORITHMS, tuple(
+            v.value_nick for v in type(element.props.algorithm).__enum_values__.values()))
 
     def test_the_stub_has_the_modules_defaults(self):
         theirs = inspect.signature(csdtrack.Tracker).parameters
@@ -497,10 +483,9 @@ class Interface(harness.Case):
         if subprocess.run([sys.executable, "-c", "import mypy"], capture_output=True).returncode:
             raise unittest.SkipTest("mypy is not installed")
         (self.tmp / "allowed").write_text("csdtrack.Tracker\n")  # its metaclass is pybind11's
-        done = subprocess.run([
-            sys.executable, "-m", "mypy.stubtest", "csdtrack", "--ignore-missing-stub",
-            "--allowlist", "allowed"
-        ], cwd=self.tmp, capture_output=True, text=True, timeout=300)
+        done = subprocess.run([sys.executable, "-m", "mypy.stubtest", "csdtrack",
+                               "--ignore-missing-stub", "--allowlist", "allowed"],
+                              cwd=self.tmp, capture_output=True, text=True, timeout=300)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
 

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The programs and commands of docs/python.md, as they stand there, on a made-up video whose motion is known."""
+"""The programs and commands of docs/python.md, as they stand there, on a made-up video whose motion
+is known."""
 
 import importlib.util
 import json
@@ -18,10 +19,8 @@ from harness import CLAIMS, FRAME, HANGS, STATES
 DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
 PAGE = (DOCS / "python.md").read_text()
 BLOCKS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
-LINES = {
-    n: line for n in ("csv", "jsonl")
-    for line in re.findall(rf"^    (gst-launch.*tracks\.{n})$", PAGE, re.MULTILINE)
-}
+LINES = {n: line for n in ("csv", "jsonl")
+         for line in re.findall(rf"^    (gst-launch.*tracks\.{n})$", PAGE, re.MULTILINE)}
 FRAMES = 30
 
 
@@ -84,8 +83,8 @@ class Page(harness.Case):
             self.assertGreaterEqual(float(confidence), 0.5)
             if i in start:
                 dx, dy = at[(int(pts) - first) // FRAME]
-                self.assertLess(
-                    abs(float(x) - start[i][0] - dx) + abs(float(y) - start[i][1] - dy), 1, i)
+                self.assertLess(abs(float(x) - start[i][0] - dx) + abs(float(y) - start[i][1] - dy),
+                                1, i)
 
     def test_messages(self):
         new, *rows, last = self.run_block("add_signal_watch", self.video)

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Each scenario by gst-validate-1.0, where it is installed (Debian 12 and 13 have no package of it): what leaves csdtrack and csdtrackdec,
-buffers and events, is what leaves identity, and gst-validate finds the same fault with them. player_test.py does the like without it."""
+"""Each scenario by gst-validate-1.0, where it is installed (Debian 12 and 13 have no package of
+it): what leaves csdtrack and csdtrackdec, buffers and events, is what leaves identity, and
+gst-validate finds the same fault with them. player_test.py does the like without it."""
 
 import os
 import pathlib
@@ -14,12 +15,14 @@ import harness
 
 HERE = pathlib.Path(__file__).resolve().parent
 # Metadata is what csdtrack is for; when a key frame is asked for is the clock's affair.
-FLOW = (
-    'validateflow, pad="middle:src", record-buffers=true, buffers-checksum=true, ignored-event-types={{custom-downstream}}, '
-    'ignored-fields="stream-start={{stream-id}}, buffer={{meta}}", generate-expectations={first}, expectations-dir="{expected}", '
-    'actual-results-dir="{actual}"')
-FILE = "filesrc location={video} ! qtdemux ! h264parse ! avdec_h264 max-threads=1 ! {element} name=middle ! fakesink"
-MADE = "videotestsrc num-buffers=50 ! video/x-raw,format=I420,width=160,height=120,framerate=25/1 ! {element} name=middle ! "
+FLOW = ('validateflow, pad="middle:src", record-buffers=true, buffers-checksum=true, '
+        'ignored-event-types={{custom-downstream}}, ignored-fields="stream-start={{stream-id}}, '
+        'buffer={{meta}}", generate-expectations={first}, expectations-dir="{expected}", '
+        'actual-results-dir="{actual}"')
+FILE = ("filesrc location={video} ! qtdemux ! h264parse ! avdec_h264 max-threads=1 ! {element} "
+        "name=middle ! fakesink")
+MADE = ("videotestsrc num-buffers=50 ! video/x-raw,format=I420,width=160,height=120,framerate=25/1 "
+        "! {element} name=middle ! ")
 PIPELINES = {
     "seeks": FILE,
     "rates": FILE,
@@ -42,20 +45,15 @@ class Scenarios(harness.Case):
         first = element == "identity"
         folder = self.tmp / name
         config = self.tmp / "config"
-        config.write_text(
-            FLOW.format(first=str(first).lower(), expected=folder, actual=folder /
-                        element.split()[0]) + "\n")
-        done = subprocess.run([
-            "gst-validate-1.0", f"--set-scenario={HERE / name}.scenario", PIPELINES[name].format(
-                video=self.video, element=element)
-        ], env=os.environ | {"GST_VALIDATE_CONFIG": str(config)}, capture_output=True, text=True,
-                              timeout=4 * harness.HANGS)
+        config.write_text(FLOW.format(first=str(first).lower(), expected=folder,
+                                      actual=folder / element.split()[0]) + "\n")
+        done = subprocess.run(["gst-validate-1.0", f"--set-scenario={HERE / name}.scenario",
+                               PIPELINES[name].format(video=self.video, element=element)],
+                              env=os.environ | {"GST_VALIDATE_CONFIG": str(config)},
+                              capture_output=True, text=True, timeout=4 * harness.HANGS)
         reports = re.split(r"\n(?= *(?:critical|issue|warning) : )", done.stdout)[1:]
-        about = sorted({
-            report.splitlines()[0].strip()
-            for report in reports
-            if "middle" in report or "ismatch" in report
-        })
+        about = sorted({report.splitlines()[0].strip() for report in reports
+                        if "middle" in report or "ismatch" in report})
         return done.returncode, about, done.stdout + done.stderr
 
     def test_each(self):

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""csd-label with a real window, mouse and keys, in an X server of its own. $CSD_LABEL and $CSD_SCORE are the programs."""
+"""csd-label with a real window, mouse and keys, in an X server of its own. $CSD_LABEL and
+$CSD_SCORE are the programs."""
 
 import os
 import pathlib
@@ -30,10 +31,9 @@ class Label(unittest.TestCase):
         # just as csd-label comes. Without -r, no auto-repeat, a key types itself again wherever
         # xdotool is slow to release it; and the `q` that ends a session stays down for good, as its
         # window is gone before the release: it would end the next session, too.
-        cls.server = subprocess.Popen([
-            "Xvfb", "-noreset", "-r", "-displayfd",
-            str(write), "-screen", "0", "1280x800x24", "-nolisten", "tcp"
-        ], pass_fds=[write], stderr=subprocess.DEVNULL)
+        cls.server = subprocess.Popen(["Xvfb", "-noreset", "-r", "-displayfd", str(write),
+                                       "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
+                                      pass_fds=[write], stderr=subprocess.DEVNULL)
         os.close(write)
         with os.fdopen(read) as display:
             cls.display = ":" + display.readline().strip()
@@ -48,11 +48,9 @@ class Label(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.tmp = pathlib.Path(folder.name)
         self.video, self.labels = self.tmp / "video.mkv", self.tmp / "labels.csv"
-        subprocess.run([
-            "ffmpeg", "-v", "error", "-f", "lavfi", "-i", "testsrc2=size=320x240:rate=25",
-            "-frames:v", "70", "-c:v", "ffv1",
-            str(self.video)
-        ], check=True)
+        subprocess.run(["ffmpeg", "-v", "error", "-f", "lavfi", "-i",
+                        "testsrc2=size=320x240:rate=25", "-frames:v", "70", "-c:v", "ffv1",
+                        str(self.video)], check=True)
         self.environment = {**os.environ, "DISPLAY": self.display, "QT_X11_NO_MITSHM": "1",
                             "XDG_RUNTIME_DIR": folder.name}
 
@@ -70,8 +68,8 @@ class Label(unittest.TestCase):
 
     def windows(self):
         if self.program.poll() is not None:
-            raise AssertionError(
-                f"csd-label ended with {self.program.returncode}: {self.program.stderr.read()}")
+            raise AssertionError(f"csd-label ended with {self.program.returncode}: "
+                                 f"{self.program.stderr.read()}")
         return self.xdotool("search", "--onlyvisible", "--name", "^csd-label: frame").split()
 
     def xdotool(self, *arguments):
@@ -95,9 +93,8 @@ class Label(unittest.TestCase):
         self.act(rows, "key", "--window", self.window, key)
 
     def until_frame(self, number):
-        until(
-            f"frame {number}", lambda: self.xdotool("getwindowname", self.window).strip() ==
-            f"csd-label: frame {number}")
+        until(f"frame {number}", lambda: self.xdotool("getwindowname", self.window).strip() ==
+              f"csd-label: frame {number}")
 
     def test_a_session(self):
         self.open()
@@ -155,10 +152,8 @@ class Label(unittest.TestCase):
                 done = subprocess.run([os.environ["CSD_LABEL"], self.video], env=environment,
                                       capture_output=True, text=True, timeout=WAIT)
                 self.assertEqual((done.returncode, done.stdout), (1, ""))
-                self.assertEqual(
-                    done.stderr,
-                    f"csd-label: no window can be opened (DISPLAY is {named}): run it in a terminal of a "
-                    "desktop, or over ssh -X\n")
+                self.assertEqual(done.stderr, "csd-label: no window can be opened (DISPLAY is "
+                                 f"{named}): run it in a terminal of a desktop, or over ssh -X\n")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""csd-score as users run it; its numbers against score_reference.py's on random data. $CSD_SCORE is the program."""
+"""csd-score as users run it; its numbers against score_reference.py's on random data. $CSD_SCORE is
+the program."""
 
 import csv
 import io
@@ -30,8 +31,8 @@ class Scene:
                       np.cumsum(random.normal(0, 3, (*shape, 2)), axis=1)).round(3)
         # Errors from tenths of pixels to hundreds: every threshold is between some.
         angle, off = random.uniform(0, 2 * np.pi, shape), 10 ** random.uniform(-1, 2.5, shape)
-        self.tracks = (self.truth +
-                       np.stack([off * np.cos(angle), off * np.sin(angle)], -1)).round(3)
+        self.tracks = (self.truth + np.stack([off * np.cos(angle), off * np.sin(angle)],
+                                             -1)).round(3)
         self.tracks[:, :3] = self.truth[:, :3]  # or csd-score notes that they begin elsewhere
         self.labelled = random.random(shape) < 0.9
         self.labelled[:, :3] = True
@@ -50,46 +51,38 @@ class Scene:
     def write_tracks(self, path, algorithm="random", role="track", size=SIZE):
         with open(path, "w") as file:
             for frame in range(self.claimed.shape[1]):
-                features = [{
-                    "id": i, "x": x, "y": y, "state": "tracked" if claimed else "lost",
-                    "confidence": self.confidence[i, frame] if claimed else 0
-                } for i, ((x, y),
-                          claimed) in enumerate(zip(self.tracks[:, frame], self.claimed[:, frame]))]
-                file.write(
-                    json.dumps({
-                        "schema": 1, "source": "csdtrack0", "role": role, "algorithm": algorithm,
-                        "frame": frame, "pts": frame *
-                        40000000, "width": size[0], "height": size[1], "features": features
-                    }) + "\n")
+                features = [{"id": i, "x": x, "y": y, "state": "tracked" if claimed else "lost",
+                             "confidence": self.confidence[i, frame] if claimed else 0}
+                            for i, ((x, y), claimed) in enumerate(zip(self.tracks[:, frame],
+                                                                      self.claimed[:, frame]))]
+                file.write(json.dumps({"schema": 1, "source": "csdtrack0", "role": role,
+                                       "algorithm": algorithm, "frame": frame,
+                                       "pts": frame * 40000000, "width": size[0], "height": size[1],
+                                       "features": features}) + "\n")
 
 
     def write_truth_jsonl(self, path):
         with open(path, "w") as file:
             for frame in range(self.claimed.shape[1]):
-                features = [{
-                    "id": i, "x": x, "y": y,
-                    "state": "tracked" if self.visible[i, frame] else "occluded",
-                    "confidence": float(self.visible[i, frame])
-                } for i, (x, y) in enumerate(self.truth[:, frame]) if self.labelled[i, frame]]
-                file.write(
-                    json.dumps({
-                        "schema": 1, "role": "truth", "algorithm": "truth", "frame": frame +
-                        1000, "pts": frame *
-                        40000000, "width": SIZE[0], "height": SIZE[1], "features": features
-                    }) + "\n")
+                features = [{"id": i, "x": x, "y": y, "state": "tracked" if self.visible[i, frame]
+                             else "occluded", "confidence": float(self.visible[i, frame])}
+                            for i, (x, y) in enumerate(self.truth[:, frame])
+                            if self.labelled[i, frame]]
+                file.write(json.dumps({"schema": 1, "role": "truth", "algorithm": "truth", "frame":
+                                       frame + 1000, "pts": frame * 40000000, "width": SIZE[0],
+                                       "height": SIZE[1], "features": features}) + "\n")
 
     def write_tracks_csv(self, path):
         with open(path, "w", newline="") as file:
             out = csv.writer(file, lineterminator="\n")
-            out.writerow(
-                ["frame", "pts", "stream_time", "id", "x", "y", "state", "confidence", "fresh"])
+            out.writerow(["frame", "pts", "stream_time", "id", "x", "y", "state", "confidence",
+                          "fresh"])
             for frame in range(self.claimed.shape[1]):
                 for i, (x, y) in enumerate(self.tracks[:, frame]):
                     claimed = self.claimed[i, frame]
-                    out.writerow([
-                        frame, frame * 40000000, "", i, x, y, "tracked" if claimed else "occluded",
-                        self.confidence[i, frame] if claimed else 0, "true"
-                    ])
+                    out.writerow([frame, frame * 40000000, "", i, x, y,
+                                  "tracked" if claimed else "occluded",
+                                  self.confidence[i, frame] if claimed else 0, "true"])
 
 
 def run(*arguments, cwd=None):
@@ -149,10 +142,9 @@ class Numbers(Case):
                             np.array(found["clips"][0]["sensitivity_by_frame"], float), sensitivity)
                         self.assert_close(np.array(found["clips"][0]["k_by_frame"], float), k)
 
-                self.assert_close(
-                    found["survival"]["value"],
-                    reference.survival(scene.truth, scene.tracks, scene.labelled, scene.visible,
-                                       SIZE))
+                self.assert_close(found["survival"]["value"],
+                                  reference.survival(scene.truth, scene.tracks, scene.labelled,
+                                                     scene.visible, SIZE))
                 errors = reference.distances(scene.truth, scene.tracks,
                                              1.0)[scene.visible & scene.claimed]
                 self.assert_close(found["error"]["median"], np.median(errors))
@@ -164,8 +156,8 @@ class Numbers(Case):
         scene.write_truth_jsonl(self.tmp / "1")  # matches by pts: its frames are numbered otherwise
         scene.write_tracks_csv(self.tmp / "2")
         plain = self.report("--resamples", 50, truth, tracks)["trackers"][0]
-        for files in ((self.tmp / "1", tracks), (truth, self.tmp / "2"), (self.tmp / "1",
-                                                                          self.tmp / "2")):
+        for files in ((self.tmp / "1", tracks), (truth, self.tmp / "2"),
+                      (self.tmp / "1", self.tmp / "2")):
             other = self.report("--resamples", 50, "--size", "720x576", *files)["trackers"][0]
             other["name"] = plain["name"]
             seconds = other["recovery"]["median_seconds"]
@@ -178,10 +170,8 @@ class Numbers(Case):
         scenes = [Scene(11, 4, 30), Scene(12, 9, 50)]
         files = [file for i, scene in enumerate(scenes) for file in self.write(scene, f"clip{i}")]
         found = self.report("--resamples", 0, *files)
-        each = [
-            reference.tap_vid(s.truth, s.tracks, s.labelled, s.visible, s.claimed, SIZE)
-            for s in scenes
-        ]
+        each = [reference.tap_vid(s.truth, s.tracks, s.labelled, s.visible, s.claimed, SIZE)
+                for s in scenes]
         tracker = found["trackers"][0]
         self.assert_close(tracker["aj"]["value"],
                           np.mean([jaccard.mean() for _, jaccard, _ in each]))
@@ -194,10 +184,9 @@ class Numbers(Case):
         scene = Scene(3)
         some = self.report("--ids", "1,4-6", "--resamples", 0, *self.write(scene))
         chosen = [1, 4, 5, 6]
-        sensitivity, _ = reference.paper(
-            *(a[chosen]
-              for a in (scene.truth, scene.tracks, scene.labelled, scene.visible, scene.claimed)),
-            5)
+        sensitivity, _ = reference.paper(*(a[chosen]
+                                           for a in (scene.truth, scene.tracks, scene.labelled,
+                                                     scene.visible, scene.claimed)), 5)
         self.assert_close(some["trackers"][0]["sensitivity"]["value"], np.nanmean(sensitivity))
 
 
@@ -237,11 +226,8 @@ class Output(Case):
             self.assertEqual(int(rows[tracker["name"], str(named), "missed", ""]["value"]),
                              tracker["clips"][0]["counts"]["missed"])
         done = run("--markdown", "--resamples", 0, self.truth, self.a, self.b)
-        tables = [
-            table.splitlines()
-            for table in done.stdout.strip().split("\n\n")
-            if table.startswith("|")
-        ]
+        tables = [table.splitlines() for table in done.stdout.strip().split("\n\n")
+                  if table.startswith("|")]
         self.assertEqual(len(tables), 6)
         self.assertIn(f"* {self.truth}: ", done.stdout)
         for table in tables:
@@ -257,10 +243,10 @@ class Output(Case):
                 self.assertLessEqual(tracker[metric]["low"], tracker[metric]["value"])
                 self.assertGreaterEqual(tracker[metric]["high"], tracker[metric]["value"])
         difference = report["comparisons"][0]["delta_avg"]
-        self.assertAlmostEqual(
-            difference["difference"], report["trackers"][1]["delta_avg"]["value"] -
-            report["trackers"][0]["delta_avg"]["value"])
-        self.assertAlmostEqual(difference["p"], 2**(1 - 7),
+        self.assertAlmostEqual(difference["difference"],
+                               report["trackers"][1]["delta_avg"]["value"] -
+                               report["trackers"][0]["delta_avg"]["value"])
+        self.assertAlmostEqual(difference["p"], 2 ** (1 - 7),
                                msg="of seven features it can't be 2/1000")
         self.assertEqual(report["comparisons"][0]["oa"]["p"], 1, "they claim the same")
 
@@ -297,22 +283,18 @@ class Output(Case):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def test_names(self):
-        names = [
-            t["name"]
-            for t in self.report("--resamples", 0, self.truth, self.a, self.a, self.b)["trackers"]
-        ]
+        names = [t["name"] for t in self.report("--resamples", 0, self.truth, self.a, self.a,
+                                                self.b)["trackers"]]
         self.assertEqual(names, ["csd-2012 (a)", "csd-2012 (a)", "lk"])
-        names = [
-            t["name"] for t in self.report("--resamples", 0, "--names", "x,y", self.truth, self.a,
-                                           self.b)["trackers"]
-        ]
+        names = [t["name"] for t in self.report("--resamples", 0, "--names", "x,y", self.truth,
+                                                self.a, self.b)["trackers"]]
         self.assertEqual(names, ["x", "y"])
 
     def test_print_points(self):
-        (self.tmp /
-         "points").write_text("frame,id,x,y,visible\n3,1,7,8.25,1\n3,0,5.5,6,1\n9,0,1,1,0\n")
-        self.assertEqual(
-            run("--print-points", self.tmp / "points").stdout, "5.500,6.000;7.000,8.250\n")
+        (self.tmp / "points").write_text("frame,id,x,y,visible\n3,1,7,8.25,1\n3,0,5.5,6,1\n"
+                                         "9,0,1,1,0\n")
+        self.assertEqual(run("--print-points", self.tmp / "points").stdout,
+                         "5.500,6.000;7.000,8.250\n")
         (self.tmp / "points").write_text("frame,id,x,y,visible\n3,1,7,8.25,1\n3,0,5.5,6,0\n")
         done = run("--print-points", self.tmp / "points")
         self.assertEqual(done.returncode, 1)
@@ -342,13 +324,11 @@ class Palindrome(Case):
             path, claimed = scene.tracks[begun], scene.claimed[begun]
             off = np.linalg.norm(path - path[:, ::-1], axis=2)[:, :frames // 2]
             both = (claimed & claimed[:, ::-1])[:, :frames // 2]
-            self.assertEqual(
-                row["counts"], {
-                    "frames": frames, "features": begun.sum(), "claims": claimed.sum(),
-                    "pairs": both.sum(), "apart": (both & (off > 5)).sum(),
-                    "returned": (both & (off <= 2))[:, 0].sum(),
-                    "falsely_returned": (both & (off > 5))[:, 0].sum()
-                })
+            self.assertEqual(row["counts"],
+                             {"frames": frames, "features": begun.sum(), "claims": claimed.sum(),
+                              "pairs": both.sum(), "apart": (both & (off > 5)).sum(),
+                              "returned": (both & (off <= 2))[:, 0].sum(),
+                              "falsely_returned": (both & (off > 5))[:, 0].sum()})
             self.assert_close(row["claimed"], claimed.mean())
             self.assert_close(row["apart"], (both & (off > 5)).sum() / both.sum())
 
@@ -363,17 +343,14 @@ class Palindrome(Case):
         for share in ("claimed", "apart", "returned", "falsely_returned"):
             self.assert_close(mean[share],
                               np.mean([row[share] for row in found["palindromes"][:2]]))
-        self.assertEqual([
-            found["palindromes"][2][s] for s in ("claimed", "apart", "returned", "falsely_returned")
-        ], [1, 0, 1, 0], "what never moves")
+        self.assertEqual([found["palindromes"][2][s]
+                          for s in ("claimed", "apart", "returned", "falsely_returned")],
+                         [1, 0, 1, 0], "what never moves")
         text = run("--palindrome", a, b, c).stdout.splitlines()
         self.assertEqual(text[4].split(),
                          [str(c), "csd-2012", "7", "30", "1.000", "0.000", "1.000", "0.000"])
-        rows = [
-            line.split("|")
-            for line in run("--palindrome", "--markdown", a, b, c).stdout.splitlines()
-            if "|" in line
-        ]
+        rows = [line.split("|") for line in run("--palindrome", "--markdown", a, b,
+                                                c).stdout.splitlines() if "|" in line]
         self.assertEqual({len(row) for row in rows}, {10})
         self.assertEqual([rows[-1][i].strip() for i in (1, 2, 5)],
                          ["mean of 2", "lk", f"{mean['claimed']:.3f}"])
@@ -434,8 +411,7 @@ class Refusals(Case):
         self.assertEqual(done.returncode, 1)
         self.assertEqual(done.stderr.splitlines(), [
             f"csd-score: note: {tracks}:60: the last line has no newline, may be torn, is ignored",
-            f"csd-score: {tracks}: lacks frame 59 of {truth}:{1 + 60}"
-        ])
+            f"csd-score: {tracks}: lacks frame 59 of {truth}:{1 + 60}"])
         # Where the truth doesn't ask for the torn frame there is a score, and the note.
         scene = Scene(1)
         scene.labelled[:, -1] = scene.visible[:, -1] = False
@@ -445,7 +421,8 @@ class Refusals(Case):
         self.assertIn("may be torn", done.stderr)
 
     def test_a_file_without_its_last_rows(self):
-        """Cut between two rows of the last frame: nothing is torn, and three of seven features are gone."""
+        """Cut between two rows of the last frame: nothing is torn, and three of seven features are
+        gone."""
         scene = Scene(1)
         truth, _ = self.write(scene)
         tracks = self.tmp / "tracks.csv"
@@ -453,9 +430,8 @@ class Refusals(Case):
         tracks.write_text("".join(tracks.read_text().splitlines(keepends=True)[:-3]))
         done = run("--json", "--resamples", 0, "--size", "720x576", truth, tracks)
         self.assertEqual(done.returncode, 0)
-        note = (
-            f"{tracks}:{2 + 59 * 7}: from frame 59 on, 3 features are absent that had not ended, in 1 frame, counted "
-            "as not tracked: is the file whole?")
+        note = (f"{tracks}:{2 + 59 * 7}: from frame 59 on, 3 features are absent that had not "
+                "ended, in 1 frame, counted as not tracked: is the file whole?")
         self.assertEqual(done.stderr, f"csd-score: note: {note}\n")
         self.assertEqual(json.loads(done.stdout)["notes"], [note])
 

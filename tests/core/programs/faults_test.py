@@ -1,10 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Each operator new of csd-score, csd-motion and csd-peers fails once, one after the other, then all from one on: the program
-prints what it prints otherwise, or ends with exit code 1 and the reason. $CSD_SCORE, $CSD_MOTION and $CSD_PEERS (if there is one)
-are the programs, $FAULTS is faults.cpp.
+"""Each operator new of csd-score, csd-motion and csd-peers fails once, one after the other, then
+all from one on: the program prints what it prints otherwise, or ends with exit code 1 and the
+reason. $CSD_SCORE, $CSD_MOTION and $CSD_PEERS (if there is one) are the programs, $FAULTS is
+faults.cpp.
 
-CSDTRACK_FAULTS=N plants about N faults of each kind (30), spread over all there are (0: each of them)."""
+CSDTRACK_FAULTS=N plants about N faults of each kind (30), spread over all there are (0: each of
+them)."""
 
 import json
 import os
@@ -19,14 +21,11 @@ FRAMES = 100
 
 
 def line(frame, role, shift):
-    features = [{
-        "id": i, "x": 100 * i + frame / 4 + shift, "y": 50 + frame % 5, "state": "tracked",
-        "confidence": 0.9
-    } for i in range(2)]
-    return json.dumps({
-        "schema": 1, "source": "s", "role": role, "algorithm": role, "frame": frame,
-        "pts": frame * 40_000_000, "width": 320, "height": 240, "features": features
-    }) + "\n"
+    features = [{"id": i, "x": 100 * i + frame / 4 + shift, "y": 50 + frame % 5, "state": "tracked",
+                 "confidence": 0.9} for i in range(2)]
+    return json.dumps({"schema": 1, "source": "s", "role": role, "algorithm": role, "frame": frame,
+                       "pts": frame * 40_000_000, "width": 320, "height": 240,
+                       "features": features}) + "\n"
 
 
 class Faults(unittest.TestCase):
@@ -65,9 +64,8 @@ class Faults(unittest.TestCase):
                     continue
                 self.assertEqual((code, errors), (1, [f"{name}: out of memory"]), told)
                 refused += 1
-            print(
-                f"{name}{' and all later ones' * bool(lasts)}: {len(range(0, there, step))} of {there} faults planted: "
-                f"{refused} refused with the reason")
+            print(f"{name}{' and all later ones' * bool(lasts)}: {len(range(0, there, step))} of "
+                  f"{there} faults planted: {refused} refused with the reason")
             self.assertGreater(refused, 0)
 
     def test_csd_score(self):

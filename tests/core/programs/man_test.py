@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""man_test.py SOURCE BUILD PROGRAM...: the manual pages (docs/man) against the programs' --help, and against man and mandoc."""
+"""man_test.py SOURCE BUILD PROGRAM...: the manual pages (docs/man) against the programs' --help,
+and against man and mandoc."""
 
 import json
 import os
@@ -38,8 +39,8 @@ def paged_options(page):
     options = {}
     for head, about in re.findall(r"^\.It (Fl .*)\n((?:(?!\.It|\.El).*\n)*)",
                                   parts(page)["OPTIONS"], re.MULTILINE):
-        short, name, argument = re.fullmatch(
-            r"(?:Fl (\w)(?: Ar \S+)? , )?Fl -([\w-]+)(?: Ns = Ns Ar (\S+))?", head).groups("")
+        short, name, argument = re.fullmatch(r"(?:Fl (\w)(?: Ar \S+)? , )?Fl -([\w-]+)(?: Ns = Ns "
+                                             r"Ar (\S+))?", head).groups("")
         options[short, name, argument] = about
     return options
 
@@ -64,9 +65,8 @@ class Man(unittest.TestCase):
 
     def test_what_is_installed_has_a_page_that_is_installed(self):
         meson = shlex.split(os.environ.get("MESONINTROSPECT", "meson introspect"))
-        plan = json.loads(
-            subprocess.run([*meson, "--installed", BUILD], capture_output=True, text=True,
-                           check=True).stdout)
+        plan = json.loads(subprocess.run([*meson, "--installed", BUILD], capture_output=True,
+                                         text=True, check=True).stdout)
         places = [pathlib.Path(place) for place in plan.values()]
         programs = {place.name for place in places if place.parent.name == "bin"}
         pages = {place.stem for place in places if place.parent.name == "man1"}
@@ -79,13 +79,10 @@ class Man(unittest.TestCase):
                 if shutil.which("mandoc"):
                     said = run("mandoc", "-T", "lint", "-W", "style", page)
                     # That other pages are not installed here is no fault of this one.
-                    complaints = [
-                        line for line in (said.stdout + said.stderr).splitlines()
-                        if page.name + ":" in line
-                    ]
-                    self.assertEqual(
-                        [line for line in complaints if "referenced manual not found" not in line],
-                        [])
+                    complaints = [line for line in (said.stdout + said.stderr).splitlines()
+                                  if page.name + ":" in line]
+                    self.assertEqual([line for line in complaints
+                                      if "referenced manual not found" not in line], [])
                 else:
                     print("SKIP: there is no mandoc here", file=sys.stderr)
                 if shutil.which("man"):
@@ -103,13 +100,11 @@ class Man(unittest.TestCase):
                 self.assertEqual(re.findall(r'^\.Sh "?(.*?)"?$', page, re.MULTILINE), SECTIONS)
                 self.assertIn(f".Dt {program.name.upper()} 1\n", page)
                 self.assertTrue(all(text.strip() for text in parts(page).values()))
-                self.assertEqual(
-                    re.findall(r"^\.It (\d)$",
-                               parts(page)["EXIT STATUS"], re.MULTILINE), ["0", "1", "2"])
+                self.assertEqual(re.findall(r"^\.It (\d)$", parts(page)["EXIT STATUS"],
+                                            re.MULTILINE), ["0", "1", "2"])
                 about = re.search(r"^\.Nd (.*)$", page, re.MULTILINE)[1]
-                self.assertRegex(
-                    run(program, "--help").stdout, rf"(?mi)(^| - ){re.escape(about)}\.?$",
-                    "what it does, in the same words")
+                self.assertRegex(run(program, "--help").stdout, r"(?mi)(^| - "
+                                 rf"){re.escape(about)}\.?$", "what it does, in the same words")
 
     def test_options_are_those_of_help(self):
         for program, path in self.each():
@@ -140,10 +135,9 @@ class Man(unittest.TestCase):
         known = {program.name: helped_options(program) for program in PROGRAMS}
         for program, path in self.each():
             with self.subTest(path.name):
-                examples = "".join(
-                    re.findall(r"^\.Bd -literal[^\n]*\n(.*?)^\.Ed",
-                               parts(path.read_text(encoding="utf-8"))["EXAMPLES"],
-                               re.DOTALL | re.MULTILINE))
+                examples = "".join(re.findall(r"^\.Bd -literal[^\n]*\n(.*?)^\.Ed",
+                                              parts(path.read_text(encoding="utf-8"))["EXAMPLES"],
+                                              re.DOTALL | re.MULTILINE))
                 commands = re.findall(r"\b(csd-(?!2012)[a-z]+)((?: [^|)\n]*)?)",
                                       examples.replace("\\e\n", " "))
                 self.assertIn(program.name, [name for name, _ in commands])

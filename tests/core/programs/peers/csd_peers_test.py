@@ -58,9 +58,9 @@ class Peers(unittest.TestCase):
             result = run("-t", "still", "-p", first, "-", data=y4m(2, 64, 48))
             self.assertEqual(result.returncode, 1)
             self.assertIn(f"{first} is of pictures of 96x64, - has 64x48", result.stderr.decode())
-            self.assertEqual(
-                run("-t", "still", "-p", first, "-f", "1", "-", data=y4m(2, 64, 48)).returncode, 1,
-                "of thinned ones too")
+            self.assertEqual(run("-t", "still", "-p", first, "-f", "1", "-",
+                                 data=y4m(2, 64, 48)).returncode,
+                             1, "of thinned ones too")
         self.assertEqual(len(lines), 3)
         self.assertEqual([f["id"] for f in lines[2]["features"]], [0, 3])
 
@@ -80,9 +80,9 @@ class Peers(unittest.TestCase):
         # Its pts begin late, by the delay of the reordering; an edit list says so.
         with tempfile.TemporaryDirectory() as folder:
             video = folder + "/video.mp4"
-            subprocess.run(
-                ["ffmpeg", "-v", "error", "-i", "-", "-c:v", "libx264", "-bf", "2", video],
-                input=y4m(20), check=True)
+            subprocess.run(["ffmpeg", "-v", "error", "-i", "-", "-c:v", "libx264", "-bf", "2",
+                            video],
+                           input=y4m(20), check=True)
             result = run("-t", "still", "-p", "40,30", video)
         self.assertEqual((result.returncode, result.stderr), (0, b""))
         lines = [json.loads(line) for line in result.stdout.decode().splitlines()]
@@ -113,10 +113,8 @@ class Peers(unittest.TestCase):
         failure(1, "frame 4 breaks off", "-t", "still", "-p", "1,1", "-", data=y4m(5)[:-7])
         failure(1, "/nonexistent.mkv: ", "-t", "still", "-p", "1,1", "/nonexistent.mkv")
         failure(1, f"{__file__}: ", "-t", "still", "-p", "1,1", __file__)
-        failure(
-            1,
-            'csd-peers: "missing.jsonl" is no file, and as points: "missing.jsonl" (point 1) is not x,y',
-            "-t", "still", "-p", "missing.jsonl", "-")
+        failure(1, 'csd-peers: "missing.jsonl" is no file, and as points: "missing.jsonl" (point '
+                '1) is not x,y', "-t", "still", "-p", "missing.jsonl", "-")
         failure(1, "can't be written", "-t", "still", "-p", "1,1", "-o", "/nonexistent/x", "-",
                 data=y4m(1))
 
