@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""pipelines/experiments/choices on a generated picture, and what it says of wrong folders.
+"""pipelines/experiments/choices on a generated picture, and its errors about wrong folders.
+
 choices_test.py ROOT BUILD"""
 
 import json
@@ -56,7 +57,7 @@ class Choices(unittest.TestCase):
             self.assertLessEqual(low, middle)
             self.assertLessEqual(middle, high)
 
-    def test_a_change_is_compared_with_what_it_changes(self):
+    def test_a_change_is_compared_with_its_base(self):
         scores = {row[0]: [tuple(map(float, cell.split(" / "))) for cell in row[1:4]]
                   for row in self.rows()[-len(PLAN["rows"]):]}
         difference = {row[0]: float(row[4].split()[0].replace("−", "-"))
@@ -64,6 +65,7 @@ class Choices(unittest.TestCase):
 
         def quality(title):
             return sum(sensitivity - k for sensitivity, k in scores[title]) / 3
+
         for title, base in (("csd-forest with one tree", "**csd-forest**"),
                             ("lk", PLAN["rows"][0]["title"]),
                             ("patches are smoothed, σ = 2 px", PLAN["rows"][0]["title"])):
@@ -72,13 +74,13 @@ class Choices(unittest.TestCase):
     def test_choices_make_a_difference(self):
         rows = {row[0]: row[1:4] for row in self.rows()[-len(PLAN["rows"]):]}
         literal = rows[PLAN["rows"][0]["title"]]
-        for title in ("patches are smoothed, σ = 2 px", "a patch of less than .05 of the "
-                      "probability is no feature", "**csd-forest**", "lk"):
+        for title in ("patches are smoothed, σ = 2 px",
+                      "a patch of less than .05 of the probability is no feature",
+                      "**csd-forest**", "lk"):
             self.assertNotEqual(rows[title], literal, title)
 
-    def test_goes_on_where_it_was(self):
-        """What is known isn't measured again: a wrong score of one scene stays, a missing one of
-        another comes back."""
+    def test_resumes(self):
+        """Known scores are not measured again: a wrong one stays, a missing one comes back."""
         out = self.folder / "again"
         shutil.copytree(self.out, out)
         before = json.loads((out / "results.json").read_text())
@@ -94,7 +96,7 @@ class Choices(unittest.TestCase):
                          {**before, wrong: [0.125, 0.5]})
         self.assertIn("| lk | 0.125 / 0.500 |", (out / "choices.md").read_text())
 
-    def test_wrong_use(self):
+    def test_wrong_folders_and_options_are_refused(self):
         done = choices("--tissue", self.folder / "nowhere", "--quick", "--out",
                        self.folder / "other")
         self.assertEqual(done.returncode, 1)

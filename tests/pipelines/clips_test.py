@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Every real clip: a line for each frame that can be decoded, and each line is as the schema says.
+"""Every real clip gives a line for each frame that can be decoded, and each line fits the schema.
 
-With learning=sync: a clip is read faster than features are learnt, and LK alone would be tested
-without it.
+learning=sync is needed: a clip is read faster than features are learnt, so without it only LK would
+be tested.
 """
 
 import csv
@@ -27,7 +27,7 @@ class Clips(harness.Case):
                 harness.check_tracks(self, lines, harness.decoded_frames(clip), most=10)
                 states = {f["state"] for line in lines for f in line["features"]}
                 self.assertLessEqual({"learning", "tracked"}, states,
-                                     "tissue has features, and descriptors take over")
+                                     "features are found, and descriptors take over from LK")
                 self.assertGreaterEqual(run.messages[0].get_value("frame"), 0)
                 self.assertEqual(run.warnings, [])
                 with open(f"{stem}.csv", newline="") as file:

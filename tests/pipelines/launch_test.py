@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""gst-launch-1.0 as users type it: decoders without converters, locales, full disks, a killed
-recording."""
+"""gst-launch-1.0 as users type it: decoders without converters, locales, full disks, killed
+recordings."""
 
 import contextlib
 import locale
@@ -18,14 +18,12 @@ import numpy as np
 import harness
 from harness import Gst
 
-
 README = pathlib.Path(__file__).resolve().parents[2] / "README.md"
 
 
 @contextlib.contextmanager
 def screen():
-    """An X server without a screen, but with OpenGL: its DISPLAY. The server itself looks for a
-    number that is free."""
+    """A virtual X server with OpenGL, at a free number that it finds itself. Yields its DISPLAY."""
     told, tells = os.pipe()
     with subprocess.Popen(["Xvfb", "-displayfd", str(tells), "-screen", "0", "640x480x24"],
                           pass_fds=[tells], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
@@ -33,7 +31,7 @@ def screen():
         os.close(tells)
         try:
             with open(told, encoding="ascii") as pipe:
-                number = pipe.readline().strip()  # comes when it is ready, and empty if it ends
+                number = pipe.readline().strip()  # written when it is ready; empty if it has ended
             if not number:
                 raise AssertionError(f"Xvfb does not start: {server.stderr.read()}")
             yield f":{number}"
@@ -43,8 +41,8 @@ def screen():
 
 @contextlib.contextmanager
 def filmed(display, path):
-    """Films the screen's top left, 320×240, five times a second; the list that it yields is filled
-    at the end."""
+    """Films the top left 320×240 pixels of the screen, five times a second. Yields a list, which is
+    filled at the end."""
     pictures = []
     with subprocess.Popen(["ffmpeg", "-v", "error", "-y", "-f", "x11grab", "-draw_mouse", "0",
                            "-framerate", "5", "-video_size", "320x240", "-i", display, "-f",
@@ -60,12 +58,12 @@ def filmed(display, path):
 
 
 def coloured(picture):
-    """How many pixels are no grey."""
+    """How many pixels are not grey."""
     return int((np.ptp(picture.astype(int), axis=2) > 60).sum())
 
 
 def yellow_or_blue(picture):
-    """How many pixels have the colours of markers on features that are learnt or tracked; simulated
+    """How many pixels have the colour of a marker: yellow (learning) or blue (tracked). Simulated
     tissue has neither."""
     red, green, blue = np.moveaxis(picture.astype(int), 2, 0)
     return int(((np.minimum(red, green) - blue > 150) | (blue - red > 60)).sum())
@@ -97,8 +95,8 @@ class Launch(harness.Case):
                 harness.check_tracks(self, lines, harness.decoded_frames(video), stamped=False)
                 self.assertTrue(lines[-1]["features"])
 
-    def test_as_written_on_a_screen(self):
-        # Nothing moves and nothing has a colour: whatever is coloured is a marker, in every frame.
+    def test_the_overlay_is_seen_on_a_screen(self):
+        # The video is still and grey, so everything coloured is a marker.
         grey = harness.Scene().picture(0).mean(axis=2, keepdims=True)
         still = grey.repeat(3, axis=2).astype(np.uint8)
         video = harness.encode(self.tmp / "X.mkv", [still] * 60, *harness.H264)
@@ -123,7 +121,7 @@ class Launch(harness.Case):
                                         3)
                         self.assertEqual(max(coloured(p) for p in shown), 0)
 
-    def test_the_demo_without_a_file(self):
+    def test_the_demo_line_of_the_readme(self):
         demo, = re.findall(r"^ +gst-launch-1.0 (csdsimsrc .* ! autovideosink)$", README.read_text(),
                            re.MULTILINE)
         short = demo.replace("csdsimsrc", "csdsimsrc num-buffers=75")
@@ -137,14 +135,14 @@ class Launch(harness.Case):
                                           timeout=180)
                 self.assertEqual(done.returncode, 0, done.stderr)
                 self.assertIn("Got EOS", done.stdout)
-                # The sink's own, that frames come late, is this machine's: software draws here.
+                # Not the sink's own warning that frames are late: here software draws.
                 self.assertNotRegex(done.stdout + done.stderr, "WARNING: from element .*csd")
                 self.assertTrue([p for p in pictures if p.mean() > 40],
                                 f"{len(pictures)} pictures of the screen, all dark")
                 most.append(max(map(yellow_or_blue, pictures)))
         drawn, plain = most
         self.assertGreater(drawn, plain + 200,
-                           "of the hundred markers ten or more are in the part that is filmed")
+                           "fewer than ten of the hundred markers are in the filmed part")
 
     def test_a_german_locale_changes_no_byte(self):
         try:
@@ -167,7 +165,7 @@ class Launch(harness.Case):
         first = harness.read_lines(self.tmp / "de_DE.UTF-8.jsonl")[0]["features"]
         self.assertEqual([(f["x"], f["y"]) for f in first], [(100.5, 80.25), (200.125, 99)])
 
-    def test_a_full_disk_stops_with_its_name(self):
+    def test_a_full_disk_is_an_error_of_no_space(self):
         video = harness.scene_video(self.tmp / "X.mkv", 60)
         run = harness.Run(f"filesrc location={video} ! decodebin ! csdtrack ! csdtrackenc ! "
                           "filesink buffer-mode=unbuffered location=/dev/full")
@@ -176,9 +174,9 @@ class Launch(harness.Case):
         self.assertTrue(caught.exception.error.matches(Gst.ResourceError.quark(),
                                                        Gst.ResourceError.NO_SPACE_LEFT))
 
-    def test_a_full_disk_under_the_tracks_stops_a_recording_that_does_not_isolate_them(self):
-        # What happens, not what is wished: a tee hands the branch's error up, the source stops. A
-        # recorder that must go on takes the branch out when this error comes.
+    def test_a_full_disk_of_the_tracks_stops_a_recording_through_a_tee(self):
+        # Not what one would want, but what GStreamer does: a tee passes the branch's error upstream
+        # and the source stops. A recorder that must go on removes the branch at this error.
         video = harness.scene_video(self.tmp / "X.mkv", 60)
         run = harness.Run(f"filesrc location={video} ! decodebin ! csdtrack ! tee name=t t. ! "
                           "queue ! matroskamux ! filesink async=false "
@@ -211,8 +209,8 @@ class Launch(harness.Case):
 
     def test_a_killed_recording_keeps_all_but_the_last_line(self):
         path = self.tmp / "killed.jsonl"
-        # The tee serves the file first, then the pipe, frame by frame: what we read has been
-        # written.
+        # The tee gives each frame to the file first, then to the pipe. So what is read from the
+        # pipe has been written to the file.
         line = ("gst-launch-1.0 -q videotestsrc pattern=smpte is-live=true ! "
                 "video/x-raw,width=320,height=240,framerate=100/1 ! csdtrack ! csdtrackenc ! tee "
                 f"name=t t. ! filesink async=false buffer-mode=unbuffered location={path} t. ! "
@@ -226,7 +224,7 @@ class Launch(harness.Case):
         whole = seen[:seen.rindex(b"\n") + 1]
         written = path.read_bytes()
         self.assertEqual(written[:len(whole)], whole,
-                         "every line that left the pipeline is in the file")
+                         "a line that left the pipeline is not in the file")
         self.assertLessEqual(written.count(b"\n") - whole.count(b"\n"), 1)
         harness.check_tracks(self, harness.read_lines(path, torn=True))
 

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The commands of docs/pipelines.md that need no hardware, as they stand there."""
+"""The commands of docs/pipelines.md that need no hardware, unchanged."""
 
 import os
 import pathlib
@@ -18,7 +18,7 @@ MORE = {"pipelines/live": [*SHORT, "--sink", "fakesink"],
 
 
 class Page(harness.Case):
-    def test_what_can_be_copied_runs(self):
+    def test_each_command_runs(self):
         commands = [line.strip() for line in PAGE.read_text().splitlines()
                     if line.startswith("    pipelines/")]
         self.assertGreaterEqual(len(commands), 4)
@@ -37,14 +37,15 @@ class Page(harness.Case):
                 self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def begin(self, command, **options):
-        """In the background, and gone when the test is over; it says a line when it is ready."""
+        """Starts a command in the background and waits for the line it prints when it is ready. It
+        is killed when the test is over."""
         process = subprocess.Popen(command, stdout=subprocess.PIPE, **options)
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
         self.assertTrue(process.stdout.readline())
 
-    def test_each_command_of_the_first_table_is_there_and_has_help(self):
+    def test_each_command_of_the_first_table_has_help(self):
         rows = [line.split("|")[2] for line in PAGE.read_text().splitlines()
                 if line.startswith("| ") and "`pipelines/" in line]
         programs = {row.split("`")[1].split()[0] for row in rows}

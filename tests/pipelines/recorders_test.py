@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The five pipelines of docs/recorders.md, as they stand there."""
+"""The five pipelines of docs/recorders.md, unchanged."""
 
 import json
 import pathlib
@@ -15,10 +15,11 @@ FRAMES = 60
 
 
 def commands():
-    """{number: the command}"""
+    """{number: command} of the page."""
     return {int(number): command.replace("\\\n", " ")
-            for number, command in re.findall(r"^## (\d)\..*?\n\n    gst-launch-1.0 -e "
-                                              r"((?:.*\\\n)*.*)\n", PAGE.read_text(), re.MULTILINE)}
+            for number, command in re.findall(
+                r"^## (\d)\..*?\n\n    gst-launch-1.0 -e ((?:.*\\\n)*.*)\n", PAGE.read_text(),
+                re.MULTILINE)}
 
 
 class Recorders(harness.Case):
@@ -54,7 +55,7 @@ class Recorders(harness.Case):
         self.assertTrue(self.lines()[-1]["features"])
 
     def test_2_a_small_copy_is_tracked(self):
-        # Not live: the simulator can't make 25 such frames a second, and each frame waits for its
+        # Not live, as the simulator can't make 25 such frames a second. So each frame waits for its
         # line.
         self.run_as_written(2, source=("is-live=true num-buffers=60", "num-buffers=20"))
         self.assertEqual(self.recorded(), (1920, 1080, 20))

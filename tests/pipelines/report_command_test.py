@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""csd-report, the command: report_command_test.py REPOSITORY BUILD."""
+"""csd-report as a command: report_command_test.py REPOSITORY BUILD."""
 
 import hashlib
 import os
@@ -11,14 +11,15 @@ import sys
 import unittest
 
 import harness
-from reports import BUILD, ENVIRONMENT, FPS, PROGRAM, Made, features, picture, report, write_tracks
+from reports import (BUILD, ENVIRONMENT, FPS, PROGRAM, ReportCase, features, picture, report,
+                     write_tracks)
 
 
 def contents(folder):
     return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
-class Command(Made):
+class Command(ReportCase):
     def refused(self, *arguments, code=1, words=()):
         done = report(*arguments)
         self.assertEqual((done.returncode, done.stdout), (code, ""), done.stderr)
@@ -28,7 +29,7 @@ class Command(Made):
         for word in words:
             self.assertIn(word, lines[-1])
 
-    def test_usage(self):
+    def test_help_and_wrong_options(self):
         done = report("--help")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertIn("TRACKS.jsonl", done.stdout)
@@ -50,7 +51,7 @@ class Command(Made):
                          (0, "csdtrack-report/index.html\n", ""))
         self.assertTrue((self.tmp / "csdtrack-report" / "index.html").is_file())
 
-    def test_refuses(self):
+    def test_wrong_videos_tracks_and_folders_are_refused(self):
         out = self.tmp / "refused"
         lines = self.tracks.read_text().splitlines(keepends=True)[:5]
 
@@ -86,9 +87,8 @@ class Command(Made):
                          words=[f"{name}.jsonl:1:"])
         self.refused(self.video, tracks("back.jsonl", lines[1], lines[0]), out,
                      words=["back.jsonl:2:", "time"])
-        self.refused(self.video, tracks("size.jsonl", *(x.replace('"height":240', '"height":180')
-                                                        for x in lines)),
-                     out, words=["320×180", "320×240"])
+        sized = [x.replace('"height":240', '"height":180') for x in lines]
+        self.refused(self.video, tracks("size.jsonl", *sized), out, words=["320×180", "320×240"])
         self.refused(self.video, write_tracks(self.tmp / "fps.jsonl", 9000, features, fps=3000),
                      out, words=["time of a frame"])
         self.refused(self.video, write_tracks(self.tmp / "none.jsonl", 5, lambda _: []), out,
@@ -99,8 +99,8 @@ class Command(Made):
         self.assertEqual(list(self.tmp.glob(".unfinished-*")), [])
 
     @unittest.skipUnless(os.geteuid() == 0, "mounting wants root")
-    def test_a_full_disk_is_the_page_s(self):
-        """Be it full of the tracks, when the video is copied, or when ffmpeg writes another."""
+    def test_a_full_disk_is_reported_for_the_page(self):
+        """The disk is full at the tracks, at the copy of the video, or at ffmpeg's new video."""
         boxed = self.tmp / "boxed.mkv"
         subprocess.run(["ffmpeg", "-v", "error", "-i", self.video, "-c", "copy", boxed], check=True,
                        stdin=subprocess.DEVNULL)
@@ -117,9 +117,9 @@ class Command(Made):
                 subprocess.run(["umount", disk], check=True)
 
     @unittest.skipUnless(os.geteuid() == 0, "mounting wants root")
-    def test_nowhere_to_put_temporary_files(self):
-        """Neither csd-motion's words nor ffmpeg's need any: of all folders that are tried for them
-        only OUT's parent can be written."""
+    def test_needs_no_folder_for_temporary_files(self):
+        """Neither for the output of csd-motion nor for that of ffmpeg: only OUT's parent can be
+        written."""
         video = harness.encode(self.tmp / "temporary.avi", (picture(i) for i in range(30)), "-c:v",
                                "ffv1", rate=FPS)
         alone = ("for folder in /tmp /var/tmp; do mount --bind $folder $folder && mount -o "
@@ -137,8 +137,8 @@ class Command(Made):
 
     def test_names_that_are_not_utf_8(self):
         odd = os.fsdecode(b"\xff")
-        video, tracks = shutil.copy(self.video, self.tmp / f"{odd}.mp4"), shutil.copy(
-            self.tracks, self.tmp / f"{odd}.jsonl")
+        video = shutil.copy(self.video, self.tmp / f"{odd}.mp4")
+        tracks = shutil.copy(self.tracks, self.tmp / f"{odd}.jsonl")
         done = subprocess.run([PROGRAM, video, tracks, self.tmp / odd], capture_output=True,
                               stdin=subprocess.DEVNULL, timeout=300,
                               env={**ENVIRONMENT, "LC_ALL": "C.UTF-8"})
@@ -152,7 +152,7 @@ class Command(Made):
         (self.tmp / "hours.jsonl").write_text("".join([*lines[:-1], late]))
         self.make(self.video, self.tmp / "hours.jsonl", self.tmp / "hours")
 
-    def test_warns_of_tracks_that_may_be_another_video_s(self):
+    def test_tracks_that_may_be_of_another_video_are_a_warning(self):
         small = harness.encode(self.tmp / "small.mp4", (picture(i)[::2, ::2] for i in range(100)),
                                *harness.H264, rate=FPS)
         said = self.make(small, write_tracks(self.tmp / "long.jsonl", 150, features),
@@ -181,7 +181,7 @@ class Command(Made):
         self.assertLess(len(after), len(before))
         self.assertIn("<title>&lt;b&gt;&amp; ", after[pathlib.Path("index.html")].decode())
 
-    def test_copies_what_browsers_play_and_converts_the_rest(self):
+    def test_videos_that_browsers_play_are_copied_others_converted(self):
         def packets(path):
             return subprocess.run(["ffmpeg", "-v", "error", "-i", path, "-map", "0:v", "-c", "copy",
                                    "-bsf:v", "h264_mp4toannexb", "-f", "h264", "-"],

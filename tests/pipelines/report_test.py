@@ -1,7 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The page that csd-report makes, opened from disk in headless Chromium: report_test.py REPOSITORY
-BUILD. What is drawn is compared with the tracks by what a screenshot shows."""
+"""The page of csd-report, opened from disk in headless Chromium. Its screenshots are compared with
+the tracks.
+
+report_test.py REPOSITORY BUILD"""
 
 import io
 import json
@@ -16,9 +18,10 @@ import numpy as np
 
 import browser
 import harness
-from reports import BAR, BITS, BUILD, ENVIRONMENT, FPS, PROGRAM, WIDTH, Made, features, position, report, state_of, write_tracks
+from reports import (BAR, BITS, BUILD, ENVIRONMENT, FPS, PROGRAM, WIDTH, ReportCase, features,
+                     position, report, state_of, write_tracks)
 
-# docs/elements.md, Okabe and Ito's
+# As in docs/elements.md, from the palette of Okabe and Ito.
 COLOURS = {"learning": (240, 228, 66), "tracked": (86, 180, 233), "occluded": (230, 159, 0)}
 
 try:
@@ -29,7 +32,7 @@ except ImportError:
     pass  # browser.begin() skips
 
 
-class Page(Made):
+class Page(ReportCase):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -47,7 +50,7 @@ class Page(Made):
         return self.js("return csdReport.state()")
 
     def until(self, text, *arguments):
-        """Until a condition of the page holds."""
+        """Waits until a condition of the page holds."""
         for _ in range(400):
             if self.js(f"return {text}", *arguments):
                 return
@@ -66,7 +69,7 @@ class Page(Made):
                    "!document.getElementById('video').seeking")
 
     def stage(self):
-        """What the screen shows of the video and its points: H×W×3, RGB."""
+        """The part of a screenshot with the video and its points: H×W×3, RGB."""
         shot = cv2.imdecode(np.frombuffer(self.browser.get_screenshot_as_png(), np.uint8),
                             cv2.IMREAD_COLOR)[:, :, ::-1]
         box = self.js("const b = document.getElementById('stage').getBoundingClientRect(); return "
@@ -76,16 +79,16 @@ class Page(Made):
         return shot[top:bottom, left:right].astype(int)
 
     def assert_shows(self, frame):
-        """The screen shows this frame, by its bars, and the markers of its tracks, where they
-        are."""
+        """Checks that the screen shows this frame, by its bars, and the markers of its tracks, each
+        in its place."""
         seen = self.stage()
         scale = seen.shape[1] / WIDTH
         bars = [seen[round(10 * scale), round((bit + 0.5) * BAR * scale)].mean() > 145
                 for bit in range(BITS)]
         self.assertEqual(sum(on << bit for bit, on in enumerate(bars)), frame,
-                         "the frame on the screen")
+                         "another frame is on the screen")
         for feature in features(frame):
-            # How much of a pixel has the colour, for edges are blended.
+            # The share of each pixel that has the colour, as edges are blended.
             share = np.clip(1 - np.abs(seen - COLOURS[feature["state"]]).max(axis=2) / 100, 0, 1)
             rows, columns = np.indices(share.shape)
             expected = ((feature["x"] + 0.5) * scale - 0.5, (feature["y"] + 0.5) * scale - 0.5)
@@ -96,15 +99,15 @@ class Page(Made):
         for state, colour in COLOURS.items():
             if state not in [f["state"] for f in features(frame)]:
                 self.assertEqual((np.abs(seen - colour).max(axis=2) < 20).sum(), 0,
-                                 f"nothing is {state}")
+                                 f"a marker is shown as {state}, but no feature is")
 
-    def test_draws_the_tracks_of_the_frame_that_is_shown(self):
+    def test_the_tracks_of_the_shown_frame_are_drawn(self):
         self.open()
         self.browser.find_element(By.ID, "ids").click()
         for frame in (0, 1, 230, 249, 250, 349, 499, 500, 749):  # chunks are of 250
             self.go(frame)
             self.assert_shows(frame)
-        # Frame by frame, by keys, over the end of a chunk.
+        # Frame by frame with keys, across the border of two chunks.
         self.go(500)
         for frame in (499, 498):
             self.browser.find_element(By.TAG_NAME, "body").send_keys(Keys.ARROW_LEFT)
@@ -120,12 +123,15 @@ class Page(Made):
                                    delta=1 / 255)
             self.assertEqual(drawn[feature["id"]]["state"], feature["state"])
 
-    def test_plays(self):
+    def test_playing_draws_each_frames_tracks(self):
         self.open()
         self.js("""window.seen = [];
                    const video = document.getElementById('video');
-                   const note = (_, {mediaTime}) => { const {frame, drawn} = csdReport.state(); seen.push([mediaTime, frame, drawn]);
-                                                      video.requestVideoFrameCallback(note); };
+                   const note = (_, {mediaTime}) => {
+                     const {frame, drawn} = csdReport.state();
+                     seen.push([mediaTime, frame, drawn]);
+                     video.requestVideoFrameCallback(note);
+                   };
                    video.requestVideoFrameCallback(note);""")
         self.browser.find_element(By.ID, "play").click()
         self.until("seen.length > 30 && seen.at(-1)[1] > 40")
@@ -140,7 +146,7 @@ class Page(Made):
                 self.assertLess(math.dist((got["x"], got["y"]), (feature["x"], feature["y"])),
                                 1 / 64)
 
-    def test_a_click_selects_and_shows_how_it_moves(self):
+    def test_a_click_selects_a_feature_and_shows_its_motion(self):
         self.open()
         self.go(350)
         one = next(f for f in self.state()["drawn"] if f["id"] == 1)
@@ -174,11 +180,11 @@ class Page(Made):
         self.assert_rhythms(None)
 
     def assert_rhythms(self, number):
-        """The panel's rhythms are csd-motion's: heart and breath, and these are the simulated
-        ones."""
-        told = json.loads(subprocess.run([BUILD / "core" / "programs" / "csd-motion", "--json",
-                                          self.tracks], capture_output=True,
-                                         text=True, check=True, stdin=subprocess.DEVNULL).stdout)
+        """Checks that the panel has the rhythms of csd-motion, and that these are the simulated
+        heart and breath."""
+        told = json.loads(subprocess.run(
+            [BUILD / "core" / "programs" / "csd-motion", "--json", self.tracks],
+            capture_output=True, text=True, check=True, stdin=subprocess.DEVNULL).stdout)
         expected = told["scene"]["rhythms"] if number is None else next(
             f for f in told["features"] if f["id"] == number)["rhythms"]
         rows = [[cell.text for cell in row.find_elements(By.TAG_NAME, "td")]
@@ -189,10 +195,10 @@ class Page(Made):
         by_name = {row[0]: row for row in rows}
         for name, rate in (("heart", 75), ("breath", 15)):
             self.assertAlmostEqual(float(by_name[name][1]), rate, delta=0.02 * rate)
-        # of an ellipse of 3 and 5 px
+        # The simulated heart moves in an ellipse of 3 and 5 px.
         self.assertAlmostEqual(float(by_name["heart"][3]), 5, delta=0.3)
 
-    def test_the_list(self):
+    def test_the_list_of_features(self):
         self.open()
 
         def ids():
@@ -213,21 +219,22 @@ class Page(Made):
         self.browser.find_element(By.ID, "here").click()
         self.assertEqual(ids(), [1, 0])
 
-    def test_fits_a_window_of_1280_by_720_and_asks_no_network(self):
+    def test_the_page_fits_1280_by_720_and_needs_no_network(self):
         self.open()
         self.assertEqual(self.js("return [document.documentElement.scrollWidth, "
                                  "document.documentElement.scrollHeight]"), [1280, 720])
         events = [json.loads(entry["message"])["message"]
                   for entry in self.browser.get_log("performance")]
-        # not the browser's own pages
-        asked = [e["params"]["request"]["url"] for e in events if e["method"] ==
-                 "Network.requestWillBeSent" and e["params"]["documentURL"].startswith("file:")]
+        # Without requests of the browser's own pages.
+        asked = [e["params"]["request"]["url"] for e in events
+                 if e["method"] == "Network.requestWillBeSent" and
+                 e["params"]["documentURL"].startswith("file:")]
         self.assertIn((self.tmp / "page" / "data" / "tracks-00000.js").as_uri(), asked)
         self.assertEqual([url for url in asked if not url.startswith(("file:", "data:"))], [])
 
-    def test_points_lie_where_they_are_in_any_video(self):
-        """A disc on black, and a point in its middle: turned, odd, with pixels that aren't square,
-        with times that begin late."""
+    def test_points_are_in_place_in_any_video(self):
+        """A point at the centre of a disc on black. The videos are turned, of an odd size, with
+        pixels that aren't square, or with times that begin late."""
         x, y, width, height = 90, 140, 321, 241
         disc = np.zeros((height, width, 3), np.uint8)
         cv2.circle(disc, (x, y), 24, (255, 255, 255), cv2.FILLED)
@@ -235,8 +242,9 @@ class Page(Made):
 
         def tracks(name, *size):
             return write_tracks(self.tmp / name, 20,
-                                lambda _: [{"id": 7, "x": x, "y": y, "state": "lost" if _ == 19
-                                            else "tracked", "confidence": 1}], *size)
+                                lambda frame: [{"id": 7, "x": x, "y": y,
+                                                "state": "lost" if frame == 19 else "tracked",
+                                                "confidence": 1}], *size)
 
         whole, cut = tracks("even.jsonl", 320, 240), tracks("odd.jsonl", width, height)
         plain = harness.encode(self.tmp / "plain.mp4", [even] * 20, *harness.H264)
@@ -263,8 +271,8 @@ class Page(Made):
                 self.assertLess(math.dist((columns.mean() + 0.5, rows.mean() + 0.5),
                                           (drawn["left"], drawn["top"])), 1.2)
 
-    def test_an_hour(self):
-        """csd-report keeps no positions, the page but a few chunks."""
+    def test_an_hour_of_video(self):
+        """csd-report keeps no positions in memory, and the page only a few chunks of them."""
         fps, seconds, count = 5, 3600, 30
         video, tracks = self.tmp / "hour.mp4", self.tmp / "hour.jsonl"
         subprocess.run(["ffmpeg", "-v", "error", "-f", "lavfi", "-i",
@@ -273,8 +281,8 @@ class Page(Made):
                        check=True, stdin=subprocess.DEVNULL)
 
         def where(number, frame):
-            return round(10 + 5 * number % 140 + 3 * math.sin(frame / 3 + number),
-                         3), round(20 + number * 3 + 2 * math.cos(frame / 4), 3)
+            return (round(10 + 5 * number % 140 + 3 * math.sin(frame / 3 + number), 3),
+                    round(20 + number * 3 + 2 * math.cos(frame / 4), 3))
 
         def of(frame):
             return [dict(zip(("id", "x", "y", "state", "confidence"),
@@ -290,7 +298,7 @@ class Page(Made):
                         most = max(most, int(line.split()[1]))
                 time.sleep(0.05)
         self.assertEqual(run.returncode, 0)
-        # As Python's objects the positions alone are more than 200 MB.
+        # As objects of Python the positions alone would take more than 200 MB.
         self.assertTrue(20e3 < most < 100e3, f"{most} kB")
         self.open("hour")
         for frame in range(0, fps * seconds, 911):

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""pipelines/experiments/beyond --tissue on two generated pictures, and what it says of wrong
+"""pipelines/experiments/beyond --tissue on two generated pictures, and its errors about wrong
 folders. tissue_test.py ROOT BUILD"""
 
 import json
@@ -48,8 +48,8 @@ class Tissue(unittest.TestCase):
         cls.page = (cls.out / "tissue.md").read_text()
 
     def test_each_scene_has_its_row(self):
-        rows = [line.split(" | ") for line in self.page.split("\nThe worst of all")[0].split(
-            "| scene |")[1].splitlines() if line.startswith("| ")]
+        table = self.page.split("\nThe worst of all")[0].split("| scene |")[1]
+        rows = [line.split(" | ") for line in table.splitlines() if line.startswith("| ")]
         self.assertEqual([row[0].strip("| ") for row in rows],
                          [kind["title"] for kind in tissue.KINDS.values()])
         for row in rows:
@@ -57,7 +57,7 @@ class Tissue(unittest.TestCase):
             self.assertRegex(row[3], r"^[01]\.\d{4} / [01]\.\d{4}$")
             self.assertRegex(row[6], r"^[01]\.\d{4} / [01]\.\d{4}, (rich|poor)$")
 
-    def test_progress_is_said(self):
+    def test_progress_is_printed(self):
         said = re.findall(r"^(\d+) of 16: (\w+)/(rich|poor) ", self.done.stderr, re.M)
         self.assertEqual([int(number) for number, *_ in said], list(range(1, 17)))
         self.assertEqual({kind for _, kind, _ in said}, set(tissue.KINDS))
@@ -69,7 +69,7 @@ class Tissue(unittest.TestCase):
         quality = [float(sensitivity) - float(k) for sensitivity, k in rows]
         self.assertEqual(quality, sorted(quality))
 
-    def test_goes_on_where_it_was(self):
+    def test_resumes(self):
         results = self.out / "results.json"
         before = json.loads(results.read_text())
         results.write_text(json.dumps({key: text for key, text in before.items()
@@ -81,7 +81,7 @@ class Tissue(unittest.TestCase):
                          for text in ((self.out / "tissue.md").read_text(), self.page))
         self.assertEqual(again, before)
 
-    def test_wrong_folders(self):
+    def test_wrong_folders_are_refused(self):
         empty, broken = self.folder / "empty", self.folder / "broken"
         empty.mkdir()
         broken.mkdir()
