@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Shared by the pipeline tests: makes videos with known motion, runs pipelines, reads tracks."""
 
+import contextlib
 import fcntl
 import json
 import math
@@ -256,6 +257,36 @@ def launch(*arguments, env=None, timeout=TIMEOUT, **options):
     return subprocess.run(["gst-launch-1.0", *" ".join(map(str, arguments)).split()],
                           capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=timeout,
                           env=dict(os.environ, **(env or {})), **options)
+
+
+@contextlib.contextmanager
+def screen(size="640x480"):
+    """A virtual X server with OpenGL, at a free number that it finds itself. Yields its DISPLAY."""
+    told, tells = os.pipe()
+    with subprocess.Popen(["Xvfb", "-displayfd", str(tells), "-screen", "0", f"{size}x24"],
+                          pass_fds=[tells], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                          stderr=subprocess.PIPE, text=True) as server:
+        os.close(tells)
+        try:
+            with open(told, encoding="ascii") as pipe:
+                number = pipe.readline().strip()  # written when it is ready; empty if it has ended
+            if not number:
+                raise AssertionError(f"Xvfb does not start: {server.stderr.read()}")
+            yield f":{number}"
+        finally:
+            server.terminate()
+
+
+@contextlib.contextmanager
+def small_disk(folder, options):
+    """Mounts a small file system there, with options of tmpfs. Skips the test where it can't."""
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", options, "tmpfs", folder],
+                      capture_output=True).returncode:
+        raise unittest.SkipTest("mounting is not allowed here")
+    try:
+        yield
+    finally:
+        subprocess.run(["umount", folder], check=True)
 
 
 class Terminal:

@@ -22,24 +22,6 @@ README = pathlib.Path(__file__).resolve().parents[2] / "README.md"
 
 
 @contextlib.contextmanager
-def screen():
-    """A virtual X server with OpenGL, at a free number that it finds itself. Yields its DISPLAY."""
-    told, tells = os.pipe()
-    with subprocess.Popen(["Xvfb", "-displayfd", str(tells), "-screen", "0", "640x480x24"],
-                          pass_fds=[tells], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                          stderr=subprocess.PIPE, text=True) as server:
-        os.close(tells)
-        try:
-            with open(told, encoding="ascii") as pipe:
-                number = pipe.readline().strip()  # written when it is ready; empty if it has ended
-            if not number:
-                raise AssertionError(f"Xvfb does not start: {server.stderr.read()}")
-            yield f":{number}"
-        finally:
-            server.terminate()
-
-
-@contextlib.contextmanager
 def filmed(display, path):
     """Films the top left 320×240 pixels of the screen, five times a second. Yields a list, which is
     filled at the end."""
@@ -100,7 +82,7 @@ class Launch(harness.Case):
         grey = harness.Scene().picture(0).mean(axis=2, keepdims=True)
         still = grey.repeat(3, axis=2).astype(np.uint8)
         video = harness.encode(self.tmp / "X.mkv", [still] * 60, *harness.H264)
-        with screen() as display:
+        with harness.screen() as display:
             for number, (overlay, marked) in enumerate((("", False), ("overlay=draw", True),
                                                         ("overlay=meta", True))):
                 with self.subTest(overlay):
@@ -127,7 +109,7 @@ class Launch(harness.Case):
         short = demo.replace("csdsimsrc", "csdsimsrc num-buffers=75")
         plain = short.replace("overlay=draw", "overlay=none")
         self.assertNotEqual(plain, short)
-        with screen() as display:
+        with harness.screen() as display:
             most = []
             for name, line in (("drawn", short), ("plain", plain)):
                 with filmed(display, self.tmp / f"{name}.rgb") as pictures:
@@ -187,14 +169,11 @@ class Launch(harness.Case):
         self.assertTrue(caught.exception.error.matches(Gst.ResourceError.quark(),
                                                        Gst.ResourceError.NO_SPACE_LEFT))
 
-    @unittest.skipUnless(os.geteuid() == 0, "mounting wants root")
+    @unittest.skipUnless(os.geteuid() == 0, "mounting needs root")
     def test_a_disk_that_fills_keeps_whole_lines(self):
         disk = self.tmp / "disk"
         disk.mkdir()
-        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", disk],
-                          capture_output=True).returncode:
-            raise unittest.SkipTest("mounting is not allowed here")
-        try:
+        with harness.small_disk(disk, "size=64k"):
             video = harness.scene_video(self.tmp / "X.mkv", 60)
             done = harness.launch(f"-q filesrc location={video} ! decodebin ! csdtrack "
                                   "algorithm=lk ! csdtrackenc ! filesink buffer-mode=unbuffered "
@@ -204,8 +183,6 @@ class Launch(harness.Case):
             lines = harness.read_lines(disk / "t.jsonl", torn=True)
             harness.check_tracks(self, lines)
             self.assertGreater(len(lines), 2)
-        finally:
-            subprocess.run(["umount", disk], check=True)
 
     def test_a_killed_recording_keeps_all_but_the_last_line(self):
         path = self.tmp / "killed.jsonl"

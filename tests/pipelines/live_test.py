@@ -159,14 +159,7 @@ for name, settings in (("csdtrack", {"points": "1"}), ("csdtrack", {"points": "1
 
     @unittest.skipUnless(shutil.which("Xvfb") and shutil.which("xdotool"), "needs Xvfb and xdotool")
     def test_clicks_in_a_real_window(self):
-        number, writer = os.pipe()
-        server = subprocess.Popen(["Xvfb", "-displayfd", str(writer), "-screen", "0", "800x600x24"],
-                                  pass_fds=[writer], stderr=subprocess.DEVNULL)
-        self.addCleanup(server.wait)
-        self.addCleanup(server.kill)
-        os.close(writer)
-        with os.fdopen(number) as lines:
-            display = f":{lines.readline().strip()}"
+        display = self.enterContext(harness.screen("800x600"))
         environment = {**os.environ, "DISPLAY": display, "CSDTRACK_BUILD": str(BUILD)}
 
         def xdotool(*arguments):

@@ -53,9 +53,20 @@ SIMULATED = [*RESULTS, "truth.jsonl"]
 ENVIRONMENT = dict(os.environ, CSDTRACK_BUILD=str(BUILD))
 
 
+def start(*arguments):
+    return subprocess.Popen(command(*arguments), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                            stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
+
+
 def quickstart(*arguments):
     return subprocess.run(command(*arguments), capture_output=True, text=True, env=ENVIRONMENT,
                           stdin=subprocess.DEVNULL, timeout=300)
+
+
+def long_video(tmp):
+    ffmpeg(*picture(seconds=60), "-c:v", "libx264", "-preset", "ultrafast", "-pix_fmt", "yuv420p",
+           tmp / "long.mkv")
+    return tmp / "long.mkv"
 
 
 def first_frame(path, width, height):
@@ -247,11 +258,7 @@ def test_rotated_videos_play_upright(tmp):
 
 
 def test_interrupted(tmp):
-    ffmpeg(*picture(seconds=60), "-c:v", "libx264", "-preset", "ultrafast", "-pix_fmt", "yuv420p",
-           tmp / "long.mkv")
-    with subprocess.Popen(command(tmp / "long.mkv", tmp / "out"), stdin=subprocess.DEVNULL,
-                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                          env=ENVIRONMENT) as run:
+    with start(long_video(tmp), tmp / "out") as run:
         for line in run.stderr:
             if re.match(r" *\d+ % ", line):
                 run.send_signal(signal.SIGINT)
@@ -316,10 +323,8 @@ def test_simulation_without_arguments(tmp):
 
 
 def test_simulation_interrupted(tmp):
-    with subprocess.Popen(command("--simulate", "mixed", "--frames", "2000", "--algorithm", "lk",
-                                  tmp / "out"),
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          text=True, env=ENVIRONMENT) as run:
+    with start("--simulate", "mixed", "--frames", "2000", "--algorithm", "lk",
+               tmp / "out") as run:
         while not any(path.stat().st_size for path in tmp.glob("out/.unfinished-*/truth.jsonl")):
             assert run.poll() is None, run.stderr.read()
             time.sleep(0.05)
@@ -515,11 +520,7 @@ def test_a_full_disk_keeps_earlier_results(tmp):
 
 
 def test_a_killed_run_leaves_its_lines(tmp):
-    ffmpeg(*picture(seconds=60), "-c:v", "libx264", "-preset", "ultrafast", "-pix_fmt", "yuv420p",
-           tmp / "long.mkv")
-    with subprocess.Popen(command(tmp / "long.mkv", tmp / "out"), stdin=subprocess.DEVNULL,
-                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                          env=ENVIRONMENT) as run:
+    with start(long_video(tmp), tmp / "out") as run:
         found = (re.search(r"\((\d+) frames", line) for line in run.stderr)
         frames = next(int(told[1]) for told in found if told)
         run.kill()

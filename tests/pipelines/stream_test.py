@@ -149,16 +149,22 @@ class Stream(harness.Case):
         self.assertRegex(url, r"^rtsp://127\.0\.0\.1:\d+/csdtrack$")
         return process, url
 
+    @staticmethod
+    def await_count(process, file, count, wanted=b"\n"):
+        """Waits for a file that has `wanted` so many times. False if that takes over a minute; true
+        also where the process has ended."""
+        for _ in range(600):
+            if process.poll() is not None or (
+                    file.exists() and file.read_bytes().count(wanted) >= count):
+                return True
+            time.sleep(0.1)
+        return False
+
     def receive(self, lines, *arguments, program="receive"):
         """Runs a receiver until so many lines have come. Returns what it printed."""
         self.got.unlink(missing_ok=True)
         process = self.start(*command(program, *arguments))
-        for _ in range(600):
-            if process.poll() is not None or (
-                    self.got.exists() and self.got.read_bytes().count(b"\n") >= lines):
-                break
-            time.sleep(0.1)
-        else:
+        if not self.await_count(process, self.got, lines):
             self.fail(f"{self.got.stat() if self.got.exists() else 'no file'}: not {lines} lines "
                       "within a minute")
         os.killpg(process.pid, signal.SIGINT)
@@ -282,10 +288,7 @@ import stream
         """Starts a receiver and waits until it has lines and pictures."""
         self.got.unlink(missing_ok=True)
         receiver = self.start(*command("receive", url, self.got))
-        for _ in range(600):
-            if self.got.exists() and self.got.read_bytes().count(b"\n") > 25:
-                break
-            time.sleep(0.1)
+        self.await_count(receiver, self.got, 26)
         return receiver
 
     def test_a_sender_that_ends_or_dies_ends_the_receiver(self):
@@ -365,12 +368,7 @@ import stream
     def wait_for_sizes(self, receiver):
         """A generator that first waits for lines of the first size, then for those of the other."""
         for width in 320, 240:
-            for _ in range(600):
-                if receiver.poll() is not None or (
-                        self.got.exists() and
-                        self.got.read_bytes().count(b'"width":%d,' % width) >= 10):
-                    break
-                time.sleep(0.1)
+            self.await_count(receiver, self.got, 10, b'"width":%d,' % width)
             yield
 
     def test_a_new_size_reaches_the_receiver(self):
@@ -490,11 +488,7 @@ import stream
     def test_a_second_receiver_gets_the_same(self):
         _, url = self.stream("simulate")
         first, sent = self.tmp / "first.jsonl", self.sent.read_bytes
-        self.start(*command("receive", url, first))
-        for _ in range(600):
-            if first.exists() and first.stat().st_size:
-                break
-            time.sleep(0.1)
+        self.await_count(self.start(*command("receive", url, first)), first, 1)
         self.receive(20, url, self.got)
         for file in first, self.got:
             lines = file.read_bytes().splitlines(keepends=True)[-10:]
