@@ -298,7 +298,7 @@ class Archive(harness.Case):
                               run(*FEW, videos, self.out).returncode == 0)
                 self.assertEqual(made_again(self.out, done), {"two.mkv.jsonl"})
             else:
-                self.assertIn("/archive.py\0", self.refused(videos))
+                self.assertIn("\0pipelines.lib.archive\0", self.refused(videos))
                 process.terminate()
                 _, said = process.communicate(timeout=60)
                 self.assertEqual((process.returncode, said),
@@ -432,7 +432,7 @@ class Archive(harness.Case):
         os.kill(int(self.kill), signal.SIGKILL)
         machines.wait(lambda: not pathlib.Path(f"/proc/{self.kill}").exists())
         os.kill(job, signal.SIGSTOP)
-        self.assertIn("/archive_job.py\0", self.refused(videos))
+        self.assertIn("\0pipelines.lib.archive_job\0", self.refused(videos))
         self.assertEqual(int(self.kill), job)
         os.kill(job, signal.SIGKILL)
         machines.wait(lambda: not pathlib.Path(f"/proc/{job}").exists())

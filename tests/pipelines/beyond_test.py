@@ -14,12 +14,9 @@ import tempfile
 import types
 import unittest
 
-ROOT, BUILD = map(pathlib.Path, sys.argv[1:3])
-sys.path.insert(0, str(ROOT / "pipelines" / "experiments"))
-import reach  # noqa: E402
-import sequences  # noqa: E402
-import truth  # noqa: E402
+from pipelines.experiments import reach, reach_pages, sequences, truth
 
+ROOT, BUILD = map(pathlib.Path, sys.argv[1:3])
 RIVALS = {"lk", "ms1", "ms2", "lk-fb", "lk-anchored", "still", "csrt", "kcf", "medianflow",
           "csd-2012", "sift"}
 KEPT = "of the clips, measured before\n"
@@ -233,7 +230,7 @@ class Numbers(unittest.TestCase):
                                                  "state": "occluded" if n in (2, 3) else "tracked"}
                                                 for i, (x, y) in enumerate(points)]}, file)
                         file.write("\n")
-            said = reach.black_in_words(plan, pathlib.Path(out))
+            said = reach_pages.black_in_words(plan, pathlib.Path(out))
         self.assertIn("In the dark, 2 frames (0.08 s), the view turns by 90° to 180°", said)
         self.assertIn("by a factor of 1.00 to 1.50", said)
 
@@ -244,7 +241,7 @@ class Numbers(unittest.TestCase):
                                   "counts": {"features": 50, "frames": 499}}
                                  for name, goals in reach.GOALS["palindromes"].items()]}
         verdicts = {line.split("|")[1].strip(): line.split("|")[-2].strip()
-                    for line in reach.palindromes_part(found).splitlines()[2:]}
+                    for line in reach_pages.palindromes_part(found).splitlines()[2:]}
         self.assertEqual(verdicts, {"heart": "not reached: claimed", "abdomen": "**reached**",
                                     "beads": "**reached**", "cholecystectomy": "**reached**",
                                     "cutting": "**reached**", "smoke": "not reached: apart"})

@@ -17,12 +17,12 @@ POINTS = ((100, 80), (200, 160))
 
 
 class ClipsPage(harness.Case):
-    """Runs in a folder of its own, self.tree, with a link to the repository's experiments."""
+    """Runs in a folder of its own, self.tree, with a link to the repository's pipelines."""
 
     def setUp(self):
         self.tree = self.tmp / self.id().rsplit(".", 1)[-1]
-        (self.tree / "pipelines").mkdir(parents=True)
-        (self.tree / "pipelines" / "experiments").symlink_to(ROOT / "pipelines" / "experiments")
+        self.tree.mkdir()
+        (self.tree / "pipelines").symlink_to(ROOT / "pipelines")
         self.page = self.tree / "docs" / "results" / "clips.md"
         self.page.parent.mkdir(parents=True)
         self.page.write_text("what was measured before\n")

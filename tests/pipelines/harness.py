@@ -26,6 +26,7 @@ from gi.repository import Gst  # noqa: E402
 
 Gst.init(None)
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 TIMEOUT = 60  # seconds: far more than any pipeline here takes
 FRAME = Gst.SECOND // 25
 STATES = ("learning", "tracked", "occluded", "lost", "out", "ended")
@@ -287,6 +288,13 @@ def small_disk(folder, options):
         yield
     finally:
         subprocess.run(["umount", folder], check=True)
+
+
+def run_python(program, *arguments, timeout=TIMEOUT, **options):
+    """Runs a program given as text. Like the tests, it imports from the top of the repository."""
+    return subprocess.run([sys.executable, "-c", program, *map(str, arguments)], cwd=ROOT,
+                          capture_output=True, text=True, stdin=subprocess.DEVNULL,
+                          timeout=timeout, **options)
 
 
 class Terminal:

@@ -7,19 +7,12 @@ import os
 import pathlib
 import shutil
 import subprocess
-import sys
 import unittest.mock
 
 import harness
 from gi.repository import GLib
 from harness import Gst
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "pipelines" / "lib"))
-import archive_index  # noqa: E402
-import failure  # noqa: E402
-import klv  # noqa: E402
-import properties  # noqa: E402
-import tracking  # noqa: E402
+from pipelines.lib import archive_index, failure, klv, properties, video_errors
 
 
 class Lib(harness.Case):
@@ -37,8 +30,8 @@ class Lib(harness.Case):
                  "place")):
             found = failure.of_filesink("a  b", given, debug)
             self.assertEqual((type(found), str(found)), (kind, text))
-            self.assertEqual(tracking.explain("video", "a  b", "csdtrack", "filesink", given,
-                                              debug or "", []), text)
+            self.assertEqual(video_errors.explain("video", "a  b", "csdtrack", "filesink", given,
+                                                  debug or "", []), text)
 
     def test_only_complete_klv_gives_lines(self):
         def packet(number, left, value):
@@ -104,7 +97,7 @@ class Lib(harness.Case):
         other.write_text("other")
         known = self.tmp / f".plan.json.{os.uname().nodename}-{os.getpid()}.unfinished"
         known.symlink_to(other)
-        archive_index.whole(path, "ü")
+        archive_index.write_atomically(path, "ü")
         self.assertEqual((path.read_text(encoding="utf-8"), path.is_symlink(), other.read_text()),
                          ("ü", False, "other"))
         # The permissions are as of any new file.
@@ -113,7 +106,7 @@ class Lib(harness.Case):
         known.rename(self.tmp / f".plan.json.guess.{os.uname().nodename}-{os.getpid()}.unfinished")
         with (unittest.mock.patch("secrets.token_hex", return_value="guess"),
               self.assertRaises(FileExistsError)):
-            archive_index.whole(path, "new")
+            archive_index.write_atomically(path, "new")
         self.assertEqual((path.read_text(encoding="utf-8"), other.read_text()), ("ü", "other"))
 
 

@@ -106,8 +106,8 @@ class Live(harness.Case):
     def test_each_warning_is_printed_once(self):
         """A window that is too slow posts the same one every second."""
         program = """
-import runner
-from runner import GLib, Gst
+from pipelines.lib import runner
+from pipelines.lib.runner import GLib, Gst
 run = runner.Run("live", "videotestsrc num-buffers=5 ! csdtrack name=csdtrack ! fakesink")
 run.pipeline.set_state(Gst.State.READY)
 for text in ("late", "late", "other", "late"):
@@ -115,8 +115,7 @@ for text in ("late", "late", "other", "late"):
     run.pipeline.get_bus().post(warning)
 run.play("")
 """
-        done = subprocess.run([sys.executable, "-c", program], cwd=LIVE.parent / "lib",
-                              capture_output=True, text=True, timeout=60)
+        done = harness.run_python(program)
         self.assertEqual((done.returncode, done.stdout, done.stderr),
                          (0, "", "live: warning: late\nlive: warning: other\n"))
 
@@ -126,8 +125,9 @@ run.play("")
         folder = self.tmp / "of two\nlines"
         folder.mkdir()
         program = """
-import sys, failure, properties
-from properties import Gst
+import sys
+from pipelines.lib import failure, properties
+from pipelines.lib.properties import Gst
 for name, settings in (("csdtrack", {"points": "1"}), ("csdtrack", {"points": "1,1"}),
                        ("filesrc", {"location": sys.argv[1]})):
     element = Gst.ElementFactory.make(name)
@@ -139,8 +139,7 @@ for name, settings in (("csdtrack", {"points": "1"}), ("csdtrack", {"points": "1
     except failure.Failure as why:
         print(why.code, why)
 """
-        done = subprocess.run([sys.executable, "-c", program, folder], cwd=LIVE.parent / "lib",
-                              capture_output=True, text=True, timeout=60)
+        done = harness.run_python(program, folder)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         wrong, right, unfit = done.stdout.splitlines()
         self.assertRegex(wrong, "^2 points: ")

@@ -12,19 +12,16 @@ import pathlib
 import subprocess
 import sys
 import tempfile
-import types
 import unittest
 import unittest.mock
 
 ROOT, BUILD = map(pathlib.Path, sys.argv[1:3])
 COMMAND = ROOT / "pipelines" / "experiments" / "palindrome"
 os.environ["CSDTRACK_BUILD"] = str(BUILD)
-sys.path[:0] = [str(ROOT / "pipelines" / "experiments"), str(ROOT / "pipelines" / "lib")]
-import builds  # noqa: E402
+from pipelines.experiments import builds, mirror, palindrome as command  # noqa: E402
 
-os.environ.update(builds.environment())
+os.environ.update(builds.environment())  # before harness initializes GStreamer
 import harness  # noqa: E402
-import mirror  # noqa: E402
 
 TRACKERS = ("lk", "still", "csrt")
 
@@ -129,7 +126,7 @@ class Mirror(Case):
         def late(path, since):
             return found(path, since + 120000000 if since else 0)
 
-        with unittest.mock.patch("mirror.Decoding", late):
+        with unittest.mock.patch.object(mirror, "Decoding", late):
             hashes, _, shown = self.play(path, 250, 10)
         self.assertEqual(hashes, expected + expected[:-1][::-1])
         self.assertEqual((shown.pieces, shown.decoded_anew), (4, 3),
@@ -188,10 +185,6 @@ class Scores(Case):
 
     def test_each_clip_has_a_name_of_its_own(self):
         """Also where a clip's name looks like a numbered one."""
-        command = types.ModuleType("palindrome")
-        command.__file__ = str(COMMAND)
-        # It can't be imported, as its name has no .py.
-        exec(compile(COMMAND.read_text(), COMMAND, "exec"), command.__dict__)
         for videos, names in ((("a/clip.mkv", "b/clip.mkv", "clip-2.mkv", "c/clip.mp4"),
                                ["clip", "clip-3", "clip-2", "clip-4"]),
                               (("clip-2.mkv", "a/clip-2.mkv", "clip.mkv", "a/clip.mkv"),

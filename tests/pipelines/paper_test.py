@@ -18,16 +18,11 @@ import unittest.mock
 import xml.etree.ElementTree
 
 os.environ["CSDTRACK_TISSUE"] = "/nowhere"  # the same whether or not real pictures are there
-ROOT, BUILD = map(pathlib.Path, sys.argv[1:3])
-sys.path.insert(0, str(ROOT / "pipelines" / "experiments"))
-import claims  # noqa: E402
-import evaluation  # noqa: E402
-import figures  # noqa: E402
-import running  # noqa: E402
-import scores  # noqa: E402
-import sequences  # noqa: E402
-import truth  # noqa: E402
+from pipelines.experiments import (  # noqa: E402
+    claims, evaluation, figures, running, scores, sequences, truth)
 
+ROOT, BUILD = map(pathlib.Path, sys.argv[1:3])
+RUN_SEQUENCE = ("/usr/bin/python3", "-B", "-P", "-m", "pipelines.experiments.run_sequence")
 TRACKERS = ("csd-2012", "lk", "ms1", "ms2", "sift", "csd-forest", "csd")
 
 
@@ -205,9 +200,7 @@ class Errors(unittest.TestCase):
 
     def test_usage_of_a_single_run(self):
         for arguments, code in ((["--help"], 0), ([], 2), (["paper-quick"], 2)):
-            done = subprocess.run(
-                [ROOT / "pipelines" / "experiments" / "run_sequence.py", *arguments],
-                capture_output=True, text=True)
+            done = subprocess.run([*RUN_SEQUENCE, *arguments], capture_output=True, text=True)
             self.assertEqual(done.returncode, code, done.stderr)
             self.assertIn("PLAN SEEDS FOLDER SEQUENCE SEED", done.stderr if code else done.stdout)
 
@@ -215,8 +208,7 @@ class Errors(unittest.TestCase):
         with tempfile.TemporaryDirectory() as out:
             empty = {"GST_PLUGIN_PATH_1_0": out, "GST_PLUGIN_SYSTEM_PATH_1_0": out,
                      "GST_REGISTRY": f"{out}/registry.bin"}
-            done = subprocess.run([ROOT / "pipelines" / "experiments" / "run_sequence.py",
-                                   "paper-quick", "1", out, "zoom", "101"],
+            done = subprocess.run([*RUN_SEQUENCE, "paper-quick", "1", out, "zoom", "101"],
                                   capture_output=True, text=True,
                                   env={**os.environ, "CSDTRACK_BUILD": str(BUILD), **empty})
         self.assertEqual(done.returncode, 1, done.stderr)

@@ -356,14 +356,15 @@ def test_interrupted_before_the_first_frame(tmp):
     """When the folder is there, but no pipeline runs yet."""
     program = """
 import os, signal, sys
-import tracking
+from pipelines.lib import tracking
 
 def never(*_):
     os.kill(os.getpid(), int(number))
 
 number = sys.argv.pop(1)
 tracking.Job = never
-import quickstart
+from pipelines.lib import command, quickstart
+command.run("quickstart", quickstart.main)
 """
 
     def reset_signals():  # the tests themselves may run with these ignored
@@ -371,10 +372,8 @@ import quickstart
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
     for number in signal.SIGINT, signal.SIGTERM, signal.SIGHUP:
-        done = subprocess.run([sys.executable, "-c", program, str(int(number)),
-                               REPOSITORY / "README.md", tmp / "out"],
-                              cwd=REPOSITORY / "pipelines" / "lib", capture_output=True, text=True,
-                              env=ENVIRONMENT, preexec_fn=reset_signals)
+        done = harness.run_python(program, int(number), REPOSITORY / "README.md", tmp / "out",
+                                  env=ENVIRONMENT, preexec_fn=reset_signals)
         assert done.returncode == 130 and not (tmp / "out").exists(), (number, done)
 
 

@@ -163,16 +163,14 @@ class Record(harness.Case):
         parts = ((60, "I420", 320, 240), (7, "I420", 161, 121), (1, "I420", 320, 240),
                  (30, "I420", 160, 120), (20, "Y444", 160, 120))
         program = f"""
-import sys, sources
+from pipelines.lib import command, record, sources
 each = ("videotestsrc num-buffers={{}} ! "
         "video/x-raw,format={{}},width={{}},height={{}},framerate=25/1 ! parts. ")
-sources.begin = lambda _: "".join(each.format(*part) for part in {parts}) + "concat name=parts"
-import record
+sources.launch = lambda _: "".join(each.format(*part) for part in {parts}) + "concat name=parts"
+command.run("record", record.main)
 """
-        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--set",
-                               "max-features=5", "--segment", "2", "changes", self.out],
-                              cwd=RECORD.parent / "lib", capture_output=True, text=True,
-                              env=ENVIRONMENT, timeout=180)
+        done = harness.run_python(program, "--preset", "", "--set", "max-features=5", "--segment",
+                                  "2", "changes", self.out, env=ENVIRONMENT, timeout=180)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual([line.removeprefix("record: changes: ")
                           for line in done.stderr.splitlines()
@@ -279,7 +277,8 @@ import errno, fcntl
 def none(*_):
     raise OSError(errno.ENOLCK, "no locks")
 fcntl.flock = none
-import record
+from pipelines.lib import command, record
+command.run("record", record.main)
 """
         # As pipelines/record sets it.
         presets = {"GST_PRESET_PATH": str(RECORD.parents[1] / "gst" / "presets")}
@@ -287,8 +286,8 @@ import record
         def start():
             recorder = subprocess.Popen(
                 [sys.executable, "-c", program, "--segment", "2", "simulate", self.out],
-                cwd=RECORD.parent / "lib", stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                text=True, env={**ENVIRONMENT, **presets})
+                cwd=SOURCE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+                env={**ENVIRONMENT, **presets})
             self.addCleanup(recorder.communicate)
             self.addCleanup(recorder.kill)
             return recorder
@@ -455,10 +454,10 @@ import record
 
     def test_a_live_source_that_stops_is_reported(self):
         program = """
-import sys, runner, sources
-sources.begin = lambda _: ("videotestsrc is-live=true ! "
-                           "video/x-raw,width=320,height=240,framerate=25/1 ! "
-                           "valve name=valve drop-mode=forward-sticky-events")
+from pipelines.lib import command, record, runner, sources
+sources.launch = lambda _: ("videotestsrc is-live=true ! "
+                            "video/x-raw,width=320,height=240,framerate=25/1 ! "
+                            "valve name=valve drop-mode=forward-sticky-events")
 play = runner.Run.play
 
 def play_and_stop(run, *arguments, **options):
@@ -466,11 +465,10 @@ def play_and_stop(run, *arguments, **options):
     play(run, *arguments, **options)
 
 runner.Run.play = play_and_stop
-import record
+command.run("record", record.main)
 """
-        done = subprocess.run(
-            [sys.executable, "-c", program, "--preset", "", "--seconds", "6", "stops", self.out],
-            cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=60)
+        done = harness.run_python(program, "--preset", "", "--seconds", "6", "stops", self.out,
+                                  env=ENVIRONMENT)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertRegex(done.stdout, self.SHORTAGE)
         gave, _, due = map(float, self.SHORTAGE.search(done.stdout).groups())
@@ -479,10 +477,9 @@ import record
     def test_a_source_whose_times_begin_late(self):
         """As with RTSP: the recording did not begin at stream time 0."""
         program = """
-import sys, sources
-sources.begin = lambda _: ("csdsimsrc num-buffers=130 ! "
-                           "video/x-raw,width=320,height=240,framerate=25/1 ! identity name=late")
-import runner
+from pipelines.lib import command, record, runner, sources
+sources.launch = lambda _: ("csdsimsrc num-buffers=130 ! "
+                            "video/x-raw,width=320,height=240,framerate=25/1 ! identity name=late")
 make = runner.Gst.parse_launch
 
 def late(text):
@@ -493,11 +490,10 @@ def late(text):
     return made
 
 runner.Gst.parse_launch = late
-import record
+command.run("record", record.main)
 """
-        done = subprocess.run(
-            [sys.executable, "-c", program, "--preset", "", "--segment", "2", "late", self.out],
-            cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=60)
+        done = harness.run_python(program, "--preset", "", "--segment", "2", "late", self.out,
+                                  env=ENVIRONMENT)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(self.check_together(3), 130)
         self.assertEqual(frame_times(self.out / "00000.mkv")[0], 700)
@@ -515,14 +511,12 @@ import record
     def test_all_frames_of_a_source_that_breaks_are_recorded(self):
         """Also those that are still in the encoder, which looks ahead."""
         program = """
-import sys, sources
-sources.begin = lambda _: ("csdsimsrc ! video/x-raw,width=320,height=240,framerate=25/1 ! "
-                           "identity error-after=61")
-import record
+from pipelines.lib import command, record, sources
+sources.launch = lambda _: ("csdsimsrc ! video/x-raw,width=320,height=240,framerate=25/1 ! "
+                            "identity error-after=61")
+command.run("record", record.main)
 """
-        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "breaks", self.out],
-                              cwd=RECORD.parent / "lib", capture_output=True, text=True,
-                              env=ENVIRONMENT, timeout=60)
+        done = harness.run_python(program, "--preset", "", "breaks", self.out, env=ENVIRONMENT)
         self.check_refused(done, 1, "record: breaks: the source broke off (Failed after iterations "
                            "as requested.)\n")
         self.assertEqual(self.check_together(1), 60)
@@ -538,11 +532,10 @@ import record
     def test_a_slow_encoder_loses_no_frame_at_the_end(self):
         """It takes longer than a source is given to end, and than a pipeline may be still."""
         program = """
-import sys, sources
-sources.begin = lambda _: ("videotestsrc pattern=black ! "
-                           "video/x-raw,width=160,height=120,framerate=25/1 ! "
-                           "identity name=given ! queue max-size-buffers=40")
-import runner
+from pipelines.lib import command, record, runner, sources
+sources.launch = lambda _: ("videotestsrc pattern=black ! "
+                            "video/x-raw,width=160,height=120,framerate=25/1 ! "
+                            "identity name=given ! queue max-size-buffers=40")
 make = runner.Gst.parse_launch
 count = 0
 
@@ -557,13 +550,11 @@ def slow(text):
     return made
 
 runner.Gst.parse_launch = slow
-import record
+command.run("record", record.main)
 print(f"given: {count}")
 """
-        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--set",
-                               "max-features=5", "--seconds", "2", "slow", self.out],
-                              cwd=RECORD.parent / "lib", capture_output=True, text=True,
-                              env=ENVIRONMENT, timeout=180)
+        done = harness.run_python(program, "--preset", "", "--set", "max-features=5", "--seconds",
+                                  "2", "slow", self.out, env=ENVIRONMENT, timeout=180)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         frames = self.check_together(1)
         self.assertIn(f"given: {frames}\n", done.stdout)

@@ -97,7 +97,8 @@ class Service(harness.Case):
     def test_the_watchdog_is_not_fed_without_frames(self):
         supervisor = Supervisor(self, 300_000)
         program = """
-import signal, runner
+import signal
+from pipelines.lib import runner
 run = runner.Run("test", "videotestsrc is-live=true ! video/x-raw,width=160,height=120 ! "
                  "valve name=valve drop-mode=forward-sticky-events ! "
                  "csdtrack name=csdtrack ! fakesink")
@@ -110,8 +111,8 @@ for number, drop in (signal.SIGUSR1, True), (signal.SIGUSR2, False):
     runner.GLib.unix_signal_add(runner.GLib.PRIORITY_HIGH, number, set_drop, drop)
 run.play("test")
 """
-        process = subprocess.Popen([sys.executable, "-c", program],
-                                   cwd=SOURCE / "pipelines" / "lib", env=supervisor.environment)
+        process = subprocess.Popen([sys.executable, "-c", program], cwd=SOURCE,
+                                   env=supervisor.environment)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
         self.assertEqual([supervisor.notification() for _ in range(3)],

@@ -55,21 +55,19 @@ class Stereo(harness.Case):
 
     def test_one_side_may_change_its_size(self):
         program = """
-import sys, sources
+from pipelines.lib import command, sources, stereo
 
-def begin(name):
+def launch(name):
     widths = (160, 201) if name == "changes" else (160, 160)
     parts = ("videotestsrc num-buffers=25 ! "
              f"video/x-raw,width={width},height=120,framerate=25/1 ! {name}." for width in widths)
     return " ".join(parts) + f" concat name={name}"
 
-sources.begin = begin
-import stereo
+sources.launch = launch
+command.run("stereo", stereo.main)
 """
-        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--display=fakesink",
-                               "changes", "stays", self.out],
-                              cwd=SOURCE / "pipelines" / "lib", capture_output=True, text=True,
-                              env=ENVIRONMENT, timeout=120)
+        done = harness.run_python(program, "--preset", "", "--display=fakesink", "changes", "stays",
+                                  self.out, env=ENVIRONMENT, timeout=120)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         # Not check_tracks(): concat begins the pts of each part at 0.
         sides = [harness.read_lines(self.out / f"{side}.jsonl") for side in ("left", "right")]

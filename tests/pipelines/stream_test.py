@@ -208,7 +208,7 @@ class Stream(harness.Case):
             self.assertLessEqual(len(gaps), 1, places)
             self.assertTrue(all(gap > 0 for gap in gaps), places)
             self.assertRegex(said, rf"^\d+ frames; {got.count(10)} lines of tracks came with them( "
-                             r"\(at the begin and the end .*\))?\n$")
+                             r"\(at the beginning and the end .*\))?\n$")
         # There was one tracker, which went on while nobody was connected.
         os.killpg(stream.pid, signal.SIGINT)
         self.assertEqual(stream.wait(60), 0)
@@ -217,7 +217,8 @@ class Stream(harness.Case):
     def test_the_served_video_is_the_same_without_csdtrack(self):
         """Each encoded picture has the same bytes and times with identity in csdtrack's place."""
         program = """
-import hashlib, sys, runner
+import hashlib, sys
+from pipelines.lib import command, runner
 plain = sys.argv.pop(1) == "plain"
 make = runner.Gst.parse_launch
 
@@ -237,16 +238,15 @@ def parse(text):
 
 runner.Gst.parse_launch = parse
 if plain:
-    runner.configure = runner.say_cost = lambda *_: None
-import stream
+    runner.configure = runner.print_cost = lambda *_: None
+from pipelines.lib import stream
+command.run("stream", stream.main)
 """
         video = harness.scene_video(self.tmp / "served.mkv", 50, *harness.H264)
         seen = {}
         for which in ("plain", "tracked"):
-            done = subprocess.run(
-                [sys.executable, "-c", program, which, "--preset", "", "--port", "0", video],
-                cwd=SOURCE / "pipelines" / "lib", capture_output=True, text=True,
-                stdin=subprocess.DEVNULL, timeout=120, env={**ENVIRONMENT, **harness.SAME_MEMORY})
+            done = harness.run_python(program, which, "--preset", "", "--port", "0", video,
+                                      timeout=120, env={**ENVIRONMENT, **harness.SAME_MEMORY})
             self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
             seen[which] = [line for line in done.stdout.splitlines()
                            if len(line.split()) == 2 and len(line.split()[1]) == 32]
@@ -256,18 +256,16 @@ import stream
     def test_odd_sizes_lose_the_last_row_and_column(self):
         """From any format, as 4:2:0 is served."""
         program = """
-import sys, sources
-sources.begin = lambda kind: ("videotestsrc num-buffers=10 ! "
-                              f"video/x-raw,format={kind},width=161,height=121")
-import stream
+from pipelines.lib import command, sources, stream
+sources.launch = lambda kind: ("videotestsrc num-buffers=10 ! "
+                               f"video/x-raw,format={kind},width=161,height=121")
+command.run("stream", stream.main)
 """
         for kind in "I420", "Y444", "P010_10LE":  # videocrop does not take the last
             with self.subTest(kind):
                 self.sent.unlink(missing_ok=True)
-                done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--port", "0",
-                                       "--tracks", self.sent, kind],
-                                      cwd=SOURCE / "pipelines" / "lib", capture_output=True,
-                                      text=True, timeout=120, env=ENVIRONMENT)
+                done = harness.run_python(program, "--preset", "", "--port", "0", "--tracks",
+                                          self.sent, kind, timeout=120, env=ENVIRONMENT)
                 self.assertEqual((done.returncode, done.stderr),
                                  (0, f"stream: {kind}: 161×121 is no even size, which H.264 wants: "
                                   "the last column and row are left out\n"))
@@ -373,8 +371,8 @@ import stream
 
     def test_a_new_size_reaches_the_receiver(self):
         program = f"""
-import os, runner, sources
-sources.begin = lambda _: "videotestsrc is-live=true ! capsfilter name=size caps={self.SIZES[0]}"
+from pipelines.lib import command, runner, sources, stream
+sources.launch = lambda _: "videotestsrc is-live=true ! capsfilter name=size caps={self.SIZES[0]}"
 play = runner.Run.play
 
 def play_and_change(run, *arguments, **options):
@@ -386,12 +384,12 @@ def play_and_change(run, *arguments, **options):
     play(run, *arguments, **options)
 
 runner.Run.play = play_and_change
-import stream
+command.run("stream", stream.main)
 """
         stream = subprocess.Popen([sys.executable, "-c", program, "--preset", "", "--port", "0",
                                    "changes"],
-                                  cwd=SOURCE / "pipelines" / "lib", env=ENVIRONMENT,
-                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+                                  cwd=SOURCE, env=ENVIRONMENT, stdout=subprocess.PIPE,
+                                  stderr=subprocess.STDOUT, text=True)
         self.addCleanup(stream.stdout.close)
         self.addCleanup(stream.wait)
         self.addCleanup(stream.kill)
@@ -466,7 +464,7 @@ import stream
             got, sent = self.got.read_bytes(), self.sent.read_bytes()
             self.assertIn(got, sent)
             self.assertRegex(said, rf"^\d+ frames; {got.count(10)} lines of tracks came with them( "
-                             r"\(at the begin and the end .*\))?\n$")
+                             r"\(at the beginning and the end .*\))?\n$")
 
     def test_a_stream_without_klv_is_refused(self):
         port = free_port(socket.SOCK_DGRAM)
@@ -477,7 +475,7 @@ import stream
         for url in f"srt://127.0.0.1:{port}", self.stream("simulate")[1]:
             self.got.unlink(missing_ok=True)
             self.check_refused(run("receive", "--klv", url, self.got), 1,
-                               f"receive: {url}: it brings no KLV")
+                               f"receive: {url}: it contains no KLV")
 
     def test_live_takes_the_stream(self):
         _, url = self.stream("--overlay", "simulate")

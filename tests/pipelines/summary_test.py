@@ -10,13 +10,9 @@ import sys
 import tempfile
 import unittest
 
-ROOT = pathlib.Path(sys.argv[1])
-DOCS = ROOT / "docs"
-sys.path.insert(0, str(ROOT / "pipelines" / "experiments"))
-import builds  # noqa: E402
-import page  # noqa: E402
-import summaries  # noqa: E402
+from pipelines.experiments import builds, page, summaries
 
+DOCS = pathlib.Path(sys.argv[1]) / "docs"
 PAGES = ("evaluation.md", "performance.md", "own-video.md")
 PLOTS = ("evaluation/scenes.svg", "performance/growth.svg")
 

@@ -16,9 +16,9 @@ import unittest
 import cv2
 import numpy as np
 
+from pipelines.experiments import tissue
+
 ROOT, BUILD = map(pathlib.Path, sys.argv[1:3])
-sys.path.insert(0, str(ROOT / "pipelines" / "experiments"))
-import tissue  # noqa: E402
 
 
 def beyond(*arguments):

@@ -22,6 +22,7 @@ import urllib.parse
 
 import browser
 import harness
+from pipelines.lib import web
 
 try:
     from selenium.webdriver.common.action_chains import ActionChains
@@ -29,9 +30,6 @@ except ImportError:
     pass  # browser.begin() skips
 
 SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
-sys.path.insert(0, str(SOURCE / "pipelines" / "lib"))
-import web  # noqa: E402
-
 ENVIRONMENT = {**os.environ, "CSDTRACK_BUILD": str(BUILD)}
 WIDTH, HEIGHT = 320, 240
 PERIOD, ROUNDS = 250, 16  # the motion's period in frames, and how often it is repeated
@@ -56,12 +54,12 @@ def command(*arguments):
 
 class Records(unittest.TestCase):
     def test_what_waits_for_a_slow_client_is_bounded(self):
-        client, frame = web.Client(), bytes(100_000)
+        client, frame = web.Viewer(), bytes(100_000)
         most = 0
         for number in range(1000):
             client.add(b"T" * 1000, number * 40_000)
             client.add(frame, number * 40_000, number % 25 == 0, b"head")
-            most = max(most, client.held)
+            most = max(most, client.queued)
         self.assertLess(most, 30 * (len(frame) + 1000))
         # Whatever it has missed, it continues with the head and a key frame.
         client.add(b"", 10**9, False)
@@ -259,12 +257,13 @@ class Plain(Served):
         self.assertIn(b"\n".join(lines), self.sent.read_bytes())
 
     def test_the_number_of_clients_is_limited(self):
-        clients = [self.stalled() for _ in range(web.MOST)]
+        clients = [self.stalled() for _ in range(web.MAX_VIEWERS)]
         for client in clients:
             self.assertTrue(client.recv(1))
         status, text = self.ask("GET", "/live")
         self.assertEqual((status, text),
-                         (503, f"{web.MOST} look at a time, and no more can: close another page"))
+                         (503, f"{web.MAX_VIEWERS} look at a time, and no more can: close another "
+                          "page"))
 
     def test_wrong_options_are_refused(self):
         for arguments, code, words in ((["--web=70000"], 2, "--web: 70000 is not from 0 to 65535"),
