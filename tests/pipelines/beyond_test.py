@@ -159,7 +159,7 @@ class Numbers(unittest.TestCase):
             recovery = {"median_frames": frames, "recovered": 1, "returns": times}
             self.assertEqual(self.judged(goals, recovery=recovery), expected)
 
-    def test_lasting(self):
+    def test_whether_the_last_fifth_is_as_good(self):
         """The last fifth is as good where the interval includes 0 and no loss above 0.01. A wider
         interval shows nothing."""
         sequence = sequences.beyond(1).sequence("mixed")
@@ -174,7 +174,7 @@ class Numbers(unittest.TestCase):
             self.assertIs(found.reached, expected)
             self.assertIn("no loss of sensitivity beyond 0.01", found.goal)
 
-    def test_standing(self):
+    def test_above_equal_or_below(self):
         """Above or below needs p < .01. Where both round to 1.000 they are equal, whatever p is."""
         for rival, csd, p, expected in ((0.8, 0.9, 0.009, "above"), (0.9, 0.8, 0.009, "below"),
                                         (0.8, 0.9, 0.01, "not told apart"),
@@ -207,7 +207,7 @@ class Numbers(unittest.TestCase):
         self.assertEqual(truth.returns(video[:25], tracks[:25], 10, 0.2), [True],
                          "a return cut off by the end counts for no other feature")
 
-    def test_turned(self):
+    def test_angle_and_scale_of_a_turned_view(self):
         a = {0: (1, 0, ""), 1: (-1, 0, ""), 2: (0, 1, ""), 3: (0, -1, "")}
         b = {i: (5 - 2 * y, 3 + 2 * x, "") for i, (x, y, _) in a.items()}
         angle, scale = truth.turned(a, b)
@@ -234,7 +234,7 @@ class Numbers(unittest.TestCase):
         self.assertIn("In the dark, 2 frames (0.08 s), the view turns by 90° to 180°", said)
         self.assertIn("by a factor of 1.00 to 1.50", said)
 
-    def test_palindromes(self):
+    def test_verdicts_of_palindromes(self):
         found = {"palindromes": [{"tracks": f"{name}/csd.jsonl",
                                   "claimed": goals["claimed"] - (name == "heart") / 100,
                                   "apart": goals["apart"] + (name == "smoke") / 100,

@@ -203,8 +203,8 @@ class Elements(harness.Case):
                     found[signal] = [t.name for t in query.param_types], query.return_type.name
                 said = {}
                 for row in tables(self.page[name], "signal"):
-                    signal, arguments, result = re.fullmatch(r"(\S+) \((.*)\)(?: → (\S+) \w+)?",
-                                                             plain(row["signal"])).groups()
+                    signal, arguments, result = re.fullmatch(
+                        r"(\S+) \((.*)\)(?: → (\S+) \w+)?", plain(row["signal"])).groups()
                     types = [TYPES[a.split()[0]] for a in arguments.split(", ") if a]
                     said[signal] = types, TYPES[result] if result else "void"
                 self.assertEqual(said, found)
@@ -332,8 +332,8 @@ class SectionBlocks(harness.Case):
                         self.assertTrue(pipeline)
 
     def test_properties_and_signals_that_blocks_mention_exist(self):
-        elements = {e.__gtype__.name: e for e in map(
-            Gst.ElementFactory.make, ("csdtrack", "csdtrackenc", "csdtrackdec", "csdsimsrc"))}
+        names = ("csdtrack", "csdtrackenc", "csdtrackdec", "csdsimsrc")
+        elements = {e.__gtype__.name: e for e in map(Gst.ElementFactory.make, names)}
         count = 0
         for name, block in self.blocks():
             with self.subTest(name):

@@ -47,7 +47,7 @@ class Formats(harness.Case):
         harness.check_tracks(self, lines, self.FRAMES)
         return lines
 
-    def test_all_are_listed(self):
+    def test_pad_templates_list_all_formats(self):
         for template in Gst.ElementFactory.find("csdtrack").get_static_pad_templates():
             self.assertEqual(harness.formats(template), FORMATS)
 

@@ -203,8 +203,8 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 
     def submitted(self):
         """How many jobs sbatch has submitted."""
-        return (self.folder / "slurmctld.out").read_text(errors="replace").count(
-            "_slurm_rpc_submit_batch_job: JobId=")
+        log = (self.folder / "slurmctld.out").read_text(errors="replace")
+        return log.count("_slurm_rpc_submit_batch_job: JobId=")
 
     def ask(self, program, *arguments):
         done = subprocess.run([self._paths[program], *arguments], capture_output=True, text=True,

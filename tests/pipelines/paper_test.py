@@ -466,7 +466,7 @@ class Numbers(unittest.TestCase):
             self.assertAlmostEqual(found, wanted)
         self.assertEqual(truth.together(video, [{}] * 4, other)[:3], (0, None, 4 / 6))
 
-    def test_truth(self):
+    def test_deformation_scale_and_hidden_share(self):
         """Two features are 2 apart, then 6 apart, and one of them is hidden. Each has moved by
         2."""
         scene = truth.Truth([{0: (0, 0, "tracked"), 1: (2, 0, "tracked")},
@@ -542,8 +542,8 @@ class Numbers(unittest.TestCase):
     def test_textures(self):
         """Every second scene has real tissue, and so has each long simulation. Without the pictures
         no scene has."""
-        with tempfile.TemporaryDirectory() as folder, unittest.mock.patch.object(
-                sequences, "TISSUE", pathlib.Path(folder)):
+        with (tempfile.TemporaryDirectory() as folder,
+              unittest.mock.patch.object(sequences, "TISSUE", pathlib.Path(folder))):
             self.assertEqual({s.texture(seed) for s, seed in sequences.paper(2).runs()}, {None})
             self.assertIn("were not there", evaluation.tissue_in_words(sequences.paper(2)))
             for *_, pictures in (*sequences.KINDS, sequences.MORE, sequences.DRY):

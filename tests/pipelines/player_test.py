@@ -41,8 +41,8 @@ class Player:
         kinds = Gst.PadProbeType
         self.run.element("sink").get_static_pad("sink").add_probe(
             kinds.BUFFER | kinds.EVENT_DOWNSTREAM | kinds.EVENT_FLUSH, self.see, self.got)
-        self.run.element("first").get_static_pad("src").add_probe(kinds.EVENT_UPSTREAM, self.see,
-                                                                  self.asked)
+        self.run.element("first").get_static_pad("src").add_probe(
+            kinds.EVENT_UPSTREAM, self.see, self.asked)
 
     def see(self, _pad, info, kept):
         if info.type & Gst.PadProbeType.BUFFER:
@@ -106,8 +106,8 @@ class Player:
         assert self.ends.acquire(timeout=harness.TIMEOUT)
 
     def step(self, frames):
-        assert self.run.pipeline.send_event(Gst.Event.new_step(Gst.Format.BUFFERS, frames, 1.0,
-                                                               True, False))
+        event = Gst.Event.new_step(Gst.Format.BUFFERS, frames, 1.0, True, False)
+        assert self.run.pipeline.send_event(event)
         self.run.until(Gst.MessageType.STEP_DONE)
 
     def pauses(self, times):

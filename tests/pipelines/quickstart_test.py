@@ -303,8 +303,8 @@ def test_simulation_of_given_points(tmp):
     out, tracks, truth = simulated(tmp / "out", 3, "deformation", "--points",
                                    "320,240;200.5,120.25", "--algorithm", "lk")
     for line in (tracks[0], truth[0]):
-        assert [(f["id"], f["x"], f["y"]) for f in line["features"]] == [(0, 320, 240),
-                                                                         (1, 200.5, 120.25)], line
+        places = [(f["id"], f["x"], f["y"]) for f in line["features"]]
+        assert places == [(0, 320, 240), (1, 200.5, 120.25)], line
     assert re.search(r"^sensitivity +100\.0%", out, re.M), out
     assert re.search(r"^1−precision +0\.0%", out, re.M), out
 
@@ -575,7 +575,7 @@ def test_odd_names(tmp):
     check_refused(tmp, bad, "b\\xe9d.mkv' is no UTF-8", options=("--algorithm", "lk"))
 
 
-def test_what_is_no_file_of_video(tmp):
+def test_missing_empty_and_special_files_are_refused(tmp):
     check_refused(tmp, tmp / "none.mp4", "there is no file")
     (tmp / "empty.mp4").touch()
     check_refused(tmp, tmp / "empty.mp4", "empty")

@@ -22,7 +22,7 @@ from harness import Gst
 
 SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
 ENVIRONMENT = {**os.environ, "CSDTRACK_BUILD": str(BUILD)}
-LEVELS = 12  # of brightness; a frame's number modulo this gives its own
+LEVELS = 12  # of brightness: they code a frame's number modulo this
 
 # A recorder that serves video and sound by RTSP, without tracks. Prints its port.
 RECORDER = """
@@ -117,13 +117,13 @@ class Describing:
             while method := wire.readline().split(b" ")[0]:
                 headers = dict(line.strip().split(b": ", 1)
                                for line in iter(wire.readline, b"\r\n"))
+                described = (b"Content-Type: application/sdp\r\nContent-Length: %d\r\n\r\n%b" %
+                             (len(self._session), self._session))
                 known = {b"OPTIONS": b"Public: DESCRIBE, SETUP, PLAY, TEARDOWN\r\n\r\n",
-                         b"DESCRIBE":
-                         b"Content-Type: application/sdp\r\nContent-Length: %d\r\n\r\n%b" % (
-                             len(self._session), self._session)}
+                         b"DESCRIBE": described}
                 status = b"200 OK" if method in known else b"404 Not Found"
-                wire.write(b"RTSP/1.0 %b\r\nCSeq: %b\r\n%b" % (status, headers[b"CSeq"],
-                                                               known.get(method, b"\r\n")))
+                rest = known.get(method, b"\r\n")
+                wire.write(b"RTSP/1.0 %b\r\nCSeq: %b\r\n%b" % (status, headers[b"CSeq"], rest))
                 wire.flush()
 
 

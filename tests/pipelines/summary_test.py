@@ -94,8 +94,8 @@ class Summaries(unittest.TestCase):
     def test_pages_without_marks_are_refused(self):
         begin, end = summaries.marks("scenes")
         for text in ("no marks\n", f"{begin}\n", f"{end}\n{begin}\n", f"{begin}\n{end}\n{end}\n"):
-            with self.subTest(text), self.assertRaisesRegex(builds.Failure,
-                                                            "once each, in this order"):
+            with (self.subTest(text),
+                  self.assertRaisesRegex(builds.Failure, "once each, in this order")):
                 summaries.filled(text, {"scenes": "table\n"}, "page.md")
         self.assertEqual(summaries.filled(f"a\n{begin}\n{end}\nb\n", {"scenes": "table\n"}, ""),
                          f"a\n{begin}\n\ntable\n\n{end}\nb\n")

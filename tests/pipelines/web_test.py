@@ -33,7 +33,7 @@ SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
 ENVIRONMENT = {**os.environ, "CSDTRACK_BUILD": str(BUILD)}
 WIDTH, HEIGHT = 320, 240
 PERIOD, ROUNDS = 250, 16  # the motion's period in frames, and how often it is repeated
-LEVELS = 10  # of brightness; a frame's number modulo this gives its own
+LEVELS = 10  # of brightness: they code a frame's number modulo this
 TRACKED = (86, 180, 233)  # the colour of docs/elements.md
 
 

@@ -114,8 +114,8 @@ class Rhythms(Case):
     def test_csv_and_text_say_what_json_says(self):
         report = self.json(self.tracks)
         rows = list(csv.DictReader(io.StringIO(run("--csv", self.tracks).stdout)))
-        rhythms = [("", r) for r in report["scene"]["rhythms"]] + [
-            (str(f["id"]), r) for f in report["features"] for r in f["rhythms"]]
+        rhythms = [("", r) for r in report["scene"]["rhythms"]]
+        rhythms += [(str(f["id"]), r) for f in report["features"] for r in f["rhythms"]]
         self.assertEqual(len(rows), 2 + 3 * 2)
         text = run(self.tracks).stdout
         self.assertIn("3 features, 1000 frames, 0.000 to 39.960 s", text)

@@ -53,10 +53,10 @@ class Scene:
     def write_tracks(self, path, algorithm="random", role="track", size=SIZE):
         with open(path, "w") as file:
             for frame in range(self.claimed.shape[1]):
+                places = zip(self.tracks[:, frame], self.claimed[:, frame])
                 features = [{"id": i, "x": x, "y": y, "state": "tracked" if claimed else "lost",
                              "confidence": self.confidence[i, frame] if claimed else 0}
-                            for i, ((x, y), claimed) in enumerate(zip(self.tracks[:, frame],
-                                                                      self.claimed[:, frame]))]
+                            for i, ((x, y), claimed) in enumerate(places)]
                 file.write(json.dumps({"schema": 1, "source": "csdtrack0", "role": role,
                                        "algorithm": algorithm, "frame": frame,
                                        "pts": frame * 40000000, "width": size[0], "height": size[1],
