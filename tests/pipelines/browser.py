@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What the tests of pages share: a headless Chromium."""
+"""Shared by the tests of web pages: a headless Chromium."""
 
 import shutil
 import unittest
@@ -12,7 +12,8 @@ except ImportError:
 
 
 def begin(case):
-    """For a class of tests that has `tmp`; skips it where there is none. 1280×720, a pixel of the page is one of a screenshot."""
+    """Starts Chromium for a class of tests that has `tmp`; skips the class where it is not
+    installed. The window is 1280×720, and a pixel of the page is one of a screenshot."""
     if not (webdriver and shutil.which("chromium") and shutil.which("chromedriver")):
         raise unittest.SkipTest("no chromium, chromedriver or python3-selenium here")
     options = webdriver.ChromeOptions()

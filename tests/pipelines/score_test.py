@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""From a video and its truth to a score, by csd-score. $CSD_SCORE is the program."""
+"""Scores of tracks of a video with known truth. $CSD_SCORE is csd-score."""
 
 import json
 import os
@@ -20,11 +20,10 @@ def csd_score(*arguments):
 class Score(harness.Case):
     def track(self, video, truth, tracks, *properties, caps="application/x-ndjson"):
         points = csd_score("--print-points", truth).strip()
-        subprocess.run([
-            "gst-launch-1.0", "-q", "filesrc", f"location={video}", "!", "decodebin", "!",
-            "csdtrack", f"points={points}", "learning=sync", *properties, "!", "csdtrackenc", "!",
-            caps, "!", "filesink", f"location={tracks}"
-        ], check=True, timeout=600)
+        subprocess.run(["gst-launch-1.0", "-q", "filesrc", f"location={video}", "!", "decodebin",
+                        "!", "csdtrack", f"points={points}", "learning=sync", *properties, "!",
+                        "csdtrackenc", "!", caps, "!", "filesink", f"location={tracks}"],
+                       check=True, timeout=600)
 
     def score(self, *arguments):
         return json.loads(csd_score("--json", "--resamples", 0, *arguments))["trackers"]
@@ -46,7 +45,7 @@ class Score(harness.Case):
         lines, table = self.score("--size", "320x240", truth, self.tmp / "lk.jsonl",
                                   self.tmp / "table.csv")
         self.assertEqual([lines["name"], table["name"]], ["lk", "table"],
-                         "CSV doesn't say the algorithm")
+                         "CSV has no algorithm, so the file names the tracker")
         for tracker in (lines, table):
             self.assertEqual(tracker["sensitivity"]["value"], 1)
             self.assertEqual(tracker["k"]["value"], 0)
@@ -65,7 +64,7 @@ class Score(harness.Case):
         self.assertGreater(tracker["sensitivity"]["value"], 0.99)
         self.assertLess(tracker["k"]["value"], 0.01)
         self.assertEqual(sum(tracker["counts"].values()), 5703 + 2,
-                         "as many as are labelled, without the uncertain ones")
+                         "as many as are labelled, without uncertain ones")
 
 
 if __name__ == "__main__":
