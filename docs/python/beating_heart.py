@@ -3,11 +3,13 @@
 # %% [markdown]
 # # How a point on a beating heart moves
 #
-# Simulated tissue beats and breathes; `csdtrack.Tracker` follows points on it; the simulator knows where they really
-# are. Run it as a program, `beating_heart.py [PICTURE [SECONDS]]`, or cell by cell in an editor that knows `# %%`.
+# Simulated tissue beats and breathes. `csdtrack.Tracker` follows points on it, and the simulator
+# knows where they really are. Run it as a program, `beating_heart.py [PICTURE [SECONDS]]`, or cell
+# by cell in an editor that knows `# %%`.
 
 # %%
 import sys
+from collections.abc import Iterator
 
 import gi
 import matplotlib
@@ -33,30 +35,34 @@ Gst.init(None)
 
 
 # %%
-def simulated():
-    """Yields (pts in ns, H×W×3 RGB, [(id, x, y)] of what is visible) for each frame."""
+def simulated() -> Iterator[tuple[int, np.ndarray, list[tuple[int, float, float]]]]:
+    """Yields (pts in ns, H×W×3 RGB, [(id, x, y)] of the visible points) for each frame."""
     pipeline = Gst.parse_launch(
-        f"csdsimsrc num-buffers={round(seconds * rate)} style=heart effects=heart-strong=1,specular=1,noise=1 ! "
-        f"video/x-raw,format=RGB,width=480,height=384,framerate={rate}/1 ! appsink name=sink sync=false")
+        f"csdsimsrc num-buffers={round(seconds * rate)} style=heart "
+        "effects=heart-strong=1,specular=1,noise=1 ! "
+        f"video/x-raw,format=RGB,width=480,height=384,framerate={rate}/1 ! "
+        "appsink name=sink sync=false")
     pipeline.set_state(Gst.State.PLAYING)
     while sample := pipeline.get_by_name("sink").emit("pull-sample"):
         buffer, info = sample.get_buffer(), GstVideo.VideoInfo.new_from_caps(sample.get_caps())
-        frame = np.ndarray((info.height, info.width, 3), np.uint8, buffer.extract_dup(0, buffer.get_size()),
-                           strides=(info.stride[0], 3, 1))
+        frame: np.ndarray = np.ndarray((info.height, info.width, 3), np.uint8,
+                                       buffer.extract_dup(0, buffer.get_size()),
+                                       strides=(info.stride[0], 3, 1))
         truth = buffer.get_custom_meta("GstCsdTruthMeta").get_structure().get_value("features")
-        yield buffer.pts, frame, [(f.get_value("id"), f.get_value("x"), f.get_value("y")) for f in truth
-                                  if f.get_value("state") == "tracked"]
+        yield buffer.pts, frame, [(f.get_value("id"), f.get_value("x"), f.get_value("y"))
+                                  for f in truth if f.get_value("state") == "tracked"]
     pipeline.set_state(Gst.State.NULL)
 
 
 # %% [markdown]
 # ## Tracks
 #
-# The tracker starts from the points that are visible in the first frame: its id i is the i-th of them.
+# The tracker starts from the points that are visible in the first frame: its id i is the i-th of
+# them.
 
 # %%
 tracker = None
-times, found, true = [], [], []
+samples = []
 for pts, frame, visible in simulated():
     if tracker is None:
         first = visible
@@ -64,10 +70,11 @@ for pts, frame, visible in simulated():
     tracks = tracker.process(frame, pts)
     claimed = tracks["confidence"] >= 0.5
     places = {i: (x, y) for i, x, y in visible}
-    times.append(pts * 1e-9)
-    found.append(np.where(claimed[:, None], np.stack([tracks["x"], tracks["y"]], 1), np.nan))
-    true.append([places.get(i, (np.nan, np.nan)) for i, _, _ in first])
-times, found, true = np.array(times), np.array(found), np.array(true)  # frames; frames × points × 2
+    samples.append(
+        (pts * 1e-9, np.where(claimed[:, None], np.stack([tracks["x"], tracks["y"]], 1), np.nan),
+         [places.get(i, (np.nan, np.nan)) for i, _, _ in first]))
+# times: frames; found and true: frames × points × 2
+times, found, true = (np.array(column) for column in zip(*samples))
 
 errors = np.linalg.norm(found - true, axis=2)
 print(f"{len(first)} points, {len(times)} frames, median error {np.nanmedian(errors):.2f} px")
@@ -75,7 +82,8 @@ print(f"{len(first)} points, {len(times)} frames, median error {np.nanmedian(err
 # %% [markdown]
 # ## Displacement and its rhythms
 #
-# Of the point that moves most among those that were tracked nearly always. What is not claimed is a gap.
+# These are of the point that moves most, among those that were tracked nearly always. Frames in
+# which the tracker claims no position are gaps.
 
 # %%
 always = np.isfinite(found[..., 0]).mean(axis=0) >= 0.95
@@ -98,13 +106,17 @@ print(f"point {best}: {np.ptp(signal):.1f} px in {'xy'[axis]}, heart rate {beats
 # %%
 figure, (above, below) = plt.subplots(2, 1, figsize=(9, 6), constrained_layout=True)
 for k, colour in ((0, "tab:blue"), (1, "tab:orange")):
-    above.plot(times, true[:, best, k] - true[0, best, k], color=colour, alpha=0.4, linewidth=4, label=f"{'xy'[k]}, true")
+    above.plot(times, true[:, best, k] - true[0, best, k], color=colour, alpha=0.4, linewidth=4,
+               label=f"{'xy'[k]}, true")
     above.plot(times, displacement[:, k], color=colour, linewidth=1, label=f"{'xy'[k]}, csdtrack")
-above.set(xlabel="time (s)", ylabel="displacement (px)", title=f"Point {best} on a simulated beating heart")
+above.set(xlabel="time (s)", ylabel="displacement (px)",
+          title=f"Point {best} on a simulated beating heart")
 above.legend(ncol=4, loc="upper center", bbox_to_anchor=(0.5, -0.16), frameon=False)
 below.plot(frequency, amplitude, color="tab:green")
 for rhythm, name in ((0.25, "breath"), (1.25, "heart")):
     below.axvline(rhythm, color="gray", linestyle=":")
-    below.annotate(f" {name}, as simulated", (rhythm, 0.92), xycoords=("data", "axes fraction"), color="gray")
-below.set(xlim=(0, 5), ylim=(0, None), xlabel="frequency (Hz)", ylabel=f"amplitude in {'xy'[axis]} (px)")
+    below.annotate(f" {name}, as simulated", (rhythm, 0.92), xycoords=("data", "axes fraction"),
+                   color="gray")
+below.set(xlim=(0, 5), ylim=(0, None), xlabel="frequency (Hz)",
+          ylabel=f"amplitude in {'xy'[axis]} (px)")
 figure.savefig(picture, dpi=100)

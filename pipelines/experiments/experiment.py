@@ -1,50 +1,60 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What the commands that write docs/results/ have in common: their options, the runs, what they say when something fails."""
+"""What the commands that write docs/results/ share: options, the runs, and how they end."""
 
 import argparse
 import os
 import pathlib
 import signal
 import sys
+import typing
+from collections.abc import Callable
 
-import builds
-import page
-import running
-import sequences
+from pipelines.experiments import builds, page, running, sequences
+from pipelines.lib.failure import Failure
+
+# Writes the page of a plan: (plan, folder of the runs, path, command, jobs).
+Write = Callable[[sequences.Plan, pathlib.Path, pathlib.Path, str, int], None]
 
 
-def natural(text):
+def natural(text: str) -> int:
     value = int(text)
     if value < 1:
         raise argparse.ArgumentTypeError(f"{text} is less than 1")
     return value
 
 
-def arguments(name, description, epilog, seeds):
-    parser = argparse.ArgumentParser(prog=f"pipelines/experiments/{name}", epilog=epilog, description=description,
+def arguments(name: str, description: str, epilog: str, seeds: int) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog=f"pipelines/experiments/{name}", epilog=epilog,
+                                     description=description,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="a few frames of each; writes nothing into docs/")
-    parser.add_argument("--seeds", type=natural, metavar="N", help="scenes of each sequence, from seed "
+    parser.add_argument("--quick", action="store_true",
+                        help="a few frames of each; writes nothing into docs/")
+    parser.add_argument("--seeds", type=natural, metavar="N",
+                        help="scenes of each sequence, from seed "
                         f"{sequences.FIRST_SEED} on ({seeds}; --quick: 1)")
-    parser.add_argument("--jobs", type=natural, metavar="N", default=os.cpu_count(), help="runs at a time (the processors)")
-    parser.add_argument("--out", type=pathlib.Path, metavar="DIR", help="where the runs are kept "
+    parser.add_argument("--jobs", type=natural, metavar="N", default=os.cpu_count(),
+                        help="runs at a time (one for each processor)")
+    parser.add_argument("--out", type=pathlib.Path, metavar="DIR",
+                        help="where the runs are kept "
                         f"(experiments/{name} or experiments/{name}-quick in the build folder)")
-    parser.add_argument("--no-install", action="store_true", help="install nothing; fail if something is missing")
+    parser.add_argument("--no-install", action="store_true",
+                        help="install nothing; fail if something is missing")
     return parser.parse_args()
 
 
-def places(name, options):
-    """What this run is called, the folder of its results, the page that it writes."""
+def places(name: str, options: argparse.Namespace) -> tuple[str, pathlib.Path, pathlib.Path]:
+    """The name of this experiment, the folder of its results, and the page that it writes."""
     mode = f"{name}-quick" if options.quick else name
     out = (options.out or builds.BUILD / "experiments" / mode).resolve()
     return mode, out, (out if options.quick else page.RESULTS) / f"{name}.md"
 
 
-def guarded(name, out, work):
-    """The exit code of a command that keeps its results in `out`. Prints the page that work() has written, or what went wrong."""
+def exit_code(name: str, out: pathlib.Path, write: Callable[[], pathlib.Path]) -> int:
+    """Calls write(), prints the path that it returns or what went wrong, and gives the command's
+    exit code. `out` is the folder of the results."""
     try:
-        print(work())
-    except builds.Failure as failure:
+        print(write())
+    except Failure as failure:
         print(f"{name}: {failure}", file=sys.stderr)
         return 1
     except OSError as error:
@@ -56,25 +66,30 @@ def guarded(name, out, work):
     return 0
 
 
-def run(name, options, write, seeds):
-    """The runs, then write(plan, out, path, command, jobs) writes the page."""
+def run(name: str, options: argparse.Namespace, write: Write, seeds: int) -> int:
+    """Makes the runs that are missing, then writes the page. Returns the exit code."""
     mode, out, path = places(name, options)
     seeds = options.seeds or (1 if options.quick else seeds)
 
-    def work():
+    def run_and_write() -> pathlib.Path:
         builds.make(not options.no_install)
         out.mkdir(parents=True, exist_ok=True)
         plan = sequences.PLANS[mode](seeds)
         if plan.of_table("pictures"):
             running.take_pictures()
         running.run_all(plan, mode, seeds, out, options.jobs)
-        command = " ".join([f"pipelines/experiments/{name}", *filter(None, (
-            "--quick" if options.quick else "", f"--seeds {options.seeds}" if options.seeds else ""))])
-        write(plan, out, path, command, options.jobs)
+        command = [f"pipelines/experiments/{name}"]
+        if options.quick:
+            command.append("--quick")
+        if options.seeds:
+            command.append(f"--seeds {options.seeds}")
+        write(plan, out, path, " ".join(command), options.jobs)
         return path
-    return guarded(name, out, work)
+
+    return exit_code(name, out, run_and_write)
 
 
-def main(name, description, epilog, write, seeds=3):
+def main(name: str, description: str, epilog: str, write: Write,
+         seeds: int = 3) -> typing.NoReturn:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(130))
     sys.exit(run(name, arguments(name, description, epilog, seeds), write, seeds))

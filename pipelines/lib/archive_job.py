@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Tracks one video of an archive, wherever a job of it runs: archive_job.py PLAN NUMBER
+"""Tracks one video of an archive, on any machine: python3 -m pipelines.lib.archive_job PLAN NUMBER
 
     filesrc ! decodebin ! videoconvert ! csdtrack ! csdtrackenc ! filesink
 
-The tracks get their name when they are whole, and then the result beside them (archive_index.py). A result says that the video is done, or
-that it can't be. What isn't the video's fault (a full disk, another version here) leaves no result, a line on stderr and in the file that else
-says how far the job is (OUT/.archive/progress/NUMBER), and exit code 1.
+The tracks get their name when they are complete, and then the result is written beside them
+(archive_index.py). A result says that the video is done, or that it can't be done. Other failures,
+such as a full disk or another version of csdtrack here, leave no result. They end with exit code 1
+and a message, on stderr and in OUT/.archive/progress/NUMBER, which otherwise holds the progress.
 
-archive_job.py --host FOLDER: prints the version of csdtrack here; an error if the folder isn't here.
+`--host FOLDER` prints the version of csdtrack here. It fails if the folder isn't here.
 """
 
 import contextlib
@@ -17,63 +18,66 @@ import os
 import pathlib
 import sys
 import time
+from collections.abc import Callable, Mapping
+from typing import Any
 
-import archive_index
-import command
-import runner
-import tracking
+from pipelines.lib import archive_index, command, runner, video_errors
+from pipelines.lib.runner import GLib, Gst
 
-Gst, GLib = runner.Gst, runner.GLib
-
-STALL = 600  # seconds without a new frame, after which none is waited for
-TELL = 2     # seconds between two words on how far it is
+STALL = 600  # seconds without a new frame, after which the job gives up
+PROGRESS_INTERVAL = 2  # seconds
 
 
-def version():
+def version() -> str:
     plugin = Gst.Registry.get().find_plugin("csdtrack")
     if not plugin:
-        raise command.Failure(f"no csdtrack on {os.uname().nodename}: the repository must be built there, at the same path")
+        raise command.Failure(f"no csdtrack on {os.uname().nodename}: the repository must be "
+                              "built there, at the same path")
     return plugin.get_version()
 
 
 class Job(runner.Run):
-    """A pipeline that is for files: an error is put down to the video if it is the video's."""
+    """A run over a file, which knows whether an error is the video's fault."""
 
     SILENCE = 60
-    NO_PICTURE = "check that it plays, or convert it to H.264"
+    NO_FRAME = "check that it plays, or convert it to H.264"
 
-    def __init__(self, video, out, settings):
-        # videoconvert passes on what csdtrack takes as it is.
-        super().__init__("archive", "filesrc name=video ! decodebin ! videoconvert ! "
-                                    "csdtrack name=csdtrack ! csdtrackenc ! application/x-ndjson ! filesink name=tracks")
+    def __init__(self, video: pathlib.Path, out: pathlib.Path,
+                 properties: Mapping[str, str]) -> None:
+        # videoconvert passes on formats that csdtrack takes.
+        super().__init__(
+            "archive", "filesrc name=video ! decodebin ! videoconvert ! "
+            "csdtrack name=csdtrack ! csdtrackenc ! application/x-ndjson ! filesink name=tracks")
         self.video, self._out = video, out
         self.element("video").set_property("location", str(video))
-        runner.configure(self.element("csdtrack"), None, settings, [])
-        self.videos_fault = True
-        self.begin = None  # ns in the file, of the first frame
+        runner.configure(self.element("csdtrack"), None, properties, [])
+        self.is_videos_fault = True
+        self.begin: int | None = None  # ns in the file, of the first frame
         self.position = 0  # ns in the file, end of the newest frame
-        self.length = 0    # ns, as the file says itself; 0 if it doesn't
-        self._missing = []
+        self.length = 0    # ns, as the file says; 0 if it doesn't
+        self._missing: list[str] = []
         self._stalled = (0, time.monotonic())
 
-    def run(self, tracks, tell):
+    def run(self, tracks: pathlib.Path, report: Callable[[float], None]) -> None:
+        """Tracks the video. `report` is called with the share that is done."""
         self.element("tracks").set_property("location", str(tracks))
-        self.element("csdtrack").get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER, self._passed)
-        GLib.timeout_add_seconds(TELL, self._tick, tell)
+        self.element("csdtrack").get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER,
+                                                                 self._on_frame)
+        GLib.timeout_add_seconds(PROGRESS_INTERVAL, self._tick, report)
         self.play("")
 
-    def _ask_length(self):
+    def _query_length(self) -> None:
         known, length = self.pipeline.query_duration(Gst.Format.TIME)
         if known and length > 0:
             self.length = length
 
-    def end(self):
-        """Told to end: half of the tracks are none."""
-        self.videos_fault = False
+    def end(self) -> Any:
+        """A signal to end fails the job: tracks of half a video are no result."""
+        self.is_videos_fault = False
         self.fail("ended before the video did")
         return GLib.SOURCE_REMOVE
 
-    def _passed(self, pad, info):
+    def _on_frame(self, pad: Gst.Pad, info: Gst.PadProbeInfo) -> Any:
         buffer = info.get_buffer()
         segment = pad.get_sticky_event(Gst.EventType.SEGMENT, 0).parse_segment()
         at = segment.to_stream_time(Gst.Format.TIME, buffer.pts)
@@ -83,41 +87,45 @@ class Job(runner.Run):
             self.position = max(self.position, at + length)
         return Gst.PadProbeReturn.OK
 
-    def _tick(self, tell):
+    def _tick(self, report: Callable[[float], None]) -> Any:
         now = time.monotonic()
         if self.frames != self._stalled[0]:
             self._stalled = (self.frames, now)
         elif self.frames and now - self._stalled[1] > STALL:
-            self.fail(f"'{self.video}' gave no frame after frame {self.frames} for {STALL // 60} minutes: check that it plays")
-        self._ask_length()
+            self.fail(f"'{self.video}' gave no frame after frame {self.frames} "
+                      f"for {STALL // 60} minutes: check that it plays")
+        self._query_length()
         if self.length:
-            tell(min(self.position / self.length, 1))
+            report(min(self.position / self.length, 1))
         return GLib.SOURCE_CONTINUE
 
-    def _handle(self, message):
+    def _handle(self, message: Gst.Message) -> None:
         if message.type == Gst.MessageType.ELEMENT and message.has_name("missing-plugin"):
             self._missing.append(message.get_structure().get_string("name"))
         if message.type == Gst.MessageType.EOS:
-            self._ask_length()
-        if message.type != Gst.MessageType.ERROR:
-            super()._handle(message)
+            self._query_length()
+        super()._handle(message)
+
+    def _on_error(self, element: Gst.Element, error: Any, debug: str | None) -> None:
+        factory = runner.factory_name(element)
+        if factory == "filesink":
+            self.is_videos_fault = False
+            # Verbatim: the program that started the job recognises a full disk by this text.
+            self.fail(str(command.of_filesink(self._out, error, debug)))
             return
-        error, debug = message.parse_error()
-        factory = message.src.get_factory() if isinstance(message.src, Gst.Element) else None
-        name = factory.get_name() if factory else ""
-        if name == "filesink":
-            self.videos_fault = False
-            self.fail(str(command.of_filesink(self._out, error, debug)))  # to the letter: it is told from others by its text
-            return
-        text = tracking.explain(self.video, self._out, "csdtrack", name, error, debug or "", self._missing)
-        if self.frames and name not in ("csdtrack", "csdtrackenc"):
-            text = f"'{self.video}' is damaged from frame {self.frames} on ({error.message.rstrip('.')}): repair or convert it"
+        text = video_errors.explain(self.video, self._out, "csdtrack", factory, error, debug or "",
+                                    self._missing)
+        if self.frames and factory not in ("csdtrack", "csdtrackenc"):
+            reason = error.message.rstrip(".")
+            text = (f"'{self.video}' is damaged from frame {self.frames} on ({reason}): "
+                    "repair or convert it")
         self.fail(runner.one_line(text))
 
 
-def count(tracks):
-    """Of whole tracks, what the index tells about them."""
-    features, claimed, frames, size = set(), 0, 0, (0, 0)
+def count(tracks: pathlib.Path) -> dict[str, int]:
+    """The index's figures about complete tracks."""
+    features: set[int] = set()
+    claimed, frames, size = 0, 0, (0, 0)
     with open(tracks, encoding="utf-8") as file:
         for text in file:
             line = json.loads(text)
@@ -126,66 +134,77 @@ def count(tracks):
             claimed += bool(claims)
             frames += 1
             size = (line["width"], line["height"])
-    return {"frames": frames, "features": len(features), "claimed": claimed, "width": size[0], "height": size[1]}
+    return {
+        "frames": frames, "features": len(features), "claimed": claimed, "width": size[0],
+        "height": size[1]
+    }
 
 
-def told_of(out, number):
+def progress_path(out: pathlib.Path, number: int) -> pathlib.Path:
     return out / ".archive" / "progress" / str(number)
 
 
-def track(plan, number):
-    """The job `number` of all in the plan."""
+def track(plan: Mapping[str, Any], number: int) -> None:
+    """Does the plan's job of this number."""
     entry, out = plan["jobs"][number], pathlib.Path(plan["out"])
     name, video = entry["name"], pathlib.Path(entry["video"])
-    here = version()
-    if here != plan["version"]:
-        raise command.Failure(f"csdtrack is {here} on {os.uname().nodename} and {plan['version']} where the run began: build the same on both")
-    found = archive_index.stamp(video)
+    host, installed = os.uname().nodename, version()
+    if installed != plan["version"]:
+        raise command.Failure(f"csdtrack is {installed} on {host} and {plan['version']} "
+                              "where the run began: build the same on both")
+    found = archive_index.size_and_mtime(video)
     if not found:
-        raise command.Failure(f"'{video}' isn't there on {os.uname().nodename}: its folder must have the same path on each machine")
-    result = dict.fromkeys(archive_index.COLUMNS)
-    result.update(name=name, video=str(video), version=here, settings=plan["settings"], size=found[0], mtime=found[1], host=os.uname().nodename,
-                  started=datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"))
-    tracks = archive_index.tracks_of(out, name)
+        raise command.Failure(f"'{video}' isn't there on {host}: its folder must have the same "
+                              "path on each machine")
+    result: archive_index.Row = dict.fromkeys(archive_index.COLUMNS)
+    result.update(
+        name=name, video=str(video), version=installed, settings=plan["settings"], size=found[0],
+        mtime=found[1], host=host,
+        started=datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"))
+    tracks = archive_index.tracks_path(out, name)
     tracks.parent.mkdir(parents=True, exist_ok=True)
-    told = told_of(out, number)
-    begun = time.monotonic()
+    progress = progress_path(out, number)
+    started = time.monotonic()
     job = Job(video, out, plan["properties"])
-    with archive_index.unfinished(tracks) as file:
+    with archive_index.open_unfinished(tracks) as file:
         unfinished = pathlib.Path(file.name)
 
-    def tell(share):
+    def report(share: float) -> None:
         with contextlib.suppress(OSError):
-            told.write_text(f"{share:.4f}")
+            progress.write_text(f"{share:.4f}")
 
-    tell(0)
+    report(0)
     try:
-        if tracking.lacks_index(video):
-            raise command.Failure(tracking.no_index(video))
-        job.run(unfinished, tell)
-        result.update(count(unfinished), status="done", duration=(job.position - (job.begin or 0)) / Gst.SECOND,
-                      note=tracking.breaks_off(video, job.position, job.length) or None)
-        with open(unfinished, "rb") as file:
-            os.fsync(file.fileno())
+        if video_errors.lacks_index(video):
+            raise command.Failure(video_errors.no_index(video))
+        job.run(unfinished, report)
+        result.update(count(unfinished), status="done",
+                      duration=(job.position - (job.begin or 0)) / Gst.SECOND,
+                      note=video_errors.breaks_off(video, job.position, job.length) or None)
+        with open(unfinished, "rb") as written:
+            os.fsync(written.fileno())
         os.replace(unfinished, tracks)
-        result["tracks_size"], result["tracks_mtime"] = archive_index.stamp(tracks)
+        state = tracks.stat()
+        result.update(tracks_size=state.st_size, tracks_mtime=int(state.st_mtime))
     except command.Failure as failure:
-        if not job.videos_fault:
+        if not job.is_videos_fault:
             raise
-        # What older settings made of it must not seem to be of these.
+        # Tracks of an earlier run must not look like those of this one.
         tracks.unlink(missing_ok=True)
         result.update(status="failed", error=str(failure))
     finally:
-        for path in (unfinished, told):
+        for path in (unfinished, progress):
             path.unlink(missing_ok=True)
-    result["seconds"] = round(time.monotonic() - begun, 3)
-    archive_index.whole(archive_index.result_of(out, name), json.dumps(result, indent=1, ensure_ascii=False) + "\n")
+    result["seconds"] = round(time.monotonic() - started, 3)
+    archive_index.write_atomically(archive_index.result_path(out, name),
+                                   json.dumps(result, indent=1, ensure_ascii=False) + "\n")
 
 
-def main():
+def main() -> None:
     if sys.argv[1] == "--host":
         if not os.path.isdir(sys.argv[2]):
-            raise command.Failure(f"there is no folder '{sys.argv[2]}': it must have the same path on each machine")
+            raise command.Failure(
+                f"there is no folder '{sys.argv[2]}': it must have the same path on each machine")
         print(version())
         return
     with open(sys.argv[1], encoding="utf-8") as file:
@@ -198,7 +217,7 @@ def main():
             raise archive_index.failure(error, plan["out"]) from error
     except command.Failure as failure:
         with contextlib.suppress(OSError):
-            told_of(pathlib.Path(plan["out"]), number).write_text(json.dumps(str(failure)))
+            progress_path(pathlib.Path(plan["out"]), number).write_text(json.dumps(str(failure)))
         raise
 
 

@@ -1,20 +1,24 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What the commands of this folder share before GStreamer is there: arguments, failures, exit codes."""
+"""What the commands share before GStreamer is loaded: arguments, failures, exit codes."""
 
 import argparse
 import contextlib
 import os
+import pathlib
 import signal
 import sys
+from collections.abc import Callable, Iterator
+from typing import TextIO
 
-import lock
-from failure import Failure, Full, Misuse, of_filesink  # noqa: F401
+from pipelines.lib import lock
+from pipelines.lib.failure import Failure, Full, Misuse, of_filesink  # noqa: F401
+
+# Options that may stand without a value, and the value that they have then.
+IMPLIED_VALUES = {"--display": "autovideosink", "--web": "8080"}
 
 
-BARE = {"--display": "autovideosink", "--web": "8080"}  # options that may stand alone: what they mean then
-
-
-def positive(text):
+def positive(text: str) -> float:
+    """The type of an argument in seconds."""
     try:
         value = float(text)
     except ValueError:
@@ -24,132 +28,161 @@ def positive(text):
     return value
 
 
-def setting(text):
+def assignment(text: str) -> tuple[str, str]:
+    """The type of an argument PROPERTY=VALUE."""
     name, equals, value = text.partition("=")
     if not name or not equals:
         raise argparse.ArgumentTypeError(f"'{text}' is not PROPERTY=VALUE")
     return name, value
 
 
-def refuse_written(path):
-    """A file of tracks is emptied when it is opened, before it is known whether a picture comes: an earlier run's must not be lost so."""
+def refuse_existing_tracks(path: pathlib.Path) -> None:
+    """Raises Misuse if the file holds something.
+
+    Opening a file of tracks empties it, before the first frame arrives. An earlier run's tracks
+    must not be lost that way.
+    """
     if os.path.isdir(path):
         raise Misuse(f"'{path}' is a folder: name a file for the tracks")
     if os.path.isfile(path) and os.path.getsize(path):
         raise Misuse(f"'{path}' is there already: name another file for the tracks, or remove it")
 
 
-def check_unwritten(parser, path):
+def check_new_tracks(parser: argparse.ArgumentParser, path: pathlib.Path) -> None:
     try:
-        refuse_written(path)
+        refuse_existing_tracks(path)
     except Misuse as misuse:
         parser.error(str(misuse))
 
 
-def add_common(parser):
-    parser.add_argument("--set", action="append", default=[], type=setting, metavar="PROPERTY=VALUE", help="any property of csdtrack, more than once if you like")
-    parser.add_argument("--no-install", action="store_true", help="install nothing; fail if something is missing")
+def add_common(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--set", action="append", default=[], type=assignment,
+                        metavar="PROPERTY=VALUE",
+                        help="any property of csdtrack, more than once if you like")
+    parser.add_argument("--no-install", action="store_true",
+                        help="install nothing; fail if something is missing")
 
 
-def plain(path):
-    """A path for text: what is no UTF-8 in it is written \\xNN."""
+def escaped(path: str) -> str:
+    """A path as UTF-8. Bytes that are not UTF-8 become \\xNN."""
     return path.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
 
 
-def check_name(text):
-    """Raises Misuse of a name that GStreamer can't be given from here: PyGObject takes no text but UTF-8."""
-    if plain(text) != text:
-        raise Misuse(f"'{plain(text)}' is no UTF-8, and from Python GStreamer takes no other names: rename it")
+def check_name(text: str) -> None:
+    """Raises Misuse for a name that is not UTF-8: PyGObject can't pass it to GStreamer."""
+    if escaped(text) != text:
+        raise Misuse(f"'{escaped(text)}' is no UTF-8, and from Python GStreamer takes "
+                     "no other names: rename it")
 
 
-PIPE = "is no file but a pipe or a device: save it as a file first"  # after what was to be read, more than once or out of order
+# A message, to follow the name of an input that is read more than once or out of order.
+NOT_A_FILE = "is no file but a pipe or a device: save it as a file first"
 
 
-def is_pipe(path):
-    """Or a device."""
+def is_pipe_or_device(path: str | pathlib.Path) -> bool:
     return os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path)
 
 
-def heard(*numbers):
-    """Those of these signals that are not ignored: after nohup SIGHUP is."""
+def not_ignored(*numbers: signal.Signals) -> list[signal.Signals]:
+    """Leaves out the signals that this process ignores, such as SIGHUP after nohup."""
     return [number for number in numbers if signal.getsignal(number) != signal.SIG_IGN]
 
 
-def options(parse):
-    """The arguments as `parse` reads them. With --check first, that is all: the program ends."""
+def parse_options(parse: Callable[[list[str]], argparse.Namespace]) -> argparse.Namespace:
+    """The options, by `parse`. With --check as the first word the program ends after that."""
     for word in sys.argv[1:]:
         check_name(word)
-    # argparse would take the next word for its value, whatever that is.
-    arguments = [f"{word}={BARE[word]}" if word in BARE else word for word in sys.argv[1:]]
-    checked = arguments[:1] == ["--check"]
-    found = parse(arguments[checked:])
-    if checked:
+    # Otherwise argparse would take the next word as the option's value.
+    arguments = [
+        f"{word}={IMPLIED_VALUES[word]}" if word in IMPLIED_VALUES else word
+        for word in sys.argv[1:]
+    ]
+    check_only = arguments[:1] == ["--check"]
+    options = parse(arguments[check_only:])
+    if check_only:
         sys.exit(0)
-    return found
+    return options
 
 
 @contextlib.contextmanager
-def folders(*wanted):
-    """Makes them, and no other run may work on them meanwhile. After a Failure those that were made and hold nothing are gone again."""
-    # os.path: what can't be looked at isn't there, and making it says why. pathlib's raises.
-    made = [path for folder in wanted for path in (folder, *folder.parents) if not os.path.exists(path)]
+def locked_folders(*wanted: pathlib.Path) -> Iterator[None]:
+    """Makes these folders, and keeps other runs out of them.
+
+    After a Failure it removes the folders that it made and that are still empty.
+    """
+    # Not pathlib's exists(), which raises where a folder can't be looked into. os.path.exists()
+    # says False, and making the folder gives the reason.
+    made = [
+        path for folder in wanted for path in (folder, *folder.parents) if not os.path.exists(path)
+    ]
     try:
         for folder in wanted:
             try:
                 folder.mkdir(parents=True, exist_ok=True)
             except OSError as error:
-                raise Failure(f"can't write into '{folder}' ({error.strerror}): give another folder") from error
+                raise Failure(f"can't write into '{folder}' ({error.strerror}): "
+                              "give another folder") from error
             if not os.access(folder, os.W_OK):
                 raise Failure(f"can't write into '{folder}': give a folder where you may write")
         with contextlib.ExitStack() as locks:
-            found = {(state.st_dev, state.st_ino): folder for folder in reversed(wanted) for state in [os.stat(folder)]}
-            for folder in found.values():  # each once
+            states = [(os.stat(folder), folder) for folder in reversed(wanted)]
+            # Two names of one folder are locked once.
+            different = {(state.st_dev, state.st_ino): folder for state, folder in states}
+            for folder in different.values():
                 locks.enter_context(lock.held(folder))
             yield
     except Failure:
         for folder in made:
-            with contextlib.suppress(OSError):  # not empty: an empty file may be another command's, just opened
+            # Fails if it isn't empty: an empty file in it may be another command's.
+            with contextlib.suppress(OSError):
                 folder.rmdir()
         raise
 
 
-def check_window(sink, option):
-    """autovideosink without a display ends the whole process in some versions of GStreamer."""
-    if sink == "autovideosink" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise Failure(f"there is no display for a window (DISPLAY and WAYLAND_DISPLAY are empty): give a sink that needs none with {option}")
+def check_window(sink: str | None, option: str) -> None:
+    """Raises Failure without a display: some versions of autovideosink end the process then."""
+    if sink == "autovideosink" and not (os.environ.get("DISPLAY") or
+                                        os.environ.get("WAYLAND_DISPLAY")):
+        raise Failure("there is no display for a window (DISPLAY and WAYLAND_DISPLAY are empty): "
+                      f"give a sink that needs none with {option}")
 
 
-def quoted(text):
-    """A value in the text of a pipeline."""
+def quoted(text: str) -> str:
+    """A value in a pipeline's description."""
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
-# Of raw video: three frames, not one, as a decoder may give two at once. Of lines, which are small: ten seconds, for a disk that stands still.
-FRAMES = "queue max-size-buffers=3 max-size-bytes=0 max-size-time=0"
-LINES = "queue max-size-time=10000000000 max-size-buffers=0 max-size-bytes=0"
+# Three frames, as a decoder may output two at once.
+FRAME_QUEUE = "queue max-size-buffers=3 max-size-bytes=0 max-size-time=0"
+# Lines of tracks are small, so ten seconds of them may wait for a disk.
+LINE_QUEUE = "queue max-size-time=10000000000 max-size-buffers=0 max-size-bytes=0"
 
 
-def lines_file(path):
-    """The sink of a file of lines, each there as soon as it is made."""
+def line_sink(path: pathlib.Path) -> str:
+    """The sink of a pipeline's description that writes each line to a file at once."""
     return f"filesink location={quoted(str(path))} buffer-mode=unbuffered async=false"
 
 
-def told(text, file, end="\n"):
-    """Prints it, at once. Returns whether anybody can read it; if not (| head, a terminal that was closed), nothing more is said there."""
+def print_line(text: str, file: TextIO, end: str = "\n") -> bool:
+    """Prints text and flushes it. Returns False if the reader is gone (| head, a closed terminal).
+
+    After that, nothing more is printed to this file.
+    """
     try:
         print(text, file=file, end=end, flush=True)
         return True
     except OSError:
-        # What is not yet written would be tried once more at the end of the process, and its exit code be 120.
+        # Python would try to write the rest when it exits, fail, and exit with 120.
         os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())
         return False
 
 
-def run(name, main):
+def run(name: str, main: Callable[[], None]) -> None:
+    """Runs a command's main(). A Failure becomes a message and an exit code."""
     try:
         main()
     except Failure as failure:
-        told(f"{name}: {failure}", sys.stderr)
+        print_line(f"{name}: {failure}", sys.stderr)
         sys.exit(failure.code)
     except KeyboardInterrupt:
         sys.exit(128 + signal.SIGINT)

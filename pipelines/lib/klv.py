@@ -1,17 +1,24 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Lines of tracks out of KLV packets: docs/metadata.md, KLV."""
+"""Reads lines of tracks from KLV packets (docs/metadata.md, KLV)."""
 
-LABEL = b"\x06\x0e\x2b\x34\x01\x01\x01\x01\x0fcsdtr"  # two bytes follow: the line's number, and how many of its pieces are still to come
+from collections.abc import Iterator
+
+# Two bytes follow: the line's number, and how many of its pieces are still to come.
+LABEL = b"\x06\x0e\x2b\x34\x01\x01\x01\x01\x0fcsdtr"
 
 
 class Lines:
-    """Of the packets that tsdemux and rtpklvdepay give. Those of others are passed over; a line of which something is missing is left out."""
+    """Joins the pieces of lines, from packets of tsdemux or rtpklvdepay.
 
-    def __init__(self):
-        self._begun, self._next = b"", None  # pieces of a line (None: its begin is missing), and what the label of the next one ends in
+    Skips packets that are not csdtrack's, and lines of which a piece is missing.
+    """
 
-    def take(self, packets):
-        """The lines that end in these, each with a newline."""
+    def __init__(self) -> None:
+        self._pieces: bytes | None = b""  # of the line; None: its first piece is missing
+        self._next: tuple[int, int] | None = None  # the two bytes that belong to the next piece
+
+    def take(self, packets: bytes) -> Iterator[bytes]:
+        """The lines that these packets complete, each with its newline."""
         at = packets.find(LABEL)
         while at >= 0:
             number, left, size = (packets + bytes(3))[at + 14:at + 17]
@@ -19,14 +26,14 @@ class Lines:
             if size > 127:
                 size, at = int.from_bytes(packets[at:at + size - 128], "big"), at + size - 128
             piece = packets[at:at + size]
-            if len(piece) < size:  # torn
-                self._begun, self._next = None, None
+            if len(piece) < size:  # cut off
+                self._pieces, self._next = None, None
                 return
             if (number, left) != self._next:
-                self._begun = b"" if piece.startswith(b'{"schema":') else None
+                self._pieces = b"" if piece.startswith(b'{"schema":') else None
             self._next = (number, left - 1)
-            if self._begun is not None:
-                self._begun += piece
+            if self._pieces is not None:
+                self._pieces += piece
                 if left == 0:
-                    yield self._begun + b"\n"
+                    yield self._pieces + b"\n"
             at = packets.find(LABEL, at + size)

@@ -1,7 +1,12 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The program behind pipelines/quickstart: quickstart.py VIDEO OUT [PROPERTY=VALUE...], where
-VIDEO may be --simulate and three PROPERTY=VALUE of csdsimsrc; or quickstart.py --properties"""
+"""The program behind pipelines/quickstart: tracks one file, and leaves the results in a folder.
+
+    python3 -m pipelines.lib.quickstart VIDEO OUT [PROPERTY=VALUE...]
+    python3 -m pipelines.lib.quickstart --simulate SETTING SETTING SETTING OUT [PROPERTY=VALUE...]
+    python3 -m pipelines.lib.quickstart --properties
+
+A SETTING is PROPERTY=VALUE of csdsimsrc.
+"""
 
 import contextlib
 import os
@@ -10,17 +15,19 @@ import shutil
 import signal
 import sys
 import tempfile
+from collections.abc import Iterator
+from typing import Any
 
-import command
-import report
-import tracking
-from failure import Failure
+from pipelines.lib import command, report, tracking
+from pipelines.lib.failure import Failure
 
 
 @contextlib.contextmanager
-def unfinished(out):
-    """A folder in OUT, hence on its file system, that is gone in the end. If OUT is still empty then, it was not there
-    before either."""
+def unfinished_folder(out: pathlib.Path) -> Iterator[pathlib.Path]:
+    """A temporary folder in OUT, hence on its file system.
+
+    Afterwards it is removed, and so is OUT if it is empty and wasn't there before.
+    """
     made = [path for path in (out, *out.parents) if not os.path.exists(path)]
     folder = None
     try:
@@ -28,7 +35,8 @@ def unfinished(out):
         folder = pathlib.Path(tempfile.mkdtemp(prefix=".unfinished-", dir=out))
         yield folder
     except OSError as error:
-        raise Failure(f"can't write into '{out}' ({error.strerror}): make room or give another OUT") from error
+        raise Failure(f"can't write into '{out}' ({error.strerror}): make room or give another OUT"
+                      ) from error
     finally:
         if folder:
             shutil.rmtree(folder, ignore_errors=True)
@@ -37,45 +45,43 @@ def unfinished(out):
                 path.rmdir()
 
 
-def interrupted(*_):
+def interrupt(*_: Any) -> None:
     raise KeyboardInterrupt
 
 
-def main():
+def main() -> None:
     if sys.argv[1:] == ["--properties"]:
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # | head is no error
-        report.properties(tracking.settable_properties())
+        report.print_properties(tracking.settable_properties())
         return
     for word in sys.argv[1:]:
         command.check_name(word)
+    source: pathlib.Path | tracking.Simulation
     if sys.argv[1] == "--simulate":
         source, rest = tracking.Simulation(sys.argv[2:5]), sys.argv[5:]
     else:
         source, rest = pathlib.Path(sys.argv[1]), sys.argv[2:]
     out = pathlib.Path(rest[0])
-    for number in command.heard(signal.SIGTERM, signal.SIGHUP):  # until the job runs, which ends in its own way
-        signal.signal(number, interrupted)
-    with unfinished(out) as folder:
+    # Until the job runs, which ends in its own way.
+    for number in command.not_ignored(signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, interrupt)
+    with unfinished_folder(out) as folder:
         job = tracking.Job(source, out, folder, rest[1:])
         with report.Progress(source.name) as progress:
             job.run(progress)
-        report.preview(folder, job.frames)
-        report.page(job, folder, out / "page")
+        report.make_preview(folder, job.frames)
+        report.make_page(job, folder, out / "page")
         for name in report.results(job):
             if (folder / name).exists():
                 os.replace(folder / name, out / name)
-            else:  # no preview: that of another run must not seem to belong to this one
+            else:
+                # Without a preview, an earlier run's must not look like this one's.
                 (out / name).unlink(missing_ok=True)
     for text in filter(None, (*job.warnings, job.cut_short)):
-        command.told(f"quickstart: {text}", sys.stderr)
+        command.print_line(f"quickstart: {text}", sys.stderr)
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
-    command.told("\n".join(report.table(job, out)), sys.stdout)
+    command.print_line("\n".join(report.table(job, out)), sys.stdout)
 
 
-try:
-    main()
-except Failure as failure:
-    command.told(f"quickstart: {failure}", sys.stderr)
-    sys.exit(failure.code)
-except KeyboardInterrupt:  # before there was anything to end properly
-    sys.exit(130)
+if __name__ == "__main__":
+    command.run("quickstart", main)

@@ -1,118 +1,136 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Runs a pipeline of these commands until it ends, is told to, or fails."""
+"""Runs a command's pipeline until it ends, is stopped by a signal, or fails."""
 
 import re
 import signal
 import sys
 import threading
 import time
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import gi
 
-import command
-import supervisor
-from failure import NO_VIDEO, no_video, one_line
-from properties import check_start, set_from_text
+from pipelines.lib import command, supervisor
+from pipelines.lib.failure import NO_VIDEO, no_video, one_line
+from pipelines.lib.properties import check_start, set_from_text
 
 gi.require_version("Gst", "1.0")
 from gi.repository import GLib, Gst  # noqa: E402
 
 Gst.init(None)
 
-# What rtspsrc says of a sender that has ended without a word of farewell, and of a connection that was reset or timed out, or that it could not
-# make again.
-GONE = ("The server closed the connection",)
+# rtspsrc's messages when the sender closes the connection, and when the connection is reset, times
+# out, or can't be made again.
+CLOSED = ("The server closed the connection",)
 LOST = ("Could not receive message", "Could not connect to server")
 
-PATIENCE = 3  # seconds for the source to end, once it was told to
-END = 10  # seconds in which nothing has moved, after which what is still in the pipeline is given up
+PATIENCE = 3  # seconds for the source to end after it was asked to
+STALLED = 10  # seconds without any movement, after which the rest of the pipeline is given up
 
 
-def configure(track, preset, properties, wished):
-    """A preset, then these properties, then what the user wishes: [(name, value)]. Raises command.Misuse, and
-    command.Failure where it can't start."""
+def configure(track: Gst.Element, preset: str | None, properties: Mapping[str, str],
+              settings: Iterable[tuple[str, str]]) -> None:
+    """Sets csdtrack's preset, then these properties, then the user's settings.
+
+    Raises Misuse for wrong values, and Failure if csdtrack can't start.
+    """
     if preset and not track.load_preset(preset):
-        raise command.Misuse(f"there is no preset '{preset}': {', '.join(track.get_preset_names())}")
-    for name, value in [*properties.items(), *wished]:
+        raise command.Misuse(
+            f"there is no preset '{preset}': {', '.join(track.get_preset_names())}")
+    for name, value in [*properties.items(), *settings]:
         set_from_text(track, name, value)
     check_start(track)
 
 
-def say_cost(track, came=None):
-    """`came`: how many frames there were, where not each was tracked."""
+def print_cost(track: Gst.Element, received: int | None = None) -> None:
+    """`received`: how many frames arrived, if not each of them was tracked."""
     stats = track.get_property("stats")
     frames = stats.get_value("frames")
-    tracked = f"{frames} frames" if came in (None, frames) else f"{frames} of {came} frames were tracked"
-    command.told(f"{tracked}; tracking cost {stats.get_value('time-p50') / 1e6:.1f} ms a frame (p50), "
-                 f"{stats.get_value('time-p95') / 1e6:.1f} ms (p95)", sys.stdout)
+    all_tracked = received in (None, frames)
+    tracked = f"{frames} frames" if all_tracked else f"{frames} of {received} frames were tracked"
+    command.print_line(
+        f"{tracked}; tracking cost {stats.get_value('time-p50') / 1e6:.1f} ms a frame (p50), "
+        f"{stats.get_value('time-p95') / 1e6:.1f} ms (p95)", sys.stdout)
 
 
-def says(text, parts):
+def contains_any(text: str | None, parts: Iterable[str]) -> bool:
     return any(part in (text or "") for part in parts)
 
 
-class Run:
-    SILENCE = 10  # seconds without a first picture
-    NO_PICTURE = "is it connected, and on?"
+def factory_name(element: Any) -> str:
+    """The name of an element's factory; "" for a bin or another object."""
+    factory = element.get_factory() if isinstance(element, Gst.Element) else None
+    return factory.get_name() if factory else ""
 
-    def __init__(self, name, text, counted=("csdtrack",)):
-        """`counted`: the elements that must get a picture."""
+
+class Run:
+    SILENCE = 10  # seconds without a first frame
+    NO_FRAME = "is it connected, and on?"
+
+    def __init__(self, name: str, text: str, counted: Sequence[str] = ("csdtrack",)) -> None:
+        """`text`: the pipeline's description; `counted`: the elements that must get a frame."""
         self._name = name
         try:
             self.pipeline = Gst.parse_launch(text)
         except GLib.Error as error:
             raise command.Failure(one_line(error.message)) from error
         self._loop = GLib.MainLoop()
-        self._failure = None
-        self._source, self._harmless, self._through, self._seconds = "", (), "", None
-        self.told = False  # by a signal, to end
-        self.ending = None  # when it was first told to end, by time.monotonic()
-        self.live = False  # known from before the first frame
-        self.over = False  # the source ended by itself
-        self.warnings = set()
+        self._failure: str | None = None
+        self._source, self._through = "", ""
+        self._harmless: Sequence[str] = ()
+        self._seconds: float | None = None
+        self.stopped = False  # by a signal
+        self.ending: float | None = None  # time.monotonic() at the first request to end
+        self.live = False  # known before the first frame
+        self.source_ended = False  # by itself
+        self.warnings: set[str] = set()
         self._counts = dict.fromkeys(counted, 0)
 
     @property
-    def frames(self):
-        """How many came to the element that got the fewest."""
+    def frames(self) -> int:
+        """How many frames reached the element that got the fewest."""
         return min(self._counts.values())
 
-    def element(self, name):
+    def element(self, name: str) -> Any:
         return self.pipeline.get_by_name(name)
 
-    def play(self, source, seconds=None, harmless=(), through="", leaky=()):
-        """Until it ends, or `seconds` after the first picture. `source`: what the user calls it, "" where errors name it themselves. `harmless`:
-        parts of the texts of errors that are an end like any other. What has come is still written if the sender is gone or its connection is
-        lost; with `through`, the element that all pictures come through, also at any error before that. Raises command.Failure, also if no
-        picture comes from the source. `leaky`: the queues that drop frames if the source is live, for what is old is of no use then. A file is
-        read faster than it is shown: of that they would drop most."""
-        self._source, self._harmless, self._through, self._seconds = str(source), harmless, through, seconds
+    def play(self, source: object, seconds: float | None = None, harmless: Sequence[str] = (),
+             through: str = "", leaky: Iterable[str] = ()) -> None:
+        """Runs until the stream ends, or for `seconds` from the first frame.
+
+        `source`: the user's name for it, or "" where errors name it themselves. `harmless`: parts
+        of error messages that end the run normally. `through`: the element that all frames pass.
+        `leaky`: queues that drop old frames if the source is live. A file is read faster than it is
+        shown, so they would drop most of its frames.
+
+        If the sender is gone or its connection is lost, the frames that arrived are still written.
+        With `through`, so they are after any error upstream of it. Raises Failure after an error,
+        and if no frame arrives.
+        """
+        self._source, self._harmless = str(source), harmless
+        self._through, self._seconds = through, seconds
         for name in self._counts:
-            self.element(name).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, self._count, name)
-
-        self._give_signs()
-
-        def listen():
-            if not self.frames:
-                self.fail(f"no picture came in {self.SILENCE} s: {self.NO_PICTURE}")
-            return GLib.SOURCE_REMOVE
-
-        GLib.timeout_add_seconds(self.SILENCE, listen)
+            self.element(name).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER,
+                                                                self._count, name)
+        self._notify_supervisor()
+        GLib.timeout_add_seconds(self.SILENCE, self._check_first_frame)
         bus = self.pipeline.get_bus()
         bus.add_signal_watch()
         bus.connect("message", lambda _, message: self._handle(message))
         for number in (signal.SIGINT, signal.SIGTERM):
-            GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, self._tell)
-        for number in command.heard(signal.SIGHUP):
-            GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, self._hang_up)
-        # A live source has no picture before it plays: that is how it is told from a file.
+            GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, self._on_signal)
+        for number in command.not_ignored(signal.SIGHUP):
+            GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, self._on_hangup)
         paused = self.pipeline.set_state(Gst.State.PAUSED)
+        # Only a live source gives no frame before it plays.
         if paused == Gst.StateChangeReturn.NO_PREROLL:
             self.live = True
             for name in leaky:
                 self.element(name).set_property("leaky", "downstream")
-        # Else when it says that it is paused: a GstBin that is told to play before may forget that it does, and then never tells that the
-        # stream has ended (GStreamer 1.22; gst-launch-1.0 stood still 8 of 20 times on a busy machine).
+        # If the change is asynchronous, play when it is done. A GstBin that is set to PLAYING
+        # earlier may miss that, and then never reports the end of the stream (GStreamer 1.22:
+        # gst-launch-1.0 hung in 8 of 20 runs on a busy machine).
         if paused != Gst.StateChangeReturn.ASYNC:
             self.pipeline.set_state(Gst.State.PLAYING)
         try:
@@ -121,159 +139,187 @@ class Run:
             self.pipeline.set_state(Gst.State.NULL)
             bus.remove_signal_watch()
         if not self.frames:
-            self.fail(f"no picture came: {self.NO_PICTURE}")
+            self.fail(f"no picture came: {self.NO_FRAME}")
         if self._failure:
             raise command.Failure(self._failure)
 
-    def _give_signs(self):
-        """To the supervisor, if there is one: of pictures from the source, tracked or not, for tracking must not end a recording."""
-        came = told = 0
+    def _check_first_frame(self) -> Any:
+        if not self.frames:
+            self.fail(f"no picture came in {self.SILENCE} s: {self.NO_FRAME}")
+        return GLib.SOURCE_REMOVE
 
-        def count(_pad, _info):
-            nonlocal came
-            if not came:
-                supervisor.tell("READY=1")
-            came += 1
+    def _notify_supervisor(self) -> None:
+        """Counts the source's frames, tracked or not: tracking must not end a recording."""
+        received = reported = 0
+
+        def count(_pad: Gst.Pad, _info: Gst.PadProbeInfo) -> Any:
+            nonlocal received
+            if not received:
+                supervisor.notify("READY=1")
+            received += 1
             return Gst.PadProbeReturn.OK
 
-        def tell():
-            nonlocal told
-            if came != told:
-                told = came
-                supervisor.tell("WATCHDOG=1")
+        def report() -> Any:
+            nonlocal reported
+            if received != reported:
+                reported = received
+                supervisor.notify("WATCHDOG=1")
             return GLib.SOURCE_CONTINUE
 
-        self.element(self._through or next(iter(self._counts))).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, count)
+        element = self.element(self._through or next(iter(self._counts)))
+        element.get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, count)
         if interval := supervisor.interval():
-            GLib.timeout_add(interval, tell)
+            GLib.timeout_add(interval, report)
 
-    def end(self):
-        """The source ends. What has come from it is still written, however long that takes."""
+    def end(self) -> Any:
+        """Ends the source. The frames that it gave are still written, however long that takes."""
         if not self.ending:
             self.ending = time.monotonic()
             self._drain()
             if not self.pipeline.send_event(Gst.Event.new_eos()):
                 self._loop.quit()
-            GLib.timeout_add_seconds(PATIENCE, self._cut)
+            GLib.timeout_add_seconds(PATIENCE, self._cut_source)
         return GLib.SOURCE_REMOVE
 
-    def _elements(self):
-        """All that are no bins."""
-        found = []
-        self.pipeline.iterate_recurse().foreach(lambda element: isinstance(element, Gst.Bin) or found.append(element))
-        return found
+    def _elements(self) -> list[Any]:
+        """All elements that are not bins."""
+        found: list[Any] = []
+        self.pipeline.iterate_recurse().foreach(found.append)
+        return [element for element in found if not isinstance(element, Gst.Bin)]
 
-    def _cut(self):
-        """A source that doesn't end when told to (avdemux_gif seeks none, it reads on for ever) is cut off where it gives buffers away: what it has
-        given is not lost. It is what nothing pushes buffers into: a source, or a demuxer that fetches them."""
+    def _cut_source(self) -> Any:
+        """Sends EOS behind a source that ignores it, so that the frames it gave are kept.
+
+        avdemux_gif, for one, can't seek and reads on for ever. The source is the element into which
+        nothing pushes buffers: a real source, or a demuxer that pulls them.
+        """
         for element in self._elements():
-            if all(pad.mode == Gst.PadMode.PULL for pad in element.sinkpads):
-                for pad in element.srcpads:
-                    if pad.mode == Gst.PadMode.PUSH and not pad.get_sticky_event(Gst.EventType.EOS, 0):
-                        # It waits until the buffer is taken that is just given away.
-                        threading.Thread(target=pad.push_event, args=(Gst.Event.new_eos(),), daemon=True).start()
+            if not all(pad.mode == Gst.PadMode.PULL for pad in element.sinkpads):
+                continue
+            for pad in element.srcpads:
+                if pad.mode == Gst.PadMode.PUSH and not pad.get_sticky_event(
+                        Gst.EventType.EOS, 0):
+                    # push_event() waits until the current buffer has been taken.
+                    threading.Thread(target=pad.push_event, args=(Gst.Event.new_eos(),),
+                                     daemon=True).start()
         return GLib.SOURCE_REMOVE
 
-    def _drain(self):
-        """Waits for the end as long as something moves: a slow encoder is waited for, a disk that stands still is not."""
+    def _drain(self) -> None:
+        """Waits for the end while buffers move: for a slow encoder, but not for a stalled disk."""
         moved = time.monotonic()
 
-        def move(*_):
+        def on_buffer(*_: Any) -> Any:
             nonlocal moved
             moved = time.monotonic()
             return Gst.PadProbeReturn.OK
 
-        def look():
-            if time.monotonic() - moved < END:
+        def check() -> Any:
+            if time.monotonic() - moved < STALLED:
                 return GLib.SOURCE_CONTINUE
             self._loop.quit()
             return GLib.SOURCE_REMOVE
 
         for element in self._elements():
             for pad in element.sinkpads:
-                pad.add_probe(Gst.PadProbeType.BUFFER | Gst.PadProbeType.BUFFER_LIST, move)
-        GLib.timeout_add_seconds(1, look)
+                pad.add_probe(Gst.PadProbeType.BUFFER | Gst.PadProbeType.BUFFER_LIST, on_buffer)
+        GLib.timeout_add_seconds(1, check)
 
-    def _tell(self):
-        self.told = True
+    def _on_signal(self) -> Any:
+        self.stopped = True
         return self.end()
 
-    def _hang_up(self):
-        """The terminal is gone. A shell passes that on and the system says it again: a second time must not end at once."""
+    def _on_hangup(self) -> Any:
+        """The terminal is gone. Shell and system both send SIGHUP: the second must not kill."""
         if not self.ending:
-            self._tell()
+            self._on_signal()
         return GLib.SOURCE_CONTINUE
 
-    def fail(self, text, sources_fault=True):
-        self._failure = self._failure or (f"{self._source}: {text}" if self._source and sources_fault else text)
+    def fail(self, text: str, name_source: bool = True) -> None:
+        """Ends the run with this message. The first one counts."""
+        if not self._failure:
+            self._failure = f"{self._source}: {text}" if self._source and name_source else text
         self._loop.quit()
 
-    def _count(self, _pad, _info, name):
+    def _count(self, _pad: Gst.Pad, _info: Gst.PadProbeInfo, name: str) -> Any:
         self._counts[name] += 1
         if self._seconds and self.frames:
             seconds, self._seconds = self._seconds, None
             GLib.timeout_add(int(seconds * 1000), self.end)
         return Gst.PadProbeReturn.OK
 
-    def _handle(self, message):
+    def _handle(self, message: Gst.Message) -> None:
         if message.type == Gst.MessageType.EOS:
-            self.over = not self.ending
+            self.source_ended = not self.ending
             self._loop.quit()
         elif message.type == Gst.MessageType.ASYNC_DONE and message.src == self.pipeline:
             self.pipeline.set_state(Gst.State.PLAYING)
         elif message.type == Gst.MessageType.ERROR:
-            self._error(message.src, *message.parse_error())
+            self._on_error(message.src, *message.parse_error())
         elif message.type == Gst.MessageType.WARNING:
-            warning, debug = message.parse_warning()
-            text = one_line(warning.message)
-            if says(debug, GONE):
-                if not self.frames:
-                    self.fail("the connection ended before a picture came")
-            elif warning.matches(Gst.ParseError.quark(), Gst.ParseError.DELAYED_LINK) and not self.frames:
-                self._no_picture(message.src)
-            elif warning.matches(Gst.StreamError.quark(), Gst.StreamError.CODEC_NOT_FOUND) and not re.search("'(video|image)/", text):
-                pass  # sound and the like, which nobody asked for
-            # Once: a window that is too slow says every second that it is.
-            elif text not in self.warnings:
-                self.warnings.add(text)
-                command.told(f"{self._name}: warning: {text}", sys.stderr)
+            self._on_warning(message.src, *message.parse_warning())
 
-    def _no_picture(self, decoder):
-        """Of what this decodebin has found nothing could be linked."""
+    def _on_warning(self, element: Gst.Element, warning: Any, debug: str | None) -> None:
+        text = one_line(warning.message)
+        stream, parse = Gst.StreamError, Gst.ParseError
+        if contains_any(debug, CLOSED):
+            if not self.frames:
+                self.fail("the connection ended before a picture came")
+        elif warning.matches(parse.quark(), parse.DELAYED_LINK) and not self.frames:
+            self._no_picture(element)
+        elif warning.matches(stream.quark(), stream.CODEC_NOT_FOUND) and not re.search(
+                "'(video|image)/", text):
+            pass  # a sound decoder, say, which isn't needed
+        # Once: a window that is too slow warns every second.
+        elif text not in self.warnings:
+            self.warnings.add(text)
+            command.print_line(f"{self._name}: warning: {text}", sys.stderr)
+
+    def _no_picture(self, decoder: Gst.Element) -> None:
+        """This decodebin found no stream that could be linked."""
         source = decoder.sinkpads and decoder.sinkpads[0].get_peer().get_parent_element()
-        place = source.get_property("location") if source and source.find_property("location") else self._source
-        self.fail(f"'{place}' has no picture in it that can be decoded here: give a video", sources_fault=False)
+        has_location = source and source.find_property("location")
+        place = source.get_property("location") if has_location else self._source
+        self.fail(f"'{place}' has no picture in it that can be decoded here: give a video",
+                  name_source=False)
 
-    def _error(self, element, error, debug):
+    def _on_error(self, element: Gst.Element, error: Any, debug: str | None) -> None:
         text = one_line(error.message)
-        factory = element.get_factory() if isinstance(element, Gst.Element) else None
-        if self._failure:  # another error with the same cause
+        factory = factory_name(element)
+        closed, lost = contains_any(debug, CLOSED), contains_any(debug, LOST)
+        if self._failure:  # this is another error with the same cause
             return
-        if self.frames and says(debug, GONE) or self.ending and says(debug, LOST):
-            self.over = not self.ending
+        if self.frames and closed or self.ending and lost:
+            self.source_ended = not self.ending
             self._loop.quit()
-        elif self.frames and (says(debug, LOST) or self._before(element)):
-            # The end of the stream follows behind what is still on its way.
-            self._failure = f"{self._source}: the {'connection was lost' if says(debug, LOST) else f'source broke off ({text})'}"
+        elif self.frames and (lost or self._is_upstream(element)):
+            # EOS follows the frames that are still on their way.
+            event = "connection was lost" if lost else f"source broke off ({text})"
+            self._failure = f"{self._source}: the {event}"
             self._drain()
-        elif says(text, self._harmless):
+        elif contains_any(text, self._harmless):
             self._loop.quit()
         elif no_video(error):
             self.fail(NO_VIDEO)
-        elif factory and factory.get_name() == "filesrc":
+        elif factory == "filesrc":
             place = element.get_property("location")
-            self.fail(text if place in text else f"'{place}' can't be read: {text}", sources_fault=False)
-        elif factory and factory.get_name() == "filesink":
-            self.fail(str(command.of_filesink(element.get_property("location"), error, debug)), sources_fault=False)
-        elif factory and factory.get_name() == "csdtrackdec" and element.get_property("location"):
-            self.fail(text.partition(" Set location ")[0].rstrip(".") + ": give a .jsonl file that csdtrackenc wrote", sources_fault=False)
-        elif not self.frames and not element.sinkpads and ("streaming stopped" in (debug or "") or says(text, ("Could not open resource",))):
-            self.fail("nothing can be read from it: is it there?")  # that is all that souphttpsrc and rtspsrc say of a server that isn't
+            self.fail(text if place in text else f"'{place}' can't be read: {text}",
+                      name_source=False)
+        elif factory == "filesink":
+            place = element.get_property("location")
+            self.fail(str(command.of_filesink(place, error, debug)), name_source=False)
+        elif factory == "csdtrackdec" and element.get_property("location"):
+            self.fail(
+                text.partition(" Set location ")[0].rstrip(".") +
+                ": give a .jsonl file that csdtrackenc wrote", name_source=False)
+        elif not self.frames and not element.sinkpads and (
+                "streaming stopped" in (debug or "") or "Could not open resource" in text):
+            # souphttpsrc and rtspsrc say no more when there is no server.
+            self.fail("nothing can be read from it: is it there?")
         else:
             self.fail(f"{text} ({element.get_name()})")
 
-    def _before(self, element):
-        """Whether it, or the bin that it is in, is the source or between that and what all pictures come through."""
+    def _is_upstream(self, element: Any) -> bool:
+        """Whether an element, or the bin around it, is upstream of the one that all frames pass."""
         while element.get_parent() not in (self.pipeline, None):
             element = element.get_parent()
         at = self._through and self.element(self._through)

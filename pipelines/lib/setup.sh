@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-# Sourced by the commands of this repository: what they need, installed and built. Expects $root, the repository.
+# Sourced by the commands of this repository: installs and builds what they need, and runs them. Expects $root, the repository.
 
 # as_root COMMAND...
 as_root() {
@@ -42,8 +42,8 @@ configure() {
   fi
 }
 
-# make_in DIR TARGET...: sets DIR up ($options: for configure, if any) and builds these in it. Commands that begin at the same
-# time take turns: two ninjas in one folder spoil each other's work.
+# make_in DIR TARGET...: sets DIR up ($options: for configure, if any) and builds these in it. Commands that start at the same
+# time take turns, as two ninjas in one folder would break each other's work.
 make_in() {
   local dir=$1
   shift
@@ -56,13 +56,13 @@ make_in() {
 # build_for COMMAND TARGET...: builds these in $build, quietly unless it fails, and lets GStreamer find the plugin there.
 # $options: for configure, if any.
 build_for() {
-  local command=$1 target said
+  local command=$1 target output
   shift
   for target in "$@"; do
     [ -f "$build/$target" ] || { echo "building csdtrack, once; this takes some minutes" >&2; break; }
   done
-  if ! said=$(make_in "$build" "$@" 2>&1 </dev/null); then
-    printf '%s\n' "$said" | grep -m5 -A3 -E 'error:|ERROR:' >&2
+  if ! output=$(make_in "$build" "$@" 2>&1 </dev/null); then
+    printf '%s\n' "$output" | grep -m5 -A3 -E 'error:|ERROR:' >&2
     echo "$command: csdtrack could not be built; 'ninja -C $build $*' shows all" >&2
     return 1
   fi
@@ -70,17 +70,24 @@ build_for() {
   export GST_PRESET_PATH=$root/gst/presets${GST_PRESET_PATH:+:$GST_PRESET_PATH}
 }
 
-# run_program NAME ARGUMENTS...: what pipelines/NAME does: lib/NAME.py, after installing and building what it needs. That
+# run_module MODULE ARGUMENTS...: goes on as a Python module of this repository. The processes that it starts import from the repository, too.
+# -P: nothing is imported from the working directory.
+run_module() {
+  export PYTHONPATH=$root${PYTHONPATH:+:$PYTHONPATH}
+  exec /usr/bin/python3 -B -P -m "$@"
+}
+
+# run_program NAME ARGUMENTS...: what pipelines/NAME does: installs and builds what lib/NAME.py needs, and runs it. That
 # program reads the arguments; --help and what it refuses need no build.
 run_program() {
   local name=$1 argument install=yes
   shift
-  /usr/bin/python3 -B "$root/pipelines/lib/$name.py" --check "$@" || exit $?
+  (run_module "pipelines.lib.$name" --check "$@") || exit $?
   for argument in "$@"; do
     case $argument in -h | --help) exit 0 ;; --no-install) install=no ;; esac
   done
   [ $install = no ] || ensure_packages run || exit 1
   build=${CSDTRACK_BUILD:-$root/build} options=()
   build_for "$name" gst/libgstcsdtrack.so || exit 1
-  exec /usr/bin/python3 -B "$root/pipelines/lib/$name.py" "$@"
+  run_module "pipelines.lib.$name" "$@"
 }

@@ -6,43 +6,55 @@
     RIGHT ! queue ! csdtrack ! tee ─ queue ! videoconvert ! compositor ┴ videoconvert ! DISPLAY
                                tee ─ queue ! csdtrackenc ! OUT/right.jsonl
 
-One pipeline has one clock and one base time: the same running_time in both files is the same moment.
+One pipeline has one clock and one base time: the same running_time in both files is the same
+moment.
 """
 
 import argparse
 import pathlib
 import re
 import sys
+from collections.abc import Mapping
+from typing import Any
 
-import command
-import sources
-from caps import first_structure
+from pipelines.lib import command, sources
+from pipelines.lib.caps import first_structure
 
-EPILOG = sources.LISTED + """
-LEFT and RIGHT are one SOURCE each: two cards, two cameras, two files. OUT is a folder; it gets left.jsonl and right.jsonl, a line of JSON
-for each frame of either (docs/metadata.md); one where either holds lines already, or where another run is at work, is refused. Their
-running_time is by one clock: what was taken at the same time has the same, and two cameras that nothing keeps in step differ by less than a frame. So match lines by the nearest running_time. The ids of the two are unrelated.
+EPILOG = sources.HELP + """
+LEFT and RIGHT are one SOURCE each: two cards, two cameras, two files. OUT is a folder; it gets
+left.jsonl and right.jsonl, a line of JSON for each frame (docs/metadata.md). It is refused if
+either file holds lines already, or if another run works there.
 
-A live source that is too fast for the machine loses frames before they are tracked, each side by itself; files lose none.
+The running_time in both files is by one clock: pictures that were taken at the same time have the
+same. Two cameras that nothing synchronises differ by less than a frame, so match lines by the
+nearest running_time. The ids of left and right are unrelated.
 
-What csdtrack is told, both: the preset live-low-latency (docs/pipelines.md).
+If a live source is too fast for the machine, frames are dropped before they are tracked, on each
+side separately. Files lose none.
 
-Exit code: 0 if both were tracked, 1 if not (one line says why; the lines that were written until then are there), 2 for wrong use.
+csdtrack runs on both sides with the preset live-low-latency (docs/pipelines.md).
+
+Exit code: 0 if both were tracked, 1 if not (one line says why; the lines that were written before
+are there), 2 for wrong use.
 """
-
 
 SIDES = ("left", "right")
 
 
-def parse(arguments):
-    parser = argparse.ArgumentParser(prog="pipelines/stereo", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EPILOG,
-                                     description="Tracks points on the tissue in the left and the right picture, by one clock.")
+def parse(arguments: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="pipelines/stereo", formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=EPILOG,
+        description="Tracks points on the tissue in the left and the right picture, by one clock.")
     parser.add_argument("left", metavar="LEFT", help="where the left picture comes from")
     parser.add_argument("right", metavar="RIGHT", help="where the right picture comes from")
     parser.add_argument("out", type=pathlib.Path, metavar="OUT", help="the folder of the tracks")
-    parser.add_argument("--display", metavar="SINK", help="also a window, both side by side; without =SINK autovideosink")
-    parser.add_argument("--preset", default="live-low-latency", metavar="NAME", help="of csdtrack (live-low-latency)")
-    parser.add_argument("--seconds", type=command.positive, metavar="N", help="end after so long")
+    parser.add_argument("--display", metavar="SINK",
+                        help="also a window, both side by side; without =SINK autovideosink")
+    parser.add_argument("--preset", default="live-low-latency", metavar="NAME",
+                        help="of csdtrack (live-low-latency)")
+    parser.add_argument("--seconds", type=command.positive, metavar="N",
+                        help="end after this time")
     command.add_common(parser)
     options = parser.parse_args(arguments)
     if options.left == options.right and options.left.startswith(("/dev/", "decklink")):
@@ -50,52 +62,60 @@ def parse(arguments):
     if options.display and not re.fullmatch(r"[a-z0-9]+", options.display):
         parser.error(f"--display: '{options.display}' is no name of an element")
     for side in SIDES:
-        command.check_unwritten(parser, file(options, side))
+        command.check_new_tracks(parser, tracks_path(options, side))
     return options
 
 
-def file(options, side):
+def tracks_path(options: argparse.Namespace, side: str) -> pathlib.Path:
     return options.out / f"{side}.jsonl"
 
 
-def main():
-    options = command.options(parse)
-    begins = {side: sources.begin(getattr(options, side)) for side in SIDES}
+def main() -> None:
+    options = command.parse_options(parse)
+    launch = {side: sources.launch(getattr(options, side)) for side in SIDES}
     command.check_window(options.display, "--display")
-    with command.folders(options.out):
+    with command.locked_folders(options.out):
         for side in SIDES:
-            command.refuse_written(file(options, side))  # again: a run that ended just now may have written them
-        stereo(options, begins)
+            # Again: a run that ended just now may have written them.
+            command.refuse_existing_tracks(tracks_path(options, side))
+        track_both(options, launch)
 
 
-def stereo(options, begins):
-    import runner
+def track_both(options: argparse.Namespace, launch: Mapping[str, str]) -> None:
+    """`launch`: the beginning of each side's pipeline."""
+    from pipelines.lib import runner
     text = ""
-    for side, begin in begins.items():
-        # async=false: a side does not wait for the other to begin.
-        text += f"{begin} ! {command.FRAMES} name={side}-in ! csdtrack name={side} ! tee name={side}-tee " \
-                f"{side}-tee. ! {command.LINES} ! csdtrackenc ! application/x-ndjson ! " \
-                f"{command.lines_file(file(options, side))} "
+    for side, source in launch.items():
+        # async=false: neither side waits for the other to start.
+        text += (f"{source} ! {command.FRAME_QUEUE} name={side}-in ! csdtrack name={side} ! "
+                 f"tee name={side}-tee {side}-tee. ! {command.LINE_QUEUE} ! csdtrackenc ! "
+                 f"application/x-ndjson ! {command.line_sink(tracks_path(options, side))} ")
         if options.display:
-            text += f"{side}-tee. ! {command.FRAMES} name={side}-show ! videoconvert ! both.sink_{'01'[side == 'right']} "
+            text += (f"{side}-tee. ! {command.FRAME_QUEUE} name={side}-show ! videoconvert ! "
+                     f"both.sink_{SIDES.index(side)} ")
     if options.display:
         text += f"compositor name=both ! videoconvert ! {options.display}"
-    run = runner.Run("stereo", text, counted=tuple(begins))
-    for side in begins:
-        runner.configure(run.element(side), options.preset, {"overlay": "draw" if options.display else "none"}, options.set)
+    run = runner.Run("stereo", text, counted=SIDES)
+    for side in SIDES:
+        runner.configure(run.element(side), options.preset,
+                         {"overlay": "draw" if options.display else "none"}, options.set)
 
-    def lay_out(pad, _spec):
-        if pad.get_current_caps():
-            run.element("both").get_static_pad("sink_1").set_property("xpos", first_structure(pad.get_current_caps()).get_int("width").value)
+    def place_right(pad: Any, _spec: Any) -> None:
+        caps = pad.get_current_caps()
+        if caps:
+            width = first_structure(caps).get_int("width").value
+            run.element("both").get_static_pad("sink_1").set_property("xpos", width)
 
     if options.display:
-        run.element("left").get_static_pad("src").connect("notify::caps", lay_out)
-    # -show: a side whose picture waits for the other's in the window is tracked on.
-    leaky = [f"{side}-{queue}" for side in begins for queue in (["in", "show"] if options.display else ["in"])]
-    run.play(f"{options.left}, {options.right}", options.seconds, harmless=("window was closed",), leaky=leaky)
-    for side in begins:
-        command.told(f"{side}: ", sys.stdout, end="")
-        runner.say_cost(run.element(side))
+        run.element("left").get_static_pad("src").connect("notify::caps", place_right)
+    # -show is leaky, so that a side is tracked on while its picture waits for the other's.
+    queues = ("in", "show") if options.display else ("in",)
+    run.play(f"{options.left}, {options.right}", options.seconds, harmless=("window was closed",),
+             leaky=[f"{side}-{queue}" for side in SIDES for queue in queues])
+    for side in SIDES:
+        command.print_line(f"{side}: ", sys.stdout, end="")
+        runner.print_cost(run.element(side))
 
 
-command.run("stereo", main)
+if __name__ == "__main__":
+    command.run("stereo", main)

@@ -1,34 +1,39 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Tracks a video: one GStreamer pipeline from a video to the same video with markers and its tracks.
+"""Quickstart's pipeline: from a video to its tracks, and to the same video with markers.
 
     filesrc ! decodebin ! csdtrack overlay=draw ! tee ─ queue ! x264enc ─┐
                  │ sound, copied or encoded as AAC ! queue ────────────── mp4mux ! overlay.mp4
                  tee ─ queue ! csdtrackenc ! tracks.jsonl
                  tee ─ queue ! csdtrackenc ! tracks.csv
 
-Without a file, csdsimsrc stands instead of filesrc and decodebin, a branch as those of the tracks writes truth.jsonl, and one before
-csdtrack writes clean.mp4, the video without markers, for the page.
-A video that its file wants turned (as phones write them) is turned behind csdtrack: mp4mux 1.22 can't write that wish.
+Without a file, csdsimsrc replaces filesrc and decodebin. Another branch then writes truth.jsonl,
+and one before csdtrack writes clean.mp4, the video without markers, for the page.
+
+If the file asks for a rotation, as phones' files do, the video is rotated behind csdtrack: mp4mux
+1.22 can't write that into its file.
 """
 
+import pathlib
 import signal
 import threading
 import time
+from collections.abc import Iterator, Sequence
+from typing import Any, Protocol
 
 import gi
 
-import command
-from caps import first_structure
-from failure import NO_VIDEO, Failure, Misuse, no_video, of_filesink
-from properties import check_start, choices, set_from_text, settable
+from pipelines.lib import command, video_errors
+from pipelines.lib.caps import first_structure
+from pipelines.lib.failure import Failure, Misuse
+from pipelines.lib.properties import check_start, choices, set_from_text, settable
 
 gi.require_version("Gst", "1.0")
 from gi.repository import GLib, GObject, Gst  # noqa: E402
 
 Gst.init(None)
 
-# Encoded sound that mp4mux takes: caps name and fields, and the parser that brings it into mp4's form.
-COPIED = (
+# Encoded sound that mp4mux takes: its caps, and the parser that brings it into mp4's form.
+COPIED: Sequence[tuple[str, str | None]] = (
     ("audio/mpeg, mpegversion=(int)4", "aacparse"),
     ("audio/mpeg, mpegversion=(int)1, layer=(int)3", "mpegaudioparse"),
     ("audio/x-ac3", "ac3parse"),
@@ -36,122 +41,142 @@ COPIED = (
     ("audio/x-alac", None),
 )
 
-
 PRESET = {"overlay": "draw", "learning": "sync"}
-# No --set: the results depend on these.
-KEPT = ("attach-meta", "overlay")
+# Properties that --set can't change, as the results depend on them.
+FIXED = ("attach-meta", "overlay")
 
 SIMULATED = "video/x-raw, width=640, height=480, framerate=25/1"
 
-SILENCE = 60  # seconds without a stream, after which none is waited for
+SILENCE = 60  # seconds without a stream, after which the run fails
+
+
+class ProgressDisplay(Protocol):
+
+    def show(self, share: float | None, frames: int) -> None:
+        ...
+
+    def done(self, frames: int) -> None:
+        ...
 
 
 class Simulation:
-    """What stands instead of a file: settings of csdsimsrc, each NAME=VALUE, num-buffers among them."""
+    """Replaces a video file: settings of csdsimsrc, each NAME=VALUE, with num-buffers."""
 
-    def __init__(self, settings):
+    def __init__(self, settings: Sequence[str]) -> None:
         self.settings = settings
         self.name = f"simulated tissue, {', '.join(settings)}"
 
 
 class Job:
-    """One run over one video. After run(): frames, seconds, stats and the like say what happened."""
+    """One run over one video. After run(), its members describe the result."""
 
-    def __init__(self, video, out, folder, properties):
-        """video: a path or a Simulation; out: what the user calls the folder of the results; folder: where they are
-        made."""
+    def __init__(self, video: pathlib.Path | Simulation, out: pathlib.Path, folder: pathlib.Path,
+                 properties: Sequence[str]) -> None:
+        """`out`: the user's name of the results' folder; `folder`: where they are made."""
         self.simulated = isinstance(video, Simulation)
         self.video, self.out, self.folder = video, out, folder
         self.frames = 0
         self.position = 0  # ns in the video, end of the newest frame
-        self.duration = 0  # ns, of the file as it says itself; 0 if it doesn't
+        self.duration = 0  # ns, as the file says; 0 if it doesn't
         self.picture = ""
-        self.turned = False  # overlay.mp4 is, as the file asks; the tracks are not
-        self.sound = []
+        self.turned = False  # overlay.mp4 is rotated, as the file asks, and the tracks are not
+        self.sound: list[str] = []
         self.seconds = 0.0
-        self.stats = None
-        self.warnings = []  # of csdtrack, each a line
+        self.stats: Any = None
+        self.warnings: list[str] = []  # of csdtrack, each a line
         self.cut_short = ""  # why the tracks end before the video does
-        self._missing = []
+        self._missing: list[str] = []
         self._segment = Gst.Segment()
-        self._feeds = []  # sink pads that decodebin feeds
+        self._feeds: list[Any] = []  # sink pads that decodebin feeds
         self._loop = GLib.MainLoop()
-        self._failure = None
+        self._failure: str | None = None
         self._started = 0.0
         self._ending = False
-        if not self.simulated and lacks_index(video):
-            raise Failure(no_index(video))
+        if isinstance(video, pathlib.Path) and video_errors.lacks_index(video):
+            raise Failure(video_errors.no_index(video))
         self._build(properties)
 
-    # ---- the pipeline ----------------------------------------------------------------------------------------------
+    # ---- The pipeline ----
 
-    def _make(self, factory, **properties):
+    def _make(self, factory: str, **properties: Any) -> Any:
         element = Gst.ElementFactory.make(factory)
         if element is None:
-            raise Failure(f"GStreamer has no element '{factory}': run without --no-install, or install its package")
+            raise Failure(f"GStreamer has no element '{factory}': run without --no-install, "
+                          "or install its package")
         for name, value in properties.items():
             element.set_property(name.strip("_").replace("_", "-"), value)
         self.pipeline.add(element)
         return element
 
-    def _chain(self, *elements):
+    def _link(self, *elements: Any) -> None:
         for a, b in zip(elements, elements[1:]):
             if not a.link(b):
-                raise Failure(f"{a.get_factory().get_name()} and {b.get_factory().get_name()} do not fit together")
+                names = [element.get_factory().get_name() for element in (a, b)]
+                raise Failure(f"{' and '.join(names)} do not fit together")
 
-    def _build(self, properties):
+    def _build(self, properties: Sequence[str]) -> None:
         self.pipeline = Gst.Pipeline.new()
         self.track = self._make("csdtrack")
         for name, value in PRESET.items():
             Gst.util_set_object_arg(self.track, name, value)
         for assignment in properties:
             name, value = assignment.split("=", 1)
-            if name in KEPT:
-                raise Misuse(f"{name} can't be set here, quickstart needs it as it is: leave that --set out")
+            if name in FIXED:
+                raise Misuse(f"{name} can't be set here, quickstart needs it as it is: "
+                             "leave that --set out")
             set_from_text(self.track, name, value)
         check_start(self.track)
-        if self.simulated:
-            self._simulate()
+        if isinstance(self.video, Simulation):
+            self._simulate(self.video)
         else:
             self._decode()
         tee = self._make("tee")
-        self._chain(self.track, tee)
+        self._link(self.track, tee)
+        self._write_overlay(tee)
+        self._write_lines(tee, "tracks.jsonl", "track", "application/x-ndjson")
+        self._write_lines(tee, "tracks.csv", "track", "text/csv")
+        if self.simulated:
+            self._write_lines(tee, "truth.jsonl", "truth", "application/x-ndjson")
+        self.track.get_static_pad("sink").add_probe(Gst.PadProbeType.EVENT_DOWNSTREAM,
+                                                    self._on_event)
+        self.track.get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER, self._on_frame)
 
-        # Four frames are enough for the threads to overlap; more would only hold memory.
+    def _write_overlay(self, tee: Gst.Element) -> None:
+        # Four frames let the threads overlap; more would only take memory.
+        queue = self._make("queue", max_size_buffers=4)
         self.crop = self._make("videocrop")
         self.size = self._make("capsfilter")
         upright = self._make("videoflip")
         Gst.util_set_object_arg(upright, "video-direction", "auto")
         encoder = self._encoder()
         self.mux = self._make("mp4mux")
-        # async=false: no sink waits for the others to start, for x264enc says nothing before its look-ahead is full.
-        sink = self._make("filesink", location=str(self.folder / "overlay.mp4"), async_=False)
-        self._chain(tee, self._make("queue", max_size_buffers=4), self.crop, self._make("videoconvert"),
-                    self._make("videoscale"), self.size, upright, encoder, self._make("queue"), self.mux, sink)
-        texts = [("tracks.jsonl", "track", "application/x-ndjson"), ("tracks.csv", "track", "text/csv")]
-        if self.simulated:
-            texts.append(("truth.jsonl", "truth", "application/x-ndjson"))
-        for name, role, caps in texts:
-            sink = self._make("filesink", location=str(self.folder / name), async_=False)
-            Gst.util_set_object_arg(sink, "buffer-mode", "unbuffered")
-            writer = self._make("csdtrackenc")
-            Gst.util_set_object_arg(writer, "role", role)
-            self._chain(tee, self._make("queue", max_size_buffers=4), writer,
-                        self._make("capsfilter", caps=Gst.Caps.from_string(caps)), sink)
+        self._link(tee, queue, self.crop, self._make("videoconvert"), self._make("videoscale"),
+                   self.size, upright, encoder, self._make("queue"), self.mux,
+                   self._sink("overlay.mp4"))
 
-        self.track.get_static_pad("sink").add_probe(Gst.PadProbeType.EVENT_DOWNSTREAM, self._event)
-        self.track.get_static_pad("src").add_probe(Gst.PadProbeType.BUFFER, self._frame)
+    def _write_lines(self, tee: Gst.Element, name: str, role: str, caps: str) -> None:
+        sink = self._sink(name)
+        Gst.util_set_object_arg(sink, "buffer-mode", "unbuffered")
+        writer = self._make("csdtrackenc")
+        Gst.util_set_object_arg(writer, "role", role)
+        self._link(tee, self._make("queue", max_size_buffers=4), writer,
+                   self._make("capsfilter", caps=Gst.Caps.from_string(caps)), sink)
 
-    def _encoder(self):
+    def _sink(self, name: str) -> Any:
+        # async=false: no sink waits for the others to start, as x264enc outputs nothing until its
+        # look-ahead is full.
+        return self._make("filesink", location=str(self.folder / name), async_=False)
+
+    def _encoder(self) -> Any:
         encoder = self._make("x264enc", quantizer=21, key_int_max=50)
         Gst.util_set_object_arg(encoder, "pass", "qual")
         Gst.util_set_object_arg(encoder, "speed-preset", "veryfast")
         return encoder
 
-    def _simulate(self):
-        """The points to track, or how many to look for, are the truth's, and csdtrack has them from there."""
+    def _simulate(self, simulation: Simulation) -> None:
+        """The simulator gets the user's points or their number, and csdtrack tracks its points."""
         source = self._make("csdsimsrc")
-        for assignment in self.video.settings:
+        for assignment in simulation.settings:
             set_from_text(source, *assignment.split("=", 1))
         points = self.track.get_property("points")
         source.set_property("points", "" if points == "truth" else points)
@@ -159,82 +184,97 @@ class Job:
         self.track.set_property("points", "truth")
         caps = Gst.Caps.from_string(SIMULATED)
         _known, over, under = first_structure(caps).get_fraction("framerate")
-        self.duration = Gst.util_uint64_scale(source.get_property("num-buffers"), under * Gst.SECOND, over)
+        self.duration = Gst.util_uint64_scale(source.get_property("num-buffers"),
+                                              under * Gst.SECOND, over)
         tee = self._make("tee")
-        self._chain(source, self._make("capsfilter", caps=caps), tee, self.track)
-        self._chain(tee, self._make("queue", max_size_buffers=4), self._make("videoconvert"), self._encoder(), self._make("queue"),
-                    self._make("mp4mux"), self._make("filesink", location=str(self.folder / "clean.mp4"), async_=False))
+        self._link(source, self._make("capsfilter", caps=caps), tee, self.track)
+        self._link(tee, self._make("queue", max_size_buffers=4), self._make("videoconvert"),
+                   self._encoder(), self._make("queue"), self._make("mp4mux"),
+                   self._sink("clean.mp4"))
         self._feeds.append(tee.get_static_pad("sink"))
 
-    def _decode(self):
+    def _decode(self) -> None:
         source, decode = self._make("filesrc", location=str(self.video)), self._make("decodebin")
-        self._chain(source, decode)
-        decode.connect("autoplug-continue", self._decode_further)
-        decode.connect("pad-added", self._stream)
-        decode.connect("no-more-pads", self._streams_known)
+        self._link(source, decode)
+        decode.connect("autoplug-continue", self._on_autoplug_continue)
+        decode.connect("pad-added", self._on_pad_added)
+        decode.connect("no-more-pads", self._on_no_more_pads)
 
-    def _decode_further(self, _decodebin, _pad, caps):
-        """False where the sound, once parsed, can be copied into the mp4 as it is."""
+    def _on_autoplug_continue(self, _decodebin: Gst.Element, _pad: Gst.Pad,
+                              caps: Gst.Caps) -> bool:
+        """False for sound that can be copied into the mp4 now that it is parsed."""
         structure = first_structure(caps)
-        parsed = any(structure.has_field(f) and structure.get_boolean(f)[1] for f in ("framed", "parsed"))
+        parsed = any(structure.has_field(field) and structure.get_boolean(field)[1]
+                     for field in ("framed", "parsed"))
         needs_parsing = structure.get_name() in ("audio/mpeg", "audio/x-ac3")
         return not (copied(caps) and (parsed or not needs_parsing))
 
-    def _stream(self, _decodebin, pad):
-        """decodebin shows all streams of the file before it lets data flow, so mp4mux learns of all in time."""
+    def _on_pad_added(self, _decodebin: Gst.Element, pad: Gst.Pad) -> None:
+        """decodebin adds all pads before data flows, so mp4mux gets all its inputs in time."""
         try:
             caps = pad.get_current_caps() or pad.query_caps(None)
             name = first_structure(caps).get_name()
             if name == "video/x-raw" and not self.track.get_static_pad("sink").is_linked():
-                self._video_stream(pad, caps)
+                self._add_video(pad, caps)
             elif name.startswith("audio/"):
-                self._audio_stream(pad, caps)
+                self._add_sound(pad, caps)
         except Failure as failure:
             self._fail(str(failure))
 
-    def _feed(self, pad, element):
+    def _feed(self, pad: Gst.Pad, element: Gst.Element) -> None:
         sink = element.get_static_pad("sink")
         if pad.link(sink) != Gst.PadLinkReturn.OK:
-            raise Failure(f"'{self.video}' has a stream that can't be used: {pad.get_current_caps().to_string()}")
+            raise Failure(f"'{self.video}' has a stream that can't be used: "
+                          f"{pad.get_current_caps().to_string()}")
         self._feeds.append(sink)
 
-    def _video_stream(self, pad, caps):
+    def _add_video(self, pad: Gst.Pad, caps: Gst.Caps) -> None:
         known, over, under = first_structure(caps).get_fraction("pixel-aspect-ratio")
-        if known and (over <= 0 or under <= 0):  # avidemux makes -1/1 of some files, which no encoder takes
-            convert = self._make("capssetter", caps=Gst.Caps.from_string("video/x-raw, pixel-aspect-ratio=1/1"))
+        # avidemux gives some files -1/1, which no encoder takes.
+        if known and (over <= 0 or under <= 0):
+            convert = self._make("capssetter",
+                                 caps=Gst.Caps.from_string("video/x-raw, pixel-aspect-ratio=1/1"))
         elif caps.can_intersect(self.track.get_static_pad("sink").query_caps(None)):
-            return self._feed(pad, self.track)
+            self._feed(pad, self.track)
+            return
         else:
             convert = self._make("videoconvert")
-        self._chain(convert, self.track)
+        self._link(convert, self.track)
         self._feed(pad, convert)
         convert.sync_state_with_parent()
 
-    def _audio_stream(self, pad, caps):
-        parser = copied(caps)
-        if parser:
-            chain = [self._make(parser[1])] if parser[1] else []
+    def _add_sound(self, pad: Gst.Pad, caps: Gst.Caps) -> None:
+        entry = copied(caps)
+        if entry:
+            _, parser = entry
+            chain = [self._make(parser)] if parser else []
             self.sound.append("copied")
         else:
-            chain = [self._make("audioconvert"), self._make("audioresample"), self._make("avenc_aac", bitrate=160000),
-                     self._make("aacparse")]
+            chain = [
+                self._make("audioconvert"),
+                self._make("audioresample"),
+                self._make("avenc_aac", bitrate=160000),
+                self._make("aacparse")
+            ]
             self.sound.append("encoded as AAC")
-        # Sound waits for the encoder's look-ahead, which in a slow video is minutes: bounded by bytes alone.
-        chain.append(self._make("queue", max_size_time=0, max_size_buffers=0, max_size_bytes=64 << 20))
-        self._chain(*chain, self.mux)
+        # Sound waits for the encoder's look-ahead, which is minutes of a slow video: so only bytes
+        # bound it.
+        chain.append(
+            self._make("queue", max_size_time=0, max_size_buffers=0, max_size_bytes=64 << 20))
+        self._link(*chain, self.mux)
         self._feed(pad, chain[0])
         for element in reversed(chain):
             element.sync_state_with_parent()
 
-    def _streams_known(self, _decodebin):
-        if not self.track.get_static_pad("sink").is_linked():
-            if self._missing:
-                self._fail(f"'{self.video}' needs a {self._missing[0]} that this machine does not have: install it, or "
-                           "convert the video to H.264")
-            else:
-                self._fail(f"'{self.video}' has no video stream: give a file with a picture")
+    def _on_no_more_pads(self, _decodebin: Gst.Element) -> None:
+        if self.track.get_static_pad("sink").is_linked():
+            return
+        if self._missing:
+            self._fail(video_errors.missing_decoder(self.video, self._missing[0]))
+        else:
+            self._fail(f"'{self.video}' has no video stream: give a file with a picture")
 
-    def _event(self, _pad, info):
+    def _on_event(self, _pad: Gst.Pad, info: Gst.PadProbeInfo) -> Any:
         event = info.get_event()
         if event.type == Gst.EventType.TAG:
             known, orientation = event.parse_tag().get_string(Gst.TAG_IMAGE_ORIENTATION)
@@ -242,19 +282,23 @@ class Job:
         if event.type == Gst.EventType.SEGMENT:
             event.copy_segment(self._segment)
         if event.type == Gst.EventType.CAPS and not self.picture:
-            structure = first_structure(event.parse_caps())
-            width, height = structure.get_int("width")[1], structure.get_int("height")[1]
-            self.picture = f"{width}×{height} {structure.get_string('format')}"
-            if min(width, height) < 16:
-                self._fail(f"'{self.video}' has {width}×{height} pixels, and overlay.mp4 can't have fewer than 16×16")
-            # H.264 4:2:0 has even sizes only: the last column or row stays out of overlay.mp4, not out of the tracks.
-            self.crop.set_property("right", width % 2)
-            self.crop.set_property("bottom", height % 2)
-            self.size.set_property("caps", Gst.Caps.from_string(
-                f"video/x-raw, format=I420, width={max(2, width & ~1)}, height={max(2, height & ~1)}"))
+            self._on_caps(first_structure(event.parse_caps()))
         return Gst.PadProbeReturn.OK
 
-    def _frame(self, pad, info):
+    def _on_caps(self, structure: Gst.Structure) -> None:
+        width, height = structure.get_int("width")[1], structure.get_int("height")[1]
+        self.picture = f"{width}×{height} {structure.get_string('format')}"
+        if min(width, height) < 16:
+            self._fail(f"'{self.video}' has {width}×{height} pixels, "
+                       "and overlay.mp4 can't have fewer than 16×16")
+        # H.264 4:2:0 has even sizes only: overlay.mp4 lacks the last column or row of an odd size.
+        # The tracks are of the whole picture.
+        self.crop.set_property("right", width % 2)
+        self.crop.set_property("bottom", height % 2)
+        even = f"width={max(2, width & ~1)}, height={max(2, height & ~1)}"
+        self.size.set_property("caps", Gst.Caps.from_string(f"video/x-raw, format=I420, {even}"))
+
+    def _on_frame(self, _pad: Gst.Pad, info: Gst.PadProbeInfo) -> Any:
         self.frames += 1
         buffer = info.get_buffer()
         if buffer.pts != Gst.CLOCK_TIME_NONE:
@@ -264,138 +308,117 @@ class Job:
                 self.position = max(self.position, end)
         return Gst.PadProbeReturn.OK
 
-    # ---- running it ------------------------------------------------------------------------------------------------
+    # ---- The run ----
 
-    def run(self, progress):
-        """Tracks the whole file. Raises Failure if nothing came of it."""
+    def run(self, progress: ProgressDisplay) -> None:
+        """Tracks the whole file. Raises Failure if there is no result."""
         bus = self.pipeline.get_bus()
         bus.add_signal_watch()
-        bus.connect("message", self._message)
-        for number in (signal.SIGINT, signal.SIGTERM, *command.heard(signal.SIGHUP)):
-            GLib.unix_signal_add(GLib.PRIORITY_DEFAULT, number, self._interrupted)
+        bus.connect("message", self._on_message)
+        for number in (signal.SIGINT, signal.SIGTERM, *command.not_ignored(signal.SIGHUP)):
+            GLib.unix_signal_add(GLib.PRIORITY_DEFAULT, number, self._on_signal)
         GLib.timeout_add(200, self._tick, progress)
         self._started = started = time.monotonic()
         self.pipeline.set_state(Gst.State.PLAYING)
         self._loop.run()
         self.seconds = time.monotonic() - started
         self.stats = self.track.get_property("stats")
-        self._ask_duration()
+        self._query_duration()
         self.pipeline.set_state(Gst.State.NULL)
         bus.remove_signal_watch()
         if self._failure is None and self.frames == 0:
-            self._failure = no_frame(self.video)
+            self._failure = video_errors.no_frame(self.video)
         if self._failure is not None:
             raise Failure(self._failure)
-        self.cut_short = self.cut_short or breaks_off(self.video, self.position, self.duration)
+        self.cut_short = self.cut_short or video_errors.breaks_off(self.video, self.position,
+                                                                   self.duration)
         if not self.cut_short:
             progress.done(self.frames)
 
-    def _tick(self, progress):
-        # decodebin drops an error that comes while it plugs elements together (seen with qtdemux, 1 run in 10 of a file
-        # without an index), and then nothing ever happens.
+    def _tick(self, progress: ProgressDisplay) -> bool:
+        # decodebin drops an error that arrives while it links elements (qtdemux, 1 of 10 runs with
+        # a file without an index), and then hangs.
         if not self._feeds and not self._ending and time.monotonic() - self._started > SILENCE:
-            self._fail(f"'{self.video}' shows no stream: check that it plays, or convert it to H.264")
-        self._ask_duration()
-        known = self.duration and (self.position or not self.frames)  # frames may be without timestamps
+            self._fail(
+                f"'{self.video}' shows no stream: check that it plays, or convert it to H.264")
+        self._query_duration()
+        # Frames may have no timestamps.
+        known = self.duration and (self.position or not self.frames)
         progress.show(self.position / self.duration if known else None, self.frames)
         return True
 
-    def _ask_duration(self):
+    def _query_duration(self) -> None:
         known, duration = self.pipeline.query_duration(Gst.Format.TIME)
         if known and duration > 0:
             self.duration = duration
 
-    def _fail(self, text):
+    def _fail(self, text: str) -> None:
         self._failure = self._failure or text
         GLib.idle_add(self._loop.quit)
 
-    def _interrupted(self):
+    def _on_signal(self) -> bool:
         if self.frames == 0:
             self._fail("ended before the first frame, as you asked: nothing was made")
         self._end("ended early, as you asked")
         return True
 
-    def _end(self, why):
-        """Lets what is under way come to a proper end: each file is closed as if the video ended here."""
+    def _end(self, why: str) -> None:
+        """Ends the streams here, so that each file is closed properly."""
         if self._ending:
             return
         self._ending = True
         self.cut_short = why
-        for pad in self._feeds:  # a pad takes an event only between two buffers, so this may wait
-            threading.Thread(target=pad.send_event, args=(Gst.Event.new_eos(),), daemon=True).start()
+        # In threads, as a pad takes an event only between two buffers.
+        for pad in self._feeds:
+            threading.Thread(target=pad.send_event, args=(Gst.Event.new_eos(),),
+                             daemon=True).start()
         GLib.timeout_add_seconds(30, self._fail, "the files could not be closed: try again")
 
-    def _message(self, _bus, message):
+    def _on_message(self, _bus: Gst.Bus, message: Gst.Message) -> None:
         if message.type == Gst.MessageType.EOS:
             self._loop.quit()
         elif message.type == Gst.MessageType.ERROR:
-            self._error(message)
+            self._on_error(message)
         elif message.type == Gst.MessageType.WARNING and message.src == self.track:
             self.warnings.append(f"csdtrack: {message.parse_warning()[0].message}")
         elif message.type == Gst.MessageType.ELEMENT and message.has_name("missing-plugin"):
             self._missing.append(message.get_structure().get_string("name"))
 
-    def _error(self, message):
+    def _on_error(self, message: Gst.Message) -> None:
         error, debug = message.parse_error()
         factory = message.src.get_factory() if isinstance(message.src, Gst.Element) else None
         name = factory.get_name() if factory else ""
-        text = explain(self.video, self.out, self.track.get_factory().get_name(), name, error, debug or "",
-                       self._missing)
+        text = video_errors.explain(self.video, self.out,
+                                    self.track.get_factory().get_name(), name, error, debug or "",
+                                    self._missing)
         ours = name in ("filesink", "mp4mux", "x264enc", "csdsimsrc", "csdtrack", "csdtrackenc")
         if self.frames > 0 and not ours:
-            self._end(f"'{self.video}' is damaged from frame {self.frames} on ({error.message.rstrip('.')}): "
+            reason = error.message.rstrip(".")
+            self._end(f"'{self.video}' is damaged from frame {self.frames} on ({reason}): "
                       "the tracks end there")
         elif not self._ending:
             self._fail(text)
 
 
-def lacks_index(path):
-    """Whether this is an mp4 (or mov) whose moov box is missing: the recording ended before it was written."""
-    boxes = []
-    try:
-        with open(path, "rb") as file:
-            end = file.seek(0, 2)
-            at = 0
-            while at + 8 <= end and len(boxes) < 1000:
-                file.seek(at)
-                head = file.read(16)
-                size, kind = int.from_bytes(head[:4], "big"), head[4:8]
-                if not boxes and kind != b"ftyp":
-                    return False
-                boxes.append(kind)
-                if size == 1 and len(head) == 16:
-                    size = int.from_bytes(head[8:16], "big")
-                if size < 8:  # 0: up to the end
-                    break
-                at += size
-    except OSError:
-        return False  # filesrc says it better
-    return bool(boxes) and b"moov" not in boxes
-
-
-def no_index(video):
-    return (f"'{video}' has no index, its recording was cut off: repair it with a tool such as untrunc, and record "
-            "to .mkv or fragmented mp4")
-
-
-def copied(caps):
-    """The entry of COPIED that these caps fall under, or None."""
+def copied(caps: Gst.Caps) -> tuple[str, str | None] | None:
+    """The entry of COPIED for these caps."""
     for entry in COPIED:
         if caps.can_intersect(Gst.Caps.from_string(entry[0])):
             return entry
     return None
 
 
-def settable_properties():
-    """For each property of csdtrack that --set takes: name, values, default and what it is, as text."""
+def settable_properties() -> Iterator[tuple[str, str, str, str]]:
+    """Name, values, default and description of each property of csdtrack that --set takes."""
     track = Gst.ElementFactory.make("csdtrack")
     for name, spec in settable(track).items():
-        if name in KEPT:
+        if name in FIXED:
             continue
         default, minimum = spec.default_value, getattr(spec, "minimum", None)
         if spec.value_type.is_a(GObject.TYPE_ENUM):
             values = " | ".join(choices(track, name))
-            default = track.get_property(name).value_nick  # spec's is a number with PyGObject 3.50
+            # PyGObject 3.50 gives the default as a number.
+            default = track.get_property(name).value_nick
         elif spec.value_type == GObject.TYPE_BOOLEAN:
             values, default = "true | false", str(default).lower()
         elif minimum is not None:
@@ -404,35 +427,4 @@ def settable_properties():
             values, default = "text", default or "empty"
         if name in PRESET:
             default += f"; quickstart: {PRESET[name]}"
-        yield name, values, default, spec.blurb
-
-
-def breaks_off(video, position, duration):
-    """What to say if the picture ends at `position` ns, well before what the file says of itself; else ""."""
-    if not position or duration - position <= max(Gst.SECOND, duration // 50):
-        return ""
-    return (f"'{video}' has a picture up to {position / Gst.SECOND:.1f} s only, and says that it lasts "
-            f"{duration / Gst.SECOND:.1f} s: is the file complete?")
-
-
-def no_frame(video):
-    return f"'{video}' has no frame that could be decoded: is the file complete?"
-
-
-def explain(video, out, tracker, element, error, debug, missing):
-    """One line for a user, from an error message of GStreamer."""
-    if element == "filesink":
-        return str(of_filesink(out, error, debug))
-    if element == "filesrc":
-        return f"'{video}' can't be read ({error.message.rstrip('.')}): check the file and its disk"
-    if element in (tracker, "csdsimsrc", "csdtrackenc"):
-        return f"{element}: {error.message}"
-    if element == "qtdemux" and ("moov" in debug or "incomplete" in error.message):
-        return no_index(video)
-    if element == "decodebin" and "without buffers" in debug:  # GStreamer 1.26; 1.22 ends such a file like any other
-        return no_frame(video)
-    if missing:
-        return f"'{video}' needs a {missing[0]} that this machine does not have: install it, or convert the video to H.264"
-    if no_video(error):
-        return f"'{video}' {NO_VIDEO}"
-    return f"'{video}' can't be decoded ({error.message.rstrip('.')}): check that it plays, or convert it to H.264"
+        yield name, values, str(default), spec.blurb

@@ -1,48 +1,70 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Checks that what docs/method.md names in `code` is in the code: functions of its first table in their row's files."""
+"""Checks that the code has what docs/method.md names in `code`.
+
+Names in its first table must be in the files of their row.
+"""
+
+import pathlib
 import re
 import sys
-from pathlib import Path
+from collections.abc import Iterable, Iterator
 
-root = Path(__file__).resolve().parents[2]
-page = root / 'docs' / 'method.md'
-
-
-def find(*patterns):
-    return [path for pattern in patterns for path in root.glob(pattern)]
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "method.md"
+CODE = re.compile("`([^`]+)`")
 
 
-def code(path):
-    return re.sub(r'//.*', '', path.read_text()) if path.suffix in ('.h', '.cpp') else ''
+def find(*patterns: str) -> list[pathlib.Path]:
+    return [path for pattern in patterns for path in ROOT.glob(pattern)]
 
 
-def missing(name, files):
-    """Which part of name, name::member or name=value none of `files` has; a member must be in the file of its type."""
+def code(path: pathlib.Path) -> str:
+    """A source without its comments; "" for other files."""
+    return re.sub(r"//.*", "", path.read_text()) if path.suffix in (".h", ".cpp") else ""
+
+
+def missing(name: str, files: Iterable[pathlib.Path]) -> str | None:
+    """The part of name, name::member or name=value that none of the files has.
+
+    A member must be in the file of its type.
+    """
     texts = list(map(code, files))
-    if '::' in name:
-        owner, name = name.split('::')
-        texts = [text for text in texts if re.search(rf'\b(class|struct) {owner}\b[^;]*{{', text)]
+    if "::" in name:
+        owner, name = name.split("::")
+        texts = [text for text in texts if re.search(rf"\b(class|struct) {owner}\b[^;]*{{", text)]
         if not texts:
             return owner
-    for part in name.split('='):
-        if not any(re.search(rf'(?<![\w-]){re.escape(part)}(?![\w-])', text) for text in texts):
+    for part in name.split("="):
+        if not any(re.search(rf"(?<![\w-]){re.escape(part)}(?![\w-])", text) for text in texts):
             return part
     return None
 
 
-errors = []
-for number, line in enumerate(page.read_text().splitlines(), 1):
-    cells = line.strip('|').split('|')
-    in_table = len(cells) == 4 and cells[2].strip().startswith('`')  # paper | what | file | function
-    stems = re.findall('`([^`]+)`', cells[2]) if in_table else []
-    files = find(*(f'core/{stem}.*' for stem in stems)) if in_table else find('core/**/*.*', 'gst/*.*')
-    for name in re.findall('`([^`]+)`', line):
-        if '/' in name:  # a file, a program or a room, with or without its ending
-            file = name.split()[0].removeprefix('build/').rstrip('/')
-            if not find(file, f'{file}.*', f'core/{file}', f'core/{file}.*'):
-                errors.append(f'{number}: there is no {file}')
+def errors_of(line: str) -> Iterator[str]:
+    cells = line.strip("|").split("|")
+    # paper | what | file | function
+    in_table = len(cells) == 4 and cells[2].strip().startswith("`")
+    stems = CODE.findall(cells[2]) if in_table else []
+    patterns = [f"core/{stem}.*" for stem in stems] if in_table else ["core/**/*.*", "gst/*.*"]
+    files = find(*patterns)
+    for name in CODE.findall(line):
+        if "/" in name:  # a file, a program or a room, with or without its ending
+            file = name.split()[0].removeprefix("build/").rstrip("/")
+            if not find(file, f"{file}.*", f"core/{file}", f"core/{file}.*"):
+                yield f"there is no {file}"
         elif part := missing(name, files):
-            errors.append(f'{number}: no `{part}` in {", ".join(stems) or "core/ and gst/"}')
-if errors:
-    sys.exit('\n'.join(f'error: {page}:{error}' for error in errors))
+            yield f"no `{part}` in {', '.join(stems) or 'core/ and gst/'}"
+
+
+def main() -> int:
+    errors = [f"error: {PAGE}:{number}: {error}"
+              for number, line in enumerate(PAGE.read_text().splitlines(), 1)
+              for error in errors_of(line)]
+    if errors:
+        print("\n".join(errors), file=sys.stderr)
+    return int(bool(errors))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -214,6 +214,8 @@ step_rules() {
   check 'rule: the rooms of core/ include only what they may' rule_rooms
   check 'rule: every source names its licence' rule_spdx
   check 'rule: scripts parse' rule_scripts
+  check 'rule: flake8 finds nothing in the Python' rule_flake8
+  check 'rule: mypy finds nothing' rule_mypy
   check 'rule: every core file has its test at the mirrored path' rule_mirrored
   check 'rule: names in docs/method.md exist' "$root/tests/lib/method_names.py"
   check 'rule: links in the documentation work' "$root/tests/lib/links.py"
@@ -310,3 +312,13 @@ rule_scripts() {
   done < <(scripts)
   return $bad
 }
+
+# setup.cfg has the settings of both.
+rule_flake8() {
+  local file
+  while read -r file; do
+    [[ $file != *.py && $(head -n 1 "$file") != '#!/usr/bin/python3' ]] || echo "$file"
+  done < <(scripts) | xargs -d '\n' flake8 --config "$root/setup.cfg"
+}
+
+rule_mypy() { (cd "$root" && mypy --config-file setup.cfg --cache-dir "$root/build/mypy"); }

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What a pipeline around csdtrack may suffer: downstream stands still, the clock jumps, a reader goes away. No frame is lost."""
+"""No frame is lost where downstream blocks, the clock jumps, or a reader closes its end."""
 
 import json
 import os
@@ -14,28 +14,28 @@ import harness
 from harness import Gst
 
 
-
 class Adverse(harness.Case):
     def live(self, rest, element="csdtrack name=track max-features=5"):
-        run = harness.Run(f"videotestsrc name=source is-live=true pattern=ball ! "
-                          f"video/x-raw,format=GRAY8,width=160,height=120,framerate=50/1 ! {element} ! {rest}")
+        run = harness.Run("videotestsrc name=source is-live=true pattern=ball ! "
+                          "video/x-raw,format=GRAY8,width=160,height=120,framerate=50/1 ! "
+                          f"{element} ! {rest}")
         self.addCleanup(run.pipeline.set_state, Gst.State.NULL)
         return run
 
     def wait_for(self, condition, what):
-        end = time.monotonic() + harness.HANGS
+        end = time.monotonic() + harness.TIMEOUT
         while not condition():
-            self.assertLess(time.monotonic(), end, f"{what}: not in {harness.HANGS} s")
+            self.assertLess(time.monotonic(), end, f"{what}: not in {harness.TIMEOUT} s")
             time.sleep(0.01)
 
     def stop(self, run):
-        """To NULL, which must not hang."""
+        """Sets the pipeline to NULL, and checks that this does not hang."""
         done = threading.Thread(target=run.pipeline.set_state, args=(Gst.State.NULL,), daemon=True)
         done.start()
-        done.join(harness.HANGS)
+        done.join(harness.TIMEOUT)
         self.assertFalse(done.is_alive(), "the pipeline does not stop")
 
-    def test_downstream_stands_still_and_goes_on(self):
+    def test_downstream_blocks_and_continues(self):
         run = self.live("queue max-size-buffers=3 ! fakesink name=out")
         numbers = run.collect("out", lambda buffer: buffer.offset)
         run.pipeline.set_state(Gst.State.PLAYING)
@@ -44,43 +44,48 @@ class Adverse(harness.Case):
         block = pad.add_probe(Gst.PadProbeType.BLOCK_DOWNSTREAM, lambda *_: Gst.PadProbeReturn.OK)
         time.sleep(1)
         before = len(numbers)
-        # It may be asked while it stands still.
+        # csdtrack answers while it is blocked.
         self.assertGreater(run.element("track").get_property("stats").get_value("frames"), 0)
         run.element("track").emit("reset")
         pad.remove_probe(block)
-        self.wait_for(lambda: len(numbers) > before + 20, "frames after the stop")
+        self.wait_for(lambda: len(numbers) > before + 20, "frames after the block")
         self.stop(run)
         self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))))
 
-    def test_it_ends_while_downstream_stands_still(self):
+    def test_a_pipeline_stops_while_downstream_blocks(self):
         run = self.live("fakesink name=out")
         numbers = run.collect("out", lambda buffer: buffer.offset)
         run.pipeline.set_state(Gst.State.PLAYING)
         self.wait_for(lambda: len(numbers) > 10, "frames")
-        run.element("out").get_static_pad("sink").add_probe(Gst.PadProbeType.BLOCK_DOWNSTREAM, lambda *_: Gst.PadProbeReturn.OK)
+        run.element("out").get_static_pad("sink").add_probe(
+            Gst.PadProbeType.BLOCK_DOWNSTREAM, lambda *_: Gst.PadProbeReturn.OK)
         time.sleep(0.2)
         self.stop(run)
 
-    def test_frames_that_are_dropped_cost_no_feature(self):
-        """What comes behind them is marked as a cut is, by identity as by a leaky queue."""
+    def test_dropped_frames_cost_no_feature(self):
+        """The frame after dropped ones has the flag DISCONT, as after a cut: identity and a leaky
+        queue set it."""
         def claimed(dropped):
             tracks = self.tmp / "tracks.jsonl"
             harness.play("csdsimsrc num-buffers=200 seed=7 ! video/x-raw,width=320,height=240 ! "
-                         f"identity drop-probability={dropped} ! csdtrack max-features=20 ! csdtrackenc ! filesink location={tracks}")
-            states = [feature["state"] for line in harness.read_lines(tracks) for feature in line["features"]]
+                         f"identity drop-probability={dropped} ! csdtrack max-features=20 ! "
+                         f"csdtrackenc ! filesink location={tracks}")
+            states = [feature["state"] for line in harness.read_lines(tracks)
+                      for feature in line["features"]]
             return sum(state in harness.CLAIMS for state in states) / len(states)
 
         whole = claimed(0)
         self.assertGreater(whole, 0.5)
         self.assertGreater(claimed(0.5), 0.8 * whole)
 
-    def test_the_clock_jumps(self):
+    def test_no_frame_is_lost_when_the_clock_jumps(self):
         run = self.live("fakesink name=out sync=false")
         clock = Gst.SystemClock(clock_type=Gst.ClockType.MONOTONIC, name="jumping")
         run.pipeline.use_clock(clock)
         seen = run.collect("out", lambda buffer: (buffer.offset, buffer.pts))
         run.pipeline.set_state(Gst.State.PLAYING)
-        for ahead in (3600, -1800, 1):  # seconds; a clock never goes back: it stands until it has made up for them
+        # Seconds. A clock never goes back: after a negative jump it stops until time has caught up.
+        for ahead in (3600, -1800, 1):
             count = len(seen)
             self.wait_for(lambda: len(seen) > count + 10, f"frames before a jump by {ahead} s")
             internal, external, rate, per = clock.get_calibration()
@@ -96,12 +101,13 @@ class Adverse(harness.Case):
         self.assertEqual(stats.get_value("failed-frames"), 0)
         self.assertEqual(run.warnings, [])
 
-    def test_a_reader_that_goes_away_takes_its_branch_alone(self):
-        """The tracks go into a pipe and to a socket whose readers close: with an isolating sink the frames go on."""
+    def test_closed_readers_stop_only_their_own_branch(self):
+        """The tracks go to a pipe and to a socket, and both readers close. A sink that isolates
+        them lets the frames go on."""
         pipe, to_pipe = os.pipe()
-        run = self.live(f"tee name=t t. ! queue ! fakesink name=out t. ! queue ! csdtrackenc ! tee name=l "
-                        f"l. ! queue leaky=downstream ! appsink name=lines emit-signals=true sync=false "
-                        f"l. ! queue leaky=downstream ! multifdsink name=pipe")
+        run = self.live("tee name=t t. ! queue ! fakesink name=out t. ! queue ! csdtrackenc ! tee "
+                        "name=l l. ! queue leaky=downstream ! appsink name=lines emit-signals=true "
+                        "sync=false l. ! queue leaky=downstream ! multifdsink name=pipe")
         numbers = run.collect("out", lambda buffer: buffer.offset)
         lines = []
 
@@ -109,6 +115,7 @@ class Adverse(harness.Case):
             buffer = sink.emit("pull-sample").get_buffer()
             lines.append(json.loads(buffer.extract_dup(0, buffer.get_size())))
             return Gst.FlowReturn.OK
+
         run.element("lines").connect("new-sample", take)
         server, client = socket.socketpair()
         run.pipeline.set_state(Gst.State.PLAYING)
@@ -118,22 +125,27 @@ class Adverse(harness.Case):
         os.close(pipe)
         client.close()
         count = len(numbers)
-        self.wait_for(lambda: len(numbers) > count + 20, "frames after the readers went")
+        self.wait_for(lambda: len(numbers) > count + 20, "frames after the readers have closed")
         self.stop(run)
         self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))))
         self.assertEqual([line["frame"] for line in lines], list(range(len(lines))))
         os.close(to_pipe)
         server.close()
 
-    def test_a_decoder_that_never_comes_back_holds_no_simulator(self):
-        # In a process of its own, which ends with the decoder's thread still at work.
+    def test_a_decoder_that_hangs_does_not_block_csdsimsrc(self):
+        # In a process of its own, which ends while the decoder's thread still runs.
         picture = self.tmp / "hang.jpg"
-        picture.write_bytes(bytes.fromhex("ffd8ffd80000ffe1000861626364ffc40000"))  # GStreamer 1.22's jpegdec
-        program = ("import os, sys, gi; gi.require_version('Gst', '1.0'); from gi.repository import Gst; Gst.init(None)\n"
-                   "source = Gst.ElementFactory.make('csdsimsrc'); source.props.texture = sys.argv[1]\n"
-                   "print(source.set_state(Gst.State.PAUSED).value_nick, source.set_state(Gst.State.NULL).value_nick, flush=True)\n"
+        # jpegdec of GStreamer 1.22 hangs on these bytes.
+        picture.write_bytes(bytes.fromhex("ffd8ffd80000ffe1000861626364ffc40000"))
+        program = ("import os, sys, gi; gi.require_version('Gst', '1.0'); "
+                   "from gi.repository import Gst; Gst.init(None)\n"
+                   "source = Gst.ElementFactory.make('csdsimsrc'); "
+                   "source.props.texture = sys.argv[1]\n"
+                   "print(source.set_state(Gst.State.PAUSED).value_nick, "
+                   "source.set_state(Gst.State.NULL).value_nick, flush=True)\n"
                    "os._exit(0)\n")
-        done = subprocess.run([sys.executable, "-c", program, str(picture)], capture_output=True, text=True, timeout=harness.HANGS, check=False)
+        done = subprocess.run([sys.executable, "-c", program, str(picture)], capture_output=True,
+                              text=True, timeout=harness.TIMEOUT, check=False)
         self.assertEqual(done.stdout, "failure success\n", done.stderr)
 
 

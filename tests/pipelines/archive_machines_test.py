@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""pipelines/archive on other machines: over ssh, and in a Slurm cluster; both are started here, on this one."""
+"""pipelines/archive on other machines: over ssh and in a Slurm cluster, both started here."""
 
 import contextlib
 import os
@@ -35,8 +35,10 @@ class Machines(harness.Case):
 
     @classmethod
     def start(cls, out, *options, environment=None):
-        return subprocess.Popen([ARCHIVE, *OPTIONS, *options, cls.videos, out], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                text=True, env={**(environment or os.environ), "CSDTRACK_BUILD": str(BUILD)})
+        return subprocess.Popen([ARCHIVE, *OPTIONS, *options, cls.videos, out],
+                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, text=True,
+                                env={**(environment or os.environ), "CSDTRACK_BUILD": str(BUILD)})
 
     @classmethod
     def run_archive(cls, out, *options, environment=None):
@@ -66,9 +68,10 @@ class Machines(harness.Case):
         code, told, said = self.run_archive(self.out, *options, environment=environment)
         self.check_all_done(code, said)
         self.assertEqual(len(told.splitlines()), 1 + 3, told)
-        self.assertEqual({path: path.stat().st_mtime_ns for path in self.out.glob("*.json*")}, before)
+        self.assertEqual({path: path.stat().st_mtime_ns for path in self.out.glob("*.json*")},
+                         before)
 
-    def test_over_ssh(self):
+    def test_ssh_gives_the_same_tracks_and_a_killed_job_is_repeated(self):
         server = machines.Ssh()
         self.addCleanup(server.stop)
         environment = {**os.environ, "PARALLEL_SSH": server.command}
@@ -79,19 +82,21 @@ class Machines(harness.Case):
         self.assertEqual(len(said.splitlines()), 2, said)
         self.check_all_done(process.returncode, said)
         self.assertEqual(len(told.splitlines()), 5 + 1 + 3, told)
-        # A job is a login: five, one again, two to ask.
+        # Each job is a login: five, and one repeated. Two more check the hosts.
         self.assertGreaterEqual(server.sessions(), 8)
         logins = server.sessions()
         self.check_nothing_to_do("--ssh", "one,two", environment=environment)
         self.assertEqual(server.sessions(), logins)
-        code, _, said = self.run_archive(self.tmp / "nowhere", "--ssh", "gone", environment=environment)
+        code, _, said = self.run_archive(self.tmp / "nowhere", "--ssh", "gone",
+                                         environment=environment)
         self.assertEqual(code, 1)
         self.assertRegex(said, "\narchive: none of the hosts can do it")
 
-    def test_over_ssh_it_ends_when_it_is_told_to(self):
+    def test_ssh_jobs_end_with_the_command(self):
         server = machines.Ssh()
         self.addCleanup(server.stop)
-        process = self.start(self.out, "--ssh", "one", environment={**os.environ, "PARALLEL_SSH": server.command})
+        process = self.start(self.out, "--ssh", "one",
+                             environment={**os.environ, "PARALLEL_SSH": server.command})
         job = machines.job_at_work(self.out, "long.mkv")
         process.terminate()
         self.assertEqual(process.wait(60), 130)
@@ -99,34 +104,37 @@ class Machines(harness.Case):
         machines.wait(lambda: not pathlib.Path(f"/proc/{job}").exists())
         self.assertFalse((self.out / "long.mkv.jsonl").exists())
 
-    def test_slurm(self):
-        cluster = machines.Slurm(array=3)  # five videos are two arrays
+    def test_slurm_gives_the_same_tracks_and_a_killed_job_is_repeated(self):
+        cluster = machines.Slurm(array=3)  # five videos need two arrays
         self.addCleanup(cluster.stop)
         process = self.start(self.out, "--slurm", environment=cluster.environment)
         os.kill(machines.job_at_work(self.out, "long.mkv"), signal.SIGKILL)
         told, said = process.communicate(timeout=400)
         self.check_all_done(process.returncode, said)
         self.assertEqual(len(told.splitlines()), 5 + 1 + 3, told)
-        self.assertEqual(cluster.submitted(), 3)  # the third with what was killed
+        self.assertEqual(cluster.submitted(), 3)  # the third is the killed job's
         self.check_nothing_to_do("--slurm", environment=cluster.environment)
 
-    def test_no_slurm(self):
+    def test_no_cluster_is_reported(self):
         machines.need("sbatch", "squeue", "scontrol")
-        code, told, said = self.run_archive(self.out, "--slurm", environment={**os.environ, "SLURM_CONF": "/dev/null"})
+        code, told, said = self.run_archive(self.out, "--slurm",
+                                            environment={**os.environ, "SLURM_CONF": "/dev/null"})
         self.assertEqual((code, told), (1, ""))
         self.assertRegex(said, "^archive: no Slurm cluster answers here: .*\n$")
         self.assertFalse(self.out.exists())
 
-    def test_slurm_goes_on_without_us(self):
+    def test_slurm_jobs_go_on_without_the_command(self):
         cluster = machines.Slurm(array=100)
         self.addCleanup(cluster.stop)
         process = self.start(self.out, "--slurm", environment=cluster.environment)
         job = machines.job_at_work(self.out, "long.mkv")
-        os.kill(job, signal.SIGSTOP)  # until the next run waits for it: it would be done within a second
+        # Stopped until the next run waits for it: else it would be done within a second.
+        os.kill(job, signal.SIGSTOP)
         process.terminate()
         _, said = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 130)
-        self.assertRegex(said, r"^archive: the cluster goes on: the same command follows it, 'scancel \d+' ends it\n")
+        self.assertRegex(said, r"^archive: the cluster goes on: the same command follows it, "
+                         r"'scancel \d+' ends it\n")
         self.assertTrue(pathlib.Path(f"/proc/{job}").exists())
         process = self.start(self.out, "--slurm", environment=cluster.environment)
         self.assertIn("an earlier run's jobs are still in the cluster", process.stdout.readline())

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What the pipeline tests share: made-up videos with known motion, running a pipeline, reading tracks."""
+"""Shared by the pipeline tests: makes videos with known motion, runs pipelines, reads tracks."""
 
+import contextlib
 import fcntl
 import json
 import math
@@ -25,19 +26,20 @@ from gi.repository import Gst  # noqa: E402
 
 Gst.init(None)
 
-HANGS = 60  # seconds without an end: far more than any pipeline here takes
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+TIMEOUT = 60  # seconds: far more than any pipeline here takes
 FRAME = Gst.SECOND // 25
 STATES = ("learning", "tracked", "occluded", "lost", "out", "ended")
-CLAIMS = ("learning", "tracked")
-LINE_FIELDS = ["schema", "source", "role", "algorithm", "frame", "pts", "duration", "running_time", "stream_time",
-               "reference", "width", "height", "features"]
-# x264 (164) reads memory before it writes it: without the same bytes in all that is fresh, processes of a busy machine
-# encode other bits at times, with csdtrack or without.
+CLAIMS = ("learning", "tracked")  # the states that claim a position
+LINE_FIELDS = ["schema", "source", "role", "algorithm", "frame", "pts", "duration", "running_time",
+               "stream_time", "reference", "width", "height", "features"]
+# x264 (164) reads memory that it has not written. Unless new memory always holds the same bytes, it
+# sometimes encodes other bits on a busy machine, with csdtrack or without.
 SAME_MEMORY = {"MALLOC_PERTURB_": "165"}
 
 
 class Case(unittest.TestCase):
-    """Has a folder of its own, self.tmp, and says what differs at length."""
+    """Has a folder of its own, self.tmp, and shows differences in full."""
 
     maxDiff = None
 
@@ -49,7 +51,7 @@ class Case(unittest.TestCase):
         assert Gst.ElementFactory.find("csdtrack"), "no csdtrack: is GST_PLUGIN_PATH_1_0 set?"
 
     def check_refused(self, done, code, words):
-        """A command that could not do what it was told (1: it says so in one line) or was used wrongly (2)."""
+        """A command has failed with one line (code 1) or was used wrongly (code 2)."""
         self.assertEqual(done.returncode, code, done.stderr)
         self.assertIn(words, done.stderr)
         self.assertNotRegex(done.stderr, "Traceback|Warning")
@@ -57,8 +59,9 @@ class Case(unittest.TestCase):
             self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
 
 
-def in_words(structure):
-    """What get_structure() of an event gives, or None: python3-gst-1.0 of 1.26 gives what only `with` can open."""
+def structure_text(structure):
+    """The text of what an event's get_structure() returned, or None. In python3-gst-1.0 of 1.26
+    that can be read only inside `with`."""
     if hasattr(structure, "__enter__"):
         with structure as opened:
             return opened and opened.to_string()
@@ -66,7 +69,7 @@ def in_words(structure):
 
 
 def formats(template):
-    """The raw formats of a pad template, in its order: the same with every caps feature."""
+    """The raw formats of a pad template, in its order. Every caps feature must have the same."""
     caps, found = template.get_caps(), {}
     for i in range(caps.get_size()):
         found.setdefault(caps.get_features(i).to_string(), []).extend(caps[i].get_value("format"))
@@ -75,11 +78,12 @@ def formats(template):
     return one
 
 
-# ---- Made-up videos ------------------------------------------------------------------------------------------------
+# ---- Made-up videos ------------------------------------------------------------------------------
 
 
 def texture(width, height, seed=1, sigma=2.5):
-    """Noise in colour, smoothed: corners everywhere, of a size that survives encoders. H×W×3, RGB, 8 bit."""
+    """Smoothed noise in colour: corners everywhere, large enough to survive encoding. H×W×3, RGB,
+    8 bit."""
     noise = np.random.default_rng(seed).standard_normal((height, width, 3))
     grey = noise[:, :, :1]
     noise = cv2.GaussianBlur(0.8 * grey + 0.4 * noise, (0, 0), sigma)
@@ -88,7 +92,8 @@ def texture(width, height, seed=1, sigma=2.5):
 
 
 class Scene:
-    """A texture that moves as a whole: at time t (in frames; halves are fields) all points are at start + motion(t)."""
+    """A texture that moves as a whole. At time t, in frames (halves are fields), each point is at
+    its start + motion(t)."""
 
     MARGIN = 40
 
@@ -98,9 +103,10 @@ class Scene:
         self._all = texture(width + 2 * self.MARGIN, height + 2 * self.MARGIN, seed, sigma)
 
     def picture(self, t):
-        """Motion is by whole pixels: what is shown is exact, with no interpolation that a tracker could see."""
+        """Motion is by whole pixels, so that pictures are exact, without interpolation."""
         dx, dy = self.motion(t)
-        assert dx == int(dx) and dy == int(dy) and max(abs(dx), abs(dy)) <= self.MARGIN, "of whole pixels, and not far"
+        assert dx == int(dx) and dy == int(dy) and max(abs(dx), abs(dy)) <= self.MARGIN, (
+            f"motion must be whole pixels, at most {self.MARGIN}")
         x, y = self.MARGIN - int(dx), self.MARGIN - int(dy)
         return self._all[y:y + self.height, x:x + self.width]
 
@@ -109,13 +115,14 @@ def encode(path, pictures, *options, rate=25):
     """Writes pictures (H×W×3, RGB) with ffmpeg."""
     pictures = list(pictures)
     height, width = pictures[0].shape[:2]
-    subprocess.run(["ffmpeg", "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r",
-                    str(rate), "-i", "-", *map(str, options), str(path)],
+    subprocess.run(["ffmpeg", "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s",
+                    f"{width}x{height}", "-r", str(rate), "-i", "-", *map(str, options), str(path)],
                    input=b"".join(np.ascontiguousarray(p).tobytes() for p in pictures), check=True)
     return path
 
 
-H264 = ("-c:v", "libx264", "-pix_fmt", "yuv420p", "-preset", "veryfast", "-crf", "18", "-threads", "1")
+H264 = ("-c:v", "libx264", "-pix_fmt", "yuv420p", "-preset", "veryfast", "-crf", "18", "-threads",
+        "1")
 
 
 def scene_video(path, frames=60, *options, **scene):
@@ -124,9 +131,10 @@ def scene_video(path, frames=60, *options, **scene):
 
 
 def decoded_frames(path):
-    """How many frames ffmpeg's decoder gets out of a file: a count that owes nothing to GStreamer."""
-    out = subprocess.run(["ffprobe", "-v", "quiet", "-count_frames", "-select_streams", "v:0", "-show_entries",
-                          "stream=nb_read_frames", "-of", "csv=p=0", str(path)], capture_output=True, text=True).stdout
+    """How many frames ffmpeg decodes from a file: a count that does not depend on GStreamer."""
+    out = subprocess.run(["ffprobe", "-v", "quiet", "-count_frames", "-select_streams", "v:0",
+                          "-show_entries", "stream=nb_read_frames", "-of", "csv=p=0", str(path)],
+                         capture_output=True, text=True).stdout
     return int(out.split()[0].strip(","))
 
 
@@ -139,7 +147,7 @@ def clips():
     return found
 
 
-# ---- Running -------------------------------------------------------------------------------------------------------
+# ---- Running -------------------------------------------------------------------------------------
 
 
 class PipelineError(Exception):
@@ -149,7 +157,7 @@ class PipelineError(Exception):
 
 
 class Run:
-    """A pipeline from a launch line. With `feed`, an iterable of buffers, appsrc `in` is fed with them."""
+    """A pipeline from a launch line. `feed`, an iterable of buffers, feeds the appsrc `in`."""
 
     def __init__(self, launch, feed=None, caps=None):
         self.pipeline = Gst.parse_launch(launch)
@@ -181,7 +189,8 @@ class Run:
             source.emit("push-sample", item)
 
     def collect(self, name, of):
-        """Calls `of` on each buffer that fakesink `name` gets; the results are in the list that is returned."""
+        """Calls `of` on each buffer that fakesink `name` gets. Returns the list of results, which
+        grows as the pipeline runs."""
         result = []
         sink = self.element(name)
         sink.set_property("signal-handoffs", True)
@@ -189,12 +198,13 @@ class Run:
         return result
 
     def until(self, kinds):
-        """Waits for a message of these kinds, keeping csdtrack's and warnings; an error is raised."""
+        """Waits for a message of these kinds. Keeps csdtrack's messages and warnings, and raises
+        errors."""
         bus = self.pipeline.get_bus()
         while True:
-            message = bus.timed_pop(HANGS * Gst.SECOND)
+            message = bus.timed_pop(TIMEOUT * Gst.SECOND)
             if message is None:
-                raise AssertionError(f"the pipeline hangs: nothing on the bus for {HANGS} s")
+                raise AssertionError(f"the pipeline hangs: nothing on the bus for {TIMEOUT} s")
             if message.type == Gst.MessageType.ERROR:
                 raise PipelineError(*message.parse_error())
             if message.type == Gst.MessageType.WARNING:
@@ -220,14 +230,18 @@ def play(launch, feed=None, caps=None):
 
 
 def tracked_video(folder):
-    """A video of two seconds, with a key frame every 10 and B-frames between, and the elements that let it pass as it is, to be compared with identity."""
-    video, tracks = scene_video(folder / "scene.mp4", 50, *H264, "-g", "10", "-bf", "2", width=160, height=120), folder / "tracks.jsonl"
-    play(f"filesrc location={video} ! decodebin ! csdtrack max-features=8 ! csdtrackenc ! filesink location={tracks}")
+    """Makes a video of two seconds, with B-frames and a key frame every 10 frames. Returns it and
+    the elements, to be compared with identity, that must not change it."""
+    video = scene_video(folder / "scene.mp4", 50, *H264, "-g", "10", "-bf", "2", width=160,
+                        height=120)
+    tracks = folder / "tracks.jsonl"
+    play(f"filesrc location={video} ! decodebin ! csdtrack max-features=8 ! csdtrackenc ! filesink "
+         f"location={tracks}")
     return video, ("csdtrack max-features=8", f"csdtrackdec location={tracks}")
 
 
 def buffers(pictures, stamped=True):
-    """Gst buffers of arrays whose rows are as long as GStreamer wants them."""
+    """Buffers from arrays whose rows have the length that GStreamer expects."""
     for i, picture in enumerate(pictures):
         buffer = Gst.Buffer.new_wrapped(np.ascontiguousarray(picture).tobytes())
         if stamped:
@@ -239,10 +253,48 @@ def rgb_caps(width=320, height=240):
     return f"video/x-raw,format=RGB,width={width},height={height},framerate=25/1"
 
 
-def launch(*arguments, env=None, timeout=HANGS, **options):
-    """gst-launch-1.0 with a pipeline as a user types it, in a process of its own."""
-    return subprocess.run(["gst-launch-1.0", *" ".join(map(str, arguments)).split()], capture_output=True, text=True,
-                          stdin=subprocess.DEVNULL, timeout=timeout, env=dict(os.environ, **(env or {})), **options)
+def launch(*arguments, env=None, timeout=TIMEOUT, **options):
+    """Runs gst-launch-1.0 with a pipeline as a user types it, in a process of its own."""
+    return subprocess.run(["gst-launch-1.0", *" ".join(map(str, arguments)).split()],
+                          capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=timeout,
+                          env=dict(os.environ, **(env or {})), **options)
+
+
+@contextlib.contextmanager
+def screen(size="640x480"):
+    """A virtual X server with OpenGL, at a free number that it finds itself. Yields its DISPLAY."""
+    told, tells = os.pipe()
+    with subprocess.Popen(["Xvfb", "-displayfd", str(tells), "-screen", "0", f"{size}x24"],
+                          pass_fds=[tells], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                          stderr=subprocess.PIPE, text=True) as server:
+        os.close(tells)
+        try:
+            with open(told, encoding="ascii") as pipe:
+                number = pipe.readline().strip()  # written when it is ready; empty if it has ended
+            if not number:
+                raise AssertionError(f"Xvfb does not start: {server.stderr.read()}")
+            yield f":{number}"
+        finally:
+            server.terminate()
+
+
+@contextlib.contextmanager
+def small_disk(folder, options):
+    """Mounts a small file system there, with options of tmpfs. Skips the test where it can't."""
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", options, "tmpfs", folder],
+                      capture_output=True).returncode:
+        raise unittest.SkipTest("mounting is not allowed here")
+    try:
+        yield
+    finally:
+        subprocess.run(["umount", folder], check=True)
+
+
+def run_python(program, *arguments, timeout=TIMEOUT, **options):
+    """Runs a program given as text. Like the tests, it imports from the top of the repository."""
+    return subprocess.run([sys.executable, "-c", program, *map(str, arguments)], cwd=ROOT,
+                          capture_output=True, text=True, stdin=subprocess.DEVNULL,
+                          timeout=timeout, **options)
 
 
 class Terminal:
@@ -253,9 +305,11 @@ class Terminal:
 
         def begin():
             fcntl.ioctl(0, termios.TIOCSCTTY, 0)
-            signal.signal(signal.SIGHUP, signal.SIG_DFL)  # where nohup runs the tests it would not be heard
+            # Under nohup the tests, and so this process, would ignore it.
+            signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
-        self.process = subprocess.Popen(list(map(str, command)), stdin=there, stdout=there, stderr=there, env=env, start_new_session=True,
+        self.process = subprocess.Popen(list(map(str, command)), stdin=there, stdout=there,
+                                        stderr=there, env=env, start_new_session=True,
                                         preexec_fn=begin)
         os.close(there)
         test.addCleanup(self.process.wait)
@@ -274,14 +328,15 @@ class Terminal:
         raise AssertionError(f"{count} lines did not come: {self.read()}")
 
     def close(self):
-        """As a window is that is closed. What a shell does then, and the system again. Returns the exit code."""
+        """Closes the terminal as a window closes: the system sends SIGHUP, and so does a shell.
+        Returns the exit code."""
         os.close(self._end)
         time.sleep(0.2)
         self.process.send_signal(signal.SIGHUP)
         return self.process.wait(60)
 
 
-# ---- Tracks --------------------------------------------------------------------------------------------------------
+# ---- Tracks --------------------------------------------------------------------------------------
 
 
 def parse_line(text):
@@ -292,7 +347,8 @@ def parse_line(text):
 
 
 def read_lines(path, torn=False):
-    """The objects of a .jsonl file; every line must parse. With `torn` an unfinished last line is left out."""
+    """The objects of a .jsonl file; every line must parse. With `torn` an unfinished last line may
+    be there and is left out."""
     text = pathlib.Path(path).read_text(encoding="utf-8")
     if not torn:
         assert text == "" or text.endswith("\n"), f"{path} ends with a torn line"
@@ -300,9 +356,10 @@ def read_lines(path, torn=False):
 
 
 def check_tracks(test, lines, frames=None, stamped=True, most=None):
-    """What holds in every track file: fields, numbers, ids, order. `most` bounds the features alive at a time."""
+    """Checks what holds in every file of tracks: fields, numbers, ids, order. `most` is the largest
+    number of features alive at a time."""
     if frames is not None:
-        test.assertEqual(len(lines), frames, "lines and frames")
+        test.assertEqual(len(lines), frames, "as many lines as frames")
     alive, ended, last_pts = set(), set(), -1
     for index, line in enumerate(lines):
         where = f"line {index + 1}"
@@ -312,21 +369,24 @@ def check_tracks(test, lines, frames=None, stamped=True, most=None):
             test.assertGreater(line["pts"], last_pts, where)
             last_pts = line["pts"]
         ids = [f["id"] for f in line["features"]]
-        test.assertEqual(ids, sorted(set(ids)), f"{where}: ids ascend and are unique")
+        test.assertEqual(ids, sorted(set(ids)), f"{where}: ids must ascend and be unique")
         now = set(ids)
         test.assertFalse(now & ended, f"{where}: an id that had ended is back")
-        test.assertFalse(alive - now, f"{where}: left the list without having ended")
+        test.assertFalse(alive - now, f"{where}: an id left the list without having ended")
         new = now - alive
         if new and (alive or ended):
-            test.assertGreater(min(new), max(alive | ended), f"{where}: a new id is newer than all others")
+            test.assertGreater(min(new), max(alive | ended),
+                               f"{where}: a new id is not above all others")
         for f in line["features"]:
             test.assertIn(f["state"], STATES, where)
             test.assertTrue(math.isfinite(f["x"]) and math.isfinite(f["y"]), where)
-            test.assertTrue(0 <= f["confidence"] <= 1 if line["algorithm"] == "csd" else f["confidence"] in (0, 1), f"{where}: {f}")
+            test.assertTrue(0 <= f["confidence"] <= 1 if line["algorithm"] == "csd"
+                            else f["confidence"] in (0, 1), f"{where}: {f}")
             test.assertEqual(f["confidence"] >= 0.5, f["state"] in CLAIMS, f"{where}: {f}")
             test.assertLessEqual(set(f), {"id", "x", "y", "state", "confidence", "fresh"}, where)
             if f["state"] in CLAIMS:
-                test.assertTrue(-0.5 <= f["x"] < line["width"] and -0.5 <= f["y"] < line["height"], f"{where}: {f}")
+                test.assertTrue(-0.5 <= f["x"] < line["width"] and -0.5 <= f["y"] < line["height"],
+                                f"{where}: {f}")
         over = {f["id"] for f in line["features"] if f["state"] == "ended"}
         alive, ended = now - over, ended | over
         if most is not None:

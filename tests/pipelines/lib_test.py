@@ -1,99 +1,112 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What is in pipelines/lib and the commands can't be brought to show."""
+"""Parts of pipelines/lib that can't be tested through the commands."""
 
 import errno
 import os
 import pathlib
 import shutil
 import subprocess
-import sys
 import unittest.mock
 
 import harness
 from gi.repository import GLib
 from harness import Gst
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "pipelines" / "lib"))
-import archive_index  # noqa: E402
-import failure  # noqa: E402
-import klv  # noqa: E402
-import properties  # noqa: E402
-import tracking  # noqa: E402
+from pipelines.lib import archive_index, failure, klv, properties, video_errors
 
 
 class Lib(harness.Case):
-    def test_a_filesink_that_can_not_write(self):
+    def test_errors_of_filesink_are_explained(self):
         def error(code, text="Error while writing to file \"x\"."):
             return GLib.Error.new_literal(Gst.ResourceError.quark(), text, code)
 
         full = "can't write into 'a  b' (the disk is full): make room or give another place"
-        for given, debug, kind, text in ((error(Gst.ResourceError.NO_SPACE_LEFT), None, failure.Full, full),
-                                         (error(Gst.ResourceError.WRITE), f"system error: {os.strerror(errno.EDQUOT)}", failure.Full, full),
-                                         (error(Gst.ResourceError.WRITE), None, failure.Failure,
-                                          "can't write into 'a  b' (Error while writing to file \"x\"): give another place")):
+        for given, debug, kind, text in (
+                (error(Gst.ResourceError.NO_SPACE_LEFT), None, failure.Full, full),
+                (error(Gst.ResourceError.WRITE), f"system error: {os.strerror(errno.EDQUOT)}",
+                 failure.Full, full),
+                (error(Gst.ResourceError.WRITE), None, failure.Failure,
+                 "can't write into 'a  b' (Error while writing to file \"x\"): give another "
+                 "place")):
             found = failure.of_filesink("a  b", given, debug)
             self.assertEqual((type(found), str(found)), (kind, text))
-            self.assertEqual(tracking.explain("video", "a  b", "csdtrack", "filesink", given, debug or "", []), text)
+            self.assertEqual(video_errors.explain("video", "a  b", "csdtrack", "filesink", given,
+                                                  debug or "", []), text)
 
-    def test_klv_that_came_whole(self):
+    def test_only_complete_klv_gives_lines(self):
         def packet(number, left, value):
             length = len(value).to_bytes(3, "big")
-            return bytes.fromhex("060e2b34010101010f6373647472") + bytes([number, left, 0x83]) + length + value
+            key = bytes.fromhex("060e2b34010101010f6373647472")
+            return key + bytes([number, left, 0x83]) + length + value
 
         foreign = bytes.fromhex("060e2b34020b01010e01030101000000") + b"\x03abc"
         line = b'{"schema":1,"source":"%d","features":[]}'
         a, b = (packet(0, 0, line % n) for n in (1, 2))
-        first, second, third = (packet(7, left, value) for left, value in ((2, b'{"schema":1,"features":[{"id":0},'), (1, b'{"id":1},'), (0, b'{"id":2}]}')))
+        first, second, third = (packet(7, left, value) for left, value in (
+            (2, b'{"schema":1,"features":[{"id":0},'), (1, b'{"id":1},'), (0, b'{"id":2}]}')))
         joined = b'{"schema":1,"features":[{"id":0},{"id":1},{"id":2}]}\n'
-        for packets, lines in (([a, b], [line % 1 + b"\n", line % 2 + b"\n"]), ([foreign + a + foreign, foreign], [line % 1 + b"\n"]),
-                               ([first, second, third, a], [joined, line % 1 + b"\n"]), ([first + second + third], [joined]),
-                               ([first, third, a], [line % 1 + b"\n"]), ([second, third, a], [line % 1 + b"\n"]), ([first, a, second, third], [line % 1 + b"\n"]),
-                               ([first[:-3], second, third, a], [line % 1 + b"\n"]), ([a[:16], a[:15], a[:20], b], [line % 2 + b"\n"])):
+        for packets, lines in (([a, b], [line % 1 + b"\n", line % 2 + b"\n"]),
+                               ([foreign + a + foreign, foreign], [line % 1 + b"\n"]),
+                               ([first, second, third, a], [joined, line % 1 + b"\n"]),
+                               ([first + second + third], [joined]),
+                               ([first, third, a], [line % 1 + b"\n"]),
+                               ([second, third, a], [line % 1 + b"\n"]),
+                               ([first, a, second, third], [line % 1 + b"\n"]),
+                               ([first[:-3], second, third, a], [line % 1 + b"\n"]),
+                               ([a[:16], a[:15], a[:20], b], [line % 2 + b"\n"])):
             reader = klv.Lines()
             self.assertEqual([found for each in packets for found in reader.take(each)], lines)
 
-    def test_a_property_as_text_sets_it(self):
+    def test_a_property_set_from_its_text_is_the_same(self):
         one, other = (Gst.ElementFactory.make("csdtrack") for _ in range(2))
-        for name, text in {"points": 'a "b" \\ c;\nü', "region": "10,20,100,80", "overlay": "draw", "attach-meta": "false", "attach-roi": "true",
-                           "max-features": "7", "forget-after": str(2**63 - 1)}.items():
+        for name, text in {"points": 'a "b" \\ c;\nü', "region": "10,20,100,80", "overlay": "draw",
+                           "attach-meta": "false", "attach-roi": "true", "max-features": "7",
+                           "forget-after": str(2**63 - 1)}.items():
             properties.set_from_text(one, name, text)
             self.assertEqual(properties.as_text(one, name), text)
         for name in properties.settable(one):
             properties.set_from_text(other, name, properties.as_text(one, name))
             self.assertEqual(other.get_property(name), one.get_property(name), name)
 
-    def test_a_name_that_is_no_utf_8_is_refused_in_a_sentence(self):
-        """By every command, before it does anything: in a source, in a file or folder to write, in a property."""
+    def test_every_command_refuses_names_that_are_no_utf_8(self):
+        """Before it does anything: as a source, as a file or folder to write, in a property."""
         tmp = self.tmp / "names"
         tmp.mkdir()
         video, bad = harness.scene_video(tmp / "video.mkv", 10), os.fsencode(tmp) + b"/b\xe9d"
         pipelines = pathlib.Path(__file__).resolve().parents[2] / "pipelines"
         shutil.copy(video, bad)
         new = bad + b".new"
-        for name, *arguments in (("record", bad, tmp / "out"), ("record", video, new), ("record", "--tracks", new, video, tmp / "out"), ("live", bad),
-                                 ("live", "--tracks", new, video), ("review", bad), ("review", video, bad), ("stereo", video, bad, tmp / "out"),
-                                 ("stereo", video, video, new), ("stream", bad), ("stream", "--tracks", new, video), ("receive", "srt://127.0.0.1:1", new),
-                                 ("latency", "--set", b"points=\xe9"), ("archive", bad, tmp / "out"), ("archive", tmp, new), ("archive", "--list", new)):
+        for name, *arguments in (
+                ("record", bad, tmp / "out"), ("record", video, new),
+                ("record", "--tracks", new, video, tmp / "out"), ("live", bad),
+                ("live", "--tracks", new, video), ("review", bad), ("review", video, bad),
+                ("stereo", video, bad, tmp / "out"), ("stereo", video, video, new), ("stream", bad),
+                ("stream", "--tracks", new, video), ("receive", "srt://127.0.0.1:1", new),
+                ("latency", "--set", b"points=\xe9"), ("archive", bad, tmp / "out"),
+                ("archive", tmp, new), ("archive", "--list", new)):
             with self.subTest(name, arguments=arguments):
-                done = subprocess.run([pipelines / name, "--no-install", *arguments], capture_output=True, text=True, timeout=60,
+                done = subprocess.run([pipelines / name, "--no-install", *arguments],
+                                      capture_output=True, text=True, timeout=60,
                                       env={**os.environ, "CSDTRACK_BUILD": "/dev/null"})
                 self.check_refused(done, 2, "\\xe9")
                 self.assertRegex(done.stderr, f"^{name}: '.*' is no UTF-8, .*: rename it\n$")
                 self.assertEqual(set(os.listdir(os.fsencode(tmp))), {b"video.mkv", b"b\xe9d"})
 
-    def test_a_file_that_is_made_whole_follows_no_link(self):
+    def test_a_file_that_is_replaced_follows_no_link(self):
         path, other = self.tmp / "plan.json", self.tmp / "other"
         other.write_text("other")
         known = self.tmp / f".plan.json.{os.uname().nodename}-{os.getpid()}.unfinished"
         known.symlink_to(other)
-        archive_index.whole(path, "ü")
-        self.assertEqual((path.read_text(encoding="utf-8"), path.is_symlink(), other.read_text()), ("ü", False, "other"))
-        self.assertEqual(path.stat().st_mode, other.stat().st_mode)  # who may read others may read it
-        # Even of a name that was guessed.
+        archive_index.write_atomically(path, "ü")
+        self.assertEqual((path.read_text(encoding="utf-8"), path.is_symlink(), other.read_text()),
+                         ("ü", False, "other"))
+        # The permissions are as of any new file.
+        self.assertEqual(path.stat().st_mode, other.stat().st_mode)
+        # Nor does it follow a link at the temporary name, if somebody guesses that.
         known.rename(self.tmp / f".plan.json.guess.{os.uname().nodename}-{os.getpid()}.unfinished")
-        with unittest.mock.patch("secrets.token_hex", return_value="guess"), self.assertRaises(FileExistsError):
-            archive_index.whole(path, "new")
+        with (unittest.mock.patch("secrets.token_hex", return_value="guess"),
+              self.assertRaises(FileExistsError)):
+            archive_index.write_atomically(path, "new")
         self.assertEqual((path.read_text(encoding="utf-8"), other.read_text()), ("ü", "other"))
 
 

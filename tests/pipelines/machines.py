@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Other machines for a test of pipelines/archive, on this one: an SSH server and a Slurm cluster of its own, in a folder of its own, for whoever runs the test."""
+"""Stand-ins for other machines, to test pipelines/archive: an SSH server and a Slurm cluster, both
+on this machine, in a folder of their own, and run by the user who runs the test."""
 
 import contextlib
 import getpass
@@ -13,12 +14,13 @@ import tempfile
 import time
 import unittest
 
-SLOW = 60  # seconds until a server that starts must answer
+SLOW = 60  # seconds within which a server must answer after its start
 
 
 def need(*programs):
-    """Their paths; servers are where an ordinary user's PATH doesn't lead."""
-    paths = {name: shutil.which(name, path=os.environ["PATH"] + ":/usr/sbin:/sbin") for name in programs}
+    """The paths of programs, also of servers, which are outside an ordinary user's PATH."""
+    paths = {name: shutil.which(name, path=os.environ["PATH"] + ":/usr/sbin:/sbin")
+             for name in programs}
     missing = [name for name, path in paths.items() if not path]
     if missing:
         raise unittest.SkipTest(f"not installed: {', '.join(missing)} (tests/packages)")
@@ -34,18 +36,19 @@ def free_ports(count):
 
 
 def wait(what, seconds=120):
-    """For the first result of what() that is true."""
+    """Waits until what() is true, and returns it."""
     until = time.monotonic() + seconds
     while time.monotonic() < until:
         found = what()
         if found:
             return found
         time.sleep(0.02)
-    raise AssertionError("waited in vain")
+    raise AssertionError(f"not true within {seconds} s")
 
 
 def job_at_work(out, name):
-    """Waits for a job of pipelines/archive that has written some tracks of a video, and returns its process."""
+    """Waits for a job of pipelines/archive that has written tracks of a video. Returns its process
+    id."""
 
     def writing():
         for path in out.glob(f".{name}.jsonl.*.unfinished"):
@@ -58,26 +61,28 @@ def job_at_work(out, name):
 
 
 class Servers:
-    """Programs that run until stop(), each with its output in a file of the folder."""
+    """Programs that run until stop(). The output of each is in a file of the folder."""
 
     def __init__(self):
-        # Short: a socket's path has 107 characters at most.
+        # A short name: a socket's path has 107 characters at most.
         self._temporary = tempfile.TemporaryDirectory(prefix="csd-")
         self.folder = pathlib.Path(self._temporary.name)
-        self.folder.chmod(0o755)  # munge wants to be reachable
+        self.folder.chmod(0o755)  # munge demands that others can enter it
         self._processes = []
 
     def serve(self, *command, answers, **options):
-        """Starts it, and waits until answers() is true."""
+        """Starts a program and waits until answers() is true."""
         name = pathlib.Path(command[0]).name
         log = self.folder / f"{name}.out"
         with open(log, "wb") as out:
-            process = subprocess.Popen(list(map(str, command)), stdin=subprocess.DEVNULL, stdout=out, stderr=out, **options)
+            process = subprocess.Popen(list(map(str, command)), stdin=subprocess.DEVNULL,
+                                       stdout=out, stderr=out, **options)
         self._processes.append(process)
         until = time.monotonic() + SLOW
         while not answers():
             if process.poll() is not None or time.monotonic() > until:
-                raise AssertionError(f"{name} does not come up:\n{log.read_text(errors='replace')[-3000:]}")
+                raise AssertionError(f"{name} does not come up:\n"
+                                     f"{log.read_text(errors='replace')[-3000:]}")
             time.sleep(0.1)
 
     def stop(self):
@@ -92,7 +97,8 @@ class Servers:
 
 
 class Ssh(Servers):
-    """sshd on loopback, with keys of its own; `command` is an ssh that knows the hosts one and two (both here) and gone (nobody answers)."""
+    """sshd on loopback, with keys of its own. `command` is an ssh that knows the hosts `one` and
+    `two` (both here) and `gone` (where nobody answers)."""
 
     def __init__(self):
         paths = need("sshd", "ssh", "ssh-keygen")
@@ -106,26 +112,35 @@ class Ssh(Servers):
     def _start(self, paths):
         port, closed = free_ports(2)
         for key in ("host", "user"):
-            subprocess.run([paths["ssh-keygen"], "-q", "-t", "ed25519", "-N", "", "-f", self.folder / key], check=True)
+            subprocess.run([paths["ssh-keygen"], "-q", "-t", "ed25519", "-N", "", "-f",
+                            self.folder / key], check=True)
         if os.getuid() == 0:
-            os.makedirs("/run/sshd", exist_ok=True)  # where sshd puts what it doesn't trust; Debian's service makes it
+            # sshd's folder for unprivileged processes; Debian's service would make it.
+            os.makedirs("/run/sshd", exist_ok=True)
         (self.folder / "sshd_config").write_text(
-            f"ListenAddress 127.0.0.1\nPort {port}\nHostKey {self.folder}/host\nAuthorizedKeysFile {self.folder}/user.pub\nPidFile none\n"
-            "StrictModes no\nUsePAM no\nPasswordAuthentication no\nPermitRootLogin prohibit-password\nMaxStartups 100\nLogLevel VERBOSE\n")
-        common = (f"  HostName 127.0.0.1\n  User {getpass.getuser()}\n  IdentityFile {self.folder}/user\n  IdentitiesOnly yes\n"
-                  f"  UserKnownHostsFile {self.folder}/known\n  StrictHostKeyChecking accept-new\n  LogLevel ERROR\n")
-        (self.folder / "ssh_config").write_text(f"Host one two\n  Port {port}\n{common}Host gone\n  Port {closed}\n{common}")
+            f"ListenAddress 127.0.0.1\nPort {port}\nHostKey {self.folder}/host\n"
+            f"AuthorizedKeysFile {self.folder}/user.pub\nPidFile none\n"
+            "StrictModes no\nUsePAM no\nPasswordAuthentication no\n"
+            "PermitRootLogin prohibit-password\nMaxStartups 100\nLogLevel VERBOSE\n")
+        common = (f"  HostName 127.0.0.1\n  User {getpass.getuser()}\n"
+                  f"  IdentityFile {self.folder}/user\n  IdentitiesOnly yes\n"
+                  f"  UserKnownHostsFile {self.folder}/known\n  StrictHostKeyChecking accept-new\n"
+                  "  LogLevel ERROR\n")
+        (self.folder / "ssh_config").write_text(
+            f"Host one two\n  Port {port}\n{common}Host gone\n  Port {closed}\n{common}")
         self.command = f"{paths['ssh']} -F {self.folder}/ssh_config"
+        login = [*self.command.split(), "-o", "BatchMode=yes", "one", "true"]
         self.serve(paths["sshd"], "-D", "-e", "-f", self.folder / "sshd_config",
-                   answers=lambda: subprocess.run([*self.command.split(), "-o", "BatchMode=yes", "one", "true"], capture_output=True).returncode == 0)
+                   answers=lambda: subprocess.run(login, capture_output=True).returncode == 0)
 
     def sessions(self):
-        """How often someone logged in."""
+        """How many logins there were."""
         return (self.folder / "sshd.out").read_text(errors="replace").count("Accepted publickey")
 
 
 class Slurm(Servers):
-    """A cluster of one node with two processors; `environment` leads its commands there. Arrays have at most `array` tasks."""
+    """A cluster of one node with two processors. Slurm's commands use it with `environment`. Arrays
+    have at most `array` tasks."""
 
     def __init__(self, array):
         paths = need("munged", "slurmctld", "slurmd", "sbatch", "scontrol", "sinfo", "scancel")
@@ -173,22 +188,27 @@ MaxArraySize={array}
 NodeName={host} NodeAddr=127.0.0.1 CPUs=2 State=UNKNOWN
 PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 """)
-        # As here, nothing is confined: from 23.02 on slurmd wants to see cgroups mounted else.
+        # No confinement here: else slurmd, from 23.02 on, demands that cgroups are mounted.
         (folder / "cgroup.conf").write_text("CgroupPlugin=cgroup/v1\n")
         self.environment = {**os.environ, "SLURM_CONF": str(folder / "slurm.conf")}
-        # --force: below a folder like /tmp, where others may write.
-        self.serve(paths["munged"], "--foreground", "--force", f"--key-file={folder}/munge.key", f"--socket={folder}/munge.socket",
-                   f"--pid-file={folder}/munged.pid", f"--log-file={folder}/munged.log", f"--seed-file={folder}/munge.seed",
+        # --force: the folder is below one like /tmp, where others may write.
+        self.serve(paths["munged"], "--foreground", "--force", f"--key-file={folder}/munge.key",
+                   f"--socket={folder}/munge.socket", f"--pid-file={folder}/munged.pid",
+                   f"--log-file={folder}/munged.log", f"--seed-file={folder}/munge.seed",
                    answers=(folder / "munge.socket").exists)
-        self.serve(paths["slurmctld"], "-D", "-c", env=self.environment, answers=lambda: self.ask("scontrol", "ping"))
-        self.serve(paths["slurmd"], "-D", env=self.environment, answers=lambda: "idle" in self.ask("sinfo", "--noheader", "--format=%T"))
+        self.serve(paths["slurmctld"], "-D", "-c", env=self.environment,
+                   answers=lambda: self.ask("scontrol", "ping"))
+        self.serve(paths["slurmd"], "-D", env=self.environment,
+                   answers=lambda: "idle" in self.ask("sinfo", "--noheader", "--format=%T"))
 
     def submitted(self):
-        """How many times sbatch gave it work."""
-        return (self.folder / "slurmctld.out").read_text(errors="replace").count("_slurm_rpc_submit_batch_job: JobId=")
+        """How many jobs sbatch has submitted."""
+        log = (self.folder / "slurmctld.out").read_text(errors="replace")
+        return log.count("_slurm_rpc_submit_batch_job: JobId=")
 
     def ask(self, program, *arguments):
-        done = subprocess.run([self._paths[program], *arguments], capture_output=True, text=True, env=self.environment)
+        done = subprocess.run([self._paths[program], *arguments], capture_output=True, text=True,
+                              env=self.environment)
         return done.stdout if done.returncode == 0 else ""
 
     def stop(self):

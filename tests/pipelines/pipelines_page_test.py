@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The commands of docs/pipelines.md that need no hardware, as they stand there."""
+"""The commands of docs/pipelines.md that need no hardware, unchanged."""
 
 import os
 import pathlib
@@ -13,38 +13,46 @@ import harness
 SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
 PAGE = SOURCE / "docs" / "pipelines.md"
 SHORT = ["--seconds", "3"]
-MORE = {"pipelines/live": [*SHORT, "--sink", "fakesink"], "pipelines/review": [*SHORT, "--sink", "fakesink"], "pipelines/archive": []}
+MORE = {"pipelines/live": [*SHORT, "--sink", "fakesink"],
+        "pipelines/review": [*SHORT, "--sink", "fakesink"], "pipelines/archive": []}
 
 
 class Page(harness.Case):
-    def test_what_can_be_copied_runs(self):
-        commands = [line.strip() for line in PAGE.read_text().splitlines() if line.startswith("    pipelines/")]
+    def test_each_command_runs(self):
+        commands = [line.strip() for line in PAGE.read_text().splitlines()
+                    if line.startswith("    pipelines/")]
         self.assertGreaterEqual(len(commands), 4)
         for text in commands:
             with self.subTest(text):
                 program, *arguments = shlex.split(text.removesuffix(" &"))
-                more = ["--no-install"] + (["--seconds", "90"] if text.endswith("&") else MORE.get(program, SHORT))
-                options = dict(cwd=self.tmp, text=True, stdin=subprocess.DEVNULL, env={**os.environ, "CSDTRACK_BUILD": str(BUILD)})
+                more = ["--no-install"] + (["--seconds", "90"] if text.endswith("&")
+                                           else MORE.get(program, SHORT))
+                options = dict(cwd=self.tmp, text=True, stdin=subprocess.DEVNULL,
+                               env={**os.environ, "CSDTRACK_BUILD": str(BUILD)})
                 if text.endswith("&"):
                     self.begin([SOURCE / program, *more, *arguments], **options)
                     continue
-                done = subprocess.run([SOURCE / program, *more, *arguments], capture_output=True, timeout=120, **options)
+                done = subprocess.run([SOURCE / program, *more, *arguments], capture_output=True,
+                                      timeout=120, **options)
                 self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def begin(self, command, **options):
-        """In the background, and gone when the test is over; it says a line when it is ready."""
+        """Starts a command in the background and waits for the line it prints when it is ready. It
+        is killed when the test is over."""
         process = subprocess.Popen(command, stdout=subprocess.PIPE, **options)
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
         self.assertTrue(process.stdout.readline())
 
-    def test_each_command_of_the_first_table_is_there_and_has_help(self):
-        rows = [line.split("|")[2] for line in PAGE.read_text().splitlines() if line.startswith("| ") and "`pipelines/" in line]
+    def test_each_command_of_the_first_table_has_help(self):
+        rows = [line.split("|")[2] for line in PAGE.read_text().splitlines()
+                if line.startswith("| ") and "`pipelines/" in line]
         programs = {row.split("`")[1].split()[0] for row in rows}
         self.assertGreaterEqual(len(programs), 4)
         for program in programs:
-            done = subprocess.run([SOURCE / program, "--help"], capture_output=True, text=True, timeout=60)
+            done = subprocess.run([SOURCE / program, "--help"], capture_output=True, text=True,
+                                  timeout=60)
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             self.assertIn(f"usage: {program}", done.stdout)
 

@@ -1,13 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""csdtrack's presets, as GStreamer's own programs find and load them."""
+"""csdtrack's presets, found and loaded as by GStreamer's own programs."""
 
 import configparser
 import os
 import pathlib
 
 FOLDER = pathlib.Path(__file__).resolve().parents[2] / "gst" / "presets"
-os.environ["GST_PRESET_PATH"] = str(FOLDER)  # read once, when the first preset is asked for
+os.environ["GST_PRESET_PATH"] = str(FOLDER)  # GStreamer reads it once, at the first preset
 import harness  # noqa: E402
 from harness import Gst  # noqa: E402
 
@@ -15,7 +15,7 @@ LISTED = ("accurate", "archive", "beating-heart", "laparoscopy-1080p", "live-low
 
 
 class Presets(harness.Case):
-    def test_each_is_listed_and_sets_what_its_file_says_and_nothing_else(self):
+    def test_each_preset_sets_what_its_file_says_and_nothing_else(self):
         file = configparser.ConfigParser(interpolation=None)
         file.read(FOLDER / "GstCsdTrack.prs")
         usual = Gst.ElementFactory.make("csdtrack")
@@ -36,10 +36,11 @@ class Presets(harness.Case):
                     else:
                         self.assertEqual(value, plain, spec.name)
 
-    def test_gst_launch_takes_them(self):
+    def test_gst_launch_loads_them(self):
         for name in LISTED:
             with self.subTest(name):
-                done = harness.launch("-q csdsimsrc num-buffers=3 !", f"csdtrack @preset={name} ! fakesink")
+                done = harness.launch("-q csdsimsrc num-buffers=3 !",
+                                      f"csdtrack @preset={name} ! fakesink")
                 self.assertEqual((done.returncode, done.stderr), (0, ""))
         done = harness.launch("-q csdsimsrc num-buffers=3 !", "csdtrack @preset=fast ! fakesink")
         self.assertIn("fast", done.stderr)

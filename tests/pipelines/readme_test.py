@@ -1,13 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""README's Python example, as it stands there, on a made-up video."""
+"""README's Python example, unchanged, on a made-up video."""
 
 import pathlib
 import re
 import subprocess
 import sys
 
-from harness import CLAIMS, HANGS, Case, main, scene_video
+from harness import CLAIMS, TIMEOUT, Case, main, scene_video
 
 README = pathlib.Path(__file__).resolve().parents[2] / "README.md"
 
@@ -18,7 +18,8 @@ class Readme(Case):
         self.assertLessEqual(len(example.splitlines()), 14)
         video = self.tmp / "made up.mp4"
         scene_video(video, 30)
-        done = subprocess.run([sys.executable, "-c", example, video], capture_output=True, text=True, timeout=HANGS)
+        done = subprocess.run([sys.executable, "-c", example, video], capture_output=True,
+                              text=True, timeout=TIMEOUT)
         self.assertEqual(done.returncode, 0, done.stderr)
         rows = [line.split() for line in done.stdout.splitlines()]
         self.assertEqual({int(row[0]) for row in rows}, set(range(30)))
@@ -26,9 +27,10 @@ class Readme(Case):
             self.assertTrue(-0.5 <= float(x) < 319.5 and -0.5 <= float(y) < 239.5)
             self.assertEqual(float(confidence) >= 0.5, state in CLAIMS)
 
-    def test_python_example_tells_of_an_error(self):
+    def test_python_example_prints_an_error(self):
         example = re.search(r"```python\n(.*?)```", README.read_text(), re.DOTALL).group(1)
-        done = subprocess.run([sys.executable, "-c", example, README], capture_output=True, text=True, timeout=HANGS)
+        done = subprocess.run([sys.executable, "-c", example, README], capture_output=True,
+                              text=True, timeout=TIMEOUT)
         self.assertEqual(done.returncode, 1)
         self.assertRegex(done.stderr, rf"^{re.escape(str(README))}: \S.*text file\s*$")
 

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""pipelines/record: files and their tracks belong together, and nothing that happens to the tracks harms the recording."""
+"""pipelines/record: each file has its tracks beside it, and no trouble with the tracks changes the
+recording."""
 
 import os
 import pathlib
@@ -22,27 +23,31 @@ ENVIRONMENT = {**os.environ, "CSDTRACK_BUILD": str(BUILD), **harness.SAME_MEMORY
 
 
 def run(*arguments):
-    return subprocess.run([RECORD, "--no-install", *map(str, arguments)], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=180,
-                          env=ENVIRONMENT)
+    return subprocess.run([RECORD, "--no-install", *map(str, arguments)], capture_output=True,
+                          text=True, stdin=subprocess.DEVNULL, timeout=180, env=ENVIRONMENT)
 
 
 def review(*arguments):
-    return subprocess.run([SOURCE / "pipelines" / "review", "--no-install", "--sink", "fakesink", *arguments], capture_output=True, text=True,
-                          timeout=120, env=ENVIRONMENT)
+    return subprocess.run([SOURCE / "pipelines" / "review", "--no-install", "--sink", "fakesink",
+                           *arguments],
+                          capture_output=True, text=True, timeout=120, env=ENVIRONMENT)
 
 
 def frame_times(video):
-    """Milliseconds, as Matroska keeps them."""
-    done = subprocess.run(["ffprobe", "-v", "error", "-select_streams", "v", "-show_entries", "packet=pts_time", "-of", "csv=p=0", video],
+    """The frames' times in milliseconds, as Matroska keeps them."""
+    done = subprocess.run(["ffprobe", "-v", "error", "-select_streams", "v", "-show_entries",
+                           "packet=pts_time", "-of", "csv=p=0", video],
                           capture_output=True, text=True, check=True)
     return sorted(round(1000 * float(line.strip(","))) for line in done.stdout.split())
 
 
 def stream_of(folder):
-    """The encoded video of all files, as it went into them."""
+    """The encoded video of all files, joined."""
     found = b""
     for video in sorted(folder.glob("*.mkv")):
-        found += subprocess.run(["ffmpeg", "-v", "error", "-i", video, "-c", "copy", "-f", "h264", "-"], capture_output=True, check=True).stdout
+        found += subprocess.run(["ffmpeg", "-v", "error", "-i", video, "-c", "copy", "-f", "h264",
+                                 "-"],
+                                capture_output=True, check=True).stdout
     return found
 
 
@@ -54,17 +59,20 @@ class Record(harness.Case):
     def setUpClass(cls):
         super().setUpClass()
         cls.video = cls.tmp / "operation.mkv"
-        harness.play("csdsimsrc num-buffers=130 ! video/x-raw,width=320,height=240,framerate=25/1 ! x264enc speed-preset=ultrafast ! "
-                     f"matroskamux ! filesink location={cls.video}")
+        harness.play("csdsimsrc num-buffers=130 ! video/x-raw,width=320,height=240,framerate=25/1 "
+                     "! x264enc speed-preset=ultrafast ! matroskamux ! filesink "
+                     f"location={cls.video}")
 
     def check_together(self, files, live=False):
-        """A live source's frames that come faster than they can be looked at have no line."""
+        """Checks that each frame has its line in the file beside it. In a live recording some have
+        none, as they came faster than they could be tracked."""
         frames = 0
         videos = sorted(self.out.glob("*.mkv"))
         self.assertEqual(len(videos), files)
         for video in videos:
             lines = harness.read_lines(video.with_suffix(".jsonl"))
-            times, of_video = [round(line["stream_time"] / 1e6) for line in lines], frame_times(video)
+            times = [round(line["stream_time"] / 1e6) for line in lines]
+            of_video = frame_times(video)
             if live:
                 of_video = [time for time in of_video if time in set(times)]
             self.assertEqual(times, of_video, video.name)
@@ -77,83 +85,114 @@ class Record(harness.Case):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(self.check_together(3), 130)
         looked_at = review(self.out / "00001.mkv")
-        self.assertEqual((looked_at.returncode, looked_at.stdout, looked_at.stderr), (0, "50 frames\n", ""))
-        # One that was tracked by itself has other stream times.
-        harness.play(f"filesrc location={self.out}/00001.mkv ! decodebin ! csdtrack ! csdtrackenc ! filesink location={self.tmp}/itself.jsonl")
+        self.assertEqual((looked_at.returncode, looked_at.stdout, looked_at.stderr),
+                         (0, "50 frames\n", ""))
+        # A file that was tracked by itself has other stream times.
+        harness.play(f"filesrc location={self.out}/00001.mkv ! decodebin ! csdtrack ! csdtrackenc "
+                     f"! filesink location={self.tmp}/itself.jsonl")
         self.assertEqual(harness.read_lines(self.tmp / "itself.jsonl")[0]["stream_time"], 0)
         self.assertEqual(review(self.out / "00001.mkv", self.tmp / "itself.jsonl").stderr, "")
-        # Another file's tracks: of other times, of another size, of another shape.
-        # Every fifth line has a frame's time where 25 frames a second meet 30.
-        fast = harness.encode(self.tmp / "fast.mkv", (harness.Scene().picture(t) for t in range(60)), *harness.H264, rate=30)
+        # Tracks of another file: other times, another size, another aspect. Where one has 25 and
+        # the other 30 frames a second, every fifth line has the time of a frame.
+        fast = harness.encode(self.tmp / "fast.mkv",
+                              (harness.Scene().picture(t) for t in range(60)), *harness.H264,
+                              rate=30)
         (self.tmp / "empty.jsonl").write_text("")
-        self.assertRegex(review(fast, self.out / "00000.jsonl").stderr, "^review: warning: .* another video's: of 50 lines 1\\d have the time of a frame\n$")
-        self.assertRegex(review(fast, self.tmp / "empty.jsonl").stderr, "^review: warning: '.*/empty.jsonl' is empty\n$")
-        small, flat = (harness.scene_video(self.tmp / f"{height}.mkv", 20, width=160, height=height) for height in (120, 80))
-        for video, lines, words in ((self.out / "00000.mkv", "00001", "they begin at 2.00 s.* first 50 frames, from 0.00 s on"),
-                                    (self.out / "00001.mkv", "00000", "they begin at 0.00 s, the video at 2.00 s"),
-                                    (self.out / "00001.mkv", "00002", "they begin at 4.00 s.* first 50 frames, from 2.00 s on"),
-                                    (small, "00000", "a picture of 320×240, the video has 160×120"), (flat, "00000", "another aspect")):
+        self.assertRegex(review(fast, self.out / "00000.jsonl").stderr, "^review: warning: .* "
+                         "another video's: of 50 lines 1\\d have the time of a frame\n$")
+        self.assertRegex(review(fast, self.tmp / "empty.jsonl").stderr,
+                         "^review: warning: '.*/empty.jsonl' is empty\n$")
+        small, flat = (harness.scene_video(self.tmp / f"{height}.mkv", 20, width=160, height=height)
+                       for height in (120, 80))
+        for video, lines, words in ((self.out / "00000.mkv", "00001",
+                                     "they begin at 2.00 s.* first 50 frames, from 0.00 s on"),
+                                    (self.out / "00001.mkv", "00000",
+                                     "they begin at 0.00 s, the video at 2.00 s"),
+                                    (self.out / "00001.mkv", "00002",
+                                     "they begin at 4.00 s.* first 50 frames, from 2.00 s on"),
+                                    (small, "00000", "a picture of 320×240, the video has 160×120"),
+                                    (flat, "00000", "another aspect")):
             said = review(video, self.out / f"{lines}.jsonl")
             self.assertEqual((said.returncode, said.stderr.count("\n")), (0, 1), said.stderr)
             self.assertRegex(said.stderr, f"^review: warning: .*{words}")
-        # Again: numbers go on, nothing is overwritten.
+        # A second recording goes on with the numbers and overwrites nothing.
         before = {path: path.read_bytes() for path in self.out.iterdir()}
         self.assertEqual(run("--segment", 60, self.video, self.out).returncode, 0)
-        self.assertEqual({path.name for path in self.out.iterdir()} - {path.name for path in before}, {"00003.mkv", "00003.jsonl"})
+        self.assertEqual({path.name for path in self.out.iterdir()} -
+                         {path.name for path in before}, {"00003.mkv", "00003.jsonl"})
         for path, content in before.items():
             self.assertEqual(path.read_bytes(), content)
 
     def test_a_width_that_is_no_multiple_of_16(self):
-        """avdec_h264 asks a second time for memory then, after some frames: who keeps it waiting stops the pipeline for ever."""
+        """For this avdec_h264 asks for memory a second time, after some frames. Keeping it waiting
+        would stop the pipeline for ever."""
         done = run(harness.scene_video(self.tmp / "odd.mkv", 60, width=360, height=288), self.out)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(self.check_together(1), 60)
 
-    def test_sizes_that_are_not_even(self):
-        for kind, width, height, what in (("yuv420p", 161, 121, "column and row are"), ("yuv420p", 160, 121, "row is"), ("yuv422p", 161, 121, "column is"),
-                                          ("yuv420p10le", 161, 120, "column is"), ("yuv444p", 161, 121, None)):
+    def test_odd_sizes_lose_the_last_row_or_column(self):
+        for kind, width, height, what in (
+                ("yuv420p", 161, 121, "column and row are"), ("yuv420p", 160, 121, "row is"),
+                ("yuv422p", 161, 121, "column is"), ("yuv420p10le", 161, 120, "column is"),
+                ("yuv444p", 161, 121, None)):
             with self.subTest(kind=kind, width=width, height=height):
-                video = harness.scene_video(self.tmp / f"{kind}-{width}x{height}.mkv", 30, "-c:v", "ffv1", "-pix_fmt", kind, width=width, height=height)
+                video = harness.scene_video(self.tmp / f"{kind}-{width}x{height}.mkv", 30, "-c:v",
+                                            "ffv1", "-pix_fmt", kind, width=width, height=height)
                 self.out = self.tmp / video.stem
                 done = run(video, self.out)
-                said = f"record: {video}: {width}×{height} is no even size, which H.264 wants: the last {what} left out\n" if what else ""
+                said = (f"record: {video}: {width}×{height} is no even size, which H.264 wants: "
+                        f"the last {what} left out\n" if what else "")
                 self.assertEqual((done.returncode, done.stderr), (0, said))
                 self.assertEqual(self.check_together(1), 30)
                 size = width - ("column" in (what or "")), height - ("row" in (what or ""))
-                shown = subprocess.run(["ffprobe", "-v", "error", "-select_streams", "v", "-show_entries", "stream=width,height", "-of", "csv=p=0",
-                                        self.out / "00000.mkv"], capture_output=True, text=True, check=True).stdout
+                shown = subprocess.run(["ffprobe", "-v", "error", "-select_streams", "v",
+                                        "-show_entries", "stream=width,height", "-of", "csv=p=0",
+                                        self.out / "00000.mkv"],
+                                       capture_output=True, text=True, check=True).stdout
                 self.assertEqual(tuple(map(int, shown.strip().split(","))), size)
-                self.assertEqual({(line["width"], line["height"]) for line in harness.read_lines(self.out / "00000.jsonl")}, {size})
+                self.assertEqual({(line["width"], line["height"])
+                                  for line in harness.read_lines(self.out / "00000.jsonl")}, {size})
                 self.assertEqual(review(self.out / "00000.mkv").stderr, "")
-                # It is the last ones that are missing: what is there is where it was.
-                came, recorded = (cv2.VideoCapture(str(path)).read()[1].astype(int) for path in (video, self.out / "00000.mkv"))
+                # The last row or column is left out, so all else is in its old place.
+                came, recorded = (cv2.VideoCapture(str(path)).read()[1].astype(int)
+                                  for path in (video, self.out / "00000.mkv"))
                 self.assertLess(abs(recorded - came[:size[1], :size[0]]).mean(), 8)
 
-    def test_a_picture_that_changes_its_size(self):
-        """Also in the middle of a segment, to an odd size, and for a frame only. Of another form it wants a file of its own, too."""
-        parts = ((60, "I420", 320, 240), (7, "I420", 161, 121), (1, "I420", 320, 240), (30, "I420", 160, 120), (20, "Y444", 160, 120))
+    def test_a_new_size_or_format_begins_a_new_file(self):
+        """Also in the middle of a segment, with an odd size, and for a single frame."""
+        parts = ((60, "I420", 320, 240), (7, "I420", 161, 121), (1, "I420", 320, 240),
+                 (30, "I420", 160, 120), (20, "Y444", 160, 120))
         program = f"""
-import sys, sources
-sources.begin = lambda _: " ".join("videotestsrc num-buffers={{}} ! video/x-raw,format={{}},width={{}},height={{}},framerate=25/1 ! parts.".format(*part)
-                                   for part in {parts}) + " concat name=parts"
-import record
+from pipelines.lib import command, record, sources
+each = ("videotestsrc num-buffers={{}} ! "
+        "video/x-raw,format={{}},width={{}},height={{}},framerate=25/1 ! parts. ")
+sources.launch = lambda _: "".join(each.format(*part) for part in {parts}) + "concat name=parts"
+command.run("record", record.main)
 """
-        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--set", "max-features=5", "--segment", "2", "changes", self.out],
-                              cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=180)
+        done = harness.run_python(program, "--preset", "", "--set", "max-features=5", "--segment",
+                                  "2", "changes", self.out, env=ENVIRONMENT, timeout=180)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual([line.removeprefix("record: changes: ") for line in done.stderr.splitlines() if "odd" not in line and "even" not in line],
-                         [f"the picture's {what}: a new file begins" for what in ("size is 160×120 now", "size is 320×240 now", "size is 160×120 now",
-                                                                                  "form changes")])
+        self.assertEqual([line.removeprefix("record: changes: ")
+                          for line in done.stderr.splitlines()
+                          if "odd" not in line and "even" not in line],
+                         [f"the picture's {what}: a new file begins"
+                          for what in ("size is 160×120 now", "size is 320×240 now",
+                                       "size is 160×120 now", "form changes")])
         self.assertEqual(self.check_together(6), 118)
         videos = sorted(self.out.glob("*.mkv"))
         self.assertEqual([len(frame_times(video)) for video in videos], [50, 10, 7, 1, 30, 20])
-        self.assertEqual([{(line["width"], line["height"]) for line in harness.read_lines(video.with_suffix(".jsonl"))} for video in videos],
-                         [{size} for size in ((320, 240), (320, 240), (160, 120), (320, 240), (160, 120), (160, 120))])
-        self.assertEqual([harness.decoded_frames(video) for video in videos], [50, 10, 7, 1, 30, 20])
+        self.assertEqual([{(line["width"], line["height"])
+                           for line in harness.read_lines(video.with_suffix(".jsonl"))}
+                          for video in videos],
+                         [{size} for size in ((320, 240), (320, 240), (160, 120), (320, 240),
+                                              (160, 120), (160, 120))])
+        self.assertEqual([harness.decoded_frames(video) for video in videos],
+                         [50, 10, 7, 1, 30, 20])
         self.assertEqual(review(videos[2]).stderr, "")
 
     def start(self, *arguments):
-        recorder = subprocess.Popen([RECORD, "--no-install", *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+        recorder = subprocess.Popen([RECORD, "--no-install", *map(str, arguments)],
+                                    stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                     stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
         self.addCleanup(recorder.communicate)
         self.addCleanup(recorder.kill)
@@ -166,44 +205,54 @@ import record
             time.sleep(0.1)
         self.assertIsNone(recorder.poll(), recorder.poll() is None or recorder.communicate()[1])
 
-    def check_taken(self, stderr, folder, pid):
-        self.assertRegex(stderr, f"^record: another run works on '{folder}' since {time.strftime('%Y')}-\\d\\d-\\d\\d [:0-9]{{8}}: wait for it, or end it with "
-                                 f"'kill {pid}' on {re.escape(os.uname().nodename)}\n$")
+    def check_folder_in_use(self, stderr, folder, pid):
+        self.assertRegex(stderr, f"^record: another run works on '{folder}' since "
+                         f"{time.strftime('%Y')}-\\d\\d-\\d\\d [:0-9]{{8}}: wait for it, or end it "
+                         f"with 'kill {pid}' on {re.escape(os.uname().nodename)}\n$")
 
-    def test_a_folder_that_another_recorder_is_at_work_in(self):
+    def test_a_folder_in_use_by_another_recorder_is_refused(self):
         tracks = self.tmp / "taken-tracks"
         first = self.start("--tracks", tracks, "simulate", self.out)
         self.until((tracks / "00000.jsonl").exists, first)
-        names = {path: path.stat().st_ino for folder in (self.out, tracks) for path in folder.iterdir()}
-        for wanted, taken in (((self.out,), self.out), (("--tracks", tracks, self.out), tracks), (("--tracks", tracks, self.out / "other"), tracks)):
-            self.check_taken(self.refused("--seconds", 1, "simulate", *wanted), taken, first.pid)
-        self.assertEqual({path: path.stat().st_ino for folder in (self.out, tracks) for path in folder.iterdir()}, names)
+        names = {path: path.stat().st_ino for folder in (self.out, tracks)
+                 for path in folder.iterdir()}
+        for wanted, taken in (((self.out,), self.out), (("--tracks", tracks, self.out), tracks),
+                              (("--tracks", tracks, self.out / "other"), tracks)):
+            self.check_folder_in_use(self.refused("--seconds", 1, "simulate", *wanted), taken,
+                                     first.pid)
+        self.assertEqual({path: path.stat().st_ino for folder in (self.out, tracks)
+                          for path in folder.iterdir()}, names)
         first.terminate()
         self.assertEqual(first.communicate(timeout=60)[1], "")
         self.assertEqual(first.returncode, 0)
-        self.assertEqual([path.name for folder in (self.out, tracks) for path in folder.iterdir()], ["00000.mkv", "00000.jsonl"])
+        self.assertEqual([path.name for folder in (self.out, tracks) for path in folder.iterdir()],
+                         ["00000.mkv", "00000.jsonl"])
         times = frame_times(self.out / "00000.mkv")
         self.assertGreater(len(times), 5)
-        self.assertLessEqual({round(line["stream_time"] / 1e6) for line in harness.read_lines(tracks / "00000.jsonl")}, set(times))
+        self.assertLessEqual({round(line["stream_time"] / 1e6)
+                              for line in harness.read_lines(tracks / "00000.jsonl")}, set(times))
 
     def refused(self, *arguments):
         done = run(*arguments)
         self.check_refused(done, 1, "another run")
         return done.stderr
 
-    def test_a_terminal_that_is_closed(self):
-        terminal = harness.Terminal(self, [RECORD, "--no-install", "simulate", self.out], ENVIRONMENT)
+    def test_closing_the_terminal_ends_the_recording_whole(self):
+        terminal = harness.Terminal(self, [RECORD, "--no-install", "simulate", self.out],
+                                    ENVIRONMENT)
         terminal.await_lines(self.out / "00000.jsonl", 20)
         self.assertEqual(terminal.close(), 0)
         self.assertGreaterEqual(self.check_together(1, live=True), 20)
-        done = subprocess.run(["ffprobe", "-v", "error", "-show_entries", "format=duration", "-of", "csv=p=0", self.out / "00000.mkv"],
+        done = subprocess.run(["ffprobe", "-v", "error", "-show_entries", "format=duration", "-of",
+                               "csv=p=0", self.out / "00000.mkv"],
                               capture_output=True, text=True, check=True)
         self.assertGreaterEqual(float(done.stdout), 0.8)  # N/A in a file that was not ended
         self.assertEqual(len(list(self.out.iterdir())), 2)
 
-    def test_without_a_terminal_from_the_start(self):
-        """nohup: who hangs up is not heard."""
-        recorder = subprocess.Popen(["nohup", RECORD, "--no-install", "--seconds", "3", "simulate", self.out], env=ENVIRONMENT, stdin=subprocess.DEVNULL,
+    def test_nohup_keeps_the_recording_when_the_terminal_closes(self):
+        recorder = subprocess.Popen(["nohup", RECORD, "--no-install", "--seconds", "3", "simulate",
+                                     self.out],
+                                    env=ENVIRONMENT, stdin=subprocess.DEVNULL,
                                     stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.addCleanup(recorder.wait)
         self.addCleanup(recorder.kill)
@@ -212,29 +261,33 @@ import record
         self.assertEqual(recorder.wait(60), 0)
         self.assertGreater(frame_times(self.out / "00000.mkv")[-1], 1500)
 
-    def test_two_recorders_that_begin_at_once(self):
+    def test_of_two_recorders_at_once_one_is_refused(self):
         both = [self.start("--seconds", 3, "simulate", self.out) for _ in range(2)]
         said = [recorder.communicate(timeout=60)[1] for recorder in both]
         self.assertEqual(sorted(recorder.returncode for recorder in both), [0, 1], said)
         first, second = both if both[0].returncode == 0 else both[::-1]
-        self.check_taken(said[both.index(second)], self.out, first.pid)
+        self.check_folder_in_use(said[both.index(second)], self.out, first.pid)
         self.assertEqual(said[both.index(first)], "")
         self.assertEqual(len(list(self.out.iterdir())), 2)
         self.check_together(1, live=True)
 
-    def test_where_a_file_system_knows_no_locks_recorders_take_numbers_in_turn(self):
+    def test_without_file_locks_two_recorders_share_the_numbers(self):
         program = """
 import errno, fcntl
 def none(*_):
     raise OSError(errno.ENOLCK, "no locks")
 fcntl.flock = none
-import record
+from pipelines.lib import command, record
+command.run("record", record.main)
 """
-        presets = {"GST_PRESET_PATH": str(RECORD.parents[1] / "gst" / "presets")}  # as pipelines/record sets it
+        # As pipelines/record sets it.
+        presets = {"GST_PRESET_PATH": str(RECORD.parents[1] / "gst" / "presets")}
 
         def start():
-            recorder = subprocess.Popen([sys.executable, "-c", program, "--segment", "2", "simulate", self.out], cwd=RECORD.parent / "lib",
-                                        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env={**ENVIRONMENT, **presets})
+            recorder = subprocess.Popen(
+                [sys.executable, "-c", program, "--segment", "2", "simulate", self.out],
+                cwd=SOURCE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+                env={**ENVIRONMENT, **presets})
             self.addCleanup(recorder.communicate)
             self.addCleanup(recorder.kill)
             return recorder
@@ -249,28 +302,34 @@ import record
         frames = []
         for video in sorted(self.out.glob("*.mkv")):
             lines = harness.read_lines(video.with_suffix(".jsonl"))
-            self.assertLessEqual({round(line["stream_time"] / 1e6) for line in lines}, set(frame_times(video)), video.name)
+            self.assertLessEqual({round(line["stream_time"] / 1e6) for line in lines},
+                                 set(frame_times(video)), video.name)
             frames += [lines[0]["frame"]]
-        self.assertEqual(frames.count(0), 2)  # the begins of both
+        self.assertEqual(frames.count(0), 2)  # both first files
         self.assertGreater(len(frames), 4)
 
-    def test_review_says_what_is_wrong_with_the_tracks(self):
+    def test_review_reports_errors_in_the_tracks(self):
         self.assertEqual(run("--segment", 2, self.video, self.out).returncode, 0)
         video, tracks = self.out / "00001.mkv", self.out / "wrong.jsonl"
         first, rest = (self.out / "00001.jsonl").read_text().split("\n", 1)
-        for wrong, words in (("[" * 200_000, "nested"), (first.replace('"stream_time":2000000000', '"stream_time":"x"'), "`stream_time` is no whole number"),
-                             (first.replace('"stream_time":2000000000', f'"stream_time":{10 ** 400}'), "digits")):
+        for wrong, words in (("[" * 200_000, "nested"),
+                             (first.replace('"stream_time":2000000000', '"stream_time":"x"'),
+                              "`stream_time` is no whole number"),
+                             (first.replace('"stream_time":2000000000',
+                                            f'"stream_time":{10 ** 400}'), "digits")):
             with self.subTest(wrong[:80]):
                 self.assertNotEqual(wrong, first)
                 tracks.write_text(f"{wrong}\n{rest}")
                 self.check_refused(review(video, tracks), 1, f'Line 1 of "{tracks}": ')
                 self.assertIn(words, review(video, tracks).stderr)
-        tracks.write_text(f"\n\0\n{first}\n{rest}")  # blank lines are none, and the next says when it begins
+        # Blank lines don't count: the next one has the first time.
+        tracks.write_text(f"\n\0\n{first}\n{rest}")
         said = review(video, tracks)
         self.assertEqual((said.returncode, said.stderr), (0, ""))
         tracks.write_text("time,pts\n")
         self.check_refused(review(video, tracks), 1, f'review: Line 1 of "{tracks}": is no JSON: ')
-        self.assertRegex(review(video, tracks).stderr, ": give a .jsonl file that csdtrackenc wrote\n$")
+        self.assertRegex(review(video, tracks).stderr,
+                         ": give a .jsonl file that csdtrackenc wrote\n$")
         tracks.chmod(0)
         if not os.access(tracks, os.R_OK):  # root may read all
             self.check_refused(review(video, tracks), 1, "wrong.jsonl")
@@ -280,24 +339,28 @@ import record
         for out in (self.out / "first", self.out / "second"):
             self.assertEqual(run("--tracks", tracks, self.video, out).returncode, 0)
         self.assertEqual([path.name for path in (self.out / "second").iterdir()], ["00001.mkv"])
-        self.assertEqual([len(harness.read_lines(path)) for path in sorted(tracks.iterdir())], [130, 130])
+        self.assertEqual([len(harness.read_lines(path)) for path in sorted(tracks.iterdir())],
+                         [130, 130])
 
-    def test_live(self):
-        done = run("--segment", 1, "--seconds", 4, "--display=fakesink", "simulate:occlusion", self.out)
+    def test_a_live_source_with_a_window(self):
+        done = run("--segment", 1, "--seconds", 4, "--display=fakesink", "simulate:occlusion",
+                   self.out)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertGreater(self.check_together(len(list(self.out.glob("*.mkv"))), live=True), 5)
 
-    def harmed(self, tracks, words):
-        """Records with tracks that something happens to: it is said in a line, and the recording is what it was."""
+    def check_tracks_lost(self, tracks, words):
+        """Records with tracks that can't be written. One warning must say so, and the recording
+        must be as without that."""
         out = tracks.with_name(f"{tracks.name}-recording")
         done = run("--segment", 2, "--tracks", tracks, self.video, out)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
-        self.assertRegex(done.stderr, f"^record: warning: the tracks end here, the recording goes on: .*({words})")
+        self.assertRegex(done.stderr, "^record: warning: the tracks end here, the recording goes "
+                         f"on: .*({words})")
         self.assertEqual(stream_of(out), self.whole())
 
     def whole(self):
-        """What is recorded when all is well."""
+        """The recording when all is well."""
         if not hasattr(type(self), "_whole"):
             out = self.tmp / "whole"
             self.assertEqual(run("--segment", 2, self.video, out).returncode, 0)
@@ -309,42 +372,40 @@ import record
         tracks.mkdir(parents=True)
         return tracks
 
-    def test_the_recording_is_what_it_is_without_csdtrack(self):
+    def test_the_recording_is_the_same_as_without_csdtrack(self):
         self.out.mkdir()
-        line = f"filesrc location={self.video} ! decodebin ! tee name=in in. ! queue ! fakesink in. ! queue ! videoconvert ! " \
-               f"x264enc speed-preset=veryfast bitrate=8000 vbv-buf-capacity=0 key-int-max=50 ! h264parse ! " \
-               f"splitmuxsink muxer=matroskamux max-size-time=2000000000 location={self.out}/%05d.mkv"
-        subprocess.run([sys.executable, "-c", f"import harness; harness.play({line!r})"], cwd=pathlib.Path(__file__).parent, env=ENVIRONMENT, check=True)
+        line = (f"filesrc location={self.video} ! decodebin ! tee name=in in. ! queue ! fakesink "
+                "in. ! queue ! videoconvert ! x264enc speed-preset=veryfast bitrate=8000 "
+                "vbv-buf-capacity=0 key-int-max=50 ! h264parse ! splitmuxsink muxer=matroskamux "
+                f"max-size-time=2000000000 location={self.out}/%05d.mkv")
+        subprocess.run([sys.executable, "-c", f"import harness; harness.play({line!r})"],
+                       cwd=pathlib.Path(__file__).parent, env=ENVIRONMENT, check=True)
         self.assertEqual(stream_of(self.out), self.whole())
 
-    def test_tracks_that_cannot_be_written_from_the_second_file_on(self):
+    def test_tracks_that_fail_from_the_second_file_on(self):
         tracks = self.some_tracks()
         (tracks / "00001.jsonl").mkdir()
-        self.harmed(tracks, "directory")
+        self.check_tracks_lost(tracks, "directory")
         self.assertGreater(len(harness.read_lines(tracks / "00000.jsonl")), 40)
 
-    @unittest.skipUnless(os.geteuid() == 0, "mounting wants root")
+    @unittest.skipUnless(os.geteuid() == 0, "mounting needs root")
     def test_a_full_disk_of_the_tracks(self):
         tracks = self.some_tracks()
-        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", tracks], capture_output=True).returncode:
-            raise unittest.SkipTest("mounting is not allowed here")
-        try:
-            self.harmed(tracks, "No space")
-            # All that there was room for, but for a last line that is torn.
+        with harness.small_disk(tracks, "size=64k"):
+            self.check_tracks_lost(tracks, "No space")
+            # All lines that there was room for; a last one may be torn.
             written = (tracks / "00000.jsonl").stat().st_size
             self.assertGreater(written, 60_000)
             lines = harness.read_lines(tracks / "00000.jsonl", torn=True)
             self.assertEqual([line["frame"] for line in lines], list(range(len(lines))))
             self.assertGreater(len(lines), 5)
-        finally:
-            subprocess.run(["umount", tracks], check=True)
 
-    def test_a_disk_that_is_full_from_the_start(self):
+    def test_a_disk_of_the_tracks_that_is_full_from_the_start(self):
         tracks = self.some_tracks()
         (tracks / "00000.jsonl").symlink_to("/dev/full")
-        self.harmed(tracks, "No space")
+        self.check_tracks_lost(tracks, "No space")
 
-    def test_a_reader_of_the_tracks_that_goes_away(self):
+    def test_a_reader_of_the_tracks_that_closes(self):
         tracks = self.some_tracks()
         os.mkfifo(tracks / "00000.jsonl")
         read = []
@@ -355,44 +416,48 @@ import record
 
         reader = threading.Thread(target=some_lines)
         reader.start()
-        self.harmed(tracks, "Broken pipe")
+        self.check_tracks_lost(tracks, "Broken pipe")
         reader.join(30)
         self.assertEqual([line["frame"] for line in read], list(range(5)))
 
-    def test_a_disk_that_stands_still_does_not_hold_the_recording_up(self):
-        """As a pipe does that nobody reads: the thread that opens it waits for ever."""
+    def test_a_disk_that_hangs_does_not_block_the_recording(self):
+        """A pipe that nobody reads acts like such a disk: the thread that opens it waits for
+        ever."""
         long = self.tmp / "long.mkv"
-        harness.play("videotestsrc num-buffers=3200 pattern=black ! video/x-raw,format=I420,width=160,height=120,framerate=25/1 ! "
-                     f"x264enc speed-preset=ultrafast ! matroskamux ! filesink location={long}")
-        for video, frames, words in ((self.video, 130, "stands still\n"), (long, 3200, "3000 lines wait for it\n")):
+        harness.play("videotestsrc num-buffers=3200 pattern=black ! "
+                     "video/x-raw,format=I420,width=160,height=120,framerate=25/1 ! x264enc "
+                     f"speed-preset=ultrafast ! matroskamux ! filesink location={long}")
+        for video, frames, words in ((self.video, 130, "stands still\n"),
+                                     (long, 3200, "3000 lines wait for it\n")):
             tracks = self.tmp / f"pipe-{frames}"
             tracks.mkdir()
             os.mkfifo(tracks / "00000.jsonl")
             done = run("--tracks", tracks, video, self.out / str(frames))
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertRegex(done.stderr, f"^record: warning: the tracks end here, the recording goes on: '{tracks}': its disk .*{words}$")
+            self.assertRegex(done.stderr, "^record: warning: the tracks end here, the recording "
+                             f"goes on: '{tracks}': its disk .*{words}$")
             self.assertEqual(len(frame_times(self.out / str(frames) / "00000.mkv")), frames)
 
-    @unittest.skipUnless(os.geteuid() == 0, "mounting wants root")
-    def test_a_full_disk_is_named(self):
-        """Be it full of what was recorded, or of files."""
+    @unittest.skipUnless(os.geteuid() == 0, "mounting needs root")
+    def test_a_full_disk_is_reported(self):
+        """Whether it has no space left or no room for more files."""
         disk = self.tmp / "disk"
         disk.mkdir()
-        for size, name in (("64k", "00000"), ("8m,nr_inodes=3", "00001")):  # with the lock a third
-            if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", disk], capture_output=True).returncode:
-                raise unittest.SkipTest("mounting is not allowed here")
-            try:
+        for size, name in (("64k", "00000"), ("8m,nr_inodes=3", "00001")):  # the lock is the third
+            with harness.small_disk(disk, f"size={size}"):
                 done = run("--segment", 2, "--tracks", self.out / name, self.video, disk)
-                self.check_refused(done, 1, f"record: can't write into '{disk}/{name}.mkv' (the disk is full): make room or give another place\n")
-            finally:
-                subprocess.run(["umount", disk], check=True)
+                self.check_refused(done, 1, f"record: can't write into '{disk}/{name}.mkv' (the "
+                                   "disk is full): make room or give another place\n")
 
-    SHORTAGE = re.compile(r"^the source gave (\d+) frames in ([\d.]+) s, (\d+) were due at its 25 a second: .*$", re.M)
+    SHORTAGE = re.compile(r"^the source gave (\d+) frames in ([\d.]+) s, (\d+) were due at its 25 "
+                          r"a second: .*$", re.M)
 
-    def test_a_live_source_that_stops(self):
+    def test_a_live_source_that_stops_is_reported(self):
         program = """
-import sys, runner, sources
-sources.begin = lambda _: "videotestsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! valve name=valve drop-mode=forward-sticky-events"
+from pipelines.lib import command, record, runner, sources
+sources.launch = lambda _: ("videotestsrc is-live=true ! "
+                            "video/x-raw,width=320,height=240,framerate=25/1 ! "
+                            "valve name=valve drop-mode=forward-sticky-events")
 play = runner.Run.play
 
 def play_and_stop(run, *arguments, **options):
@@ -400,72 +465,77 @@ def play_and_stop(run, *arguments, **options):
     play(run, *arguments, **options)
 
 runner.Run.play = play_and_stop
-import record
+command.run("record", record.main)
 """
-        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--seconds", "6", "stops", self.out], cwd=RECORD.parent / "lib", capture_output=True, text=True,
-                              env=ENVIRONMENT, timeout=60)
+        done = harness.run_python(program, "--preset", "", "--seconds", "6", "stops", self.out,
+                                  env=ENVIRONMENT)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertRegex(done.stdout, self.SHORTAGE)
         gave, _, due = map(float, self.SHORTAGE.search(done.stdout).groups())
         self.assertGreater(due - gave, 50, done.stdout)
 
-    def test_a_source_whose_times_begin_elsewhere(self):
-        """As those of RTSP do: stream time 0 is not when the recording began."""
+    def test_a_source_whose_times_begin_late(self):
+        """As with RTSP: the recording did not begin at stream time 0."""
         program = """
-import sys, sources
-sources.begin = lambda _: "csdsimsrc num-buffers=130 ! video/x-raw,width=320,height=240,framerate=25/1 ! identity name=late"
-import runner
+from pipelines.lib import command, record, runner, sources
+sources.launch = lambda _: ("csdsimsrc num-buffers=130 ! "
+                            "video/x-raw,width=320,height=240,framerate=25/1 ! identity name=late")
 make = runner.Gst.parse_launch
 
 def late(text):
     made = make(text)
     if made.get_by_name("late"):
-        made.get_by_name("late").get_static_pad("src").set_offset(700_000_000)  # of running time alone
+        # This changes the running time alone.
+        made.get_by_name("late").get_static_pad("src").set_offset(700_000_000)
     return made
 
 runner.Gst.parse_launch = late
-import record
+command.run("record", record.main)
 """
-        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--segment", "2", "late", self.out], cwd=RECORD.parent / "lib",
-                              capture_output=True, text=True, env=ENVIRONMENT, timeout=60)
+        done = harness.run_python(program, "--preset", "", "--segment", "2", "late", self.out,
+                                  env=ENVIRONMENT)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(self.check_together(3), 130)
         self.assertEqual(frame_times(self.out / "00000.mkv")[0], 700)
         self.assertEqual(review(self.out / "00001.mkv").stderr, "")
 
-    def test_a_file_that_is_torn_is_said_to_be(self):
+    def test_a_truncated_file_is_reported(self):
         torn = self.tmp / "torn.mkv"
         torn.write_bytes(self.video.read_bytes()[:self.video.stat().st_size // 2])
         done = run(torn, self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertRegex(done.stderr, rf"^record: '{torn}' has a picture up to [23]\.\d s only, and says that it lasts 5\.2 s: .*\n$")
+        self.assertRegex(done.stderr, rf"^record: '{torn}' has a picture up to [23]\.\d s only, "
+                         r"and says that it lasts 5\.2 s: .*\n$")
         self.check_together(1)
 
-    def test_of_a_source_that_breaks_all_that_came_is_recorded(self):
-        """The encoder looks ahead: some frames are still in it then."""
+    def test_all_frames_of_a_source_that_breaks_are_recorded(self):
+        """Also those that are still in the encoder, which looks ahead."""
         program = """
-import sys, sources
-sources.begin = lambda _: "csdsimsrc ! video/x-raw,width=320,height=240,framerate=25/1 ! identity error-after=61"
-import record
+from pipelines.lib import command, record, sources
+sources.launch = lambda _: ("csdsimsrc ! video/x-raw,width=320,height=240,framerate=25/1 ! "
+                            "identity error-after=61")
+command.run("record", record.main)
 """
-        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "breaks", self.out], cwd=RECORD.parent / "lib", capture_output=True, text=True,
-                              env=ENVIRONMENT, timeout=60)
-        self.check_refused(done, 1, "record: breaks: the source broke off (Failed after iterations as requested.)\n")
+        done = harness.run_python(program, "--preset", "", "breaks", self.out, env=ENVIRONMENT)
+        self.check_refused(done, 1, "record: breaks: the source broke off (Failed after iterations "
+                           "as requested.)\n")
         self.assertEqual(self.check_together(1), 60)
 
-    def test_a_source_that_does_not_heed_its_end(self):
-        """As avdemux_gif: the file is whole all the same."""
-        gif = harness.encode(self.tmp / "endless.gif", (harness.Scene().picture(t) for t in range(20)), "-loop", 0)
+    def test_a_source_that_ignores_eos_leaves_a_whole_file(self):
+        """avdemux_gif is such a source."""
+        gif = harness.encode(self.tmp / "endless.gif",
+                             (harness.Scene().picture(t) for t in range(20)), "-loop", 0)
         done = run("--seconds", 1, gif, self.out)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertTrue(frame_times(self.out / "00000.mkv"))
 
-    def test_told_to_end_a_slow_encoder_loses_nothing(self):
-        """It needs longer than the source has to end, and than a pipeline may stand still."""
+    def test_a_slow_encoder_loses_no_frame_at_the_end(self):
+        """It takes longer than a source is given to end, and than a pipeline may be still."""
         program = """
-import sys, sources
-sources.begin = lambda _: "videotestsrc pattern=black ! video/x-raw,width=160,height=120,framerate=25/1 ! identity name=given ! queue max-size-buffers=40"
-import runner
+from pipelines.lib import command, record, runner, sources
+sources.launch = lambda _: ("videotestsrc pattern=black ! "
+                            "video/x-raw,width=160,height=120,framerate=25/1 ! "
+                            "identity name=given ! queue max-size-buffers=40")
 make = runner.Gst.parse_launch
 count = 0
 
@@ -480,23 +550,27 @@ def slow(text):
     return made
 
 runner.Gst.parse_launch = slow
-import record
+command.run("record", record.main)
 print(f"given: {count}")
 """
-        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--set", "max-features=5", "--seconds", "2", "slow", self.out],
-                              cwd=RECORD.parent / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=180)
+        done = harness.run_python(program, "--preset", "", "--set", "max-features=5", "--seconds",
+                                  "2", "slow", self.out, env=ENVIRONMENT, timeout=180)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         frames = self.check_together(1)
         self.assertIn(f"given: {frames}\n", done.stdout)
         self.assertGreater(frames, 140)  # 11 s of work
 
-    def test_a_live_source_that_is_slower_than_it_says(self):
+    def test_a_live_source_below_its_frame_rate_is_reported(self):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             probe.bind(("127.0.0.1", 0))
             uri = f"srt://127.0.0.1:{probe.getsockname()[1]}"
-        sender = subprocess.Popen(["gst-launch-1.0", "-q", *("videotestsrc is-live=true ! video/x-raw,format=I420,width=320,height=240,framerate=10/1 ! "
-                                   "capssetter caps=video/x-raw,framerate=25/1 ! x264enc tune=zerolatency key-int-max=10 ! mpegtsmux ! "
-                                   f"srtsink wait-for-connection=false uri={uri}?mode=listener").split()], stdin=subprocess.DEVNULL)
+        sender = subprocess.Popen(
+            ["gst-launch-1.0", "-q",
+             *("videotestsrc is-live=true ! "
+               "video/x-raw,format=I420,width=320,height=240,framerate=10/1 ! capssetter "
+               "caps=video/x-raw,framerate=25/1 ! x264enc tune=zerolatency key-int-max=10 ! "
+               f"mpegtsmux ! srtsink wait-for-connection=false uri={uri}?mode=listener").split()],
+            stdin=subprocess.DEVNULL)
         self.addCleanup(sender.wait)
         self.addCleanup(sender.kill)
         done = run("--seconds", 4, uri, self.out)
@@ -504,53 +578,65 @@ print(f"given: {count}")
         gave, seconds, due = self.SHORTAGE.search(done.stdout).groups()
         self.assertLess(int(gave), 0.6 * int(due))
         self.assertAlmostEqual(int(due), 25 * float(seconds) + 1, delta=2)
-        # A file comes as fast as it can.
+        # A file is read at any speed, so nothing is due.
         self.assertNotIn("due", run(self.video, self.tmp / "file-is-not-live").stdout)
 
-    def test_a_window_that_fails_ends_alone(self):
-        done = run("--display=filesink", self.video, self.out)  # which wants a location
+    def test_a_window_that_fails_does_not_end_the_recording(self):
+        done = run("--display=filesink", self.video, self.out)  # it fails, as it needs a location
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertRegex(done.stderr, "^record: warning: the window is gone, the recording goes on: .*\n$")
+        self.assertRegex(done.stderr,
+                         "^record: warning: the window is gone, the recording goes on: .*\n$")
         self.assertEqual(self.check_together(1), 130)
         nowhere = {**ENVIRONMENT, "DISPLAY": "", "WAYLAND_DISPLAY": ""}
-        done = subprocess.run([RECORD, "--no-install", "--display", self.video, self.tmp / "nothing"], capture_output=True, text=True, env=nowhere)
+        done = subprocess.run([RECORD, "--no-install", "--display", self.video,
+                               self.tmp / "nothing"],
+                              capture_output=True, text=True, env=nowhere)
         self.check_refused(done, 1, "record: there is no display for a window")
         self.assertFalse((self.tmp / "nothing").exists())
 
-    def test_what_is_killed_leaves_the_lines_of_what_was_recorded(self):
-        # As fast as it goes, killed in the second and in the third file.
+    def test_a_killed_recorder_leaves_the_lines_of_all_recorded_frames(self):
+        # Killed in the second and in the third file.
         for files in (2, 3):
             out = self.out / str(files)
-            recorder = subprocess.Popen([RECORD, "--no-install", "--segment", "2", "simulate", out], env=ENVIRONMENT, start_new_session=True,
+            recorder = subprocess.Popen([RECORD, "--no-install", "--segment", "2", "simulate", out],
+                                        env=ENVIRONMENT, start_new_session=True,
                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             last = out / f"{files - 1:05}.mkv"
             for _ in range(600):
                 if last.exists() and last.stat().st_size > 50_000:
                     break
                 time.sleep(0.1)
-            time.sleep(0.5)  # until then the lines of a file that has just begun may still be in the one before
+            # Before that the lines of a new file may still be in the one before it.
+            time.sleep(0.5)
             os.killpg(recorder.pid, signal.SIGKILL)
             recorder.wait()
-            lines = [line for video in sorted(out.glob("*.mkv")) for line in harness.read_lines(video.with_suffix(".jsonl"), torn=video == last)]
+            lines = [line for video in sorted(out.glob("*.mkv")) for line
+                     in harness.read_lines(video.with_suffix(".jsonl"), torn=video == last)]
             self.assertEqual(len(list(out.glob("*.jsonl"))), files)
             recorded = {time for video in out.glob("*.mkv") for time in frame_times(video)}
             tracked = {round(line["stream_time"] / 1e6) for line in lines}
             self.assertGreater(len(recorded), 50)
-            # The source is live: what its queue dropped has no line, but not the last ones.
+            # The source is live, so frames that its queue dropped have no line. But the last have.
             self.assertGreaterEqual(max(tracked), max(recorded))
             for video in sorted(out.glob("*.mkv"))[:-1]:
-                self.assertLessEqual({round(line["stream_time"] / 1e6) for line in harness.read_lines(video.with_suffix(".jsonl"))},
+                self.assertLessEqual({round(line["stream_time"] / 1e6)
+                                      for line in harness.read_lines(video.with_suffix(".jsonl"))},
                                      set(frame_times(video)), video.name)
 
-    def test_what_is_wrong_is_said_in_a_line(self):
+    def test_errors_are_reported(self):
         file = self.tmp / "file"
         file.write_text("")
-        for arguments, code, words in (((self.video, file), 1, "another folder|where you may write"), (("nothing", self.out), 1, "no file"),
-                                       ((self.video, self.tmp / ("x" * 300)), 1, "too long.*another folder"), (("x" * 300, self.out), 1, "no file"),
-                                       ((self.video,), 2, "OUT"), ((self.video, self.out, "--segment", "-1"), 2, "--segment"),
-                                       ((self.video, self.out, "--bitrate", "0"), 2, "--bitrate"),
-                                       ((self.video, self.out, "--display=x!y"), 2, "--display"), ((file, self.out), 1, "file"),
-                                       (("simulate", self.out, "--preset", "fast"), 2, "laparoscopy-1080p"), (("simulate", self.out, "--set", "points=1"), 2, "points")):
+        for arguments, code, words in (
+                ((self.video, file), 1, "another folder|where you may write"),
+                (("nothing", self.out), 1, "no file"),
+                ((self.video, self.tmp / ("x" * 300)), 1, "too long.*another folder"),
+                (("x" * 300, self.out), 1, "no file"), ((self.video,), 2, "OUT"),
+                ((self.video, self.out, "--segment", "-1"), 2, "--segment"),
+                ((self.video, self.out, "--bitrate", "0"), 2, "--bitrate"),
+                ((self.video, self.out, "--display=x!y"), 2, "--display"),
+                ((file, self.out), 1, "file"),
+                (("simulate", self.out, "--preset", "fast"), 2, "laparoscopy-1080p"),
+                (("simulate", self.out, "--set", "points=1"), 2, "points")):
             with self.subTest(arguments=arguments):
                 done = run(*arguments)
                 self.assertEqual(done.returncode, code, done.stderr)

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The five pipelines of docs/recorders.md, as they stand there."""
+"""The five pipelines of docs/recorders.md, unchanged."""
 
 import json
 import pathlib
@@ -15,9 +15,11 @@ FRAMES = 60
 
 
 def commands():
-    """{number: the command}"""
+    """{number: command} of the page."""
     return {int(number): command.replace("\\\n", " ")
-            for number, command in re.findall(r"^## (\d)\..*?\n\n    gst-launch-1.0 -e ((?:.*\\\n)*.*)\n", PAGE.read_text(), re.MULTILINE)}
+            for number, command in re.findall(
+                r"^## (\d)\..*?\n\n    gst-launch-1.0 -e ((?:.*\\\n)*.*)\n", PAGE.read_text(),
+                re.MULTILINE)}
 
 
 class Recorders(harness.Case):
@@ -32,8 +34,10 @@ class Recorders(harness.Case):
         return done
 
     def recorded(self):
-        said = subprocess.run(["ffprobe", "-v", "error", "-count_frames", "-select_streams", "v", "-show_entries", "stream=width,height,nb_read_frames",
-                               "-of", "json", self.tmp / "out.mkv"], capture_output=True, text=True, check=True).stdout
+        said = subprocess.run(["ffprobe", "-v", "error", "-count_frames", "-select_streams", "v",
+                               "-show_entries", "stream=width,height,nb_read_frames", "-of", "json",
+                               self.tmp / "out.mkv"],
+                              capture_output=True, text=True, check=True).stdout
         stream, = json.loads(said)["streams"]
         return stream["width"], stream["height"], int(stream["nb_read_frames"])
 
@@ -51,7 +55,8 @@ class Recorders(harness.Case):
         self.assertTrue(self.lines()[-1]["features"])
 
     def test_2_a_small_copy_is_tracked(self):
-        # Not live: the simulator can't make 25 such frames a second, and each frame waits for its line.
+        # Not live, as the simulator can't make 25 such frames a second. So each frame waits for its
+        # line.
         self.run_as_written(2, source=("is-live=true num-buffers=60", "num-buffers=20"))
         self.assertEqual(self.recorded(), (1920, 1080, 20))
         lines = self.lines(20)
@@ -61,7 +66,8 @@ class Recorders(harness.Case):
     def test_3_tracks_in_the_recording(self):
         self.run_as_written(3)
         self.assertEqual(self.recorded()[2], FRAMES)
-        text = subprocess.run(["ffmpeg", "-v", "error", "-i", self.tmp / "out.mkv", "-map", "0:s", "-c", "copy", "-f", "data", "-"],
+        text = subprocess.run(["ffmpeg", "-v", "error", "-i", self.tmp / "out.mkv", "-map", "0:s",
+                               "-c", "copy", "-f", "data", "-"],
                               capture_output=True, check=True).stdout
         self.assertEqual(text.count(b'"schema"'), FRAMES)
 
@@ -70,7 +76,9 @@ class Recorders(harness.Case):
         self.assertEqual(self.recorded()[2], FRAMES)
 
     def test_5_over_the_network(self):
-        self.run_as_written(5, sink=("srtsink uri=srt://127.0.0.1:8890?mode=listener wait-for-connection=false", f"filesink location={self.tmp}/out.mkv"))
+        self.run_as_written(5, sink=("srtsink uri=srt://127.0.0.1:8890?mode=listener "
+                                     "wait-for-connection=false",
+                                     f"filesink location={self.tmp}/out.mkv"))
         self.assertEqual(self.recorded()[2], FRAMES)
 
 

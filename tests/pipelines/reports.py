@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What the tests of csd-report share: a video that carries its frame's number as bars, its tracks, and making a report of them."""
+"""Shared by the tests of csd-report: a video with the frame's number in bars, its tracks, and a
+report made from them."""
 
 import json
 import math
@@ -20,15 +21,18 @@ BITS, BAR = 10, 24  # the frame's number: bars of BAR columns in the upper 20 ro
 
 
 def position(number, frame):
-    """Where feature `number` is: a heart of 75 and a breath of 15 a minute, each feature its own way."""
+    """Where feature `number` is: 75 heartbeats and 15 breaths a minute, in each feature another
+    motion."""
     t = frame / FPS
-    x = 60 + 70 * number + 3 * math.sin(2 * math.pi * 1.25 * t) + 8 * math.sin(2 * math.pi * 0.25 * t + number)
-    y = 90 + 40 * number + 5 * math.cos(2 * math.pi * 1.25 * t) + 6 * math.sin(2 * math.pi * 0.25 * t)
+    heart, breath = 2 * math.pi * 1.25 * t, 2 * math.pi * 0.25 * t
+    x = 60 + 70 * number + 3 * math.sin(heart) + 8 * math.sin(breath + number)
+    y = 90 + 40 * number + 5 * math.cos(heart) + 6 * math.sin(breath)
     return round(x, 3), round(y, 3)
 
 
 def state_of(number, frame):
-    """0 is always seen; 1 is hidden for a second every ten; 2 is learnt for ever, from frame 300 to 400."""
+    """0 is always seen. 1 is hidden for one second in ten. 2 exists from frame 300 to 400 and is
+    learning all that time."""
     if number == 1 and frame % 250 >= 225:
         return "occluded"
     if number == 2:
@@ -42,7 +46,8 @@ def features(frame):
         state = state_of(number, frame)
         if state:
             x, y = position(number, frame)
-            found.append({"id": number, "x": x, "y": y, "state": state, "confidence": 0.3 if state == "occluded" else 0.9})
+            found.append({"id": number, "x": x, "y": y, "state": state,
+                          "confidence": 0.3 if state == "occluded" else 0.9})
     return found
 
 
@@ -50,9 +55,11 @@ def write_tracks(path, frames, of, width=WIDTH, height=HEIGHT, fps=FPS):
     with open(path, "w") as file:
         for frame in range(frames):
             ns = round(frame * 1e9 / fps)
-            file.write(json.dumps({"schema": 1, "source": "csdtrack0", "role": "track", "algorithm": "csd", "frame": frame, "pts": ns,
-                                   "duration": None, "running_time": ns, "stream_time": ns, "reference": None, "width": width,
-                                   "height": height, "features": of(frame)}, separators=(",", ":")) + "\n")
+            file.write(json.dumps({"schema": 1, "source": "csdtrack0", "role": "track",
+                                   "algorithm": "csd", "frame": frame, "pts": ns, "duration": None,
+                                   "running_time": ns, "stream_time": ns, "reference": None,
+                                   "width": width, "height": height, "features": of(frame)},
+                                  separators=(",", ":")) + "\n")
     return path
 
 
@@ -65,18 +72,20 @@ def picture(frame):
 
 
 def report(*arguments):
-    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=300,
-                          env=ENVIRONMENT)
+    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True,
+                          stdin=subprocess.DEVNULL, timeout=300, env=ENVIRONMENT)
 
 
-class Made(harness.Case):
+class ReportCase(harness.Case):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.video = harness.encode(cls.tmp / "bars.mp4", (picture(i) for i in range(FRAMES)), *harness.H264, rate=FPS)
+        cls.video = harness.encode(cls.tmp / "bars.mp4", (picture(i) for i in range(FRAMES)),
+                                   *harness.H264, rate=FPS)
         cls.tracks = write_tracks(cls.tmp / "bars.jsonl", FRAMES, features)
 
     def make(self, video, tracks, out, *options):
         done = report(*options, video, tracks, out)
-        self.assertEqual((done.returncode, done.stdout), (0, f"{out / 'index.html'}\n"), done.stderr)
+        self.assertEqual((done.returncode, done.stdout), (0, f"{out / 'index.html'}\n"),
+                         done.stderr)
         return done

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""From a video and its truth to a score, by csd-score. $CSD_SCORE is the program."""
+"""Scores of tracks of a video with known truth. $CSD_SCORE is csd-score."""
 
 import json
 import os
@@ -11,7 +11,8 @@ import harness
 
 
 def csd_score(*arguments):
-    done = subprocess.run([os.environ["CSD_SCORE"], *map(str, arguments)], capture_output=True, text=True)
+    done = subprocess.run([os.environ["CSD_SCORE"], *map(str, arguments)], capture_output=True,
+                          text=True)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -19,9 +20,10 @@ def csd_score(*arguments):
 class Score(harness.Case):
     def track(self, video, truth, tracks, *properties, caps="application/x-ndjson"):
         points = csd_score("--print-points", truth).strip()
-        subprocess.run(["gst-launch-1.0", "-q", "filesrc", f"location={video}", "!", "decodebin", "!", "csdtrack",
-                        f"points={points}", "learning=sync", *properties, "!", "csdtrackenc", "!", caps, "!", "filesink",
-                        f"location={tracks}"], check=True, timeout=600)
+        subprocess.run(["gst-launch-1.0", "-q", "filesrc", f"location={video}", "!", "decodebin",
+                        "!", "csdtrack", f"points={points}", "learning=sync", *properties, "!",
+                        "csdtrackenc", "!", caps, "!", "filesink", f"location={tracks}"],
+                       check=True, timeout=600)
 
     def score(self, *arguments):
         return json.loads(csd_score("--json", "--resamples", 0, *arguments))["trackers"]
@@ -40,8 +42,10 @@ class Score(harness.Case):
                     file.write(f"{t},{i},{x + dx},{y + dy},1\n")
         self.track(video, truth, self.tmp / "lk.jsonl", "algorithm=lk")
         self.track(video, truth, self.tmp / "table.csv", "algorithm=lk", caps="text/csv")
-        lines, table = self.score("--size", "320x240", truth, self.tmp / "lk.jsonl", self.tmp / "table.csv")
-        self.assertEqual([lines["name"], table["name"]], ["lk", "table"], "CSV doesn't say the algorithm")
+        lines, table = self.score("--size", "320x240", truth, self.tmp / "lk.jsonl",
+                                  self.tmp / "table.csv")
+        self.assertEqual([lines["name"], table["name"]], ["lk", "table"],
+                         "CSV has no algorithm, so the file names the tracker")
         for tracker in (lines, table):
             self.assertEqual(tracker["sensitivity"]["value"], 1)
             self.assertEqual(tracker["k"]["value"], 0)
@@ -59,7 +63,8 @@ class Score(harness.Case):
         tracker, = self.score(truth, self.tmp / "beads.jsonl")
         self.assertGreater(tracker["sensitivity"]["value"], 0.99)
         self.assertLess(tracker["k"]["value"], 0.01)
-        self.assertEqual(sum(tracker["counts"].values()), 5703 + 2, "as many as are labelled, without the uncertain ones")
+        self.assertEqual(sum(tracker["counts"].values()), 5703 + 2,
+                         "as many as are labelled, without uncertain ones")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""docs/csdtrack-record.service: pipelines/record under a supervisor that does what systemd would: service_test.py REPOSITORY BUILD."""
+"""docs/csdtrack-record.service: pipelines/record under a supervisor that acts like systemd.
+
+service_test.py REPOSITORY BUILD"""
 
 import configparser
 import contextlib
@@ -20,16 +22,18 @@ UNIT = SOURCE / "docs" / "csdtrack-record.service"
 
 
 class Supervisor:
-    """Where those that it starts tell how they are. `watchdog`: µs."""
+    """Receives the notifications of a service, as systemd would. `watchdog` is in µs."""
 
     def __init__(self, test, watchdog):
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         test.addCleanup(self._socket.close)
         self._socket.bind(str(test.tmp / f"{test.id()}.socket"))
-        self.environment = {**os.environ, "CSDTRACK_BUILD": str(BUILD), "NOTIFY_SOCKET": self._socket.getsockname(), "WATCHDOG_USEC": str(watchdog)}
+        self.environment = {**os.environ, "CSDTRACK_BUILD": str(BUILD),
+                            "NOTIFY_SOCKET": self._socket.getsockname(),
+                            "WATCHDOG_USEC": str(watchdog)}
 
-    def told(self, seconds=harness.HANGS):
-        """What it is told next, None if it isn't for so long."""
+    def notification(self, seconds=harness.TIMEOUT):
+        """The next notification, or None after so many seconds without one."""
         self._socket.settimeout(seconds)
         with contextlib.suppress(TimeoutError):
             return self._socket.recv(1000).decode()
@@ -42,38 +46,45 @@ class Service(harness.Case):
         unit.read(UNIT)
         return unit["Service"]
 
-    def test_systemd_takes_it(self):
+    def test_systemd_accepts_the_unit(self):
         if not shutil.which("systemd-analyze"):
             self.skipTest("no systemd-analyze here")
         copy = self.tmp / UNIT.name
         program = shlex.split(self.unit()["ExecStart"])[0]
         copy.write_text(UNIT.read_text().replace(program, str(SOURCE / "pipelines" / "record")))
-        done = subprocess.run(["systemd-analyze", "verify", "--man=no", copy], capture_output=True, text=True, timeout=60)
+        done = subprocess.run(["systemd-analyze", "verify", "--man=no", copy], capture_output=True,
+                              text=True, timeout=60)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
-    def test_it_is_started_again_and_nothing_is_lost(self):
+    def test_restarts_lose_no_recording(self):
         unit, out = self.unit(), self.tmp / "recordings"
         program, *options, source, folder = shlex.split(unit["ExecStart"])
-        self.assertEqual((pathlib.Path(program).name, source[:5], folder[:1]), ("record", "/dev/", "/"))
+        self.assertEqual((pathlib.Path(program).name, source[:5], folder[:1]),
+                         ("record", "/dev/", "/"))
         supervisor = Supervisor(self, 300_000)
         before = {}
-        # The second is killed: what that leaves isn't lost either.
-        for life, end in enumerate((getattr(signal, unit["KillSignal"]), signal.SIGKILL, getattr(signal, unit["WatchdogSignal"]))):
-            process = subprocess.Popen([SOURCE / "pipelines" / "record", *options, "simulate", out], env=supervisor.environment, stdout=subprocess.PIPE,
+        # The second run is killed; its files must stay too.
+        for life, end in enumerate((getattr(signal, unit["KillSignal"]), signal.SIGKILL,
+                                    getattr(signal, unit["WatchdogSignal"]))):
+            process = subprocess.Popen([SOURCE / "pipelines" / "record", *options, "simulate", out],
+                                       env=supervisor.environment, stdout=subprocess.PIPE,
                                        stderr=subprocess.STDOUT, text=True)
             self.addCleanup(process.stdout.close)
             self.addCleanup(process.wait)
             self.addCleanup(process.kill)
             for sign in ["READY=1"] + ["WATCHDOG=1"] * 11:
-                self.assertEqual(supervisor.told(), sign)
+                self.assertEqual(supervisor.notification(), sign)
             process.send_signal(end)
             said = process.stdout.read()
             self.assertEqual(process.wait(60), -end if end == signal.SIGKILL else 0, said)
-            while supervisor.told(0.01):
-                pass  # what it said while it ended
-            after = {path.name: path.read_bytes() for path in out.iterdir() if not path.name.startswith(".")}
-            self.assertEqual({name: after.get(name) for name in before}, before, "what was there is not as it was")
-            self.assertEqual(sorted(after.keys() - before.keys()), [f"{life:05}.jsonl", f"{life:05}.mkv"])
+            while supervisor.notification(0.01):
+                pass  # sent while it ended
+            after = {path.name: path.read_bytes() for path in out.iterdir()
+                     if not path.name.startswith(".")}
+            self.assertEqual({name: after.get(name) for name in before}, before,
+                             "earlier files have changed")
+            self.assertEqual(sorted(after.keys() - before.keys()),
+                             [f"{life:05}.jsonl", f"{life:05}.mkv"])
             before = after
             lines = harness.read_lines(out / f"{life:05}.jsonl", torn=end == signal.SIGKILL)
             harness.check_tracks(self, lines)
@@ -83,27 +94,37 @@ class Service(harness.Case):
                 self.assertGreaterEqual(frames, len(lines))
             self.assertTrue(lines)
 
-    def test_no_sign_of_life_without_pictures(self):
+    def test_the_watchdog_is_not_fed_without_frames(self):
         supervisor = Supervisor(self, 300_000)
         program = """
-import signal, runner
-run = runner.Run("test", "videotestsrc is-live=true ! video/x-raw,width=160,height=120 ! valve name=valve drop-mode=forward-sticky-events ! csdtrack name=csdtrack ! fakesink")
+import signal
+from pipelines.lib import runner
+run = runner.Run("test", "videotestsrc is-live=true ! video/x-raw,width=160,height=120 ! "
+                 "valve name=valve drop-mode=forward-sticky-events ! "
+                 "csdtrack name=csdtrack ! fakesink")
+
+def set_drop(drop):
+    run.element("valve").set_property("drop", drop)
+    return True
+
 for number, drop in (signal.SIGUSR1, True), (signal.SIGUSR2, False):
-    runner.GLib.unix_signal_add(runner.GLib.PRIORITY_HIGH, number, lambda drop: run.element("valve").set_property("drop", drop) or True, drop)
+    runner.GLib.unix_signal_add(runner.GLib.PRIORITY_HIGH, number, set_drop, drop)
 run.play("test")
 """
-        process = subprocess.Popen([sys.executable, "-c", program], cwd=SOURCE / "pipelines" / "lib", env=supervisor.environment)
+        process = subprocess.Popen([sys.executable, "-c", program], cwd=SOURCE,
+                                   env=supervisor.environment)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
-        self.assertEqual([supervisor.told() for _ in range(3)], ["READY=1", "WATCHDOG=1", "WATCHDOG=1"])
+        self.assertEqual([supervisor.notification() for _ in range(3)],
+                         ["READY=1", "WATCHDOG=1", "WATCHDOG=1"])
         process.send_signal(signal.SIGUSR1)
-        for _ in range(20):  # that were on their way
-            if not supervisor.told(1):
+        for _ in range(20):  # some may be on their way
+            if not supervisor.notification(1):
                 break
         else:
-            self.fail("it says that all is well, and no picture comes")
+            self.fail("it feeds the watchdog while no frame comes")
         process.send_signal(signal.SIGUSR2)
-        self.assertEqual(supervisor.told(), "WATCHDOG=1")
+        self.assertEqual(supervisor.notification(), "WATCHDOG=1")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""pipelines/stereo: two pictures, one clock."""
+"""pipelines/stereo: tracks of two pictures with one clock."""
 
 import os
 import pathlib
@@ -17,7 +17,8 @@ ENVIRONMENT = {**os.environ, "CSDTRACK_BUILD": str(BUILD)}
 
 
 def run(*arguments):
-    return subprocess.run([*STEREO, *map(str, arguments)], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=180, env=ENVIRONMENT)
+    return subprocess.run([*STEREO, *map(str, arguments)], capture_output=True, text=True,
+                          stdin=subprocess.DEVNULL, timeout=180, env=ENVIRONMENT)
 
 
 class Stereo(harness.Case):
@@ -25,7 +26,7 @@ class Stereo(harness.Case):
         self.out = self.tmp / self.id().split(".")[-1]
 
     def tracks(self):
-        """The lines of both; each is complete and of its own csdtrack."""
+        """Returns the lines of both sides. Checks that all are complete and name their side."""
         found = []
         for side in ("left", "right"):
             lines = harness.read_lines(self.out / f"{side}.jsonl")
@@ -38,39 +39,53 @@ class Stereo(harness.Case):
         videos = []
         for side, shift in (("left", 0), ("right", 8)):
             scene = harness.Scene(motion=lambda t, shift=shift: (shift + t // 4, 0))
-            videos.append(harness.encode(self.tmp / f"{side}.mkv", (scene.picture(t) for t in range(50)), *harness.H264))
-        # Ids 0 are at the same pixel of both.
+            videos.append(harness.encode(self.tmp / f"{side}.mkv",
+                                         (scene.picture(t) for t in range(50)), *harness.H264))
+        # In both pictures feature 0 begins at the same pixel.
         done = run("--set", "points=160,120", *videos, self.out)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertRegex(done.stdout, r"^left: 50 frames; .*\nright: 50 frames; .*\n$")
         left, right = self.tracks()
-        self.assertEqual([round(line["running_time"] / 1e6) for line in left], [40 * t for t in range(50)])
-        self.assertEqual([line["running_time"] for line in left], [line["running_time"] for line in right])
+        self.assertEqual([round(line["running_time"] / 1e6) for line in left],
+                         [40 * t for t in range(50)])
+        self.assertEqual([line["running_time"] for line in left],
+                         [line["running_time"] for line in right])
         for lines in left, right:
             self.assertAlmostEqual(lines[-1]["features"][0]["x"], 160 + 49 // 4, delta=1)
 
-    def test_a_side_that_changes_its_size(self):
+    def test_one_side_may_change_its_size(self):
         program = """
-import sys, sources
-sources.begin = lambda name: " ".join(f"videotestsrc num-buffers=25 ! video/x-raw,width={width},height=120,framerate=25/1 ! {name}."
-                                      for width in ((160, 201) if name == "changes" else (160, 160))) + f" concat name={name}"
-import stereo
+from pipelines.lib import command, sources, stereo
+
+def launch(name):
+    widths = (160, 201) if name == "changes" else (160, 160)
+    parts = ("videotestsrc num-buffers=25 ! "
+             f"video/x-raw,width={width},height=120,framerate=25/1 ! {name}." for width in widths)
+    return " ".join(parts) + f" concat name={name}"
+
+sources.launch = launch
+command.run("stereo", stereo.main)
 """
-        done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--display=fakesink", "changes", "stays", self.out],
-                              cwd=SOURCE / "pipelines" / "lib", capture_output=True, text=True, env=ENVIRONMENT, timeout=120)
+        done = harness.run_python(program, "--preset", "", "--display=fakesink", "changes", "stays",
+                                  self.out, env=ENVIRONMENT, timeout=120)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
-        sides = [harness.read_lines(self.out / f"{side}.jsonl") for side in ("left", "right")]  # concat begins each part's pts at 0
-        self.assertEqual([[line["width"] for line in lines] for lines in sides], [[160] * 25 + [201] * 25, [160] * 50])
+        # Not check_tracks(): concat begins the pts of each part at 0.
+        sides = [harness.read_lines(self.out / f"{side}.jsonl") for side in ("left", "right")]
+        self.assertEqual([[line["width"] for line in lines] for lines in sides],
+                         [[160] * 25 + [201] * 25, [160] * 50])
 
     def test_live_with_a_window(self):
-        process = subprocess.Popen([*STEREO, "--display=fakesink", "simulate", "simulate:smoke", self.out], env=ENVIRONMENT, start_new_session=True,
+        process = subprocess.Popen([*STEREO, "--display=fakesink", "simulate", "simulate:smoke",
+                                    self.out],
+                                   env=ENVIRONMENT, start_new_session=True,
                                    stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         self.addCleanup(process.stderr.close)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
         files = [self.out / "left.jsonl", self.out / "right.jsonl"]
         for _ in range(600):
-            if all(file.exists() and file.read_bytes().count(b"\n") > 20 for file in files) or process.poll() is not None:
+            if process.poll() is not None or all(
+                    file.exists() and file.read_bytes().count(b"\n") > 20 for file in files):
                 break
             time.sleep(0.1)
         os.killpg(process.pid, signal.SIGINT)
@@ -81,42 +96,52 @@ import stereo
         self.assertLess(left[0]["running_time"], right[-1]["running_time"])
         self.assertLess(right[0]["running_time"], left[-1]["running_time"])
 
-    def test_two_that_begin_at_once(self):
-        both = [subprocess.Popen([*STEREO, "--seconds", "2", "simulate", "simulate:smoke", self.out], env=ENVIRONMENT, stdin=subprocess.DEVNULL,
-                                 stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) for _ in range(2)]
+    def test_of_two_at_once_one_is_refused(self):
+        command = [*STEREO, "--seconds", "2", "simulate", "simulate:smoke", self.out]
+        both = [subprocess.Popen(command, env=ENVIRONMENT, stdin=subprocess.DEVNULL,
+                                 stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+                for _ in range(2)]
         said = {process.communicate(timeout=60)[1]: process for process in both}
         self.assertEqual(sorted(process.returncode for process in both), [0, 1], said)
         self.assertEqual(said[""].returncode, 0)
-        self.assertRegex(max(said), f"^stereo: another run works on '{self.out}' since .*'kill {said[''].pid}' on .*\n$")
+        self.assertRegex(max(said), f"^stereo: another run works on '{self.out}' since .*'kill "
+                         f"{said[''].pid}' on .*\n$")
         self.tracks()
         self.assertEqual(len(list(self.out.iterdir())), 2)
 
-    def test_a_terminal_that_is_closed(self):
-        terminal = harness.Terminal(self, [*STEREO, "simulate", "simulate:smoke", self.out], ENVIRONMENT)
+    def test_closing_the_terminal_leaves_whole_tracks(self):
+        terminal = harness.Terminal(self, [*STEREO, "simulate", "simulate:smoke", self.out],
+                                    ENVIRONMENT)
         for side in ("left", "right"):
             terminal.await_lines(self.out / f"{side}.jsonl", 5)
         self.assertEqual(terminal.close(), 0)
         self.tracks()
         self.assertEqual(len(list(self.out.iterdir())), 2)
 
-    def test_what_is_wrong_is_one_line(self):
+    def test_errors_are_one_line(self):
         file = self.tmp / "file"
         file.write_text("")
         for arguments, code, words in (
-                (("simulate", "/dev/video99", self.out), 1, "no device /dev/video99"), (("nothing.mkv", "simulate", self.out), 1, "nothing.mkv"),
-                (("/dev/video0", "/dev/video0", self.out), 2, "two devices"), (("simulate", self.out), 2, "OUT"),
-                (("simulate", "simulate", file), 1, "another folder"), (("simulate", "simulate", self.tmp / ("x" * 300)), 1, "too long"),
+                (("simulate", "/dev/video99", self.out), 1, "no device /dev/video99"),
+                (("nothing.mkv", "simulate", self.out), 1, "nothing.mkv"),
+                (("/dev/video0", "/dev/video0", self.out), 2, "two devices"),
+                (("simulate", self.out), 2, "OUT"),
+                (("simulate", "simulate", file), 1, "another folder"),
+                (("simulate", "simulate", self.tmp / ("x" * 300)), 1, "too long"),
                 (("simulate", "simulate", self.out, "--set", "points=1"), 2, "points"),
-                (("simulate", "simulate", self.out, "--set", "foo=1"), 2, "'foo'"), (("simulate", "simulate", self.out, "--display=x!y"), 2, "--display")):
+                (("simulate", "simulate", self.out, "--set", "foo=1"), 2, "'foo'"),
+                (("simulate", "simulate", self.out, "--display=x!y"), 2, "--display")):
             with self.subTest(arguments=arguments):
                 self.check_refused(run(*arguments), code, words)
                 self.assertFalse(self.out.exists())
-        # Files that were opened stay, for they may be another command's.
+        # Files that were opened stay, as they may be another command's.
         self.check_refused(run("simulate", file, self.out), 1, str(file))
-        self.assertEqual(sorted(path.name for path in self.out.iterdir()), ["left.jsonl", "right.jsonl"])
-        # Lines of an earlier run are not written over, be they of one side.
+        self.assertEqual(sorted(path.name for path in self.out.iterdir()),
+                         ["left.jsonl", "right.jsonl"])
+        # Tracks of an earlier run are not overwritten, even where only one side has them.
         (self.out / "right.jsonl").write_text("kept\n")
-        self.check_refused(run("simulate", "simulate", self.out, "--seconds", "1"), 2, "right.jsonl' is there already")
+        self.check_refused(run("simulate", "simulate", self.out, "--seconds", "1"), 2,
+                           "right.jsonl' is there already")
         self.assertEqual((self.out / "right.jsonl").read_text(), "kept\n")
 
 

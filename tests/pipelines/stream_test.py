@@ -22,9 +22,9 @@ from harness import Gst
 
 SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
 ENVIRONMENT = {**os.environ, "CSDTRACK_BUILD": str(BUILD)}
-LEVELS = 12  # that a frame's number is told by, in turn
+LEVELS = 12  # of brightness: they code a frame's number modulo this
 
-# A recorder: video and sound by RTSP, no tracks. Prints its port.
+# A recorder that serves video and sound by RTSP, without tracks. Prints its port.
 RECORDER = """
 import gi
 gi.require_version("Gst", "1.0")
@@ -32,8 +32,9 @@ gi.require_version("GstRtspServer", "1.0")
 from gi.repository import GLib, Gst, GstRtspServer
 Gst.init(None)
 server, factory = GstRtspServer.RTSPServer(service="0"), GstRtspServer.RTSPMediaFactory(shared=True)
-factory.set_launch("( audiotestsrc is-live=true ! audioconvert ! rtpL16pay name=pay0 pt=96 csdsimsrc is-live=true ! "
-                   "video/x-raw,width=320,height=240,framerate=25/1 ! x264enc tune=zerolatency key-int-max=10 ! rtph264pay name=pay1 pt=97 )")
+factory.set_launch("( audiotestsrc is-live=true ! audioconvert ! rtpL16pay name=pay0 pt=96 "
+                   "csdsimsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! "
+                   "x264enc tune=zerolatency key-int-max=10 ! rtph264pay name=pay1 pt=97 )")
 server.get_mount_points().add_factory("/live", factory)
 server.attach(None)
 print(server.get_bound_port(), flush=True)
@@ -46,7 +47,8 @@ def command(name, *arguments):
 
 
 def run(name, *arguments):
-    return subprocess.run(command(name, *arguments), capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=180, env=ENVIRONMENT)
+    return subprocess.run(command(name, *arguments), capture_output=True, text=True,
+                          stdin=subprocess.DEVNULL, timeout=180, env=ENVIRONMENT)
 
 
 def free_port(kind=socket.SOCK_STREAM):
@@ -56,7 +58,8 @@ def free_port(kind=socket.SOCK_STREAM):
 
 
 class Relay:
-    """Between a receiver and its sender, on a port of its own; a connection through it can break. `at_once`: when the sender plays."""
+    """Passes bytes on between a receiver and its sender, from a port of its own. It can break the
+    connection; with `at_once` it calls that on itself at the receiver's PLAY."""
 
     def __init__(self, test, to, at_once=None):
         self._to, self._at_once = to, at_once
@@ -71,8 +74,10 @@ class Relay:
             while True:
                 self._client = self._server.accept()[0]
                 sender = socket.create_connection(("127.0.0.1", self._to))
-                threading.Thread(target=self._pass_on, args=(self._client, sender), daemon=True).start()
-                threading.Thread(target=self._pass_on, args=(sender, self._client), daemon=True).start()
+                threading.Thread(target=self._pass_on, args=(self._client, sender),
+                                 daemon=True).start()
+                threading.Thread(target=self._pass_on, args=(sender, self._client),
+                                 daemon=True).start()
 
     def _pass_on(self, source, target):
         with contextlib.suppress(OSError):
@@ -84,7 +89,7 @@ class Relay:
 
     def reset(self):
         self._client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-        self._client.shutdown(socket.SHUT_RD)  # a thread that reads keeps it open
+        self._client.shutdown(socket.SHUT_RD)  # else a reading thread keeps it open
         self._client.close()
 
     def close(self):
@@ -92,7 +97,7 @@ class Relay:
 
 
 class Describing:
-    """A server of RTSP that describes its session so, and lets nobody have it."""
+    """An RTSP server that answers DESCRIBE with `session`, and refuses to set it up."""
 
     def __init__(self, test, session):
         self._session = session
@@ -104,16 +109,21 @@ class Describing:
     def _serve(self):
         with contextlib.suppress(OSError):  # the end of the test
             while True:
-                threading.Thread(target=self._answer, args=(self._server.accept()[0],), daemon=True).start()
+                threading.Thread(target=self._answer, args=(self._server.accept()[0],),
+                                 daemon=True).start()
 
     def _answer(self, client):
         with client, client.makefile("rwb") as wire, contextlib.suppress(OSError):
             while method := wire.readline().split(b" ")[0]:
-                headers = dict(line.strip().split(b": ", 1) for line in iter(wire.readline, b"\r\n"))
+                headers = dict(line.strip().split(b": ", 1)
+                               for line in iter(wire.readline, b"\r\n"))
+                described = (b"Content-Type: application/sdp\r\nContent-Length: %d\r\n\r\n%b" %
+                             (len(self._session), self._session))
                 known = {b"OPTIONS": b"Public: DESCRIBE, SETUP, PLAY, TEARDOWN\r\n\r\n",
-                         b"DESCRIBE": b"Content-Type: application/sdp\r\nContent-Length: %d\r\n\r\n%b" % (len(self._session), self._session)}
+                         b"DESCRIBE": described}
                 status = b"200 OK" if method in known else b"404 Not Found"
-                wire.write(b"RTSP/1.0 %b\r\nCSeq: %b\r\n%b" % (status, headers[b"CSeq"], known.get(method, b"\r\n")))
+                rest = known.get(method, b"\r\n")
+                wire.write(b"RTSP/1.0 %b\r\nCSeq: %b\r\n%b" % (status, headers[b"CSeq"], rest))
                 wire.flush()
 
 
@@ -123,38 +133,49 @@ class Stream(harness.Case):
         self.got.unlink(missing_ok=True)
 
     def start(self, *arguments):
-        process = subprocess.Popen(list(map(str, arguments)), env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True)
+        process = subprocess.Popen(list(map(str, arguments)), env=ENVIRONMENT,
+                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                   start_new_session=True)
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
         return process
 
     def stream(self, *arguments):
-        """Its process and its URL."""
+        """Starts pipelines/stream. Returns its process and its URL."""
         self.sent.unlink(missing_ok=True)
         process = self.start(*command("stream", "--port", 0, "--tracks", self.sent, *arguments))
         url = process.stdout.readline().strip()
         self.assertRegex(url, r"^rtsp://127\.0\.0\.1:\d+/csdtrack$")
         return process, url
 
+    @staticmethod
+    def await_count(process, file, count, wanted=b"\n"):
+        """Waits for a file that has `wanted` so many times. False if that takes over a minute; true
+        also where the process has ended."""
+        for _ in range(600):
+            if process.poll() is not None or (
+                    file.exists() and file.read_bytes().count(wanted) >= count):
+                return True
+            time.sleep(0.1)
+        return False
+
     def receive(self, lines, *arguments, program="receive"):
-        """What it says on standard output; it is ended when so many lines have come."""
+        """Runs a receiver until so many lines have come. Returns what it printed."""
         self.got.unlink(missing_ok=True)
         process = self.start(*command(program, *arguments))
-        for _ in range(600):
-            if process.poll() is not None or self.got.exists() and self.got.read_bytes().count(b"\n") >= lines:
-                break
-            time.sleep(0.1)
-        else:
-            self.fail(f"{self.got.stat() if self.got.exists() else 'no file'}: not {lines} lines within a minute")
+        if not self.await_count(process, self.got, lines):
+            self.fail(f"{self.got.stat() if self.got.exists() else 'no file'}: not {lines} lines "
+                      "within a minute")
         os.killpg(process.pid, signal.SIGINT)
         said = process.stdout.read()
         self.assertEqual(process.wait(60), 0, said)
         return said
 
-    def test_terminals_that_are_closed(self):
+    def test_closing_the_terminals_ends_both(self):
         self.sent.unlink(missing_ok=True)
-        stream = harness.Terminal(self, command("stream", "--port", 0, "--tracks", self.sent, "simulate"), ENVIRONMENT)
+        stream = harness.Terminal(
+            self, command("stream", "--port", 0, "--tracks", self.sent, "simulate"), ENVIRONMENT)
         url = stream.read().strip()
         receive = harness.Terminal(self, command("receive", url, self.got), ENVIRONMENT)
         receive.await_lines(self.got, 5)
@@ -173,26 +194,31 @@ class Stream(harness.Case):
 
     def check_lines(self, *form):
         stream, url = self.stream(*form, "simulate:occlusion")
-        # Twice: the session of the first is gone when the second comes. The second has a window, in which lines are put back on frames.
-        # --latency: on a busy machine the text comes later than 200 ms, and a frame goes on without it (seen).
+        # Twice: the first session is over when the second begins. The second has a window, for
+        # which lines are put back on frames. --latency: on a busy machine the text is more than
+        # 200 ms late, and a frame goes on without it (seen).
         for more in ((), ("--display=fakesink",)):
             said = self.receive(30, "--latency", "2000", *form, *more, url, self.got)
             got, sent = self.got.read_bytes(), self.sent.read_bytes().splitlines(keepends=True)
             places = [sent.index(line) for line in got.splitlines(keepends=True)]
-            gaps = [place - before for before, place in zip(places, places[1:]) if place != before + 1]
-            # One gap: what is made between the answer to DESCRIBE, for which there must have been a line, and PLAY.
+            gaps = [place - before for before, place in zip(places, places[1:])
+                    if place != before + 1]
+            # One gap is allowed: lines between the answer to DESCRIBE, which needs a line, and
+            # PLAY.
             self.assertLessEqual(len(gaps), 1, places)
             self.assertTrue(all(gap > 0 for gap in gaps), places)
-            self.assertRegex(said, rf"^\d+ frames; {got.count(10)} lines of tracks came with them( \(at the begin and the end .*\))?\n$")
-        # One tracker, that went on while nobody looked.
+            self.assertRegex(said, rf"^\d+ frames; {got.count(10)} lines of tracks came with them( "
+                             r"\(at the beginning and the end .*\))?\n$")
+        # There was one tracker, which went on while nobody was connected.
         os.killpg(stream.pid, signal.SIGINT)
         self.assertEqual(stream.wait(60), 0)
         harness.check_tracks(self, harness.read_lines(self.sent))
 
-    def test_the_video_is_what_it_would_be_without_csdtrack(self):
-        """What is encoded for those who look: each picture's bits and times, with identity in csdtrack's place."""
+    def test_the_served_video_is_the_same_without_csdtrack(self):
+        """Each encoded picture has the same bytes and times with identity in csdtrack's place."""
         program = """
-import hashlib, sys, runner
+import hashlib, sys
+from pipelines.lib import command, runner
 plain = sys.argv.pop(1) == "plain"
 make = runner.Gst.parse_launch
 
@@ -202,105 +228,116 @@ def seen(_, info):
     return runner.Gst.PadProbeReturn.OK
 
 def parse(text):
-    text = text.replace("x264enc", "x264enc threads=1")  # of several and with its buffer model the bits depend on the load
+    # With more threads, and its buffer model, x264's bytes depend on the load.
+    text = text.replace("x264enc", "x264enc threads=1")
     made = make(text.replace("! csdtrack name", "! identity name") if plain else text)
-    assert made.get_by_name("csdtrack").get_factory().get_name() == ("identity" if plain else "csdtrack")
+    factory = made.get_by_name("csdtrack").get_factory()
+    assert factory.get_name() == ("identity" if plain else "csdtrack")
     made.get_by_name("video").get_static_pad("sink").add_probe(runner.Gst.PadProbeType.BUFFER, seen)
     return made
 
 runner.Gst.parse_launch = parse
 if plain:
-    runner.configure = runner.say_cost = lambda *_: None
-import stream
+    runner.configure = runner.print_cost = lambda *_: None
+from pipelines.lib import stream
+command.run("stream", stream.main)
 """
         video = harness.scene_video(self.tmp / "served.mkv", 50, *harness.H264)
         seen = {}
         for which in ("plain", "tracked"):
-            done = subprocess.run([sys.executable, "-c", program, which, "--preset", "", "--port", "0", video], cwd=SOURCE / "pipelines" / "lib", capture_output=True,
-                                  text=True, stdin=subprocess.DEVNULL, timeout=120, env={**ENVIRONMENT, **harness.SAME_MEMORY})
+            done = harness.run_python(program, which, "--preset", "", "--port", "0", video,
+                                      timeout=120, env={**ENVIRONMENT, **harness.SAME_MEMORY})
             self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
-            seen[which] = [line for line in done.stdout.splitlines() if len(line.split()) == 2 and len(line.split()[1]) == 32]
+            seen[which] = [line for line in done.stdout.splitlines()
+                           if len(line.split()) == 2 and len(line.split()[1]) == 32]
         self.assertEqual(len(seen["plain"]), 50)
         self.assertEqual(seen["tracked"], seen["plain"])
 
-    def test_sizes_that_are_not_even(self):
-        """Served is 4:2:0, of whatever comes."""
+    def test_odd_sizes_lose_the_last_row_and_column(self):
+        """From any format, as 4:2:0 is served."""
         program = """
-import sys, sources
-sources.begin = lambda kind: f"videotestsrc num-buffers=10 ! video/x-raw,format={kind},width=161,height=121"
-import stream
+from pipelines.lib import command, sources, stream
+sources.launch = lambda kind: ("videotestsrc num-buffers=10 ! "
+                               f"video/x-raw,format={kind},width=161,height=121")
+command.run("stream", stream.main)
 """
-        for kind in "I420", "Y444", "P010_10LE":  # the last is none that videocrop takes
+        for kind in "I420", "Y444", "P010_10LE":  # videocrop does not take the last
             with self.subTest(kind):
                 self.sent.unlink(missing_ok=True)
-                done = subprocess.run([sys.executable, "-c", program, "--preset", "", "--port", "0", "--tracks", self.sent, kind], cwd=SOURCE / "pipelines" / "lib",
-                                      capture_output=True, text=True, timeout=120, env=ENVIRONMENT)
+                done = harness.run_python(program, "--preset", "", "--port", "0", "--tracks",
+                                          self.sent, kind, timeout=120, env=ENVIRONMENT)
                 self.assertEqual((done.returncode, done.stderr),
-                                 (0, f"stream: {kind}: 161×121 is no even size, which H.264 wants: the last column and row are left out\n"))
-                self.assertEqual([(line["width"], line["height"]) for line in harness.read_lines(self.sent)], [(160, 120)] * 10)
+                                 (0, f"stream: {kind}: 161×121 is no even size, which H.264 wants: "
+                                  "the last column and row are left out\n"))
+                self.assertEqual([(line["width"], line["height"])
+                                  for line in harness.read_lines(self.sent)], [(160, 120)] * 10)
 
-    def test_who_receives_may_be_there_first(self):
+    def test_a_receiver_waits_for_its_sender(self):
         port = free_port()
-        receiver = self.start(*command("receive", "--seconds", 1, f"rtsp://127.0.0.1:{port}/csdtrack", self.got))
+        receiver = self.start(*command("receive", "--seconds", 1,
+                                       f"rtsp://127.0.0.1:{port}/csdtrack", self.got))
         time.sleep(2)
         self.assertIsNone(receiver.poll())
         self.stream("--port", port, "simulate")
         self.assertEqual(receiver.wait(60), 0)
         self.assertTrue(harness.read_lines(self.got))
 
-    def received(self, url):
-        """A receiver that has got lines and pictures."""
+    def start_receiver(self, url):
+        """Starts a receiver and waits until it has lines and pictures."""
         self.got.unlink(missing_ok=True)
         receiver = self.start(*command("receive", url, self.got))
-        for _ in range(600):
-            if self.got.exists() and self.got.read_bytes().count(b"\n") > 25:
-                break
-            time.sleep(0.1)
+        self.await_count(receiver, self.got, 26)
         return receiver
 
-    def test_a_sender_that_is_gone_is_an_end(self):
+    def test_a_sender_that_ends_or_dies_ends_the_receiver(self):
         for how in signal.SIGINT, signal.SIGKILL:
             with self.subTest(how):
                 sender, url = self.stream("simulate")
-                receiver = self.received(url)
+                receiver = self.start_receiver(url)
                 os.killpg(sender.pid, how)
                 said = receiver.stdout.read()
-                if how == signal.SIGKILL and receiver.wait(60):  # with something unread in its socket, a reset is all that it leaves
+                # A killed sender with unread data in its socket leaves only a reset.
+                if how == signal.SIGKILL and receiver.wait(60):
                     self.assertRegex(said, "^receive: .*: the connection was lost\n$")
                 else:
                     self.assertRegex(said, r"^the sender's stream ended\n\d+ frames; .*\n$")
                     self.assertEqual(receiver.wait(60), 0)
 
-    def test_a_connection_that_is_lost_is_none(self):
+    def test_a_lost_connection_is_an_error(self):
         _, url = self.stream("simulate")
         relay = Relay(self, urllib.parse.urlsplit(url).port)
-        receiver = self.received(f"rtsp://127.0.0.1:{relay.port}/csdtrack")
+        receiver = self.start_receiver(f"rtsp://127.0.0.1:{relay.port}/csdtrack")
         relay.reset()
-        self.assertEqual(receiver.stdout.read(), f"receive: rtsp://127.0.0.1:{relay.port}/csdtrack: the connection was lost\n")
+        url_of_relay = f"rtsp://127.0.0.1:{relay.port}/csdtrack"
+        self.assertEqual(receiver.stdout.read(),
+                         f"receive: {url_of_relay}: the connection was lost\n")
         self.assertEqual(receiver.wait(60), 1)
         self.assertTrue(harness.read_lines(self.got))
-        self.check_refused(run("receive", f"rtsp://127.0.0.1:{relay.port}/csdtrack", self.got), 2, f"'{self.got}' is there already")
+        self.check_refused(run("receive", f"rtsp://127.0.0.1:{relay.port}/csdtrack", self.got), 2,
+                           f"'{self.got}' is there already")
         self.assertTrue(harness.read_lines(self.got))
         self.got.unlink()
-        # Before a picture the cause is said, be it reset or closed.
+        # Before the first picture too the cause is reported, whether it was reset or closed.
         for end in (Relay.reset, Relay.close):
             relay = Relay(self, urllib.parse.urlsplit(url).port, at_once=end)
             done = run("receive", f"rtsp://127.0.0.1:{relay.port}/csdtrack", self.got)
             self.check_refused(done, 1, f"receive: rtsp://127.0.0.1:{relay.port}/csdtrack: ")
             self.assertNotIn("is it connected", done.stderr)
 
-    def test_a_line_has_its_frame_s_time(self):
+    def test_each_line_has_the_time_of_its_frame(self):
         def picture(number):
             made = scene.picture(number).copy()
             made[:60, :60] = 20 + number % LEVELS * 18
             return made
 
         scene = harness.Scene()
-        video = harness.encode(self.tmp / "numbers.mkv", (picture(n) for n in range(400)), *harness.H264)
+        video = harness.encode(self.tmp / "numbers.mkv", (picture(n) for n in range(400)),
+                               *harness.H264)
         _, url = self.stream("--set", "max-features=5", video)
-        client = harness.Run(f"rtspsrc name=in location={url} protocols=tcp buffer-mode=none latency=200 "
-                             # No caps as a filter on `in.`: two of them race for its pads, see docs/reliability.md.
-                             "in. ! rtph264depay ! decodebin ! videoconvert ! video/x-raw,format=RGB,width=320 ! "
+        # No caps filters on `in.`: two of them would race for its pads (docs/reliability.md).
+        client = harness.Run(f"rtspsrc name=in location={url} protocols=tcp buffer-mode=none "
+                             "latency=200 in. ! rtph264depay ! decodebin ! videoconvert ! "
+                             "video/x-raw,format=RGB,width=320 ! "
                              "fakesink name=video sync=false async=false "
                              "in. ! rtpgstdepay ! fakesink name=lines sync=false async=false")
         self.addCleanup(client.pipeline.set_state, Gst.State.NULL)
@@ -310,32 +347,32 @@ import stream
             return round((rows[10:, 10:50].mean() - 20) / 18)
 
         frames = client.collect("video", lambda b: (b.pts, level(b)))
-        lines = client.collect("lines", lambda b: (b.pts, harness.parse_line(b.extract_dup(0, b.get_size()).decode())["frame"]))
+        lines = client.collect("lines", lambda b: (
+            b.pts, harness.parse_line(b.extract_dup(0, b.get_size()).decode())["frame"]))
         client.pipeline.set_state(Gst.State.PLAYING)
-        client.until(Gst.MessageType.EOS)  # the end of the file is the session's
+        client.until(Gst.MessageType.EOS)  # the session ends with the file
         client.pipeline.set_state(Gst.State.NULL)
-        self.assertEqual(len(dict(lines)), len(lines), "two lines of one time")
-        # The RTP times are the same; rtpjitterbuffer rounds those of either stream to nanoseconds by itself.
-        both = [(number % LEVELS, level) for pts, level in frames for time, number in lines if abs(time - pts) <= 1]
+        self.assertEqual(len(dict(lines)), len(lines), "two lines have the same time")
+        # The RTP times are the same, but rtpjitterbuffer rounds each stream's to nanoseconds.
+        both = [(number % LEVELS, level) for pts, level in frames for time, number in lines
+                if abs(time - pts) <= 1]
         self.assertGreater(len(both), 20, (frames[:5], lines[:5]))
         self.assertGreater(len(both), 0.9 * len(frames), (frames[:5], lines[:5]))
         self.assertEqual([number for number, _ in both], [level for _, level in both])
 
-    SIZES = [f"video/x-raw,format=I420,width={width},height={height},framerate=25/1" for width, height in ((320, 240), (240, 180))]
+    SIZES = [f"video/x-raw,format=I420,width={width},height={height},framerate=25/1"
+             for width, height in ((320, 240), (240, 180))]
 
-    def change(self, receiver):
-        """Waits for lines of the first size, then calls back, then waits for those of the other."""
+    def wait_for_sizes(self, receiver):
+        """A generator that first waits for lines of the first size, then for those of the other."""
         for width in 320, 240:
-            for _ in range(600):
-                if receiver.poll() is not None or self.got.exists() and self.got.read_bytes().count(b'"width":%d,' % width) >= 10:
-                    break
-                time.sleep(0.1)
+            self.await_count(receiver, self.got, 10, b'"width":%d,' % width)
             yield
 
-    def test_a_picture_that_changes_its_size(self):
+    def test_a_new_size_reaches_the_receiver(self):
         program = f"""
-import os, runner, sources
-sources.begin = lambda _: "videotestsrc is-live=true ! capsfilter name=size caps={self.SIZES[0]}"
+from pipelines.lib import command, runner, sources, stream
+sources.launch = lambda _: "videotestsrc is-live=true ! capsfilter name=size caps={self.SIZES[0]}"
 play = runner.Run.play
 
 def play_and_change(run, *arguments, **options):
@@ -347,19 +384,22 @@ def play_and_change(run, *arguments, **options):
     play(run, *arguments, **options)
 
 runner.Run.play = play_and_change
-import stream
+command.run("stream", stream.main)
 """
-        stream = subprocess.Popen([sys.executable, "-c", program, "--preset", "", "--port", "0", "changes"], cwd=SOURCE / "pipelines" / "lib", env=ENVIRONMENT,
-                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        stream = subprocess.Popen([sys.executable, "-c", program, "--preset", "", "--port", "0",
+                                   "changes"],
+                                  cwd=SOURCE, env=ENVIRONMENT, stdout=subprocess.PIPE,
+                                  stderr=subprocess.STDOUT, text=True)
         self.addCleanup(stream.stdout.close)
         self.addCleanup(stream.wait)
         self.addCleanup(stream.kill)
-        receiver = self.start(*command("receive", "--latency", 2000, "--display=fakesink", stream.stdout.readline().strip(), self.got))
-        waits = self.change(receiver)
+        receiver = self.start(*command("receive", "--latency", 2000, "--display=fakesink",
+                                       stream.stdout.readline().strip(), self.got))
+        waits = self.wait_for_sizes(receiver)
         next(waits)
         stream.send_signal(signal.SIGUSR1)
         next(waits)
-        # The video has changed, too: there are as many pictures as lines.
+        # The video has changed its size too: there are as many pictures as lines.
         os.killpg(receiver.pid, signal.SIGINT)
         said = receiver.stdout.read()
         self.assertEqual(receiver.wait(60), 0, said)
@@ -368,100 +408,129 @@ import stream
         self.assertGreaterEqual(changed, 10)
         self.assertGreater(frames, lines - changed, said)
         stream.terminate()
-        self.assertEqual((stream.wait(60), re.sub("tracking cost.*", "", stream.stdout.read()).count("\n")), (0, 1))
+        said = re.sub("tracking cost.*", "", stream.stdout.read())
+        self.assertEqual((stream.wait(60), said.count("\n")), (0, 1))
 
-    def test_a_picture_that_changes_its_size_and_has_no_tracks(self):
+    def test_a_new_size_of_a_stream_without_tracks(self):
         port = free_port(socket.SOCK_DGRAM)
-        sender = harness.Run(f"videotestsrc is-live=true ! capsfilter name=size caps={self.SIZES[0]} ! x264enc tune=zerolatency key-int-max=10 ! mpegtsmux ! "
-                             f"srtsink wait-for-connection=false uri=srt://127.0.0.1:{port}?mode=listener")
+        sender = harness.Run("videotestsrc is-live=true ! capsfilter name=size "
+                             f"caps={self.SIZES[0]} ! x264enc tune=zerolatency key-int-max=10 ! "
+                             "mpegtsmux ! srtsink wait-for-connection=false "
+                             f"uri=srt://127.0.0.1:{port}?mode=listener")
         self.addCleanup(sender.pipeline.set_state, Gst.State.NULL)
         sender.pipeline.set_state(Gst.State.PLAYING)
-        receiver = self.start(*command("receive", "--display=fakesink", f"srt://127.0.0.1:{port}", self.got))
-        waits = self.change(receiver)
+        receiver = self.start(*command("receive", "--display=fakesink", f"srt://127.0.0.1:{port}",
+                                       self.got))
+        waits = self.wait_for_sizes(receiver)
         next(waits)
         sender.element("size").set_property("caps", Gst.Caps.from_string(self.SIZES[1]))
         next(waits)
         os.killpg(receiver.pid, signal.SIGINT)
         said = receiver.stdout.read()
         self.assertEqual((receiver.wait(60), said.count("\n")), (0, 1), said)
-        self.assertGreaterEqual(sum(line["width"] == 240 for line in harness.read_lines(self.got)), 10)
+        self.assertGreaterEqual(sum(line["width"] == 240 for line in harness.read_lines(self.got)),
+                                10)
 
-    def test_what_a_recorder_sends_is_tracked(self):
+    def test_a_stream_without_tracks_is_tracked(self):
         server = self.start("/usr/bin/python3", "-c", RECORDER)
         port = server.stdout.readline().strip()
         srt = free_port(socket.SOCK_DGRAM)
-        self.start("gst-launch-1.0", "-q", *("csdsimsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! x264enc tune=zerolatency "
-                                             f"key-int-max=10 ! mpegtsmux ! srtsink wait-for-connection=false uri=srt://127.0.0.1:{srt}?mode=listener").split())
-        for url, more in ((f"rtsp://127.0.0.1:{port}/live", ()), (f"srt://127.0.0.1:{srt}", ("--display=fakesink",))):
+        self.start("gst-launch-1.0", "-q",
+                   *("csdsimsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! "
+                     "x264enc tune=zerolatency key-int-max=10 ! mpegtsmux ! srtsink "
+                     f"wait-for-connection=false uri=srt://127.0.0.1:{srt}?mode=listener").split())
+        for url, more in ((f"rtsp://127.0.0.1:{port}/live", ()),
+                          (f"srt://127.0.0.1:{srt}", ("--display=fakesink",))):
             with self.subTest(url):
-                self.assertIn("ms a frame", self.receive(20, "--set", "max-features=10", *more, url, self.got))
+                self.assertIn("ms a frame",
+                              self.receive(20, "--set", "max-features=10", *more, url, self.got))
                 lines = harness.read_lines(self.got)
                 harness.check_tracks(self, lines, most=10)
                 self.assertEqual((lines[0]["width"], lines[0]["height"]), (320, 240))
 
-    def test_a_transport_stream_brings_its_tracks(self):
+    def test_tracks_in_a_transport_stream_are_received(self):
         port = free_port(socket.SOCK_DGRAM)
         wide = "queue max-size-time=5000000000 max-size-buffers=0 max-size-bytes=0"
         self.sent.unlink(missing_ok=True)
         self.start("gst-launch-1.0", "-q", *(
-            f"csdsimsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! csdtrack max-features=10 ! tee name=t mpegtsmux alignment=7 name=m ! "
-            f"srtsink wait-for-connection=false uri=srt://127.0.0.1:{port}?mode=listener "
-            f"t. ! queue ! x264enc tune=zerolatency key-int-max=10 ! h264parse config-interval=-1 ! m. t. ! csdtrackenc ! {wide} ! m. "
-            f"t. ! csdtrackenc ! {wide} ! filesink location={self.sent} buffer-mode=unbuffered async=false").split())
+            "csdsimsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! csdtrack "
+            "max-features=10 ! tee name=t mpegtsmux alignment=7 name=m ! srtsink "
+            f"wait-for-connection=false uri=srt://127.0.0.1:{port}?mode=listener t. ! queue ! "
+            "x264enc tune=zerolatency key-int-max=10 ! h264parse config-interval=-1 ! m. t. ! "
+            f"csdtrackenc ! {wide} ! m. t. ! csdtrackenc ! {wide} ! filesink location={self.sent} "
+            "buffer-mode=unbuffered async=false").split())
         for more in (), ("--display=fakesink",):
             said = self.receive(30, "--klv", *more, f"srt://127.0.0.1:{port}", self.got)
             got, sent = self.got.read_bytes(), self.sent.read_bytes()
             self.assertIn(got, sent)
-            self.assertRegex(said, rf"^\d+ frames; {got.count(10)} lines of tracks came with them( \(at the begin and the end .*\))?\n$")
+            self.assertRegex(said, rf"^\d+ frames; {got.count(10)} lines of tracks came with them( "
+                             r"\(at the beginning and the end .*\))?\n$")
 
-    def test_klv_that_is_not_there_is_missed(self):
+    def test_a_stream_without_klv_is_refused(self):
         port = free_port(socket.SOCK_DGRAM)
-        self.start("gst-launch-1.0", "-q", *("csdsimsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! x264enc tune=zerolatency "
-                                             f"key-int-max=10 ! mpegtsmux ! srtsink wait-for-connection=false uri=srt://127.0.0.1:{port}?mode=listener").split())
+        self.start("gst-launch-1.0", "-q",
+                   *("csdsimsrc is-live=true ! video/x-raw,width=320,height=240,framerate=25/1 ! "
+                     "x264enc tune=zerolatency key-int-max=10 ! mpegtsmux ! srtsink "
+                     f"wait-for-connection=false uri=srt://127.0.0.1:{port}?mode=listener").split())
         for url in f"srt://127.0.0.1:{port}", self.stream("simulate")[1]:
             self.got.unlink(missing_ok=True)
-            self.check_refused(run("receive", "--klv", url, self.got), 1, f"receive: {url}: it brings no KLV")
+            self.check_refused(run("receive", "--klv", url, self.got), 1,
+                               f"receive: {url}: it contains no KLV")
 
-    def test_other_commands_take_the_stream(self):
+    def test_live_takes_the_stream(self):
         _, url = self.stream("--overlay", "simulate")
-        self.assertNotIn("ndjson", self.receive(5, "--sink", "fakesink", "--tracks", self.got, url, program="live"))  # is no picture: no matter
+        # It must not warn that the stream of lines is no picture.
+        self.assertNotIn("ndjson", self.receive(5, "--sink", "fakesink", "--tracks", self.got, url,
+                                                program="live"))
 
-    def test_who_comes_while_another_looks_gets_the_same(self):
+    def test_a_second_receiver_gets_the_same(self):
         _, url = self.stream("simulate")
         first, sent = self.tmp / "first.jsonl", self.sent.read_bytes
-        self.start(*command("receive", url, first))
-        for _ in range(600):
-            if first.exists() and first.stat().st_size:
-                break
-            time.sleep(0.1)
+        self.await_count(self.start(*command("receive", url, first)), first, 1)
         self.receive(20, url, self.got)
         for file in first, self.got:
             lines = file.read_bytes().splitlines(keepends=True)[-10:]
-            self.assertTrue(b"".join(lines) in sent(), f"{file}: of {len(lines)} lines some were not sent, or not in this order")
-        frames = [{line["frame"] for line in harness.read_lines(file, torn=True)} for file in (first, self.got)]
+            self.assertTrue(b"".join(lines) in sent(),
+                            f"{file}: of {len(lines)} lines some were not sent, or not in this "
+                            "order")
+        frames = [{line["frame"] for line in harness.read_lines(file, torn=True)}
+                  for file in (first, self.got)]
         self.assertTrue(frames[1] - {max(frames[1])} <= frames[0], frames)
 
-    def test_a_server_may_tell_any_caps(self):
-        """They are read in a callback of rtspsrc's, which nothing may leave."""
+    def test_any_caps_of_a_server_are_survived(self):
+        """They are read in a callback of rtspsrc, which no exception may leave."""
         for caps in b"YQ", b"\xc3\xa4":
             with self.subTest(caps):
-                server = Describing(self, b"v=0\r\no=- 1 1 IN IP4 127.0.0.1\r\ns=x\r\nt=0 0\r\nm=application 0 RTP/AVP 97\r\nc=IN IP4 127.0.0.1\r\n"
-                                    b"a=rtpmap:97 X-GST/90000\r\na=fmtp:97 caps=" + caps + b"\r\na=control:1\r\n")
+                session = (b"v=0\r\no=- 1 1 IN IP4 127.0.0.1\r\ns=x\r\nt=0 0\r\n"
+                           b"m=application 0 RTP/AVP 97\r\nc=IN IP4 127.0.0.1\r\n"
+                           b"a=rtpmap:97 X-GST/90000\r\na=fmtp:97 caps=" + caps +
+                           b"\r\na=control:1\r\n")
+                server = Describing(self, session)
                 self.check_refused(run("receive", server.url, self.got), 1, "receive: ")
 
-    def test_what_is_wrong_is_one_line(self):
+    def test_errors_are_one_line(self):
         taken = socket.create_server(("127.0.0.1", 0))
         self.addCleanup(taken.close)
         port, nobody = taken.getsockname()[1], free_port()
         for name, arguments, code, words in (
-                ("stream", ("--port", port), 1, f"port {port}"), ("stream", ("--address", "192.0.2.1"), 1, "192.0.2.1"),
-                ("stream", ("nothing.mp4",), 1, "no file"), ("stream", ("/dev/video99",), 1, "no device"), ("stream", ("--port", "x"), 2, "--port"),
-                ("stream", ("--port", "65536"), 2, "--port"), ("stream", ("--path", "a/b"), 2, "--path"), ("stream", ("--bitrate", "0"), 2, "--bitrate"),
-                ("stream", ("--tracks", self.tmp), 2, "folder"), ("stream", ("--port", 0, "--preset", "fast"), 2, "live-low-latency"),
-                ("receive", (f"rtsp://127.0.0.1:{nobody}/x", self.got), 1, f"nobody serves RTSP at 127.0.0.1:{nobody}"), ("receive", ("rtsp://x:y/z", self.got), 1, "Port"),
+                ("stream", ("--port", port), 1, f"port {port}"),
+                ("stream", ("--address", "192.0.2.1"), 1, "192.0.2.1"),
+                ("stream", ("nothing.mp4",), 1, "no file"),
+                ("stream", ("/dev/video99",), 1, "no device"),
+                ("stream", ("--port", "x"), 2, "--port"),
+                ("stream", ("--port", "65536"), 2, "--port"),
+                ("stream", ("--path", "a/b"), 2, "--path"),
+                ("stream", ("--bitrate", "0"), 2, "--bitrate"),
+                ("stream", ("--tracks", self.tmp), 2, "folder"),
+                ("stream", ("--port", 0, "--preset", "fast"), 2, "live-low-latency"),
+                ("receive", (f"rtsp://127.0.0.1:{nobody}/x", self.got), 1,
+                 f"nobody serves RTSP at 127.0.0.1:{nobody}"),
+                ("receive", ("rtsp://x:y/z", self.got), 1, "Port"),
                 ("receive", ("in.mkv", self.got), 2, "rtsp://"),
-                ("receive", ("rtsp://x/y",), 2, "TRACKS"), ("receive", ("rtsp://x/y", self.tmp), 2, "folder"),
-                ("receive", ("--set", "foo=1", "rtsp://x/y", self.got), 2, "'foo'"), ("receive", ("--latency", "-1", "rtsp://x/y", self.got), 2, "--latency"),
+                ("receive", ("rtsp://x/y",), 2, "TRACKS"),
+                ("receive", ("rtsp://x/y", self.tmp), 2, "folder"),
+                ("receive", ("--set", "foo=1", "rtsp://x/y", self.got), 2, "'foo'"),
+                ("receive", ("--latency", "-1", "rtsp://x/y", self.got), 2, "--latency"),
                 ("receive", ("--display=nosuchsink", "rtsp://x/y", self.got), 1, "nosuchsink")):
             with self.subTest(name, arguments=arguments):
                 self.check_refused(run(name, *arguments), code, words)

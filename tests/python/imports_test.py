@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Exceptions reach Python, and the bus, in whatever order a program imports what brings unwinders along. $THROWS is throws.cpp."""
+"""Exceptions reach Python and the bus, in whatever order a program imports libraries that have an
+unwinder of their own. $THROWS is throws.cpp."""
 
 import itertools
 import os
@@ -19,22 +20,24 @@ else:
     raise AssertionError("accepted")
 """
 PLUGIN = """
-pipeline = Gst.parse_launch("videotestsrc num-buffers=5 ! csdtrackdec location=bad.jsonl ! fakesink")
+pipeline = Gst.parse_launch(
+    "videotestsrc num-buffers=5 ! csdtrackdec location=bad.jsonl ! fakesink")
 pipeline.set_state(Gst.State.PLAYING)
-message = pipeline.get_bus().timed_pop_filtered(60 * Gst.SECOND, Gst.MessageType.ERROR | Gst.MessageType.EOS)
-assert message.type == Gst.MessageType.ERROR and "bad.jsonl" in message.parse_error()[0].message, message
+message = pipeline.get_bus().timed_pop_filtered(
+    60 * Gst.SECOND, Gst.MessageType.ERROR | Gst.MessageType.EOS)
+assert message.type == Gst.MessageType.ERROR, message
+assert "bad.jsonl" in message.parse_error()[0].message, message
 pipeline.set_state(Gst.State.NULL)
 """
 THROWN = """
-for name in "throws_ours", "throws_the_library", "throws_opencv", "throws_again", "throws_for_memory":
+for name in ("throws_ours", "throws_the_library", "throws_opencv", "throws_again",
+             "throws_for_memory"):
     assert getattr(throws, name)() & 1, name
 """
-IMPORTS = {
-    "csdtrack": "import csdtrack",
-    "cv2": "import cv2",
-    "gi": "import gi; gi.require_version('Gst', '1.0'); from gi.repository import Gst; Gst.init(None)",
-    "throws": f"import ctypes; throws = ctypes.CDLL({os.environ['THROWS']!r})",
-}
+IMPORTS = {"csdtrack": "import csdtrack", "cv2": "import cv2",
+           "gi": "import gi; gi.require_version('Gst', '1.0'); from gi.repository import Gst; "
+                 "Gst.init(None)",
+           "throws": f"import ctypes; throws = ctypes.CDLL({os.environ['THROWS']!r})"}
 
 
 class Imports(unittest.TestCase):
@@ -44,13 +47,14 @@ class Imports(unittest.TestCase):
             for order in itertools.permutations(names):
                 program = "\n".join(IMPORTS[name] for name in order) + then
                 with self.subTest(order):
-                    done = subprocess.run([sys.executable, "-c", program], cwd=folder, capture_output=True, text=True, timeout=120)
+                    done = subprocess.run([sys.executable, "-c", program], cwd=folder,
+                                          capture_output=True, text=True, timeout=120)
                     self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_the_module_and_the_plugin(self):
         self.check_every_order(["csdtrack", "cv2", "gi"], MODULE + PLUGIN)
 
-    def test_what_opencv_the_library_and_want_of_memory_throw(self):
+    def test_exceptions_of_opencv_of_the_library_and_out_of_memory(self):
         self.check_every_order(["throws", "cv2", "gi"], THROWN)
 
 

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The programs and commands of docs/python.md, as they stand there, on a made-up video whose motion is known."""
+"""The programs and commands of docs/python.md, unchanged, on a made-up video with known motion."""
 
 import importlib.util
 import json
@@ -13,12 +13,13 @@ import unittest
 import cv2
 
 import harness
-from harness import CLAIMS, FRAME, HANGS, STATES
+from harness import CLAIMS, FRAME, TIMEOUT, STATES
 
 DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
 PAGE = (DOCS / "python.md").read_text()
 BLOCKS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
-LINES = {n: line for n in ("csv", "jsonl") for line in re.findall(rf"^    (gst-launch.*tracks\.{n})$", PAGE, re.MULTILINE)}
+LINES = {n: line for n in ("csv", "jsonl")
+         for line in re.findall(rf"^    (gst-launch.*tracks\.{n})$", PAGE, re.MULTILINE)}
 FRAMES = 30
 
 
@@ -34,9 +35,10 @@ class Page(harness.Case):
         cls.video = harness.scene_video(cls.tmp / "in.mp4", FRAMES)
 
     def run_block(self, mark, *arguments):
-        """The lines that the one block which has `mark` in it prints."""
+        """Runs the one block of code that has `mark` in it, and returns the lines it prints."""
         block, = (b for b in BLOCKS if mark in b)
-        done = subprocess.run([sys.executable, "-c", block, *arguments], cwd=self.tmp, capture_output=True, text=True, timeout=HANGS)
+        done = subprocess.run([sys.executable, "-c", block, *arguments], cwd=self.tmp,
+                              capture_output=True, text=True, timeout=TIMEOUT)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         return done.stdout.splitlines()
 
@@ -53,23 +55,26 @@ class Page(harness.Case):
         rows = [[float(word) for word in line.split()] for line in lines[2:]]
         self.assertGreaterEqual(len(rows), 20)
         for _id, count, x, y, confidence in rows:
-            self.assertTrue(1 <= count <= FRAMES and 0 <= x < 320 and 0 <= y < 240 and 0.5 <= confidence <= 1)
+            self.assertTrue(1 <= count <= FRAMES and 0 <= x < 320 and 0 <= y < 240 and
+                            0.5 <= confidence <= 1)
 
-    def test_points_of_ones_own(self):
+    def test_points_that_the_user_gives(self):
         *rows, last = self.run_block("add_point(200, 60)", self.video)
         self.assertEqual(last, "2 ['learning']")
         at = [self.scene.motion(i) for i in range(FRAMES)]
         self.assertEqual(len(rows), 2 * 20 + 9)
         for row in rows:
             number, i, x, y = (float(word) for word in row.split())
-            n, (x0, y0) = int(number), [(160, 120), (100.5, 80), (200 - at[11][0], 60 - at[11][1])][int(i)]
+            n = int(number)
+            x0, y0 = [(160, 120), (100.5, 80), (200 - at[11][0], 60 - at[11][1])][int(i)]
             self.assertLess(abs(x - x0 - at[n][0]), 0.3, row)
             self.assertLess(abs(y - y0 - at[n][1]), 0.3, row)
 
     def test_metadata(self):
         rows = [line.split() for line in self.run_block("get_custom_meta", self.video)]
         first = int(rows[0][0])  # mp4 begins where its first frame is shown
-        self.assertEqual(sorted({int(row[0]) - first for row in rows}), [i * FRAME for i in range(FRAMES)])
+        self.assertEqual(sorted({int(row[0]) - first for row in rows}),
+                         [i * FRAME for i in range(FRAMES)])
         start = {row[1]: (float(row[2]), float(row[3])) for row in rows if int(row[0]) == first}
         self.assertEqual(len(start), 20)
         at = [self.scene.motion(i) for i in range(FRAMES)]
@@ -77,7 +82,8 @@ class Page(harness.Case):
             self.assertGreaterEqual(float(confidence), 0.5)
             if i in start:
                 dx, dy = at[(int(pts) - first) // FRAME]
-                self.assertLess(abs(float(x) - start[i][0] - dx) + abs(float(y) - start[i][1] - dy), 1, i)
+                self.assertLess(abs(float(x) - start[i][0] - dx) + abs(float(y) - start[i][1] - dy),
+                                1, i)
 
     def test_messages(self):
         new, *rows, last = self.run_block("add_signal_watch", self.video)
@@ -90,14 +96,17 @@ class Page(harness.Case):
             self.assertLessEqual({f.split(":")[1] for f in features}, set(STATES))
         self.assertIn(new.split()[-1], {f.split(":")[0] for row in rows for f in row.split()[1:]})
 
-    def test_an_error_is_the_exit_text(self):
+    def test_an_error_is_printed_in_one_line(self):
         for block in (b for b in BLOCKS if "VideoCapture" in b):
-            done = subprocess.run([sys.executable, "-c", block, "missing.mkv"], capture_output=True, text=True, timeout=HANGS)
+            done = subprocess.run([sys.executable, "-c", block, "missing.mkv"], capture_output=True,
+                                  text=True, timeout=TIMEOUT)
             self.assertEqual(done.returncode, 1)
-            self.assertRegex(done.stderr.splitlines()[-1], "^can't read .*missing.mkv$")  # OpenCV warns before
+            # OpenCV prints warnings before it.
+            self.assertRegex(done.stderr.splitlines()[-1], "^can't read .*missing.mkv$")
         for mark in ("get_custom_meta", "add_signal_watch"):
             block, = (b for b in BLOCKS if mark in b)
-            done = subprocess.run([sys.executable, "-c", block, __file__], capture_output=True, text=True, timeout=HANGS)
+            done = subprocess.run([sys.executable, "-c", block, __file__], capture_output=True,
+                                  text=True, timeout=TIMEOUT)
             self.assertEqual(done.returncode, 1)
             self.assertRegex(done.stderr, rf"^{re.escape(__file__)}: \S.*text file\s*$")
 
@@ -127,11 +136,13 @@ class Page(harness.Case):
 
     @needs("matplotlib")
     def test_the_beating_heart(self):
-        command, = re.findall(r"^    /usr/bin/python3 docs/(python/\S+\.py) (\S+)$", PAGE, re.MULTILINE)
-        done = subprocess.run([sys.executable, DOCS / command[0], command[1], "6"], cwd=self.tmp, capture_output=True, text=True,
-                              timeout=5 * HANGS)
+        command, = re.findall(r"^    /usr/bin/python3 docs/(python/\S+\.py) (\S+)$", PAGE,
+                              re.MULTILINE)
+        done = subprocess.run([sys.executable, DOCS / command[0], command[1], "6"], cwd=self.tmp,
+                              capture_output=True, text=True, timeout=5 * TIMEOUT)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
-        points, frames, error = re.match(r"(\d+) points, (\d+) frames, median error (\S+) px", done.stdout).groups()
+        points, frames, error = re.match(r"(\d+) points, (\d+) frames, median error (\S+) px",
+                                         done.stdout).groups()
         self.assertGreaterEqual(int(points), 50)
         self.assertEqual(int(frames), 150)
         self.assertLess(float(error), 0.5)
@@ -141,8 +152,8 @@ class Page(harness.Case):
         picture = cv2.imread(str(self.tmp / command[1]))
         self.assertEqual(picture.shape, (600, 900, 3))
         blue, _, red = (picture[..., k].astype(int) for k in range(3))
-        self.assertGreater((blue - red > 60).sum(), 1000, "the blue lines are there")
-        self.assertGreater((red - blue > 60).sum(), 1000, "the orange ones too")
+        self.assertGreater((blue - red > 60).sum(), 1000, "no blue lines")
+        self.assertGreater((red - blue > 60).sum(), 1000, "no orange lines")
 
 
 if __name__ == "__main__":

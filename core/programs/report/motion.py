@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What csd-motion says of the tracks: rhythms for the index, displacements as chunks. Nothing is computed here."""
+"""Runs csd-motion: puts its rhythms into the index, and its displacements into chunks."""
 
 import array
 import json
@@ -9,125 +9,149 @@ import pathlib
 import re
 import shutil
 import subprocess
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
-import failure
-import script
-from failure import Failure, Progress
+from report import script
+from report.messages import Progress, ReportError, memory_file
 
-BYTES = 1 << 19  # a chunk of displacements at least, before base64, unless it is the last
+CHUNK_BYTES = 1 << 19  # of displacements before base64: each chunk but the last has at least these
 UNKNOWN = -32768
 REMEDY = "give what csdtrackenc wrote as .jsonl"
 
 
-def program():
-    """csd-motion beside this program, else in PATH."""
-    import __main__
-    beside = pathlib.Path(__main__.__file__).resolve().parent / "csd-motion"
-    found = str(beside) if os.access(beside, os.X_OK) else shutil.which("csd-motion")
+def program() -> str:
+    """csd-motion beside csd-report, whose script sets CSD_MOTION, or in PATH."""
+    found = os.environ.get("CSD_MOTION") or shutil.which("csd-motion")
     if not found:
-        raise Failure("there is no csd-motion beside this program or in PATH: install it, or build it (-Dprograms=enabled)")
+        raise ReportError("there is no csd-motion beside this program or in PATH: "
+                          "install it, or build it (-Dprograms=enabled)")
     return found
 
 
-def quantised(values):
-    """16 bits each, in steps of a power of two from 1/64 px on: (step, base64)."""
+def quantised(values: Sequence[float | None]) -> tuple[float, str]:
+    """Step and base64: 16 bits a value, in steps of a power of two of at least 1/64 px."""
     most = max((abs(v) for v in values if v is not None), default=0)
-    step = max(2.0 ** -6, 2.0 ** math.ceil(math.log2(most / 32000)) if most else 0)
-    return step, script.packed(array.array("h", (UNKNOWN if v is None else round(v / step) for v in values)))
+    step = max(2.0**-6, 2.0**math.ceil(math.log2(most / 32000)) if most else 0)
+    return step, script.packed(
+        array.array("h", (UNKNOWN if v is None else round(v / step) for v in values)))
 
 
-def displacement(path):
-    """The member of a chunk for what csd-motion says of a feature or of the scene."""
+def displacement(path: Mapping[str, Any]) -> dict[str, Any]:
+    """A member of a chunk, from csd-motion's path of a feature or of the scene."""
     dx_step, dx = quantised(path["dx"])
     dy_step, dy = quantised(path["dy"])
-    return {"id": path.get("id"), "first": path.get("first", 0), "dx": dx, "dx_step": dx_step, "dy": dy, "dy_step": dy_step}
+    return {
+        "id": path.get("id"), "first": path.get("first", 0), "dx": dx, "dx_step": dx_step, "dy": dy,
+        "dy_step": dy_step
+    }
 
 
 class Motion:
-    """head: csd-motion's JSON without `series`; chunk_of: feature: number of the chunk with its displacement.
+    """A run of csd-motion.
 
-    To be entered: then the file has been read and found good. It is csd-motion that judges it, as it does for csd-score and csdtrackdec.
+    `head`: its JSON without `series`; `chunk_of`: the number of the chunk with a feature's
+    displacement.
+    Use it in a `with` statement. When that is entered, csd-motion has read the file and found it
+    good. It judges files as csd-score and csdtrackdec do.
     """
 
-    def __init__(self, tracks_path, folder, wanted):
-        """`wanted`: tell progress."""
-        self.chunk_of = {}
-        self._tracks, self._wanted = tracks_path, wanted
-        self._folder, self._members, self._bytes, self._count = folder, [], 0, 0
+    def __init__(self, tracks_path: pathlib.Path, folder: pathlib.Path, wanted: bool) -> None:
+        """`folder`: of the chunks; `wanted`: show progress."""
+        self.head: dict[str, Any] = {}
+        self.chunk_of: dict[int, int] = {}
+        self._tracks, self._wanted, self._folder = tracks_path, wanted, folder
+        self._members: list[dict[str, Any]] = []
+        self._bytes, self._count = 0, 0
+        self._first_line = ""  # of `series`
 
-    def __enter__(self):
-        """Raises Failure."""
-        self._log = failure.log()
-        self._run = subprocess.Popen([program(), "--json", "--series", str(self._tracks)], stdin=subprocess.DEVNULL,
-                                     stdout=subprocess.PIPE, stderr=self._log, text=True)
+    def __enter__(self) -> "Motion":
+        """Raises ReportError."""
+        self._stderr = memory_file()
+        self._run = subprocess.Popen(
+            [program(), "--json", "--series", str(self._tracks)], stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE, stderr=self._stderr, text=True)
+        assert self._run.stdout
+        self._stdout = self._run.stdout
         try:
             with Progress("looking for rhythms (csd-motion)", self._wanted) as progress:
                 progress.show(0)
-                self.head = self._head(self._run.stdout)
-            if self.head is None:
-                self._ended()
-                raise Failure("csd-motion says nothing")
+                head = self._read_head()
+            if head is None:
+                self._check_exit()
+                raise ReportError("csd-motion gives no result")
+            self.head = head
         except BaseException:
             self.__exit__(BaseException)
             raise
         return self
 
-    def __exit__(self, kind, *_):
+    def __exit__(self, kind: Any, *_: Any) -> None:
         if kind:
             self._run.kill()
-        self._run.stdout.close()
+        self._stdout.close()
         self._run.wait()
-        self._log.close()
+        self._stderr.close()
 
-    def _ended(self):
+    def _check_exit(self) -> None:
         if self._run.wait() == 0:
             return
-        self._log.seek(0)
-        said = (self._log.read().splitlines() or ["csd-motion failed"])[-1].removeprefix("csd-motion: ")
-        raise Failure(f"{said}: {REMEDY}" if re.match(r":\d+: ", said.removeprefix(str(self._tracks))) else said)
+        self._stderr.seek(0)
+        why = (self._stderr.read().splitlines() or ["csd-motion failed"])[-1]
+        why = why.removeprefix("csd-motion: ")
+        names_line = re.match(r":\d+: ", why.removeprefix(str(self._tracks)))
+        raise ReportError(f"{why}: {REMEDY}" if names_line else why)
 
-    def series(self, page_time, progress):
-        """Leaves the displacements. page_time(s of csd-motion) → s on the page, or None. progress(features done). Raises Failure."""
-        self._series(self._run.stdout, page_time, progress)
-        self._ended()
+    def write_series(self, page_time: Callable[[float], float],
+                     progress: Callable[[int], None]) -> None:
+        """Writes the displacements. Raises ReportError.
 
-    def _head(self, lines):
-        """Up to `series`, which is the last member; its first line, the scene's, is left for _series."""
-        head = []
-        for line in lines:
-            before, found, after = line.partition('"series": ')
-            if found:
-                self._first = after
-                text = "".join(head).rstrip().rstrip(",")
-                return json.loads(text + "}")
-            head.append(before)
-        return None
-
-    def _series(self, lines, page_time, progress):
-        """A line for the scene, then one for each feature: each is whole in memory, and never two."""
-        scene = json.loads(self._first.rstrip() + "]}")
-        self._first = ""
-        times = array.array("d", (page_time(t) for t in scene["times"]))
-        script.write(self._folder / "scene.js", "scene", {"times": script.packed(times), **displacement(scene["scene"])})
-        del scene
+        `page_time`: the time on the page (s) for one of csd-motion's, or NaN. `progress`: is called
+        with the number of features that are done.
+        """
+        self._write_scene(page_time)
         done = 0
-        for line in lines:
-            if not line.startswith("{"):  # the end of the whole
+        # Each line is one feature, and only one line at a time is in memory.
+        for line in self._stdout:
+            if not line.startswith("{"):  # the end of the JSON
                 continue
             line = line.rstrip().rstrip(",")
-            self._add(displacement(json.loads(line.removesuffix("]}") if line.endswith("]}]}") else line)))
+            feature = line.removesuffix("]}") if line.endswith("]}]}") else line
+            self._add(displacement(json.loads(feature)))
             done += 1
             progress(done)
         self._flush()
+        self._check_exit()
 
-    def _add(self, member):
+    def _read_head(self) -> dict[str, Any] | None:
+        """Reads up to `series`, the last member. Its first line, the scene's, is read with it."""
+        head: list[str] = []
+        for line in self._stdout:
+            before, found, after = line.partition('"series": ')
+            if found:
+                self._first_line = after
+                return json.loads("".join(head).rstrip().rstrip(",") + "}")
+            head.append(before)
+        return None
+
+    def _write_scene(self, page_time: Callable[[float], float]) -> None:
+        scene = json.loads(self._first_line.rstrip() + "]}")
+        self._first_line = ""
+        times: Iterable[float] = (page_time(t) for t in scene["times"])
+        script.write(self._folder / "scene.js", "scene", {
+            "times": script.packed(array.array("d", times)),
+            **displacement(scene["scene"])
+        })
+
+    def _add(self, member: dict[str, Any]) -> None:
         self.chunk_of[member["id"]] = self._count
         self._members.append(member)
         self._bytes += len(member["dx"]) + len(member["dy"])
-        if self._bytes >= BYTES:
+        if self._bytes >= CHUNK_BYTES:
             self._flush()
 
-    def _flush(self):
+    def _flush(self) -> None:
         if self._members:
-            script.write(self._folder / f"motion-{self._count:05}.js", "motion", self._count, self._members)
+            script.write(self._folder / f"motion-{self._count:05}.js", "motion", self._count,
+                         self._members)
             self._count, self._members, self._bytes = self._count + 1, [], 0

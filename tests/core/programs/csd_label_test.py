@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""csd-label with a real window, mouse and keys, in an X server of its own. $CSD_LABEL and $CSD_SCORE are the programs."""
+"""csd-label with a real window, mouse and keys, in an X server of its own.
+
+$CSD_LABEL and $CSD_SCORE are the programs."""
 
 import os
 import pathlib
@@ -9,7 +11,7 @@ import tempfile
 import time
 import unittest
 
-WAIT = 60  # seconds until something that comes at once on an idle machine is taken for missing
+WAIT = 60  # seconds; on an idle machine all that a test waits for comes at once
 
 
 def until(what, predicate):
@@ -26,11 +28,14 @@ class Label(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         read, write = os.pipe()
-        # Without -noreset the server closes all connections when its last client leaves: xdotool, just as csd-label comes.
-        # Without -r, no auto-repeat, a key types itself again wherever xdotool is slow to release it; and the `q` that ends
-        # a session stays down for good, as its window is gone before the release: it would end the next session, too.
-        cls.server = subprocess.Popen(["Xvfb", "-noreset", "-r", "-displayfd", str(write), "-screen", "0", "1280x800x24",
-                                       "-nolisten", "tcp"], pass_fds=[write], stderr=subprocess.DEVNULL)
+        # -noreset: else the server closes all connections when its last client leaves. That client
+        # is xdotool, which can leave just as csd-label connects.
+        # -r turns auto-repeat off. Else a key repeats where xdotool is slow to release it. The `q`
+        # that ends a session would even stay down, as its window is gone before the release, and
+        # would end the next session too.
+        cls.server = subprocess.Popen(
+            ["Xvfb", "-noreset", "-r", "-displayfd", str(write), "-screen", "0", "1280x800x24",
+             "-nolisten", "tcp"], pass_fds=[write], stderr=subprocess.DEVNULL)
         os.close(write)
         with os.fdopen(read) as display:
             cls.display = ":" + display.readline().strip()
@@ -45,35 +50,39 @@ class Label(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.tmp = pathlib.Path(folder.name)
         self.video, self.labels = self.tmp / "video.mkv", self.tmp / "labels.csv"
-        subprocess.run(["ffmpeg", "-v", "error", "-f", "lavfi", "-i", "testsrc2=size=320x240:rate=25", "-frames:v", "70",
-                        "-c:v", "ffv1", str(self.video)], check=True)
+        subprocess.run(["ffmpeg", "-v", "error", "-f", "lavfi", "-i",
+                        "testsrc2=size=320x240:rate=25", "-frames:v", "70", "-c:v", "ffv1",
+                        str(self.video)], check=True)
         self.environment = {**os.environ, "DISPLAY": self.display, "QT_X11_NO_MITSHM": "1",
                             "XDG_RUNTIME_DIR": folder.name}
 
     def open(self):
-        self.program = subprocess.Popen([os.environ["CSD_LABEL"], "--every", "30", "-o", self.labels, self.video],
-                                        env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.program = subprocess.Popen(
+            [os.environ["CSD_LABEL"], "--every", "30", "-o", self.labels, self.video],
+            env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(self.program.stdout.close)
         self.addCleanup(self.program.stderr.close)
         self.addCleanup(self.program.kill)
-        # It has this title from when it listens; what is done to it before is lost.
+        # The window gets this title once csd-label handles events; earlier ones would be lost.
         self.window = until("the window", self.windows)[-1]
-        # There is no window manager that would give it the keyboard.
+        # No window manager is here to give it the keyboard.
         self.xdotool("windowfocus", self.window)
 
     def windows(self):
         if self.program.poll() is not None:
-            raise AssertionError(f"csd-label ended with {self.program.returncode}: {self.program.stderr.read()}")
+            raise AssertionError(f"csd-label ended with {self.program.returncode}: "
+                                 f"{self.program.stderr.read()}")
         return self.xdotool("search", "--onlyvisible", "--name", "^csd-label: frame").split()
 
     def xdotool(self, *arguments):
-        return subprocess.run(["xdotool", *map(str, arguments)], env=self.environment, capture_output=True, text=True).stdout
+        return subprocess.run(["xdotool", *map(str, arguments)], env=self.environment,
+                              capture_output=True, text=True).stdout
 
     def rows(self):
         return self.labels.read_text().split()[1:] if self.labels.exists() else []
 
     def act(self, rows, *arguments):
-        """Does something once; then the file has these rows."""
+        """Does something once, and checks that the file then has these rows."""
         before = self.rows()
         self.xdotool(*arguments)
         until(rows, lambda: self.rows() != before)
@@ -86,10 +95,10 @@ class Label(unittest.TestCase):
         self.act(rows, "key", "--window", self.window, key)
 
     def until_frame(self, number):
-        until(f"frame {number}",
-              lambda: self.xdotool("getwindowname", self.window).strip() == f"csd-label: frame {number}")
+        until(f"frame {number}", lambda: self.xdotool("getwindowname", self.window).strip() ==
+              f"csd-label: frame {number}")
 
-    def test_a_session(self):
+    def test_labelling_in_two_sessions(self):
         self.open()
         first = ["0,0,100.000,50.000,1", "0,1,200.000,60.000,1"]
         self.click(100, 50, first[:1])
@@ -108,18 +117,20 @@ class Label(unittest.TestCase):
         self.until_frame(60)
         rows += ["30,1,,,0"]
         self.key("question", rows + ["60,0,,,2"])
-        # Frame 90 is past the end: after the last answer it ends by itself.
+        # Frame 90 is past the end, so the program ends by itself after the last answer.
         self.click(204, 61, rows + ["60,0,,,2", "60,1,204.000,61.000,1"])
         out, error = self.program.communicate(timeout=WAIT)
         self.assertEqual((self.program.returncode, error), (0, ""))
         self.assertIn("all 2 points", out)
-        points = subprocess.run([os.environ["CSD_SCORE"], "--print-points", self.labels], capture_output=True, text=True)
+        points = subprocess.run([os.environ["CSD_SCORE"], "--print-points", self.labels],
+                                capture_output=True, text=True)
         self.assertEqual(points.stdout, "100.000,50.000;200.000,60.000\n")
 
-    def test_refusals(self):
+    def test_wrong_options_and_files_are_refused(self):
         def refuse(code, text, *arguments):
-            done = subprocess.run([os.environ["CSD_LABEL"], *map(str, arguments)], env=self.environment,
-                                  capture_output=True, text=True, timeout=WAIT)
+            done = subprocess.run([os.environ["CSD_LABEL"], *map(str, arguments)],
+                                  env=self.environment, capture_output=True, text=True,
+                                  timeout=WAIT)
             self.assertEqual(done.returncode, code, done.stderr)
             self.assertIn(text, done.stderr)
 
@@ -134,16 +145,17 @@ class Label(unittest.TestCase):
     def test_without_a_display(self):
         for name in ("WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
             self.environment.pop(name, None)
-        for display, named in (("", "''"), (":77", "':77'"), ("nonsense", "'nonsense'"), (None, "not set")):
+        for display, named in (("", "''"), (":77", "':77'"), ("nonsense", "'nonsense'"),
+                               (None, "not set")):
             with self.subTest(display):
                 environment = {**self.environment, "DISPLAY": display or ""}
                 if display is None:
                     del environment["DISPLAY"]
-                done = subprocess.run([os.environ["CSD_LABEL"], self.video], env=environment, capture_output=True, text=True,
-                                      timeout=WAIT)
+                done = subprocess.run([os.environ["CSD_LABEL"], self.video], env=environment,
+                                      capture_output=True, text=True, timeout=WAIT)
                 self.assertEqual((done.returncode, done.stdout), (1, ""))
-                self.assertEqual(done.stderr, f"csd-label: no window can be opened (DISPLAY is {named}): run it in a terminal of a "
-                                 "desktop, or over ssh -X\n")
+                self.assertEqual(done.stderr, "csd-label: no window can be opened (DISPLAY is "
+                                 f"{named}): run it in a terminal of a desktop, or over ssh -X\n")
 
 
 if __name__ == "__main__":

@@ -17,11 +17,13 @@ BREATH, HEART = 0.25, 1.2
 
 
 def run(*arguments, **more):
-    return subprocess.run([os.environ["CSD_MOTION"], *map(str, arguments)], capture_output=True, text=True, **more)
+    return subprocess.run([os.environ["CSD_MOTION"], *map(str, arguments)], capture_output=True,
+                          text=True, **more)
 
 
 class Scene:
-    """Three features for 40 s at 25 fps, on a grid of 1/64 px; feature 1 is hidden for 4 s, feature 2 begins late."""
+    """Three features for 40 s at 25 fps, on a grid of 1/64 px. Feature 1 is hidden for 4 s, feature
+    2 begins after 10 s."""
 
     def __init__(self, frames=1000):
         self.times = [i / 25 for i in range(frames)]
@@ -31,11 +33,13 @@ class Scene:
             for f in range(3):
                 if f == 2 and t < 10:
                     continue
-                x = 100 * f + 2 * math.sin(2 * math.pi * (HEART * t + f / 10)) + 0.5 * math.sin(4 * math.pi * HEART * t)
+                x = (100 * f + 2 * math.sin(2 * math.pi * (HEART * t + f / 10)) +
+                     0.5 * math.sin(4 * math.pi * HEART * t))
                 y = 50 + 4 * math.sin(2 * math.pi * BREATH * t) + 0.05 * t
                 noise = [random.uniform(-0.5, 0.5) for _ in range(2)]
                 hidden = f == 1 and 20 <= t < 24
-                self.features[i][f] = (round((x + 0.4 * noise[0]) * 64) / 64, round((y + 0.4 * noise[1]) * 64) / 64,
+                self.features[i][f] = (round((x + 0.4 * noise[0]) * 64) / 64,
+                                       round((y + 0.4 * noise[1]) * 64) / 64,
                                        "occluded" if hidden else "tracked")
 
     def write_jsonl(self, path, role="track", pts=True):
@@ -43,9 +47,10 @@ class Scene:
             for i, t in enumerate(self.times):
                 features = [{"id": f, "x": x, "y": y, "state": state, "confidence": 0.9}
                             for f, (x, y, state) in self.features[i].items()]
-                file.write(json.dumps({"schema": 1, "source": "csdtrack0", "role": role, "algorithm": "csd", "frame": i,
-                                       "pts": round(t * 1e9) if pts else None, "width": 640, "height": 480,
-                                       "features": features}) + "\n")
+                file.write(json.dumps({"schema": 1, "source": "csdtrack0", "role": role,
+                                       "algorithm": "csd", "frame": i,
+                                       "pts": round(t * 1e9) if pts else None, "width": 640,
+                                       "height": 480, "features": features}) + "\n")
 
     def write_csv(self, path):
         with open(path, "w") as file:
@@ -90,7 +95,8 @@ class Rhythms(Case):
 
     def test_json(self):
         report = self.json(self.tracks)
-        self.assertEqual([report[key] for key in ("schema", "frames", "from", "to", "window")], [1, 1000, 0, 39.96, 60])
+        self.assertEqual([report[key] for key in ("schema", "frames", "from", "to", "window")],
+                         [1, 1000, 0, 39.96, 60])
         self.assertAlmostEqual(report["interval"], 0.04)
         self.assertNotIn("series", report)
         self.check(report["scene"]["rhythms"])
@@ -108,24 +114,26 @@ class Rhythms(Case):
     def test_csv_and_text_say_what_json_says(self):
         report = self.json(self.tracks)
         rows = list(csv.DictReader(io.StringIO(run("--csv", self.tracks).stdout)))
-        rhythms = [("", r) for r in report["scene"]["rhythms"]] + [(str(f["id"]), r) for f in report["features"]
-                                                                    for r in f["rhythms"]]
+        rhythms = [("", r) for r in report["scene"]["rhythms"]]
+        rhythms += [(str(f["id"]), r) for f in report["features"] for r in f["rhythms"]]
         self.assertEqual(len(rows), 2 + 3 * 2)
         text = run(self.tracks).stdout
         self.assertIn("3 features, 1000 frames, 0.000 to 39.960 s", text)
         for row, (feature, rhythm) in zip(rows, rhythms):
             self.assertEqual(row["feature"], feature)
             self.assertEqual(row["usual_name"], rhythm["usual_name"])
-            for column, key in (("frequency_hz", "frequency"), ("per_minute", "per_minute"), ("period_s", "period"),
-                                ("amplitude_px", "amplitude"), ("amplitude_low_px", "amplitude_low"),
-                                ("amplitude_high_px", "amplitude_high"), ("direction_deg", "direction"),
-                                ("explained", "explained")):
+            for column, key in (("frequency_hz", "frequency"), ("per_minute", "per_minute"),
+                                ("period_s", "period"), ("amplitude_px", "amplitude"),
+                                ("amplitude_low_px", "amplitude_low"),
+                                ("amplitude_high_px", "amplitude_high"),
+                                ("direction_deg", "direction"), ("explained", "explained")):
                 self.assertAlmostEqual(float(row[column]), rhythm[key], delta=0.006, msg=column)
-            self.assertEqual(row["harmonics"], ";".join(f"{h['multiple']}:{h['amplitude']:.3f}" for h in rhythm["harmonics"]))
+            self.assertEqual(row["harmonics"], ";".join(f"{h['multiple']}:{h['amplitude']:.3f}"
+                                                        for h in rhythm["harmonics"]))
             self.assertEqual(row["agreeing"], "3" if not feature else "")
             self.assertIn(f"{rhythm['frequency']:.4f}", text)
 
-    def test_other_formats(self):
+    def test_csv_truth_and_lines_without_times_give_the_same(self):
         report = self.json(self.tracks)
         self.scene.write_csv(self.tmp / "table")
         self.scene.write_jsonl(self.tmp / "truth", role="truth")
@@ -144,7 +152,7 @@ class Rhythms(Case):
         self.assertEqual([r["usual_name"] for r in report["scene"]["rhythms"]], ["heart"])
 
     def test_false_alarm(self):
-        """Who asks for all gets what is probably noise, too, and is told so."""
+        """--false-alarm 1 also reports rhythms that are probably noise, with that probability."""
         random = Random(2)
         for features in self.scene.features:
             for f in features:
@@ -154,12 +162,13 @@ class Rhythms(Case):
         rhythms = self.json("--false-alarm", 1, self.tracks)["scene"]["rhythms"]
         self.assertGreater(max(r["false_alarm"] for r in rhythms), 0.01)
 
-    def test_one_frame(self):
+    def test_a_single_frame_has_no_rhythm(self):
         Scene(1).write_jsonl(self.tracks)
         done = run(self.tracks)
         self.assertEqual(done.returncode, 0)
         self.assertIn("No rhythm of the scene", done.stdout)
-        self.assertIn("note: " + str(self.tracks) + ": no feature is claimed long enough", done.stderr)
+        self.assertIn("note: " + str(self.tracks) + ": no feature is claimed long enough",
+                      done.stderr)
         report = self.json("--series", self.tracks)
         self.assertEqual(report["series"]["features"][0]["vx"], [None])
         self.assertIsNone(report["features"][0]["speed"])
@@ -181,9 +190,11 @@ class Series(Case):
                     self.assertAlmostEqual(dy, place[1] - places[0][1], delta=0.00051)
                 else:
                     self.assertIsNone(dx)
-            self.assertAlmostEqual(feature["vx"][10], (places[11][0] - places[9][0]) / 0.08, delta=0.00051)
+            self.assertAlmostEqual(feature["vx"][10], (places[11][0] - places[9][0]) / 0.08,
+                                   delta=0.00051)
         hidden = series["features"][1]
-        self.assertEqual([i for i, vx in enumerate(hidden["vx"]) if vx is None], list(range(500, 600)))
+        self.assertEqual([i for i, vx in enumerate(hidden["vx"]) if vx is None],
+                         list(range(500, 600)))
         self.assertEqual(series["scene"]["features"][249:252], [2, 3, 3])
         self.assertEqual([series["scene"]["dx"][0], series["scene"]["dy"][0]], [0, 0])
         self.assertLess(max(abs(dx) for dx in series["scene"]["dx"]), 8)
@@ -217,23 +228,28 @@ class Wrong(Case):
     LINE = ('{"schema":1,"role":"track","frame":%d,"pts":%d,"width":64,"height":48,'
             '"features":[{"id":0,"x":%s,"y":2,"state":"%s","confidence":1}]}\n')
 
-    def test_input(self):
+    def test_files_that_cannot_be_used_are_refused(self):
         done = run(self.tmp / "absent")
         self.assertEqual(done.returncode, 1)
         self.assertIn("absent: can't be read: No such file", done.stderr)
         done = run(self.tmp)
-        self.assertEqual((done.returncode, done.stderr), (1, f"csd-motion: {self.tmp}: is a folder: give a file of tracks\n"))
+        self.assertEqual((done.returncode, done.stderr),
+                         (1, f"csd-motion: {self.tmp}: is a folder: give a file of tracks\n"))
         self.refused("", "is empty")
         self.refused("hello\n", "neither JSON nor a header")
         self.refused(b"\x00\xff\xfe\x00" * 50 + b"\n", "neither JSON nor a header")
         self.refused('{"schema":1' + "[" * 100000 + "\n", "is no JSON")
-        self.refused('{"schema":1,"role":"track","frame":0,"pts":0,"width":64,"height":48,"features":[]}\n', "claims no position")
+        self.refused(
+            '{"schema":1,"role":"track","frame":0,"pts":0,"width":64,"height":48,"features":[]}\n',
+            "claims no position")
         self.refused(self.LINE % (0, 0, 1, "lost"), "claims no position")
-        self.refused(self.LINE % (0, 0, 1, "tracked") + self.LINE % (1, 0, 1, "tracked"), ":2: the time doesn't go on")
+        self.refused(self.LINE % (0, 0, 1, "tracked") + self.LINE % (1, 0, 1, "tracked"),
+                     ":2: the time doesn't go on")
         self.refused(self.LINE % (0, 0, 1, "flying"), ":1: there is no state 'flying'")
         self.refused(self.LINE % (0, 0, "1e400", "tracked"), "wrong:1: ")
         self.refused(self.LINE % (0, 0, "1e300", "tracked"), "is beyond 1048576 pixels")
-        self.refused(self.LINE.replace('"pts":%d', '"pts":null') % (0, 1, "tracked"), "has no times")
+        self.refused(self.LINE.replace('"pts":%d', '"pts":null') % (0, 1, "tracked"),
+                     "has no times")
 
     def test_a_torn_line_is_noted(self):
         with open(self.tracks, "a") as file:
@@ -243,32 +259,37 @@ class Wrong(Case):
         self.assertIn("may be torn", done.stderr)
         self.assertIn("may be torn", self.json(self.tracks)["notes"][0])
 
-    def test_times_that_are_years_apart(self):
+    def test_times_years_apart_are_read_in_time(self):
         with open(self.tracks, "w") as file:
             for i in range(200):
-                file.write(self.LINE % (i, i * 40000000 + (9 * 10**18 if i > 99 else 0), i % 7, "tracked"))
+                file.write(self.LINE % (i, i * 40000000 + (9 * 10**18 if i > 99 else 0), i % 7,
+                                        "tracked"))
         self.assertEqual(run(self.tracks, timeout=60).returncode, 0)
 
-    def test_usage(self):
-        for arguments in ((), (self.tracks, self.tracks), ("--json", "--csv", self.tracks), ("--series", self.tracks),
-                          ("--from", "5", "--to", "4", self.tracks), ("--from", "inf", self.tracks), ("--to", "nan", self.tracks),
-                          ("--window", "4", self.tracks), ("--window", "nan", self.tracks), ("--fps", "-1", self.tracks), ("--fps", "0", self.tracks),
-                          ("--lowest", "3", "--highest", "2", self.tracks), ("--highest", "1000", self.tracks),
-                          ("--false-alarm", "0", self.tracks), ("--nonsense", self.tracks)):
+    def test_wrong_options_are_refused(self):
+        for arguments in ((), (self.tracks, self.tracks), ("--json", "--csv", self.tracks),
+                          ("--series", self.tracks), ("--from", "5", "--to", "4", self.tracks),
+                          ("--from", "inf", self.tracks), ("--to", "nan", self.tracks),
+                          ("--window", "4", self.tracks), ("--window", "nan", self.tracks),
+                          ("--fps", "-1", self.tracks), ("--fps", "0", self.tracks),
+                          ("--lowest", "3", "--highest", "2", self.tracks),
+                          ("--highest", "1000", self.tracks), ("--false-alarm", "0", self.tracks),
+                          ("--nonsense", self.tracks)):
             done = run(*arguments)
             self.assertEqual((done.returncode, done.stdout), (2, ""), arguments)
             self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
 
-    def test_a_full_disk(self):
+    def test_a_full_disk_is_reported(self):
         with open("/dev/full", "w") as full:
-            done = subprocess.run([os.environ["CSD_MOTION"], "--json", "--series", self.tracks], stdout=full,
-                                  stderr=subprocess.PIPE, text=True)
+            done = subprocess.run([os.environ["CSD_MOTION"], "--json", "--series", self.tracks],
+                                  stdout=full, stderr=subprocess.PIPE, text=True)
         self.assertEqual(done.returncode, 1)
         self.assertIn("can't be written: No space left on device", done.stderr)
 
-    def test_a_comma_in_the_locale_changes_nothing(self):
+    def test_a_locale_with_decimal_commas_changes_nothing(self):
         plain = run("--csv", self.tracks).stdout
-        self.assertEqual(run("--csv", self.tracks, env={**os.environ, "LC_ALL": "de_DE.UTF-8"}).stdout, plain)
+        self.assertEqual(
+            run("--csv", self.tracks, env={**os.environ, "LC_ALL": "de_DE.UTF-8"}).stdout, plain)
 
     def test_help_and_progress(self):
         done = run("--help")

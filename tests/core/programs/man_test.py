@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""man_test.py SOURCE BUILD PROGRAM...: the manual pages (docs/man) against the programs' --help, and against man and mandoc."""
+"""The manual pages (docs/man) agree with the programs' --help, and man and mandoc accept them.
+
+man_test.py SOURCE BUILD PROGRAM..."""
 
 import json
 import os
@@ -22,7 +24,7 @@ def run(*command):
 
 
 def helped_options(program):
-    """Of --help: (short, long, argument) of each option, and what it says of it."""
+    """{(short, long, argument): description} of each option that --help lists."""
     text = run(program, "--help").stdout
     found = re.findall(r"^  (?:-(\w), )?--([\w-]+)(?:[= ](\S+))? {2,}(\S.*)$", text, re.MULTILINE)
     return {(short, name, argument): about for short, name, argument, about in found}
@@ -34,10 +36,12 @@ def parts(page):
 
 
 def paged_options(page):
-    """Of the page's list of options the same as helped_options()."""
+    """The same as helped_options(), of the options that the page lists."""
     options = {}
-    for head, about in re.findall(r"^\.It (Fl .*)\n((?:(?!\.It|\.El).*\n)*)", parts(page)["OPTIONS"], re.MULTILINE):
-        short, name, argument = re.fullmatch(r"(?:Fl (\w)(?: Ar \S+)? , )?Fl -([\w-]+)(?: Ns = Ns Ar (\S+))?", head).groups("")
+    for head, about in re.findall(r"^\.It (Fl .*)\n((?:(?!\.It|\.El).*\n)*)",
+                                  parts(page)["OPTIONS"], re.MULTILINE):
+        short, name, argument = re.fullmatch(
+            r"(?:Fl (\w)(?: Ar \S+)? , )?Fl -([\w-]+)(?: Ns = Ns Ar (\S+))?", head).groups("")
         options[short, name, argument] = about
     return options
 
@@ -49,31 +53,37 @@ class Man(unittest.TestCase):
         for program in PROGRAMS:
             yield program, SOURCE / "docs" / "man" / f"{program.name}.1"
 
-    def test_the_version_is_the_build_s(self):
-        version = re.search(r"^  version: '([^']+)'", (SOURCE / "meson.build").read_text(), re.MULTILINE)[1]
+    def test_programs_print_the_version_of_the_build(self):
+        version = re.search(r"^  version: '([^']+)'", (SOURCE / "meson.build").read_text(),
+                            re.MULTILINE)[1]
         for program in PROGRAMS:
             with self.subTest(program):
                 env = {**ENV, "PATH": f"{BUILD / 'core' / 'programs'}:{os.environ['PATH']}"}
-                done = subprocess.run([program, "--version"], env=env, capture_output=True, text=True, timeout=60)
-                self.assertEqual((done.returncode, done.stdout, done.stderr), (0, f"{program.name} {version}\n", ""))
+                done = subprocess.run([program, "--version"], env=env, capture_output=True,
+                                      text=True, timeout=60)
+                self.assertEqual((done.returncode, done.stdout, done.stderr),
+                                 (0, f"{program.name} {version}\n", ""))
 
-    def test_what_is_installed_has_a_page_that_is_installed(self):
+    def test_each_installed_program_has_an_installed_page(self):
         meson = shlex.split(os.environ.get("MESONINTROSPECT", "meson introspect"))
-        plan = json.loads(subprocess.run([*meson, "--installed", BUILD], capture_output=True, text=True, check=True).stdout)
+        plan = json.loads(subprocess.run([*meson, "--installed", BUILD], capture_output=True,
+                                         text=True, check=True).stdout)
         places = [pathlib.Path(place) for place in plan.values()]
         programs = {place.name for place in places if place.parent.name == "bin"}
         pages = {place.stem for place in places if place.parent.name == "man1"}
         self.assertEqual(programs, {program.name for program in PROGRAMS})
         self.assertEqual(pages, programs)
 
-    def test_readers_have_no_complaint(self):
+    def test_man_and_mandoc_have_no_complaint(self):
         for _, page in self.each():
             with self.subTest(page.name):
                 if shutil.which("mandoc"):
                     said = run("mandoc", "-T", "lint", "-W", "style", page)
-                    # That other pages are not installed here is no fault of this one.
-                    complaints = [line for line in (said.stdout + said.stderr).splitlines() if page.name + ":" in line]
-                    self.assertEqual([line for line in complaints if "referenced manual not found" not in line], [])
+                    # It is no fault of this page that others are not installed here.
+                    complaints = [line for line in (said.stdout + said.stderr).splitlines()
+                                  if page.name + ":" in line]
+                    self.assertEqual([line for line in complaints
+                                      if "referenced manual not found" not in line], [])
                 else:
                     print("SKIP: there is no mandoc here", file=sys.stderr)
                 if shutil.which("man"):
@@ -91,9 +101,11 @@ class Man(unittest.TestCase):
                 self.assertEqual(re.findall(r'^\.Sh "?(.*?)"?$', page, re.MULTILINE), SECTIONS)
                 self.assertIn(f".Dt {program.name.upper()} 1\n", page)
                 self.assertTrue(all(text.strip() for text in parts(page).values()))
-                self.assertEqual(re.findall(r"^\.It (\d)$", parts(page)["EXIT STATUS"], re.MULTILINE), ["0", "1", "2"])
+                self.assertEqual(re.findall(r"^\.It (\d)$", parts(page)["EXIT STATUS"],
+                                            re.MULTILINE), ["0", "1", "2"])
                 about = re.search(r"^\.Nd (.*)$", page, re.MULTILINE)[1]
-                self.assertRegex(run(program, "--help").stdout, rf"(?mi)(^| - ){re.escape(about)}\.?$", "what it does, in the same words")
+                self.assertRegex(run(program, "--help").stdout,
+                                 rf"(?mi)(^| - ){re.escape(about)}\.?$", "described alike")
 
     def test_options_are_those_of_help(self):
         for program, path in self.each():
@@ -108,30 +120,36 @@ class Man(unittest.TestCase):
                         self.assertIn(f"({default})", paged[option], option)
                     self.assertRegex(parts(page)["SYNOPSIS"], rf"(Fl|\|) -{option[1]}\b")
 
-    def test_words_listed_in_help_are_listed(self):
-        """The trackers of csd-peers, the keys of csd-label: indented by two, a word, two spaces."""
+    def test_trackers_and_keys_of_help_are_on_the_page(self):
+        """The trackers of csd-peers and the keys of csd-label. In --help two spaces stand before
+        each and at least two after it."""
         for program, path in self.each():
             with self.subTest(path.name):
                 page = path.read_text(encoding="utf-8")
-                helped = set(re.findall(r"(?<=  )([\w?-]+)  +(?=\S)", run(program, "--help").stdout))
+                helped = set(re.findall(r"(?<=  )([\w?-]+)  +(?=\S)",
+                                        run(program, "--help").stdout))
                 listed = set(re.findall(r"Cm (?:\\&)?(\S+)", page))
                 arguments = set(re.findall(r"Ar (\S+)", page))
-                self.assertEqual(listed - {"Esc"}, {word for word in helped if not word.startswith("-")} - arguments)
+                self.assertEqual(listed - {"Esc"},
+                                 {word for word in helped if not word.startswith("-")} - arguments)
 
-    def test_examples_use_options_that_are_there(self):
+    def test_examples_use_existing_options(self):
         known = {program.name: helped_options(program) for program in PROGRAMS}
         for program, path in self.each():
             with self.subTest(path.name):
-                examples = "".join(re.findall(r"^\.Bd -literal[^\n]*\n(.*?)^\.Ed", parts(path.read_text(encoding="utf-8"))["EXAMPLES"],
+                examples = "".join(re.findall(r"^\.Bd -literal[^\n]*\n(.*?)^\.Ed",
+                                              parts(path.read_text(encoding="utf-8"))["EXAMPLES"],
                                               re.DOTALL | re.MULTILINE))
-                commands = re.findall(r"\b(csd-(?!2012)[a-z]+)((?: [^|)\n]*)?)", examples.replace("\\e\n", " "))
+                commands = re.findall(r"\b(csd-(?!2012)[a-z]+)((?: [^|)\n]*)?)",
+                                      examples.replace("\\e\n", " "))
                 self.assertIn(program.name, [name for name, _ in commands])
                 for name, rest in commands:
                     options = known[name]
                     for word in shlex.split(rest):
                         if re.match("-.", word):
                             key = word.lstrip("-").split("=")[0]
-                            self.assertTrue(any(key in option[:2] for option in options), f"{name} {word}")
+                            self.assertTrue(any(key in option[:2] for option in options),
+                                            f"{name} {word}")
 
 
 if __name__ == "__main__":

@@ -1,24 +1,34 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The scores once more, in numpy on whole arrays, for csd_score_test.py to compare csd-score with.
+"""A second implementation of the scores, in numpy on whole arrays.
 
-All take arrays of features × frames: `truth` and `tracks` (…×2, pixels), `labelled`, `visible` and `claimed` (bool).
+csd_score_test.py compares csd-score with it. All functions take arrays of features × frames:
+`truth` and `tracks` (…×2, pixels), `labelled`, `visible` and `claimed` (bool).
 """
 
+import typing
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[typing.Any]
+# Shares within each threshold, Jaccard indices, and how often `claimed` equals `visible`.
+Scores = tuple[Array, Array, float]
 
 
-def distances(truth, tracks, scale):
-    return np.sqrt((((tracks - truth) * scale) ** 2).sum(-1))
+def distances(truth: Array, tracks: Array, scale: Array | float) -> Array:
+    return typing.cast(Array, np.sqrt((((tracks - truth) * scale) ** 2).sum(-1)))
 
 
-def after_first_visible(visible):
-    """The frames after the one in which a feature is first visible (TAP-Vid's query mode "first")."""
+def after_first_visible(visible: Array) -> Array:
+    """The frames after the one in which a feature is first visible (TAP-Vid's query mode
+    "first")."""
     seen = np.cumsum(visible, axis=1) > 0
     return np.concatenate([np.zeros_like(seen[:, :1]), seen[:, :-1]], axis=1)
 
 
-def jaccard(distance, visible, claimed, evaluated, thresholds):
-    """Shares within, Jaccard indices, and how often claimed equals visible."""
+def jaccard(distance: Array, visible: Array, claimed: Array, evaluated: Array,
+            thresholds: Sequence[float]) -> Scores:
     within, indices = [], []
     for threshold in thresholds:
         near = distance < threshold
@@ -28,21 +38,25 @@ def jaccard(distance, visible, claimed, evaluated, thresholds):
         # A claim that is too far off is both: TP + FP + FN counts it twice, as TAP-Vid and STIR do.
         indices.append(true_positives / (true_positives + false_positives + false_negatives))
         within.append(np.mean(near[visible & evaluated]))
-    return np.array(within), np.array(indices), np.mean((visible == claimed)[evaluated])
+    return np.array(within), np.array(indices), float(np.mean((visible == claimed)[evaluated]))
 
 
-def tap_vid(truth, tracks, labelled, visible, claimed, size):
+def tap_vid(truth: Array, tracks: Array, labelled: Array, visible: Array, claimed: Array,
+            size: tuple[int, int]) -> Scores:
     distance = distances(truth, tracks, 256 / np.array(size))
-    return jaccard(distance, visible, claimed, after_first_visible(visible) & labelled, (1, 2, 4, 8, 16))
+    return jaccard(distance, visible, claimed,
+                   after_first_visible(visible) & labelled, (1, 2, 4, 8, 16))
 
 
-def stir_2026(truth, tracks, labelled, visible, claimed):
+def stir_2026(truth: Array, tracks: Array, labelled: Array, visible: Array,
+              claimed: Array) -> Scores:
     evaluated = labelled.copy()
     evaluated[:, 0] = False
     return jaccard(distances(truth, tracks, 1.0), visible, claimed, evaluated, (2, 4, 8, 16, 32))
 
 
-def paper(truth, tracks, labelled, visible, claimed, tau):
+def paper(truth: Array, tracks: Array, labelled: Array, visible: Array, claimed: Array,
+          tau: float) -> tuple[Array, Array]:
     """Sensitivity and 1 − precision of each frame, nan where there is none."""
     claimed = claimed & labelled
     correct = visible & claimed & (distances(truth, tracks, 1.0) <= tau)
@@ -50,7 +64,8 @@ def paper(truth, tracks, labelled, visible, claimed, tau):
         return correct.sum(0) / visible.sum(0), (claimed & ~correct).sum(0) / claimed.sum(0)
 
 
-def survival(truth, tracks, labelled, visible, size):
+def survival(truth: Array, tracks: Array, labelled: Array, visible: Array,
+             size: tuple[int, int]) -> float:
     failed = visible & (distances(truth, tracks, 255 / (np.array(size) - 1)) > 50)
     alive = np.cumprod(~failed, axis=1).astype(bool)
-    return np.mean(alive[labelled])
+    return float(np.mean(alive[labelled]))

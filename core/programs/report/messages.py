@@ -1,31 +1,35 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What goes wrong, and how far it is, as a user is told."""
+"""The program's errors and its progress."""
 
 import os
 import sys
 import time
+from typing import Any, TextIO
 
 
-class Failure(Exception):
-    """Nothing could be made; the text is one line that says what to change."""
+class ReportError(Exception):
+    """The report can't be made. The text is one line that says what to change."""
 
 
-def log():
-    """A file for what another program says: in memory, as the disk may be full, and there may be no folder for temporary files."""
-    return os.fdopen(os.memfd_create("log"), "w+", errors="replace")
+def memory_file() -> TextIO:
+    """A file for another program's stderr.
+
+    It is in memory, as the disk may be full, and there may be no folder for temporary files.
+    """
+    return os.fdopen(os.memfd_create("stderr"), "w+", errors="replace")
 
 
 class Progress:
-    """A line on a terminal, else a line for each quarter. If not `wanted`, nothing."""
+    """A line on a terminal; otherwise a line for each quarter. Prints nothing unless `wanted`."""
 
-    def __init__(self, what, wanted):
+    def __init__(self, what: str, wanted: bool) -> None:
         self._what, self._wanted = what, wanted
         self._terminal = sys.stderr.isatty()
         self._quarter = 0
         self._shown = 0.0
 
-    def show(self, share):
-        """share: 0…1 of what there is to do."""
+    def show(self, share: float) -> None:
+        """share: of the work, 0…1."""
         if not self._wanted:
             return
         share = min(max(share, 0), 1)
@@ -37,9 +41,9 @@ class Progress:
             self._quarter = int(share * 4)
             print(f"{self._what} {share:.0%}", file=sys.stderr, flush=True)
 
-    def __enter__(self):
+    def __enter__(self) -> "Progress":
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: Any) -> None:
         if self._wanted and self._terminal:
             print("\r\033[K", end="", file=sys.stderr, flush=True)
