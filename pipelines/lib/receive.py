@@ -49,7 +49,8 @@ csdtrack's: so it is read as tracks only with --klv.
 csdtrack runs with the preset live-low-latency (docs/pipelines.md). To record the video too, give
 the URL to pipelines/record.
 
-If the RTSP server isn't up yet, this waits for it, ten seconds. When the server ends, so does this.
+If the sender isn't up yet, this waits for it, ten seconds. When it ends, so does this. SRT can't tell
+its end from a lost connection: five seconds of silence are one.
 
 Exit code: 0 if a picture came, 1 if not, or if the connection was lost (one line says why; the
 lines that came before are there), 2 for wrong use.
@@ -100,7 +101,7 @@ def source(options: argparse.Namespace) -> str:
     url = command.quoted(options.url)
     if options.url.startswith("srt:"):
         demux = "tsdemux name=in " if options.klv else ""
-        return f"srtsrc uri={url} latency={options.latency} ! {demux}"
+        return f"srtsrc name=srt uri={url} latency={options.latency} ! {demux}"
     # buffer-mode=none keeps the sender's times, so those of a frame and its line stay equal. Other
     # modes adapt each stream by itself to this machine's clock: in the first second they were up to
     # 0.2 s apart.
@@ -247,6 +248,17 @@ def configure(runner: ModuleType, track: Any, options: argparse.Namespace) -> No
                      options.set)
 
 
+def end_with_sender(Gst: Any, srt: Any, frames: Any) -> None:
+    """Lets srtsrc reconnect until the sender is up. Later that would hide that the sender is gone: it
+    would try for ever."""
+
+    def first_frame(_pad: Any, _info: Any) -> Any:
+        srt.set_property("auto-reconnect", False)
+        return Gst.PadProbeReturn.REMOVE
+
+    frames.get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, first_frame)
+
+
 def main() -> None:
     options = command.parse_options(parse)
     from pipelines.lib import runner
@@ -271,7 +283,9 @@ def main() -> None:
         session.connect("no-more-pads", receiver.on_no_more_pads)
     else:
         receiver.build()
-    run.play(options.url, options.seconds, harmless=("window was closed",))
+    if srt := run.element("srt"):
+        end_with_sender(Gst, srt, run.element("frames"))
+    run.play(options.url, options.seconds, harmless=("window was closed",), through="frames")
     if run.source_ended:
         command.print_line("the sender's stream ended", sys.stdout)
     if receiver.track:

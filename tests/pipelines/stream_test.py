@@ -431,6 +431,21 @@ command.run("stream", stream.main)
         self.assertGreaterEqual(sum(line["width"] == 240 for line in harness.read_lines(self.got)),
                                 10)
 
+    def test_receiving_srt_ends_when_the_sender_is_gone(self):
+        self.got.unlink(missing_ok=True)
+        port = free_port(socket.SOCK_DGRAM)
+        sender = self.start("gst-launch-1.0", "-q", *(
+            "videotestsrc is-live=true ! video/x-raw,width=320,height=240 ! "
+            "x264enc tune=zerolatency key-int-max=10 ! mpegtsmux ! srtsink "
+            f"wait-for-connection=false uri=srt://127.0.0.1:{port}?mode=listener").split())
+        receiver = self.start(*command("receive", f"srt://127.0.0.1:{port}", self.got))
+        self.await_count(receiver, self.got, 10, b'"width":320,')
+        sender.kill()
+        self.assertEqual(receiver.wait(60), 1)
+        said = receiver.stdout.read()
+        self.assertIn(f"srt://127.0.0.1:{port}: the source broke off", said)
+        self.assertGreaterEqual(len(harness.read_lines(self.got)), 10)
+
     def test_a_stream_without_tracks_is_tracked(self):
         server = self.start("/usr/bin/python3", "-c", RECORDER)
         port = server.stdout.readline().strip()
