@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "programs/read_json.h"
 
+#include <simdjson.h>
+
 #include <charconv>
 #include <optional>
 
 #include "programs/absent_features.h"
 #include "programs/truth_table.h"
 #include "text/json.h"
-#include "text/json_node.h"
 #include "text/read_line.h"
 
 namespace csd::programs {
@@ -15,7 +16,7 @@ namespace {
 
 using score::InputError;
 
-constexpr std::size_t max_label_values = 1 << 21;  // of a file: 20 points in 30000 frames; 400 MB to json-glib
+constexpr std::size_t max_label_values = 1 << 21;  // of a file: 20 points in 30000 frames
 
 const char *role_of(bool truth) {
   return truth ? "truth" : "track";
@@ -56,8 +57,11 @@ bool is_jsonl(const TextFile &file) {
   const std::string_view first = file.first().text;
   if (first.starts_with("{\"schema\"")) return true;  // even if the rest of the line is damaged
   JsonText json;
-  JsonNode *const root = json.parse(first, max_line_values);
-  return is_object(root) && json_object_has_member(json_node_get_object(root), "features");
+  try {
+    return json.parse(first, max_line_values).at_key("features").error() == simdjson::SUCCESS;
+  } catch (const JsonError &) {
+    return false;
+  }
 }
 
 std::variant<score::Truth, score::Recording> read_jsonl(const TextFile &file, std::vector<std::string> &notes) {
@@ -91,20 +95,37 @@ std::variant<score::Truth, score::Recording> read_jsonl(const TextFile &file, st
   return tracks;
 }
 
+namespace {
+
+/// [x, y] or null; none of other values.
+std::optional<score::TruthPoint> label_of(simdjson::dom::element value) {
+  if (value.is_null()) return score::TruthPoint{score::Presence::hidden, {score::unknown, score::unknown}};
+  simdjson::dom::array pair;
+  score::TruthPoint point{score::Presence::visible, {}};
+  if (value.get(pair) != simdjson::SUCCESS || pair.size() != 2 ||
+      pair.at(0).get(point.position.x) != simdjson::SUCCESS || pair.at(1).get(point.position.y) != simdjson::SUCCESS)
+    return std::nullopt;
+  return point;
+}
+
+simdjson::dom::object labels_of(JsonText &json, const TextFile &file) {
+  simdjson::dom::object object;
+  try {
+    if (json.parse(file.content, max_label_values).get(object) == simdjson::SUCCESS) return object;
+  } catch (const JsonError &error) {
+    throw InputError(file.name, 0, error.what());
+  }
+  throw InputError(file.name, 0, "is no JSON object");
+}
+
+}  // namespace
+
 score::Truth read_labels(const TextFile &file) {
   JsonText json;
-  JsonNode *const root = json.parse(file.content, max_label_values);
-  if (!root) throw InputError(file.name, 0, json.error());
-  if (!is_object(root)) throw InputError(file.name, 0, "is no JSON object");
-  JsonObject *const object = json_node_get_object(root);
   TruthTable truth(file.name);
-  std::optional<guint> count;
-  JsonObjectIter iterator;
-  const char *name;
-  JsonNode *node;
-  json_object_iter_init_ordered(&iterator, object);
-  while (json_object_iter_next_ordered(&iterator, &name, &node)) {
-    const std::string_view key(name);
+  std::optional<std::size_t> count;
+  for (const simdjson::dom::key_value_pair member : labels_of(json, file)) {
+    const std::string_view key = member.key;
     std::uint64_t frame = 0;
     const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), frame);
     if (key.empty() || error != std::errc() || end != key.data() + key.size())
@@ -114,26 +135,18 @@ score::Truth read_labels(const TextFile &file) {
     const auto fail = [&](const std::string &what) {
       throw InputError(file.name, 0, "frame " + std::string(key) + ": " + what);
     };
-    if (is_null(node)) continue;
-    if (!is_array(node)) fail("is no list of points");
-    JsonArray *const points = json_node_get_array(node);
-    const guint length = json_array_get_length(points);
-    if (count && *count != length)
+    if (member.value.is_null()) continue;
+    simdjson::dom::array points;
+    if (member.value.get(points) != simdjson::SUCCESS) fail("is no list of points");
+    FeatureId length = 0;
+    for (const auto value : points) {
+      const auto point = label_of(value);
+      if (!point) fail("point " + std::to_string(length) + " is neither [x, y] nor null");
+      truth.add(frame, no_time, length++, *point, 0);
+    }
+    if (count.value_or(length) != length)
       fail("has " + std::to_string(length) + " points, the frame before has " + std::to_string(*count));
     count = length;
-    for (guint i = 0; i < length; ++i) {
-      JsonNode *const pair = json_array_get_element(points, i);
-      score::TruthPoint point{score::Presence::hidden, {score::unknown, score::unknown}};
-      if (!is_null(pair)) {
-        JsonArray *const numbers = is_array(pair) ? json_node_get_array(pair) : nullptr;
-        const bool two = numbers && json_array_get_length(numbers) == 2;
-        const auto x = two ? number_of(json_array_get_element(numbers, 0)) : std::nullopt;
-        const auto y = two ? number_of(json_array_get_element(numbers, 1)) : std::nullopt;
-        if (!x || !y) fail("point " + std::to_string(i) + " is neither [x, y] nor null");
-        point = {score::Presence::visible, {*x, *y}};
-      }
-      truth.add(frame, no_time, i, point, 0);
-    }
   }
   return truth.take();
 }

@@ -1,94 +1,136 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "text/read_line.h"
 
+#include <simdjson.h>
+
+#include <array>
 #include <cmath>
 #include <optional>
 
 #include "text/feature_state.h"
-#include "text/json_node.h"
 
 namespace csd {
 namespace {
 
+using simdjson::dom::element;
+
 constexpr std::size_t max_name = 1000;  // bytes of a name
+constexpr std::int64_t max_whole = std::numeric_limits<std::int64_t>::max();
 
-/// Reads the members of an object and checks them.
-class Members {
- public:
-  explicit Members(JsonObject *object) : object_(object) {}
+[[noreturn]] void refuse(std::string_view name, const std::string &why) {
+  throw LineError("`" + std::string(name) + "` " + why);
+}
 
-  JsonNode *node(const char *name) const { return json_object_get_member(object_, name); }
+/// A member of an object; none if it is missing or null.
+struct Member {
+  std::string_view name;
+  std::optional<element> value{};
+
   /// A whole number from 0 to `most`; none if null or missing.
-  std::optional<std::int64_t> whole(const char *name, std::int64_t most = G_MAXINT64) const {
-    JsonNode *const value = node(name);
-    if (is_null(value)) return std::nullopt;
-    if (!is_value(value, G_TYPE_INT64) || json_node_get_int(value) < 0 || json_node_get_int(value) > most)
-      throw LineError(std::string("`") + name + "` is no whole number from 0" +
-                      (most < G_MAXINT64 ? " to " + std::to_string(most) : ""));
-    return json_node_get_int(value);
+  std::optional<std::int64_t> whole(std::int64_t most = max_whole) const {
+    if (!value) return std::nullopt;
+    std::int64_t number = 0;
+    if (value->get(number) == simdjson::SUCCESS && number >= 0 && number <= most) return number;
+    const bool too_large = most < max_whole || value->is_uint64();
+    refuse(name, "is no whole number from 0" + (too_large ? " to " + std::to_string(most) : ""));
   }
-  double number(const char *name) const {
-    const auto value = number_of(node(name));
-    if (!value) throw LineError(std::string("`") + name + "` is no number");
-    return *value;
+  double number() const {
+    double number = 0;
+    if (!value || value->get(number) != simdjson::SUCCESS) refuse(name, "is no number");
+    return number;
   }
-  double position(const char *name) const {
-    const double value = number(name);
-    if (!(std::abs(value) <= max_pixels))
-      throw LineError(std::string("`") + name + "` is beyond " + std::to_string(max_pixels) + " pixels");
+  double position() const {
+    const double value = number();
+    if (!(std::abs(value) <= max_pixels)) refuse(name, "is beyond " + std::to_string(max_pixels) + " pixels");
     return value;
   }
-  std::string_view word(const char *name) const {
-    JsonNode *const value = node(name);
-    if (is_null(value)) return {};
-    if (!is_value(value, G_TYPE_STRING)) throw LineError(std::string("`") + name + "` is no string");
-    const std::string_view word = json_node_get_string(value);
-    if (word.size() > max_name) throw LineError(std::string("`") + name + "` is longer than 1000 bytes");
-    // Half a surrogate pair (\ud800), which json-glib may let through. Metas and messages must be UTF-8.
-    if (!g_utf8_validate(word.data(), static_cast<gssize>(word.size()), nullptr))
-      throw LineError(std::string("`") + name + "` holds half a character");
+  std::string_view word() const {
+    if (!value) return {};
+    std::string_view word;
+    if (value->get(word) != simdjson::SUCCESS) refuse(name, "is no string");
+    if (word.size() > max_name) refuse(name, "is longer than 1000 bytes");
+    // Strings of GStreamer end there.
+    if (word.find('\0') != word.npos) refuse(name, "holds a character 0");
     return word;
   }
-  JsonArray *array(const char *name) const {
-    JsonNode *const value = node(name);
-    if (!is_array(value)) throw LineError(std::string("`") + name + "` is no array");
-    return json_node_get_array(value);
+  simdjson::dom::array array() const {
+    simdjson::dom::array array;
+    if (!value || value->get(array) != simdjson::SUCCESS) refuse(name, "is no array");
+    return array;
   }
   /// True if missing.
-  bool unless_false(const char *name) const {
-    JsonNode *const value = node(name);
-    if (is_null(value)) return true;
-    if (!is_value(value, G_TYPE_BOOLEAN)) throw LineError(std::string("`") + name + "` is neither true nor false");
-    return json_node_get_boolean(value);
+  bool unless_false() const {
+    bool flag = true;
+    if (value && value->get(flag) != simdjson::SUCCESS) refuse(name, "is neither true nor false");
+    return flag;
   }
-
- private:
-  JsonObject *object_;
 };
 
-Feature feature_of(JsonNode *node) {
-  if (!is_object(node)) throw LineError("a feature is no object");
-  const Members members(json_node_get_object(node));
-  const auto id = members.whole("id", no_feature - 1);
-  if (!id) throw LineError("a feature has no `id`");
+/// Looks up members in one pass. Of those of one name the last counts, as for most readers.
+template <typename... Members>
+void find(const simdjson::dom::object &object, Members &...members) {
+  const std::array<Member *, sizeof...(members)> wanted = {&members...};
+  std::size_t next = 0;  // they mostly come in this order
+  for (const simdjson::dom::key_value_pair member : object) {
+    for (std::size_t tries = 0; tries < wanted.size(); ++tries) {
+      Member &one = *wanted[next];
+      next = next + 1 < wanted.size() ? next + 1 : 0;
+      if (one.name != member.key) continue;
+      one.value = member.value.is_null() ? std::nullopt : std::optional(member.value);
+      break;
+    }
+  }
+}
+
+Feature feature_of(element value) {
+  simdjson::dom::object object;
+  if (value.get(object) != simdjson::SUCCESS) throw LineError("a feature is no object");
+  Member id{"id"}, x{"x"}, y{"y"}, state{"state"}, confidence{"confidence"}, fresh{"fresh"};
+  find(object, id, x, y, state, confidence, fresh);
+  const auto number = id.whole(no_feature - 1);
+  if (!number) throw LineError("a feature has no `id`");
   Feature feature;
-  feature.id = static_cast<FeatureId>(*id);
-  feature.x = members.position("x");
-  feature.y = members.position("y");
-  feature.confidence = members.number("confidence");
+  feature.id = static_cast<FeatureId>(*number);
+  feature.x = x.position();
+  feature.y = y.position();
+  feature.confidence = confidence.number();
   if (feature.confidence < 0 || feature.confidence > 1) throw LineError("a confidence is from 0 to 1");
-  const std::string_view word = members.word("state");
-  const auto state = state_of(word);
-  if (!state) throw LineError("there is no state '" + std::string(word) + "'");
-  feature.state = *state;
-  feature.fresh = members.unless_false("fresh");
+  const auto known = state_of(state.word());
+  if (!known) throw LineError("there is no state '" + std::string(state.word()) + "'");
+  feature.state = *known;
+  feature.fresh = fresh.unless_false();
   return feature;
+}
+
+element parsed(JsonText &json, std::string_view text) {
+  if (text.size() > max_line_bytes) throw LineError("is longer than 8 MiB");
+  try {
+    return json.parse(text, max_line_values);
+  } catch (const JsonError &error) {
+    throw LineError(error.what());
+  }
 }
 
 bool is_truth(std::string_view role) {
   if (role != "track" && role != "truth")
     throw LineError("`role` is '" + std::string(role) + "', neither track nor truth");
   return role == "truth";
+}
+
+std::vector<Feature> features_of(const simdjson::dom::array &array, bool truth) {
+  std::vector<Feature> features;
+  for (const element value : array) {
+    if (features.size() == max_line_features)
+      throw LineError("has more than " + std::to_string(max_line_features) + " features");
+    const Feature feature = feature_of(value);
+    if (!features.empty() && features.back().id >= feature.id)
+      throw LineError("feature " + std::to_string(feature.id) + " after feature " + std::to_string(features.back().id));
+    if (truth && feature.state != FeatureState::tracked && feature.state != FeatureState::occluded &&
+        feature.state != FeatureState::out)
+      throw LineError("a truth's states are tracked, occluded and out, not " + std::string(state_name(feature.state)));
+    features.push_back(feature);
+  }
+  return features;
 }
 
 }  // namespace
@@ -111,45 +153,31 @@ std::string printable(std::string_view text) {
 }
 
 TrackLine read_track_line(JsonText &json, std::string_view text) {
-  if (text.size() > max_line_bytes) throw LineError("is longer than 8 MiB");
-  JsonNode *const root = json.parse(text, max_line_values);
-  if (!root) throw LineError(json.error());
-  if (!is_object(root)) throw LineError("is no JSON object");
-  const Members members(json_node_get_object(root));
-  const auto schema = members.whole("schema");
-  if (schema != 1)
-    throw LineError(schema ? "schema " + std::to_string(*schema) + " is not known (1 is)" : "has no `schema`");
+  simdjson::dom::object object;
+  if (parsed(json, text).get(object) != simdjson::SUCCESS) throw LineError("is no JSON object");
+  Member schema{"schema"}, source{"source"}, role{"role"}, algorithm{"algorithm"}, frame{"frame"}, pts{"pts"};
+  Member duration{"duration"}, stream_time{"stream_time"}, width{"width"}, height{"height"}, features{"features"};
+  find(object, schema, source, role, algorithm, frame, pts, duration, stream_time, width, height, features);
+  const auto version = schema.whole();
+  if (version != 1)
+    throw LineError(version ? "schema " + std::to_string(*version) + " is not known (1 is)" : "has no `schema`");
   TrackLine line;
-  line.truth = is_truth(members.word("role"));
-  line.source = members.word("source");
-  line.algorithm = members.word("algorithm");
-  line.tracks.width = static_cast<int>(members.whole("width", max_pixels).value_or(0));
-  line.tracks.height = static_cast<int>(members.whole("height", max_pixels).value_or(0));
-  const auto frame = members.whole("frame");
-  line.numbered = frame.has_value();
+  line.truth = is_truth(role.word());
+  line.source = source.word();
+  line.algorithm = algorithm.word();
+  line.tracks.width = static_cast<int>(width.whole(max_pixels).value_or(0));
+  line.tracks.height = static_cast<int>(height.whole(max_pixels).value_or(0));
+  const auto number = frame.whole();
+  line.numbered = number.has_value();
   if (line.numbered && (line.tracks.width < 1 || line.tracks.height < 1))
     throw LineError("has no `width` or no `height`");
-  line.tracks.frame = static_cast<std::uint64_t>(frame.value_or(0));
-  line.pts = members.whole("pts").value_or(no_time);
-  line.duration = members.whole("duration").value_or(no_time);
-  line.stream_time = members.whole("stream_time").value_or(no_time);
+  line.tracks.frame = static_cast<std::uint64_t>(number.value_or(0));
+  line.pts = pts.whole().value_or(no_time);
+  line.duration = duration.whole().value_or(no_time);
+  line.stream_time = stream_time.whole().value_or(no_time);
   if (line.stream_time > max_time) throw LineError("`stream_time` is more than 146 years");
-  JsonArray *const array = members.array("features");
-  const guint count = json_array_get_length(array);
-  if (count > max_line_features) throw LineError("has more than " + std::to_string(max_line_features) + " features");
-  std::vector<Feature> &features = line.tracks.features;
-  features.reserve(count);
-  for (guint i = 0; i < count; ++i) {
-    features.push_back(feature_of(json_array_get_element(array, i)));
-    if (i > 0 && features[i - 1].id >= features[i].id)
-      throw LineError("feature " + std::to_string(features[i].id) + " after feature " +
-                      std::to_string(features[i - 1].id));
-    if (line.truth && features[i].state != FeatureState::tracked && features[i].state != FeatureState::occluded &&
-        features[i].state != FeatureState::out)
-      throw LineError("a truth's states are tracked, occluded and out, not " +
-                      std::string(state_name(features[i].state)));
-  }
-  if (!line.numbered && count > 0) throw LineError("has features, but no `frame`");
+  line.tracks.features = features_of(features.array(), line.truth);
+  if (!line.numbered && !line.tracks.features.empty()) throw LineError("has features, but no `frame`");
   return line;
 }
 

@@ -48,8 +48,7 @@ struct TrackLine {
 };
 
 /// Reads a line, processed by line_text(), of at most max_line_bytes. Skips unknown fields. Throws LineError for any
-/// other input, even malicious: protects `json` from text that would overflow its stack, fill the memory or be read as
-/// other numbers.
+/// other input, even malicious.
 TrackLine read_track_line(JsonText &json, std::string_view text);
 
 }  // namespace csd

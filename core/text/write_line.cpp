@@ -41,27 +41,11 @@ void append_size(std::string &out, int pixels) {
     out += "null";
 }
 
-/// A JSON string of UTF-8.
 void append_string(std::string &out, std::optional<std::string_view> text) {
-  if (!text) {
+  if (text)
+    append_json_string(out, *text);
+  else
     out += "null";
-    return;
-  }
-  out += '"';
-  for (const char c : *text) {
-    if (c == '"' || c == '\\') {
-      out += '\\';
-      out += c;
-    } else if (static_cast<unsigned char>(c) < 0x20) {
-      constexpr char digits[] = "0123456789abcdef";
-      out += "\\u00";
-      out += digits[c >> 4];
-      out += digits[c & 15];
-    } else {
-      out += c;
-    }
-  }
-  out += '"';
 }
 
 /// A CSV field (RFC 4180), quoted if necessary.
@@ -91,6 +75,24 @@ void append_reference(std::string &out, const LineHead &head) {
 }
 
 }  // namespace
+
+void append_json_string(std::string &out, std::string_view text) {
+  out += '"';
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else if (static_cast<unsigned char>(c) < 0x20) {
+      constexpr char digits[] = "0123456789abcdef";
+      out += "\\u00";
+      out += digits[c >> 4];
+      out += digits[c & 15];
+    } else {
+      out += c;
+    }
+  }
+  out += '"';
+}
 
 JsonLine::JsonLine(std::string &out, const LineHead &head) : out_(out) {
   out += "{\"schema\":1,\"source\":";

@@ -10,6 +10,9 @@
 
 namespace csd {
 
+/// Appends a string of JSON; `text` is UTF-8.
+void append_json_string(std::string &out, std::string_view text);
+
 /// What is written about a frame: docs/metadata.md has the schema. Unknown values are null in JSON and empty in CSV.
 ///
 /// Numbers have a decimal point and JSON's form in every locale. x, y and confidence have 3 decimals.

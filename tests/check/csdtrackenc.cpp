@@ -7,7 +7,7 @@
 #include "attach.h"
 #include "read_text.h"
 
-using csd_check::attach, csd_check::Json, csd_check::lines_of, csd_check::object, csd_check::parse, csd_check::text_in;
+using csd_check::attach, csd_check::Json, csd_check::lines_of, csd_check::text, csd_check::text_in;
 
 namespace {
 
@@ -47,20 +47,16 @@ GstBuffer *tracked_frame(guint64 n, const char *source = "csdtrack0") {
   return buffer;
 }
 
-void assert_members(JsonObject *o, std::vector<std::string> expected) {
-  GList *names = json_object_get_members(o);
-  fail_unless_equals_int(g_list_length(names), expected.size());
-  GList *name = names;
-  for (const std::string &e : expected) {
-    fail_unless_equals_string(static_cast<char *>(name->data), e.c_str());
-    name = name->next;
-  }
-  g_list_free(names);
+using Type = simdjson::dom::element_type;
+
+void assert_members(simdjson::dom::object object, const std::vector<std::string> &expected) {
+  std::vector<std::string> names;
+  for (const auto member : object) names.emplace_back(member.key);
+  fail_unless(names == expected);
 }
 
-void assert_type(JsonObject *o, const char *member, GType type) {
-  JsonNode *node = json_object_get_member(o, member);
-  fail_unless(node && JSON_NODE_HOLDS_VALUE(node) && json_node_get_value_type(node) == type, "%s", member);
+void assert_type(simdjson::dom::object object, const char *member, Type type) {
+  fail_unless(object.at_key(member).type() == type, "%s", member);
 }
 
 /// fail_unless_equals_string() only keeps the pointer, which a temporary would leave dangling.
@@ -94,24 +90,24 @@ GST_END_TEST;
 GST_START_TEST(test_json_fields_and_types) {
   Harness harness("application/x-ndjson");
   harness.push(tracked_frame(1));
-  const Json json = parse(harness.pull());
-  JsonObject *o = object(json);
+  const Json json(harness.pull());
+  const simdjson::dom::object o = json.object();
   assert_members(o, {"schema", "source", "role", "algorithm", "frame", "pts", "duration", "running_time", "stream_time",
                      "reference", "width", "height", "features"});
   for (const char *m : {"schema", "frame", "pts", "duration", "running_time", "stream_time", "width", "height"})
-    assert_type(o, m, G_TYPE_INT64);
-  for (const char *m : {"source", "role", "algorithm"}) assert_type(o, m, G_TYPE_STRING);
-  fail_unless(json_object_get_null_member(o, "reference"));
-  JsonArray *features = json_object_get_array_member(o, "features");
-  fail_unless_equals_int(json_array_get_length(features), 2);
-  JsonObject *f = json_array_get_object_element(features, 0);
+    assert_type(o, m, Type::INT64);
+  for (const char *m : {"source", "role", "algorithm"}) assert_type(o, m, Type::STRING);
+  fail_unless(json["reference"].is_null());
+  const auto features = json.features();
+  fail_unless_equals_int(features.size(), 2);
+  simdjson::dom::object f = features.at(0);
   assert_members(f, {"id", "x", "y", "state", "confidence"});
-  assert_type(f, "id", G_TYPE_INT64);
-  for (const char *m : {"x", "y", "confidence"}) assert_type(f, m, G_TYPE_DOUBLE);
-  assert_type(f, "state", G_TYPE_STRING);
-  f = json_array_get_object_element(features, 1);
+  assert_type(f, "id", Type::INT64);
+  for (const char *m : {"x", "y", "confidence"}) assert_type(f, m, Type::DOUBLE);
+  assert_type(f, "state", Type::STRING);
+  f = features.at(1);
   assert_members(f, {"id", "x", "y", "state", "confidence", "fresh"});
-  assert_type(f, "fresh", G_TYPE_BOOLEAN);
+  assert_type(f, "fresh", Type::BOOL);
 }
 GST_END_TEST;
 
@@ -120,12 +116,12 @@ GST_START_TEST(test_unknown_values_are_null) {
   GstBuffer *bare = frame(0);
   GST_BUFFER_PTS(bare) = GST_BUFFER_DURATION(bare) = GST_CLOCK_TIME_NONE;
   harness.push(bare);
-  const Json json = parse(harness.pull());
+  const Json json(harness.pull());
   for (const char *m : {"source", "algorithm", "frame", "pts", "duration", "running_time", "stream_time", "reference"})
-    fail_unless(json_object_get_null_member(object(json), m), "%s", m);
-  fail_unless_equals_int(json_object_get_int_member(object(json), "width"), 64);
-  fail_unless_equals_int(json_object_get_int_member(object(json), "height"), 48);
-  fail_unless_equals_int(json_array_get_length(json_object_get_array_member(object(json), "features")), 0);
+    fail_unless(json[m].is_null(), "%s", m);
+  fail_unless_equals_int(std::int64_t(json["width"]), 64);
+  fail_unless_equals_int(std::int64_t(json["height"]), 48);
+  fail_unless_equals_int(json.features().size(), 0);
 }
 GST_END_TEST;
 
@@ -142,10 +138,10 @@ GST_START_TEST(test_times_follow_the_segment) {
   GstBuffer *buffer = tracked_frame(0);
   GST_BUFFER_PTS(buffer) = 2 * GST_SECOND;
   harness.push(buffer);
-  const Json json = parse(harness.pull());
-  fail_unless_equals_uint64(json_object_get_int_member(object(json), "pts"), 2 * GST_SECOND);
-  fail_unless_equals_uint64(json_object_get_int_member(object(json), "running_time"), 10500 * GST_MSECOND);
-  fail_unless_equals_uint64(json_object_get_int_member(object(json), "stream_time"), 4 * GST_SECOND);
+  const Json json(harness.pull());
+  fail_unless_equals_uint64(std::int64_t(json["pts"]), 2 * GST_SECOND);
+  fail_unless_equals_uint64(std::int64_t(json["running_time"]), 10500 * GST_MSECOND);
+  fail_unless_equals_uint64(std::int64_t(json["stream_time"]), 4 * GST_SECOND);
 }
 GST_END_TEST;
 
@@ -155,12 +151,12 @@ GST_START_TEST(test_reference_timestamp) {
   GstCaps *caps = gst_caps_from_string("timestamp/x-ntp, clock=(string)\"a \\\"b\\\"\"");
   gst_buffer_add_reference_timestamp_meta(buffer, caps, G_GUINT64_CONSTANT(3900000000000000001), GST_CLOCK_TIME_NONE);
   harness.push(buffer);
-  const Json json = parse(harness.pull());
-  JsonObject *reference = json_object_get_object_member(object(json), "reference");
+  const Json json(harness.pull());
+  const simdjson::dom::object reference = json["reference"];
   assert_members(reference, {"caps", "ns"});
-  GstCaps *back = gst_caps_from_string(json_object_get_string_member(reference, "caps"));
+  GstCaps *back = gst_caps_from_string(text(reference["caps"]));
   fail_unless(back && gst_caps_is_equal(back, caps));
-  fail_unless_equals_uint64(json_object_get_int_member(reference, "ns"), G_GUINT64_CONSTANT(3900000000000000001));
+  fail_unless_equals_uint64(std::uint64_t(reference["ns"]), G_GUINT64_CONSTANT(3900000000000000001));
   gst_caps_unref(back);
   gst_caps_unref(caps);
 }
@@ -172,8 +168,8 @@ GST_START_TEST(test_names_are_escaped) {
     harness.push(tracked_frame(0, name));
     const std::string line = harness.pull();
     fail_unless_equals_int(lines_of(line).size(), 1);
-    const Json json = parse(line);
-    fail_unless_equals_string(json_object_get_string_member(object(json), "source"), name);
+    const Json json(line);
+    fail_unless_equals_string(text(json["source"]), name);
   }
 }
 GST_END_TEST;
@@ -183,24 +179,24 @@ GST_START_TEST(test_role) {
   GstBuffer *both = tracked_frame(0, "tracker");
   attach(both, "simulator", 3, 64, 48, 5.5, 6.25, GST_CSD_TRUTH_META_NAME);
   harness.push(gst_buffer_ref(both));
-  Json json = parse(harness.pull());
-  fail_unless_equals_string(json_object_get_string_member(object(json), "role"), "track");
-  fail_unless_equals_string(json_object_get_string_member(object(json), "source"), "tracker");
+  Json json(harness.pull());
+  fail_unless_equals_string(text(json["role"]), "track");
+  fail_unless_equals_string(text(json["source"]), "tracker");
 
   gst_util_set_object_arg(G_OBJECT(harness.h->element), "role", "truth");
   harness.push(both);
-  json = parse(harness.pull());
-  fail_unless_equals_string(json_object_get_string_member(object(json), "role"), "truth");
-  fail_unless_equals_string(json_object_get_string_member(object(json), "source"), "simulator");
-  fail_unless_equals_int(json_object_get_int_member(object(json), "frame"), 3);
-  JsonObject *feature = json_array_get_object_element(json_object_get_array_member(object(json), "features"), 0);
-  fail_unless_equals_float(json_object_get_double_member(feature, "x"), 5.5);
-  fail_unless_equals_float(json_object_get_double_member(feature, "y"), 6.25);
+  json = Json(harness.pull());
+  fail_unless_equals_string(text(json["role"]), "truth");
+  fail_unless_equals_string(text(json["source"]), "simulator");
+  fail_unless_equals_int(std::int64_t(json["frame"]), 3);
+  const auto feature = json.features().at(0);
+  fail_unless_equals_float(double(feature["x"]), 5.5);
+  fail_unless_equals_float(double(feature["y"]), 6.25);
 
   harness.push(tracked_frame(1, "tracker"));  // without truth
-  json = parse(harness.pull());
-  fail_unless_equals_string(json_object_get_string_member(object(json), "role"), "truth");
-  fail_unless(json_object_get_null_member(object(json), "frame"));
+  json = Json(harness.pull());
+  fail_unless_equals_string(text(json["role"]), "truth");
+  fail_unless(json["frame"].is_null());
 }
 GST_END_TEST;
 
@@ -212,9 +208,9 @@ GST_START_TEST(test_source) {
     attach(buffer, "second", 9, 64, 48, 5, 5);
     attach(buffer, "truth", 9, 64, 48, 5, 5, GST_CSD_TRUTH_META_NAME);
     harness.push(buffer);
-    const Json json = parse(harness.pull());
-    if (json_object_get_null_member(object(json), "source")) return std::string("none");
-    return std::string(json_object_get_string_member(object(json), "source"));
+    const Json json(harness.pull());
+    if (json["source"].is_null()) return std::string("none");
+    return std::string(text(json["source"]));
   };
   assert_text(written(nullptr), "second");
   assert_text(written("first"), "first");
@@ -277,8 +273,7 @@ GST_START_TEST(test_text_has_a_duration_and_no_newline) {
   harness.push(in);
   const std::string line = harness.pull(&out);
   fail_unless(line.back() == '}');
-  fail_unless(json_object_get_null_member(object(parse(line)), "duration"),
-              "the line still says that the frame had none");
+  fail_unless(Json(line)["duration"].is_null(), "the line still says that the frame had none");
   fail_unless_equals_uint64(GST_BUFFER_DURATION(out), frame_time);
   gst_buffer_unref(out);
 }
@@ -287,7 +282,7 @@ GST_END_TEST;
 GST_START_TEST(test_accepts_any_memory_and_passes_events) {
   Harness harness(nullptr, "video/x-raw(memory:Whatever),format=Unheard,width=64,height=48,framerate=0/1");
   fail_unless_equals_int(harness.push(frame(0)), GST_FLOW_OK);
-  parse(harness.pull());
+  Json{harness.pull()};
   gst_harness_push_event(harness.h, gst_event_new_gap(frame_time, frame_time));
   bool gap = false;
   std::string id;
@@ -375,13 +370,11 @@ GST_START_TEST(a_crop_rectangle_added_later_moves_the_tracks) {
     crop->width = c.crop_width;
     crop->height = 48;
     fail_unless_equals_int(h.push(buffer), GST_FLOW_OK);
-    Json line = parse(h.pull());
-    JsonObject *o = object(line);
-    JsonArray *features = json_object_get_array_member(o, "features");
-    fail_unless_equals_int(json_object_get_int_member(o, "width"), c.width);
-    fail_unless_equals_int(json_array_get_length(features), c.features);
-    if (c.features)
-      fail_unless(ABS(json_object_get_double_member(json_array_get_object_element(features, 0), "x") - c.x) < 0.0011);
+    const Json line(h.pull());
+    const auto features = line.features();
+    fail_unless_equals_int(std::int64_t(line["width"]), c.width);
+    fail_unless_equals_int(features.size(), c.features);
+    if (c.features) fail_unless(ABS(double(features.at(0)["x"]) - c.x) < 0.0011);
   }
 }
 GST_END_TEST

@@ -12,7 +12,7 @@
 #include "attach.h"
 #include "read_text.h"
 
-using csd_check::attach, csd_check::have, csd_check::Json, csd_check::lines_of, csd_check::object, csd_check::parse;
+using csd_check::attach, csd_check::have, csd_check::Json, csd_check::lines_of;
 
 namespace {
 
@@ -67,12 +67,11 @@ GST_START_TEST(test_file_has_a_line_per_frame) {
   const std::vector<std::string> lines = lines_of(read_file(path));
   fail_unless_equals_int(lines.size(), 50);
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    const Json json = parse(lines[i]);
-    fail_unless_equals_uint64(json_object_get_int_member(object(json), "pts"), i * frame_time);
-    JsonArray *features = json_object_get_array_member(object(json), "features");
-    fail_unless_equals_int(json_array_get_length(features), i == 1 ? 0 : 2);
-    if (i != 1)
-      fail_unless(json_object_get_double_member(json_array_get_object_element(features, 0), "x") == 1.5 * double(i));
+    const Json json(lines[i]);
+    fail_unless_equals_uint64(std::int64_t(json["pts"]), i * frame_time);
+    const auto features = json.features();
+    fail_unless_equals_int(features.size(), i == 1 ? 0 : 2);
+    if (i != 1) fail_unless(double(features.at(0)["x"]) == 1.5 * double(i));
   }
 }
 GST_END_TEST;
@@ -154,11 +153,11 @@ GST_START_TEST(test_travels_through_matroska) {
   g_remove(path.c_str());
   fail_unless_equals_int(lines.size(), 60);
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    const Json json = parse(lines[i]);
-    fail_unless_equals_uint64(json_object_get_int_member(object(json), "pts"), i * frame_time);
+    const Json json(lines[i]);
+    fail_unless_equals_uint64(std::int64_t(json["pts"]), i * frame_time);
     fail_unless_equals_uint64(times[i], i * frame_time);
-    JsonArray *features = json_object_get_array_member(object(json), "features");
-    fail_unless_equals_int(json_array_get_length(features), i == 1 ? 0 : 2);
+    const auto features = json.features();
+    fail_unless_equals_int(features.size(), i == 1 ? 0 : 2);
   }
 }
 GST_END_TEST;
@@ -197,7 +196,7 @@ GST_START_TEST(test_a_killed_process_leaves_whole_lines) {
   fail_unless(lines.size() > 50, "%u lines", unsigned(lines.size()));
   lines.pop_back();  // it may be torn
   for (std::size_t i = 0; i < lines.size(); ++i)
-    fail_unless_equals_uint64(json_object_get_int_member(object(parse(lines[i])), "pts"), i * frame_time);
+    fail_unless_equals_uint64(std::int64_t(Json(lines[i])["pts"]), i * frame_time);
 }
 GST_END_TEST;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 
-#include <json-glib/json-glib.h>
+#include <simdjson.h>
 
 #include <memory>
 #include <sstream>
@@ -13,18 +13,24 @@
 
 namespace csd_check {
 
-using Json = std::unique_ptr<JsonNode, decltype(&json_node_unref)>;
+/// A line of JSON. What is asked of it and isn't there, or is of another type, throws.
+class Json {
+ public:
+  explicit Json(const std::string &line) : parser_(std::make_unique<simdjson::dom::parser>()) {
+    const auto error = parser_->parse(line).get(root_);
+    fail_unless(!error, "%s: %s", line.c_str(), simdjson::error_message(error));
+  }
+  simdjson::dom::element operator[](const char *member) const { return root_.at_key(member); }
+  simdjson::dom::object object() const { return root_; }
+  simdjson::dom::array features() const { return root_.at_key("features"); }
 
-inline Json parse(const std::string &line) {
-  GError *error = nullptr;
-  JsonNode *node = json_from_string(line.c_str(), &error);
-  fail_unless(node && !error, "%s: %s", line.c_str(), error ? error->message : "");
-  fail_unless(JSON_NODE_HOLDS_OBJECT(node));
-  return Json(node, json_node_unref);
-}
+ private:
+  std::unique_ptr<simdjson::dom::parser> parser_;
+  simdjson::dom::element root_;
+};
 
-inline JsonObject *object(const Json &json) {
-  return json_node_get_object(json.get());
+inline const char *text(simdjson::dom::element value) {
+  return value.get_c_str();
 }
 
 inline std::string text_in(GstBuffer *buffer) {

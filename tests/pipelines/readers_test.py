@@ -74,13 +74,14 @@ TAKEN = {"whole": ALL, "CR LF": ALL.replace(b"\n", b"\r\n"), "byte order mark": 
              b'"source":"csdtrack0",', b"").replace(b'"duration":null,', b"")}
 
 TOO_LONG, SIZE, NO_JSON = "is longer than 8 MiB", "has no `width` or no `height`", "is no JSON: "
+VALUE = NO_JSON + "a value is misspelt or too large"
 MANY = [feature(i) for i in range(65537)]
 REFUSED = {
     "0×0": (inserted(line(5, width=0, height=0)), 6, SIZE),
     "no width": (inserted(line(5, width=...)), 6, SIZE),
     "0×0 in the first line": (line(0, width=0, height=0) + lines(1, FRAMES), 1, SIZE),
     "behind blank lines": (b"\n\0\n" + inserted(b"[]\n"), 8, "is no JSON object"),
-    "zeros before a line": (inserted(bytes(16) + line(5)), 6, NO_JSON + "an unexpected character"),
+    "zeros before a line": (inserted(bytes(16) + line(5)), 6, VALUE),
     "a zero within a line": (instead(b'"csd"', b'"c\0d"'), 6,
                              NO_JSON + "a control character in a string"),
     "a line without end": (inserted(b"x" * (LONGEST + 100000)), 6, TOO_LONG),
@@ -91,11 +92,11 @@ REFUSED = {
     "too many features": (inserted(line(5, features=MANY)), 6, "has more than 65536 features"),
     "too many brackets": (instead(b'"role"', b'"more":' + b"[" * 200000 + b',"role"'), 6,
                           NO_JSON + "brackets are nested more than 16 deep"),
-    "NaN": (instead(b"0.9", b"NaN"), 6, NO_JSON),
-    "a number that is infinite": (instead(b"0.9", b"1e999"), 6, "`confidence` is no number"),
+    "NaN": (instead(b"0.9", b"NaN"), 6, VALUE),
+    "a number that is infinite": (instead(b"0.9", b"1e999"), 6, VALUE),
     "too many digits": (instead(b'"frame":5', b'"frame":' + b"5" * 5000), 6,
-                        NO_JSON + "a number has more than 19 digits"),
-    "Latin-1": (instead(b'"csd"', b'"\xe9"'), 6, NO_JSON),
+                        VALUE),
+    "Latin-1": (instead(b'"csd"', b'"\xe9"'), 6, NO_JSON + "it is not UTF-8"),
     "a feature twice": (inserted(line(5, features=[feature(0), feature(0)])), 6,
                         "feature 0 after feature 0"),
     "true for an id": (inserted(line(5, features=[feature(True)])), 6,
