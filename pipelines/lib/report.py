@@ -215,7 +215,7 @@ def table(job: Job, out: pathlib.Path) -> Iterator[str]:
     yield (f"frames      {job.frames} of {job.picture}, in {job.seconds:.1f} s: "
            f"{job.frames / job.seconds:.1f} fps with {source} and encoding")
     tracker = job.track.get_property("algorithm").value_nick
-    paper = (", the paper's, as printed; the project's own: --algorithm csd"
+    paper = (", the paper's; --algorithm csd is the project's own"
              if tracker == "csd-2012" else "")
     yield f"tracker     {tracker}{paper}"
     if ids:
