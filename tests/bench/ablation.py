@@ -143,6 +143,7 @@ def once(results: pathlib.Path, program: str, key: str,
         known = json.loads(results.read_text())
     if key not in known:
         known[key] = measure()
+        results.parent.mkdir(parents=True, exist_ok=True)
         results.write_text(json.dumps(known))
     return known[key]
 
