@@ -49,8 +49,8 @@ csdtrack's: so it is read as tracks only with --klv.
 csdtrack runs with the preset live-low-latency (docs/pipelines.md). To record the video too, give
 the URL to pipelines/record.
 
-If the sender isn't up yet, this waits for it, ten seconds. When it ends, so does this. SRT can't tell
-its end from a lost connection: five seconds of silence are one.
+If the sender isn't up yet, this waits for it, ten seconds. When it ends, so does this. SRT can't
+tell the end from a lost connection: both are five seconds of silence.
 
 Exit code: 0 if a picture came, 1 if not, or if the connection was lost (one line says why; the
 lines that came before are there), 2 for wrong use.
@@ -249,8 +249,11 @@ def configure(runner: ModuleType, track: Any, options: argparse.Namespace) -> No
 
 
 def end_with_sender(Gst: Any, srt: Any, frames: Any) -> None:
-    """Lets srtsrc reconnect until the sender is up. Later that would hide that the sender is gone: it
-    would try for ever."""
+    """Ends the stream when an SRT sender is gone.
+
+    srtsrc reconnects until the sender is up. After the first frame it must not, or it would try for
+    ever.
+    """
 
     def first_frame(_pad: Any, _info: Any) -> Any:
         srt.set_property("auto-reconnect", False)
