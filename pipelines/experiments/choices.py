@@ -3,7 +3,6 @@
 
 import argparse
 import json
-import os
 import pathlib
 import re
 import sys
@@ -12,7 +11,7 @@ import typing
 from collections.abc import Iterable, Mapping, Sequence
 
 from pipelines.experiments import builds, figures, page, truth
-from pipelines.experiments.experiment import exit_code, natural, places
+from pipelines.experiments.experiment import add_runs, exit_code, natural, places
 from pipelines.experiments.tissue import accuracy, check, measure_all
 from pipelines.lib.failure import Failure
 
@@ -60,13 +59,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--quick", action="store_true",
                         help=f"{QUICK_FRAMES} frames and {QUICK_FEATURES} features of one picture "
                         "in three scenes, no simulated tissue; writes nothing into docs/")
-    parser.add_argument("--jobs", type=natural, metavar="N", default=os.cpu_count(),
-                        help="scenes at a time (one for each processor)")
-    parser.add_argument("--out", type=pathlib.Path, metavar="DIR",
-                        help="where scenes and results are kept (experiments/choices or "
-                        "experiments/choices-quick in the build folder)")
-    parser.add_argument("--no-install", action="store_true",
-                        help="install nothing; fail if something is missing")
+    add_runs(parser, "choices")
     return parser.parse_args()
 
 

@@ -23,6 +23,17 @@ def natural(text: str) -> int:
     return value
 
 
+def add_runs(parser: argparse.ArgumentParser, name: str) -> None:
+    """The options of how to make the runs, which are kept in the folder `name`."""
+    parser.add_argument("--jobs", type=natural, metavar="N", default=os.cpu_count(),
+                        help="runs at a time (one for each processor)")
+    parser.add_argument("--out", type=pathlib.Path, metavar="DIR",
+                        help="where the runs are kept "
+                        f"(experiments/{name} or experiments/{name}-quick in the build folder)")
+    parser.add_argument("--no-install", action="store_true",
+                        help="install nothing; fail if something is missing")
+
+
 def arguments(name: str, description: str, epilog: str, seeds: int) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog=f"pipelines/experiments/{name}", epilog=epilog,
                                      description=description,
@@ -32,13 +43,7 @@ def arguments(name: str, description: str, epilog: str, seeds: int) -> argparse.
     parser.add_argument("--seeds", type=natural, metavar="N",
                         help="scenes of each sequence, from seed "
                         f"{sequences.FIRST_SEED} on ({seeds}; --quick: 1)")
-    parser.add_argument("--jobs", type=natural, metavar="N", default=os.cpu_count(),
-                        help="runs at a time (one for each processor)")
-    parser.add_argument("--out", type=pathlib.Path, metavar="DIR",
-                        help="where the runs are kept "
-                        f"(experiments/{name} or experiments/{name}-quick in the build folder)")
-    parser.add_argument("--no-install", action="store_true",
-                        help="install nothing; fail if something is missing")
+    add_runs(parser, name)
     return parser.parse_args()
 
 

@@ -5,7 +5,6 @@ import argparse
 import collections
 import concurrent.futures
 import json
-import os
 import pathlib
 import re
 import subprocess
@@ -14,7 +13,7 @@ import typing
 from collections.abc import Callable, Iterable, Sequence
 
 from pipelines.experiments import builds, page
-from pipelines.experiments.experiment import exit_code, natural, places
+from pipelines.experiments.experiment import add_runs, exit_code, places
 from pipelines.lib.failure import Failure
 
 # Title and goals of each kind of scene.
@@ -57,13 +56,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
                         metavar="DIR", help="a folder of pictures and videos; may be repeated")
     parser.add_argument("--quick", action="store_true",
                         help="20 frames of each; writes nothing into docs/")
-    parser.add_argument("--jobs", type=natural, metavar="N", default=os.cpu_count(),
-                        help="scenes at a time (one for each processor)")
-    parser.add_argument("--out", type=pathlib.Path, metavar="DIR",
-                        help="where scenes and results are kept (experiments/tissue or "
-                        "experiments/tissue-quick in the build folder)")
-    parser.add_argument("--no-install", action="store_true",
-                        help="install nothing; fail if something is missing")
+    add_runs(parser, "tissue")
     return parser.parse_args(arguments)
 
 

@@ -63,6 +63,13 @@ def add_common(parser: argparse.ArgumentParser) -> None:
                         help="install nothing; fail if something is missing")
 
 
+def add_tracking(parser: argparse.ArgumentParser, preset: str = "live-low-latency") -> None:
+    """The options of a command that tracks a source until it ends."""
+    parser.add_argument("--preset", default=preset, metavar="NAME", help=f"of csdtrack ({preset})")
+    parser.add_argument("--seconds", type=positive, metavar="N", help="end after this time")
+    add_common(parser)
+
+
 def escaped(path: str) -> str:
     """A path as UTF-8. Bytes that are not UTF-8 become \\xNN."""
     return path.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")

@@ -36,11 +36,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--tracks", type=pathlib.Path, metavar="FILE",
                         help="also write the tracks, a line of JSON a frame; "
                         "a file that holds tracks already is refused")
-    parser.add_argument("--preset", default="live-low-latency", metavar="NAME",
-                        help="of csdtrack (live-low-latency)")
-    parser.add_argument("--seconds", type=command.positive, metavar="N",
-                        help="end after this time")
-    command.add_common(parser)
+    command.add_tracking(parser)
     options = parser.parse_args(arguments)
     if options.tracks:
         command.check_new_tracks(parser, options.tracks)

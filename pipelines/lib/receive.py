@@ -73,11 +73,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
                         "as from stream --klv, or csdtrackenc ! mpegtsmux")
     parser.add_argument("--latency", type=int, default=200, metavar="MS",
                         help="how long late packets are waited for (200)")
-    parser.add_argument("--preset", default="live-low-latency", metavar="NAME",
-                        help="of csdtrack (live-low-latency)")
-    parser.add_argument("--seconds", type=command.positive, metavar="N",
-                        help="end after this time")
-    command.add_common(parser)
+    command.add_tracking(parser)
     options = parser.parse_args(arguments)
     if not re.match(r"(rtsp[uth]?|rtsps[uth]?|srt)://.", options.url):
         parser.error(f"'{options.url}' is neither rtsp://… nor srt://…: "

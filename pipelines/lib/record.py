@@ -66,11 +66,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
                         help="of the video, kbit/s (8000)")
     parser.add_argument("--display", metavar="SINK",
                         help="also a window with the tracks drawn in; without =SINK autovideosink")
-    parser.add_argument("--preset", default="laparoscopy-1080p", metavar="NAME",
-                        help="of csdtrack (laparoscopy-1080p)")
-    parser.add_argument("--seconds", type=command.positive, metavar="N",
-                        help="end after this time")
-    command.add_common(parser)
+    command.add_tracking(parser, "laparoscopy-1080p")
     options = parser.parse_args(arguments)
     if not 1 <= options.bitrate <= 2_000_000:
         parser.error(f"--bitrate: {options.bitrate} is not from 1 to 2000000")

@@ -51,11 +51,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("out", type=pathlib.Path, metavar="OUT", help="the folder of the tracks")
     parser.add_argument("--display", metavar="SINK",
                         help="also a window, both side by side; without =SINK autovideosink")
-    parser.add_argument("--preset", default="live-low-latency", metavar="NAME",
-                        help="of csdtrack (live-low-latency)")
-    parser.add_argument("--seconds", type=command.positive, metavar="N",
-                        help="end after this time")
-    command.add_common(parser)
+    command.add_tracking(parser)
     options = parser.parse_args(arguments)
     if options.left == options.right and options.left.startswith(("/dev/", "decklink")):
         parser.error(f"'{options.left}' can't be left and right at once: name two devices")

@@ -76,11 +76,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--tracks", type=pathlib.Path, metavar="FILE",
                         help="also write the tracks here, a line of JSON a frame; "
                         "a file that holds tracks already is refused")
-    parser.add_argument("--preset", default="live-low-latency", metavar="NAME",
-                        help="of csdtrack (live-low-latency)")
-    parser.add_argument("--seconds", type=command.positive, metavar="N",
-                        help="end after this time")
-    command.add_common(parser)
+    command.add_tracking(parser)
     options = parser.parse_args(arguments)
     for name, port in ("--port", options.port), ("--web", options.web):
         if not 0 <= (port or 0) <= 65535:
