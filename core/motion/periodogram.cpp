@@ -7,6 +7,8 @@
 #include <complex>
 #include <numbers>
 
+#include "motion/wave_sums.h"
+
 namespace csd::motion {
 namespace {
 
@@ -38,55 +40,50 @@ Eigen::MatrixXd design(const Samples &samples, std::span<const double> frequenci
   terms.col(1) = t;
   terms.col(2) = t.square();
   for (Eigen::Index i = 0; i < count; ++i) {
-    const Eigen::ArrayXd phase = samples.times.array() * (two_pi * frequencies[static_cast<std::size_t>(i)]);
-    terms.col(3 + 2 * i) = phase.cos();
-    terms.col(4 + 2 * i) = phase.sin();
+    const double speed = two_pi * frequencies[static_cast<std::size_t>(i)];
+    for (Eigen::Index row = 0; row < terms.rows(); ++row) {
+      const auto turned = std::polar(1.0, speed * samples.times[row]);  // both at once take half the time
+      terms(row, 3 + 2 * i) = turned.real();
+      terms(row, 4 + 2 * i) = turned.imag();
+    }
   }
   return terms;
 }
 
-/// Cosines (even columns) and sines (odd) of 0, 1, … `last` steps.
-Eigen::MatrixXf waves(const Eigen::Ref<const Eigen::VectorXd> &times, double step, std::size_t last) {
-  Eigen::MatrixXf table(times.size(), 2 * static_cast<Eigen::Index>(last + 1));
-  Eigen::ArrayXcd turn(times.size()), now = Eigen::ArrayXcd::Ones(times.size());
-  for (Eigen::Index i = 0; i < turn.size(); ++i) turn[i] = std::polar(1.0, two_pi * step * times[i]);
-  for (Eigen::Index k = 0; k <= static_cast<Eigen::Index>(last); ++k) {
-    table.col(2 * k) = now.real().cast<float>();
-    table.col(2 * k + 1) = now.imag().cast<float>();
-    now *= turn;
-  }
-  return table;
-}
-
-/// The sums for the periodogram, a row for each column of the samples, or each set of weights.
-struct Sums {
-  Eigen::MatrixXf x, y;     // weighted positions times the waves of the grid
-  Eigen::MatrixXf weights;  // weights times the waves of 0, 1, … to twice the grid's end
+/// What of the periodogram depends on the weights alone, by place of the grid.
+struct Kind {
+  std::vector<Eigen::Index> columns;
+  double whole = 0;  // sum of the weights
+  Eigen::ArrayXd cc, ss, cs, scale;
 };
 
-Sums sums_of(const Samples &samples, const std::vector<std::vector<Eigen::Index>> &kinds, const Grid &grid) {
-  constexpr Eigen::Index max_moments = 2048;  // at a time: limits the table of waves, so that it fits into a cache
-  const std::size_t last = 2 * (grid.first + grid.count - 1);
-  const auto searched = static_cast<Eigen::Index>(2 * grid.count);
-  Sums sums;
-  sums.x.setZero(samples.x.cols(), searched);
-  sums.y.setZero(samples.x.cols(), searched);
-  sums.weights.setZero(static_cast<Eigen::Index>(kinds.size()), static_cast<Eigen::Index>(2 * (last + 1)));
-  for (Eigen::Index begin = 0; begin < samples.times.size(); begin += max_moments) {
-    const Eigen::Index count = std::min(max_moments, samples.times.size() - begin);
-    const Eigen::MatrixXf table = waves(samples.times.segment(begin, count), grid.step, last);
-    const auto here = table.middleCols(static_cast<Eigen::Index>(2 * grid.first), searched);
-    const auto w = samples.weights.middleRows(begin, count).array();
-    const Eigen::MatrixXf x = (samples.x.middleRows(begin, count).array() * w).cast<float>(),
-                          y = (samples.y.middleRows(begin, count).array() * w).cast<float>();
-    Eigen::MatrixXf weights(count, sums.weights.rows());
-    for (std::size_t k = 0; k < kinds.size(); ++k)
-      weights.col(static_cast<Eigen::Index>(k)) = w.col(kinds[k].front()).cast<float>();
-    sums.x.noalias() += x.transpose() * here;
-    sums.y.noalias() += y.transpose() * here;
-    sums.weights.noalias() += weights.transpose() * table;
+std::vector<Kind> kinds_of(const Samples &samples, const Grid &grid) {
+  std::vector<Kind> kinds;
+  for (auto &columns : alike(samples, 0, samples.x.cols())) kinds.push_back({std::move(columns), 0, {}, {}, {}, {}});
+  Eigen::MatrixXcd weights(samples.times.size(), static_cast<Eigen::Index>(kinds.size()));
+  for (std::size_t i = 0; i < kinds.size(); ++i)
+    weights.col(static_cast<Eigen::Index>(i)) =
+        samples.weights.col(kinds[i].columns.front()).cast<std::complex<double>>();
+  const auto first = static_cast<Eigen::Index>(grid.first), count = static_cast<Eigen::Index>(grid.count);
+  const auto sums = WaveSums(samples.times, grid.step, 2 * (grid.first + grid.count - 1)).of(weights);
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    Kind &kind = kinds[i];
+    const auto of_kind = sums.row(static_cast<Eigen::Index>(i));
+    kind.whole = of_kind[0].real();
+    const auto at = [&](Eigen::Index k) { return of_kind[k] / kind.whole; };
+    for (auto *const values : {&kind.cc, &kind.ss, &kind.cs, &kind.scale}) values->resize(count);
+    for (Eigen::Index g = 0; g < count; ++g) {
+      const Eigen::Index k = first + g;
+      // CC, SS, CS and D, from the double angle.
+      const double c = at(k).real(), s = -at(k).imag();
+      kind.cc[g] = (1 + at(2 * k).real()) / 2 - c * c;
+      kind.ss[g] = (1 - at(2 * k).real()) / 2 - s * s;
+      kind.cs[g] = -at(2 * k).imag() / 2 - c * s;
+      const double determinant = kind.cc[g] * kind.ss[g] - kind.cs[g] * kind.cs[g];
+      kind.scale[g] = determinant > 1e-9 ? 1 / (kind.whole * determinant) : 0;
+    }
   }
-  return sums;
+  return kinds;
 }
 
 }  // namespace
@@ -140,36 +137,35 @@ std::vector<std::vector<Ellipse>> take_out(Samples &samples, Eigen::Index begin,
 }
 
 Eigen::MatrixXf periodogram(const Samples &samples, const Grid &grid) {
-  const Eigen::Index columns = samples.x.cols(), first = static_cast<Eigen::Index>(grid.first),
-                     count = static_cast<Eigen::Index>(grid.count);
-  const auto kinds = alike(samples, 0, columns);
-  const Sums sums = sums_of(samples, kinds, grid);
-  Eigen::MatrixXf power(columns, count);
-  for (std::size_t g = 0; g < kinds.size(); ++g) {
-    const Eigen::RowVectorXd w = sums.weights.row(static_cast<Eigen::Index>(g)).cast<double>();
-    const double whole = w[0];
-    for (const Eigen::Index column : kinds[g]) {
-      const double squares = sum_of_squares(samples, column);
-      if (!(squares > 0)) {
-        power.row(column).setZero();
-        continue;
+  constexpr std::size_t at_once = 16;  // columns, so that what is transformed fits into a cache
+  const auto first = static_cast<Eigen::Index>(grid.first), count = static_cast<Eigen::Index>(grid.count);
+  const WaveSums waves(samples.times, grid.step, grid.first + grid.count - 1);
+  Eigen::MatrixXf power(samples.x.cols(), count);
+  for (const Kind &kind : kinds_of(samples, grid))
+    for (std::size_t begin = 0; begin < kind.columns.size(); begin += at_once) {
+      const std::span columns(kind.columns.data() + begin, std::min(at_once, kind.columns.size() - begin));
+      Eigen::MatrixXcd values(samples.times.size(), static_cast<Eigen::Index>(columns.size()));
+      for (std::size_t i = 0; i < columns.size(); ++i) {
+        const auto w = samples.weights.col(columns[i]);
+        values.col(static_cast<Eigen::Index>(i)).real() = w.cwiseProduct(samples.x.col(columns[i]));
+        values.col(static_cast<Eigen::Index>(i)).imag() = w.cwiseProduct(samples.y.col(columns[i]));
       }
-      for (Eigen::Index i = 0; i < count; ++i) {
-        const Eigen::Index k = 2 * (first + i);
-        // CC, SS, CS and D, from the double angle.
-        const double c = w[k] / whole, s = w[k + 1] / whole;
-        const double cc = (1 + w[2 * k] / whole) / 2 - c * c, ss = (1 - w[2 * k] / whole) / 2 - s * s,
-                     cs = w[2 * k + 1] / whole / 2 - c * s, determinant = cc * ss - cs * cs;
-        double explained = 0;
-        for (const Eigen::MatrixXf *const one : {&sums.x, &sums.y}) {
-          const double yc = (*one)(column, 2 * i), ys = (*one)(column, 2 * i + 1);
-          explained += ss * yc * yc + cc * ys * ys - 2 * cs * yc * ys;
+      const auto sums = waves.of(values);
+      for (std::size_t i = 0; i < columns.size(); ++i) {
+        const double squares = sum_of_squares(samples, columns[i]);
+        for (Eigen::Index g = 0; g < count; ++g) {
+          // One transform gives x and y, from frequencies of both signs.
+          const auto row = static_cast<Eigen::Index>(i);
+          const std::complex<double> above = sums(row, first + g), below = sums(row, waves.size() - first - g);
+          const double xc = (above.real() + below.real()) / 2, xs = (below.imag() - above.imag()) / 2,
+                       yc = (above.imag() + below.imag()) / 2, ys = (above.real() - below.real()) / 2;
+          const double explained = kind.ss[g] * (xc * xc + yc * yc) + kind.cc[g] * (xs * xs + ys * ys) -
+                                   2 * kind.cs[g] * (xc * xs + yc * ys);
+          power(columns[i], g) =
+              squares > 0 ? static_cast<float>(std::min(1.0, explained * kind.scale[g] / squares)) : 0.0F;
         }
-        power(column, i) =
-            determinant > 1e-9 ? static_cast<float>(std::min(1.0, explained / (whole * determinant * squares))) : 0.0F;
       }
     }
-  }
   return power;
 }
 

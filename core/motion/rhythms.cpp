@@ -200,7 +200,7 @@ class Search {
       samples.times[i] = series_.times[window.begin + static_cast<std::size_t>(i)] - window.middle;
       weights[i] = taper(samples.times[i], window.length);
     }
-    // Columns of all groups together: one matrix product is faster than many.
+    // Columns of all groups together: those of the same weights share what depends on these alone.
     std::vector<std::size_t> columns;
     for (Group &group : groups_) {
       if (!group.active(w)) continue;
