@@ -3,6 +3,7 @@
 
 #include <simdjson.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
@@ -119,6 +120,7 @@ bool is_truth(std::string_view role) {
 
 std::vector<Feature> features_of(const simdjson::dom::array &array, bool truth) {
   std::vector<Feature> features;
+  features.reserve(std::min(array.size(), max_line_features));
   for (const element value : array) {
     if (features.size() == max_line_features)
       throw LineError("has more than " + std::to_string(max_line_features) + " features");

@@ -31,10 +31,11 @@ def program() -> str:
 
 def quantised(values: Sequence[float | None]) -> tuple[float, str]:
     """Step and base64: 16 bits a value, in steps of a power of two of at least 1/64 px."""
-    most = max((abs(v) for v in values if v is not None), default=0)
+    known = [v for v in values if v is not None]
+    most = max(max(known), -min(known)) if known else 0
     step = max(2.0**-6, 2.0**math.ceil(math.log2(most / 32000)) if most else 0)
     return step, script.packed(
-        array.array("h", (UNKNOWN if v is None else round(v / step) for v in values)))
+        array.array("h", [UNKNOWN if v is None else round(v / step) for v in values]))
 
 
 def displacement(path: Mapping[str, Any]) -> dict[str, Any]:
@@ -52,8 +53,8 @@ class Motion:
 
     `head`: its JSON without `series`; `chunk_of`: the number of the chunk with a feature's
     displacement.
-    Use it in a `with` statement. When that is entered, csd-motion has read the file and found it
-    good. It judges files as csd-score and csdtrackdec do.
+    Use it in a `with` statement. When that is entered, csd-motion starts. judge() waits for its
+    judgement of the file, which is that of csd-score and csdtrackdec, too.
     """
 
     def __init__(self, tracks_path: pathlib.Path, folder: pathlib.Path, wanted: bool) -> None:
@@ -66,24 +67,13 @@ class Motion:
         self._first_line = ""  # of `series`
 
     def __enter__(self) -> "Motion":
-        """Raises ReportError."""
+        """Raises ReportError if there is no csd-motion."""
         self._stderr = memory_file()
         self._run = subprocess.Popen(
             [program(), "--json", "--series", str(self._tracks)], stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE, stderr=self._stderr, text=True)
         assert self._run.stdout
         self._stdout = self._run.stdout
-        try:
-            with Progress("looking for rhythms (csd-motion)", self._wanted) as progress:
-                progress.show(0)
-                head = self._read_head()
-            if head is None:
-                self._check_exit()
-                raise ReportError("csd-motion gives no result")
-            self.head = head
-        except BaseException:
-            self.__exit__(BaseException)
-            raise
         return self
 
     def __exit__(self, kind: Any, *_: Any) -> None:
@@ -92,6 +82,19 @@ class Motion:
         self._stdout.close()
         self._run.wait()
         self._stderr.close()
+
+    def judge(self) -> None:
+        """Waits until csd-motion has read the file and found its rhythms.
+
+        Raises ReportError if it refuses the file.
+        """
+        with Progress("looking for rhythms (csd-motion)", self._wanted) as progress:
+            progress.show(0)
+            head = self._read_head()
+        if head is None:
+            self._check_exit()
+            raise ReportError("csd-motion gives no result")
+        self.head = head
 
     def _check_exit(self) -> None:
         if self._run.wait() == 0:

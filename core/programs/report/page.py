@@ -99,14 +99,26 @@ def copy_files(folder: pathlib.Path, library: pathlib.Path) -> None:
         shutil.copyfile(library / name, folder / name)
 
 
+def read_tracks(moved: motion.Motion, path: pathlib.Path, folder: pathlib.Path, seconds: float,
+                wanted: bool) -> track_file.Tracks:
+    """Reads the tracks while csd-motion reads them, too: both take as long."""
+    try:
+        with Progress("reading the tracks", wanted) as progress:
+            tracks = track_file.Tracks(path, folder, seconds, progress.show)
+    except Exception:
+        moved.judge()  # if csd-motion refuses the file, its reason is the better one
+        raise
+    moved.judge()
+    return tracks
+
+
 def fill(folder: pathlib.Path, source: video_file.Video, tracks_path: pathlib.Path, title: str,
          wanted: bool) -> list[str]:
     """Writes the data, the video and index.html into the folder. Returns notes."""
     data = folder / "data"
     data.mkdir()
     with motion.Motion(tracks_path, data, wanted) as moved:
-        with Progress("reading the tracks", wanted) as progress:
-            tracks = track_file.Tracks(tracks_path, data, source.seconds, progress.show)
+        tracks = read_tracks(moved, tracks_path, data, source.seconds, wanted)
         check_shape(tracks, source)
         path, cut = video_file.prepare(source, folder, wanted)
         shown = video_file.Video(path).times()

@@ -1,31 +1,43 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Reads a file of tracks line by line, and writes it as quantised chunks of a few seconds.
 
-csd-motion has read the file before and found it good.
+csd-motion judges whether the file is good.
 """
 
 import array
+import itertools
 import json
 import math
+import operator
 import pathlib
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
 
 from report import script
 from report.messages import ReportError
 from report.motion import REMEDY
 
 STATES = ("learning", "tracked", "occluded", "lost", "out", "ended")
+STATE_NUMBERS = {name: number for number, name in enumerate(STATES)}
 CLAIMS = 2  # the first two of STATES claim a position
 ABSENT = 255
 CHUNK_FRAMES = 250  # with 100 features 200 kB
 CHUNK_SECONDS = 3600  # at most: a chunk's times are µs in 32 bits
 BINS = 60  # of a feature's strip of states
+MAX_LINE = (8 << 20) + 2  # bytes of a line that csd-motion takes, with its end
 MARGIN = 0.125  # of the picture, around it, in which positions can be
 BLANKS = b" \t\r\n\0"  # a line of only these is skipped (line_text() of core/text/read_line.h)
 
-# Id, x, y, index of the state, confidence.
-Position = tuple[int, float, float, int, float]
+
+class Row(NamedTuple):
+    """A frame: its time (s), its number, and of each feature the id and the quantised values."""
+    seconds: float
+    frame: int
+    ids: list[int]
+    x: list[int]
+    y: list[int]
+    states: list[int]
+    confidences: list[int]
 
 
 class Feature:
@@ -53,7 +65,7 @@ class Tracks:
 
     def __init__(self, path: pathlib.Path, folder: pathlib.Path, seconds: float,
                  progress: Callable[[float], None]) -> None:
-        """Reads it all. Raises ReportError.
+        """Reads it all. Raises ReportError, and anything for a file that csd-motion refuses.
 
         `folder`: of the chunks; `seconds`: the video's length; `progress`: is called with the share
         that has been read.
@@ -67,12 +79,14 @@ class Tracks:
         self.features: dict[int, Feature] = {}
         self.untimed = 0
         self._last = 0  # stream time, ns
-        self._rows: list[tuple[float, int, list[Position]]] = []
+        self._rows: list[Row] = []
         size = max(1, path.stat().st_size)
         read = 0
         with open(path, "rb") as file:
-            for number, line in enumerate(file, 1):
+            for number, line in enumerate(iter(lambda: file.readline(MAX_LINE), b""), 1):
                 read += len(line)
+                if len(line) == MAX_LINE:
+                    raise self._error(number, "is too long")
                 if not line.endswith(b"\n"):
                     break  # incomplete: the recorder was killed
                 line = line.removeprefix(b"\xef\xbb\xbf").rstrip(BLANKS)
@@ -108,8 +122,6 @@ class Tracks:
                 number, f"`stream_time` {time} after {self._last}: lines must be sorted by it")
         self._last = time
         seconds = time / 1e9
-        row = [(f["id"], f["x"], f["y"], STATES.index(f["state"]), f["confidence"])
-               for f in line["features"]]
         if self._rows and seconds - self._rows[0][0] > CHUNK_SECONDS:
             self._write_chunk()
         if not self._rows:
@@ -117,22 +129,15 @@ class Tracks:
         if pts is not None:
             self.by_pts[round(pts / 1000)] = len(self.times)
         self.times.append(seconds)
-        self._rows.append((seconds, frame, row))
-        self._count(seconds, row)
+        features, left, top, scale = line["features"], self.left, self.top, 1 / self.step
+        self._rows.append(Row(
+            seconds, frame, [f["id"] for f in features],
+            [round((f["x"] - left) * scale) for f in features],
+            [round((f["y"] - top) * scale) for f in features],
+            [STATE_NUMBERS[f["state"]] for f in features],
+            [round(255 * f["confidence"]) for f in features]))
         if len(self._rows) == CHUNK_FRAMES:
             self._write_chunk()
-
-    def _count(self, seconds: float, row: list[Position]) -> None:
-        at = min(BINS - 1, int((seconds - self.times[0]) / self._seconds * BINS))
-        for number, _, _, state, _ in row:
-            feature = self.features.get(number)
-            if feature is None:
-                feature = self.features[number] = Feature(seconds)
-            feature.last = seconds
-            feature.counts[state] += 1
-            if at not in feature.bins:
-                feature.bins[at] = [0] * len(STATES)
-            feature.bins[at][state] += 1
 
     def _choose_step(self) -> None:
         """The smallest power of two with which positions fit 16 bits: 1/32 px at 1080p."""
@@ -141,21 +146,16 @@ class Tracks:
         self.step = 2.0**math.ceil(math.log2(most * (1 + 2 * MARGIN) / 65000))
 
     def _write_chunk(self) -> None:
-        ids = sorted({number for _, _, row in self._rows for number, *_ in row})
-        column = {number: i for i, number in enumerate(ids)}
-        cells = len(ids) * len(self._rows)
-        x, y = array.array("H", bytes(2 * cells)), array.array("H", bytes(2 * cells))
-        state, confidence = array.array("B", [ABSENT]) * cells, array.array("B", bytes(cells))
-        start = self._rows[0][0]
-        for i, (_, _, row) in enumerate(self._rows):
-            for number, px, py, s, c in row:
-                cell = i * len(ids) + column[number]
-                x[cell] = min(max(round((px - self.left) / self.step), 0), 65535)
-                y[cell] = min(max(round((py - self.top) / self.step), 0), 65535)
-                state[cell], confidence[cell] = s, round(255 * c)
+        rows = self._rows
+        ids = sorted(set().union(*(row.ids for row in rows)))
+        x, y, state, confidence = self._columns(ids)
+        bins = [(at, len(list(group)))
+                for at, group in itertools.groupby(self._bin(row.seconds) for row in rows)]
+        for column, feature in enumerate(ids):
+            self._count(feature, state[column::len(ids)].tobytes(), bins)
         # µs from the chunk's first frame
-        times = array.array("I", (round(1e6 * (t - start)) for t, _, _ in self._rows))
-        frames = array.array("I", (frame & 0xffffffff for _, frame, _ in self._rows))
+        times = array.array("I", (round(1e6 * (row.seconds - rows[0].seconds)) for row in rows))
+        frames = array.array("I", (row.frame & 0xffffffff for row in rows))
         number = len(self.chunks) - 1
         content: dict[str, Any] = {
             "ids": ids, "times": script.packed(times), "frames": script.packed(frames),
@@ -164,3 +164,41 @@ class Tracks:
         }
         script.write(self._folder / f"tracks-{number:05}.js", "tracks", number, content)
         self._rows = []
+
+    def _columns(self, ids: list[int]) -> tuple["array.array[int]", ...]:
+        """x, y, state and confidence: for each frame of the chunk a value of each of these ids."""
+        columns = tuple(array.array(code) for code in "HHBB")
+        for row in self._rows:
+            for side in row.x, row.y:
+                if side and (min(side) < 0 or max(side) > 65535):
+                    side[:] = [min(max(value, 0), 65535) for value in side]
+            values: Iterable[Iterable[int]] = (row.x, row.y, row.states, row.confidences)
+            if row.ids != ids:
+                by_id = dict(zip(row.ids, zip(*values)))
+                values = zip(*(by_id.get(number, (0, 0, ABSENT, 0)) for number in ids))
+            for column, more in zip(columns, values):
+                column.fromlist(list(more))  # a tenth of the time of extend()
+        return columns
+
+    def _count(self, number: int, states: bytes, bins: list[tuple[int, int]]) -> None:
+        """Counts a feature's states in this chunk.
+
+        `states`: one byte a frame; `bins`: which bins the frames are in, and how many in a row.
+        """
+        absent = bytes([ABSENT])
+        feature = self.features.get(number)
+        if feature is None:
+            first = len(states) - len(states.lstrip(absent))
+            feature = self.features[number] = Feature(self._rows[first].seconds)
+        feature.last = self._rows[len(states.rstrip(absent)) - 1].seconds
+        end = 0
+        for at, frames in bins:
+            begin, end = end, end + frames
+            counts = [states.count(state, begin, end) for state in range(len(STATES))]
+            if any(counts):
+                before = feature.bins.get(at, [0] * len(STATES))
+                feature.counts = list(map(operator.add, feature.counts, counts))
+                feature.bins[at] = list(map(operator.add, before, counts))
+
+    def _bin(self, seconds: float) -> int:
+        return min(BINS - 1, int((seconds - self.times[0]) / self._seconds * BINS))
