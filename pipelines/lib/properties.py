@@ -14,9 +14,13 @@ Gst.init(None)
 
 
 def settable(element: Gst.Element) -> dict[str, Any]:
-    """The GParamSpecs of what a user may set, by name. `name` and `parent` are the pipeline's."""
+    """The GParamSpecs of what a user may set as text, by name.
+
+    `name` and `parent` are the pipeline's. An array is a text property's setting in another form.
+    """
     return {spec.name: spec for spec in element.list_properties()
-            if spec.flags & GObject.ParamFlags.WRITABLE and spec.name not in ("name", "parent")}
+            if spec.flags & GObject.ParamFlags.WRITABLE and spec.name not in ("name", "parent")
+            and spec.value_type.name != "GstValueArray"}
 
 
 def choices(element: Gst.Element, name: str) -> dict[str, Any]:

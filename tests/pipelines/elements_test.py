@@ -20,7 +20,8 @@ from gi.repository import GLib, GObject  # noqa: E402
 PAGE = SOURCE / "docs" / "elements.md"
 PRESETS_PAGE = SOURCE / "docs" / "pipelines.md"
 TYPES = {"boolean": "gboolean", "string": "gchararray", "uint": "guint", "uint64": "guint64",
-         "int64": "gint64", "double": "gdouble", "GstStructure": "GstStructure"}
+         "int64": "gint64", "double": "gdouble", "GstStructure": "GstStructure",
+         "GstValueArray": "GstValueArray"}
 WHOLE = {"uint": (0, 2**32 - 1), "uint64": (0, 2**64 - 1)}  # where the page says no range
 UNITS = {"ns": "nanoseconds", "px": "pixels"}
 SECONDS = {"s": 10**9, "ms": 10**6}
@@ -176,14 +177,17 @@ class Elements(harness.Case):
             return
         value = element.get_property(spec.name)  # of a new element
         if not inherited:
-            self.assertEqual(spec.default_value, value, "the default of the spec")
+            self.assertEqual(str(spec.default_value), str(value), "the default of the spec")
         if kind == "boolean":
             self.assertEqual(default, str(value).lower())
         elif kind == "enum":
             self.assertEqual(default, value.value_nick)
+        elif kind == "string":
+            self.assertEqual(default, f'"{value}"')
+        elif kind == "GstValueArray":
+            self.assertEqual(default, str(value))
         else:
-            self.assertEqual(f'"{value}"' if kind == "string" else value,
-                             default if kind == "string" else number(default))
+            self.assertEqual(number(default), value)
         if inherited:
             return
         ready, playing, controllable = (
@@ -252,7 +256,8 @@ class Elements(harness.Case):
                 track = Gst.ElementFactory.make("csdtrack")
                 self.assertTrue(track.load_preset(name))
                 set_there = {key: value for key in own_properties(track) if key != "stats" and
-                             ((value := track.get_property(key)) != usual.get_property(key) or
+                             (str(value := track.get_property(key)) !=
+                              str(usual.get_property(key)) or
                               re.search(rf"\b{key}=", said))}
                 told = {}
                 for key, value in re.findall(r"(\S+)=(.+?)(?= \S+=|$)", said):

@@ -34,7 +34,7 @@ class Presets(harness.Case):
                         said = file[name][spec.name]
                         self.assertEqual(getattr(value, "value_nick", str(value)), said, spec.name)
                     else:
-                        self.assertEqual(value, plain, spec.name)
+                        self.assertEqual(str(value), str(plain), spec.name)
 
     def test_gst_launch_loads_them(self):
         for name in LISTED:

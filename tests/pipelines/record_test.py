@@ -312,11 +312,11 @@ command.run("record", record.main)
         self.assertEqual(run("--segment", 2, self.video, self.out).returncode, 0)
         video, tracks = self.out / "00001.mkv", self.out / "wrong.jsonl"
         first, rest = (self.out / "00001.jsonl").read_text().split("\n", 1)
-        for wrong, words in (("[" * 200_000, "nested"),
+        for wrong, words in (("[" * 200_000, "is no JSON: "),
                              (first.replace('"stream_time":2000000000', '"stream_time":"x"'),
                               "`stream_time` is no whole number"),
                              (first.replace('"stream_time":2000000000',
-                                            f'"stream_time":{10 ** 400}'), "digits")):
+                                            f'"stream_time":{10 ** 400}'), "too large")):
             with self.subTest(wrong[:80]):
                 self.assertNotEqual(wrong, first)
                 tracks.write_text(f"{wrong}\n{rest}")
