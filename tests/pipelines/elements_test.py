@@ -176,8 +176,8 @@ class Elements(harness.Case):
             self.assertEqual((default, plain(row["when"]), "read only" in said), ("", "", True))
             return
         value = element.get_property(spec.name)  # of a new element
-        if not inherited:
-            self.assertEqual(str(spec.default_value), str(value), "the default of the spec")
+        if not inherited and kind != "GstValueArray":  # an array's spec has no default
+            self.assertEqual(spec.default_value, value, "the default of the spec")
         if kind == "boolean":
             self.assertEqual(default, str(value).lower())
         elif kind == "enum":
