@@ -118,10 +118,10 @@ class Run:
         bus = self.pipeline.get_bus()
         bus.add_signal_watch()
         bus.connect("message", lambda _, message: self._handle(message))
-        for number in (signal.SIGINT, signal.SIGTERM):
-            GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, self._on_signal)
-        for number in command.not_ignored(signal.SIGHUP):
-            GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, self._on_hangup)
+        for end in (signal.SIGINT, signal.SIGTERM):
+            GLib.unix_signal_add(GLib.PRIORITY_HIGH, end, self._on_signal)
+        for hangup in command.not_ignored(signal.SIGHUP):
+            GLib.unix_signal_add(GLib.PRIORITY_HIGH, hangup, self._on_hangup)
         paused = self.pipeline.set_state(Gst.State.PAUSED)
         # Only a live source gives no frame before it plays.
         if paused == Gst.StateChangeReturn.NO_PREROLL:
