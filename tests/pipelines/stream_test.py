@@ -167,6 +167,8 @@ class Stream(harness.Case):
         if not self.await_count(process, self.got, lines):
             self.fail(f"{self.got.stat() if self.got.exists() else 'no file'}: not {lines} lines "
                       "within a minute")
+        if process.poll() is not None:
+            self.fail(f"it ended by itself: {process.stdout.read()}")
         os.killpg(process.pid, signal.SIGINT)
         said = process.stdout.read()
         self.assertEqual(process.wait(60), 0, said)
