@@ -151,8 +151,7 @@ plugin_links() {
       grep -wE '(socket|connect|bind|getaddrinfo|system|popen|v?fork|exec[lv]p?e?|fexecve|posix_spawnp?|g_spawn_[a-z_]*|gst_uri_handler_[a-z_]*)(@.*)?$'
 }
 
-step_tests() { meson_tests tests "$root/build" --no-suite=quickstart --no-suite=experiments; }
-step_quickstart() { meson_tests quickstart "$root/build" --suite=quickstart; }
+step_tests() { meson_tests tests "$root/build" --no-suite=experiments --no-suite=network; }
 
 step_leaks() {
   check_build 'build for leaks' build_tree build gcc -Dtests=enabled || return
@@ -162,6 +161,11 @@ step_leaks() {
 step_experiments() {
   check_build 'build for experiments' build_tree build gcc -Dtests=enabled -Dbenchmarks=enabled || return
   meson_tests experiments "$root/build" --suite=experiments
+}
+
+step_network() {
+  check_build 'build for network' build_tree build gcc -Dtests=enabled || return
+  meson_tests network "$root/build" --suite=network
 }
 
 # The compiler spends more than half of its time on -O2 and on the debugger's locations of variables.

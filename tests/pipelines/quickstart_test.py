@@ -616,7 +616,7 @@ def test_properties(_tmp):
                                   ("attach-roi", "true | false", "false"),
                                   ("learning", "async | sync", "async; quickstart: sync")):
         assert heads[name].split(None, 1)[1] == f"{values}  (default: {default})", heads[name]
-    assert "How many features detection keeps" in done.stdout
+    assert "Maximum number of detected features" in done.stdout
     for word in ("Factory", "Pad Templates", "video/x-raw", "attach-meta", "overlay"):
         assert word not in done.stdout, word
     assert "stats" not in heads and "name" not in heads
