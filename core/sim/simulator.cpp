@@ -59,7 +59,7 @@ Style other_style(Style style) {
 
 /// Lines of the textures: 1.6 texels per pixel at 576 lines and below.
 int texture_side(cv::Size size) {
-#ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
+#ifdef CSDTRACK_FUZZING
   if (size.height <= 32) return 256;  // else creating a scene takes seconds, and fuzzing creates a hundred thousand
 #endif
   return size.height <= 576 ? 2048 : 4096;
