@@ -23,11 +23,10 @@ double kernel(double distance) {
 }  // namespace
 
 WaveSums::WaveSums(const Eigen::VectorXd &times, double step, std::size_t last)
-    : last_(static_cast<Eigen::Index>(last)),
-      size_(cv::getOptimalDFTSize(std::max(64, 4 * static_cast<int>(last + 1)))),
+    : size_(cv::getOptimalDFTSize(std::max(64, 4 * static_cast<int>(last + 1)))),
       begins_(static_cast<std::size_t>(times.size())),
       kernel_(taps, times.size()),
-      correction_(last_ + 1) {
+      correction_(static_cast<Eigen::Index>(last + 1)) {
   for (Eigen::Index i = 0; i < times.size(); ++i) {
     const double turns = step * times[i];
     if (!(std::abs(turns) < 0.25 + 1e-6)) throw std::invalid_argument("WaveSums: a time beyond a quarter of a turn");
@@ -39,7 +38,7 @@ WaveSums::WaveSums(const Eigen::VectorXd &times, double step, std::size_t last)
   // Its transform by the trapezoidal rule, in halves of a place.
   std::array<double, 2 * static_cast<std::size_t>(half)> halves{};
   for (std::size_t i = 0; i < halves.size(); ++i) halves[i] = kernel(0.5 * static_cast<double>(i));
-  for (Eigen::Index k = 0; k <= last_; ++k) {
+  for (Eigen::Index k = 0; k < correction_.size(); ++k) {
     const double turn = std::numbers::pi * static_cast<double>(k) / static_cast<double>(size_);
     double transform = 0.5 * halves[0];
     for (std::size_t i = 1; i < halves.size(); ++i) transform += halves[i] * std::cos(turn * static_cast<double>(i));
@@ -55,7 +54,7 @@ WaveSums::Rows WaveSums::of(const Eigen::MatrixXcd &values) const {
           (kernel_.col(i) * values(i, column)).matrix().transpose();
   cv::Mat all(static_cast<int>(rows.rows()), static_cast<int>(size_), CV_64FC2, rows.data());
   cv::dft(all, all, cv::DFT_ROWS);
-  for (Eigen::Index k = 0; k <= last_; ++k) {
+  for (Eigen::Index k = 0; k < correction_.size(); ++k) {
     rows.col(k) *= correction_[k];
     if (k > 0) rows.col(size_ - k) *= correction_[k];
   }

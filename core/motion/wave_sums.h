@@ -28,7 +28,7 @@ class WaveSums {
  private:
   static constexpr Eigen::Index taps = 10;
 
-  Eigen::Index last_, size_;
+  Eigen::Index size_;
   std::vector<Eigen::Index> begins_;                   ///< by moment: the first place that it is spread over
   Eigen::Array<double, taps, Eigen::Dynamic> kernel_;  ///< by moment: how much of it comes to each place
   Eigen::ArrayXd correction_;                          ///< by k: for the kernel's own transform

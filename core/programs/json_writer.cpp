@@ -1,29 +1,15 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "programs/json_writer.h"
 
-#include <simdjson.h>
+#include <glib.h>
 
 #include <charconv>
 #include <cmath>
+#include <memory>
 
 #include "text/write_line.h"
 
 namespace csd::programs {
-namespace {
-
-std::string valid_utf8(std::string_view text) {
-  std::string valid;
-  while (!text.empty()) {
-    std::size_t size = 1;  // of the character
-    while (size <= 4 && size <= text.size() && !simdjson::validate_utf8(text.data(), size)) ++size;
-    const bool good = size <= 4 && size <= text.size();
-    valid += good ? text.substr(0, size) : "\xef\xbf\xbd";
-    text.remove_prefix(good ? size : 1);
-  }
-  return valid;
-}
-
-}  // namespace
 
 JsonWriter &JsonWriter::key(std::string_view name) {
   next();
@@ -55,7 +41,9 @@ JsonWriter &JsonWriter::whole(std::uint64_t number) {
 
 JsonWriter &JsonWriter::text(std::string_view string) {
   next();
-  append_json_string(text_, valid_utf8(string));
+  const std::unique_ptr<char, decltype(&g_free)> valid(
+      g_utf8_make_valid(std::string(string).c_str(), static_cast<gssize>(string.size())), g_free);
+  append_json_string(text_, valid.get());
   return *this;
 }
 
