@@ -60,15 +60,12 @@ def make(install: bool,
 
 
 def environment() -> dict[str, str]:
-    """The environment in which GStreamer finds this build's plugin and Python our modules."""
-    def path(first: pathlib.Path, variable: str) -> str:
-        return os.pathsep.join(filter(None, (str(first), os.environ.get(variable))))
-
+    """The environment in which GStreamer finds this build's plugin."""
+    plugins = (str(BUILD / "gst"), os.environ.get("GST_PLUGIN_PATH_1_0"))
     return {
         **os.environ,
-        "GST_PLUGIN_PATH_1_0": path(BUILD / "gst", "GST_PLUGIN_PATH_1_0"),
+        "GST_PLUGIN_PATH_1_0": os.pathsep.join(filter(None, plugins)),
         "GST_REGISTRY": str(BUILD / "gst-registry.bin"),
-        "PYTHONPATH": path(ROOT, "PYTHONPATH"),
     }
 
 

@@ -149,7 +149,7 @@ def difference(found: Found, base: Found) -> str:
     interval = truth.bootstrap(changes, DRAWS)
     assert interval, "there are two scenes and more"
     middle, low, high = interval
-    return f"{middle:+.3f} [{low:+.3f}, {high:+.3f}]".replace("-", "−")
+    return page.minus(f"{middle:+.3f} [{low:+.3f}, {high:+.3f}]")
 
 
 def base_of(row: Row, rows: Sequence[Row], results: Sequence[Found]) -> Found:

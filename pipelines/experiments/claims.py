@@ -5,7 +5,7 @@ import dataclasses
 import typing
 from collections.abc import Collection, Iterable, Mapping, Sequence as Rows
 
-from pipelines.experiments import figures, truth
+from pipelines.experiments import figures, page, truth
 from pipelines.experiments.scores import Changes, Findings, Scores, Windows
 from pipelines.experiments.sequences import Plan, Sequence
 
@@ -89,11 +89,6 @@ def negative(difference: Measure) -> Measure:
     return {"low": -difference["high"], "high": -difference["low"]}
 
 
-def minus(text: str) -> str:
-    """With a minus sign in place of each hyphen."""
-    return text.replace("-", "−")
-
-
 def of_scores(where: str, scores: Scores, mean_shifts: bool) -> list[Claim]:
     """The claims about each of its tables and about the simulation.
 
@@ -146,7 +141,7 @@ def signed(change: truth.Interval | None) -> str:
     """A change of sensitivity with its interval."""
     if change is None:
         return "no change known"
-    return minus("{:+.3f} ({:+.3f} to {:+.3f})".format(*change))
+    return page.minus("{:+.3f} ({:+.3f} to {:+.3f})".format(*change))
 
 
 def loses(change: truth.Interval | None) -> str:
@@ -289,7 +284,7 @@ def of_blood(changes: Changes) -> list[Claim]:
                     "free again")
         claims.append(
             Claim("§3.2.2", says, sign(interval if factor > 0 else negative(interval)),
-                  minus(evidence), False))
+                  page.minus(evidence), False))
     return claims
 
 
@@ -376,7 +371,7 @@ def of_mean_shifts(scores: Scores) -> list[Claim]:
     d = scores.comparisons["ms2"]["sensitivity"]
     return [
         Claim("§4", "MS2 is slightly better than MS1", sign(d),
-              minus(f"{d['difference']:+.3f} ({d['low']:+.3f} to {d['high']:+.3f})"), False)
+              page.minus(f"{d['difference']:+.3f} ({d['low']:+.3f} to {d['high']:+.3f})"), False)
     ]
 
 

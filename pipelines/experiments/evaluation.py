@@ -37,7 +37,7 @@ def number(value: float | None, digits: int = 3) -> str:
         return "–"
     if not round(value, digits):
         value = 0  # not −0
-    return f"{value:.{digits}f}".replace("-", "−")
+    return page.minus(f"{value:.{digits}f}")
 
 
 def interval(measure: Measure) -> str:
@@ -63,9 +63,7 @@ def significance(scores: Scores, tracker: str, measure: str) -> str:
     if tracker not in scores.comparisons:
         return ""
     p = scores.comparisons[tracker][measure]["p"]
-    if p is None:
-        return ""
-    return " (p < .001)" if p < 0.001 else f" (p {p:.3f})"
+    return "" if p is None else f" ({page.p_value(p)})"
 
 
 def all_trackers(scores: Scores) -> str:

@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """The tables and the plot of docs/evaluation.md, and the table of docs/own-video.md."""
 
-import json
 import pathlib
 import re
 from collections.abc import Iterable
 
 from pipelines.experiments import figures, page
+from pipelines.experiments.reach import GOALS
 from pipelines.experiments.results import Results, Row, both, figure, first, mean
+from pipelines.experiments.tissue import KINDS
 
-HERE = pathlib.Path(__file__).resolve().parent
-GOALS = json.loads((HERE / "beyond.json").read_text())
-KINDS = json.loads((HERE / "tissue.json").read_text())
 # Short names of scenes, for the plots.
 SHORT = {
     goals["title"]: name for table in (GOALS["rows"], KINDS) for name, goals in table.items()
@@ -125,7 +123,7 @@ class Evaluation:
         for name in [*by_aj, *(name for name in paper if name not in rivals)]:
             here = "–"
             if name in rivals:
-                here = " / ".join(f"{mean(values):.3f}" for values in zip(*rivals[name]))
+                here = " / ".join(f"{mean(found):.3f}" for found in zip(*rivals[name]))
             of_paper = paper.get(name, [("–", "–")] * 3)
             rows.append([f"`{name}`", here, *(cell for pair in of_paper for cell in pair)])
         classes = [

@@ -133,8 +133,7 @@ class Decoding:
             error, debug = message.parse_error()
             if self._no_video and not self._missing:
                 break  # the file has sound only, which no element takes
-            factory = message.src.get_factory() if isinstance(message.src, Gst.Element) else None
-            element = factory.get_name() if factory else ""
+            element = video_errors.factory_name(message.src)
             raise Failure(
                 video_errors.explain(self._path, "", "csdtrack", element, error, debug or "",
                                      self._missing))

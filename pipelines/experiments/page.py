@@ -77,6 +77,17 @@ def folder_for_figures(path: pathlib.Path) -> tuple[pathlib.Path, str]:
     return drawn, path.stem
 
 
+def minus(text: str) -> str:
+    """With a minus sign in place of each hyphen."""
+    return text.replace("-", "−")
+
+
+def p_value(p: float | None) -> str:
+    if p is None:
+        return "–"
+    return "p < .001" if p < 0.001 else f"p {p:.3f}"
+
+
 def write_beside(path: pathlib.Path, text: str) -> pathlib.Path:
     """Writes the text into a file beside `path`, which can then replace it in one go."""
     unfinished = path.with_name(f".unfinished-{path.name}")

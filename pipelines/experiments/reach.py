@@ -7,7 +7,7 @@ import pathlib
 import typing
 from collections.abc import Iterable, Mapping, Sequence as Rows
 
-from pipelines.experiments import running, truth
+from pipelines.experiments import page, running, truth
 from pipelines.experiments.evaluation import number
 from pipelines.experiments.scores import Scores
 from pipelines.experiments.sequences import Plan, Sequence, Share
@@ -108,7 +108,7 @@ def lasting(row: Row) -> Criterion:
         for m in ("sensitivity", "k")) for part in ((0, 0.2), (0.8, 1)))
     changed = "–"
     if change is not None:
-        changed = "{:+.4f} ({:+.4f} to {:+.4f}) a feature".format(*change).replace("-", "−")
+        changed = page.minus("{:+.4f} ({:+.4f} to {:+.4f}) a feature".format(*change))
     error = row.csd["error"]
     return Criterion(
         "last fifth", "last fifth as good as the first, "

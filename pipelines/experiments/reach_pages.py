@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence as Rows
 
 from pipelines.experiments import figures, page, reach, running, sequences, truth
 from pipelines.experiments.evaluation import PAPER, effort, number, settings
-from pipelines.experiments.page import table
+from pipelines.experiments.page import p_value, table
 from pipelines.experiments.reach import GOALS, MEASURES, WITHIN, Goals, Row, Scenario
 from pipelines.experiments.sequences import Plan
 
@@ -61,12 +61,6 @@ def by_sequence(rows: Iterable[Row]) -> str:
             ])
     return table(["scenario", "sequence", "csdsimsrc", "frames", "seeds", "csd: sensitivity / K"],
                  lines)
-
-
-def p_value(p: float | None) -> str:
-    if p is None:
-        return "–"
-    return "p < .001" if p < 0.001 else f"p {p:.3f}"
 
 
 def comparison(row: Row, plan: Plan) -> str:

@@ -45,7 +45,6 @@ Exit code: 0 if every video of LIST is done, 1 if not (one line says why; --list
 2 for wrong use, 130 if it was ended by a signal.
 """
 
-ROUNDS = 2  # of a cluster, for jobs that leave no result; GNU parallel retries by itself
 MACHINE_SETTINGS = ("n-threads",)  # properties that don't change the tracks
 
 
@@ -153,7 +152,7 @@ def run(options: argparse.Namespace, own: pathlib.Path, lock_file: int, version:
         on_start: Callable[[], Any]) -> list[archive_index.Row]:
     """Returns the rows of all videos of LIST. Calls on_start() before the first job starts."""
     index = archive_index.Index(options.out)
-    machines: archive_machines.Parallel | archive_machines.Slurm | None = None
+    machines: archive_machines.Machines | None = None
     if options.slurm:
         slurm = archive_machines.Slurm(options.jobs, int(properties.get("n-threads", 0)), own)
         machines = slurm
@@ -173,7 +172,7 @@ def run(options: argparse.Namespace, own: pathlib.Path, lock_file: int, version:
                                               version) if options.hosts else []
         machines = archive_machines.Parallel(options.jobs, hosts, own / "log", lock_file)
     on_start()
-    if jobs and machines is not None:
+    if jobs and machines:
         plan = {
             "out": str(options.out), "version": version, "settings": settings,
             "properties": properties, "jobs": jobs
@@ -182,7 +181,7 @@ def run(options: argparse.Namespace, own: pathlib.Path, lock_file: int, version:
     return [index.rows[name] for name in names]
 
 
-def run_jobs(machines: archive_machines.Parallel | archive_machines.Slurm, plan: dict[str, Any],
+def run_jobs(machines: archive_machines.Machines, plan: dict[str, Any],
              index: archive_index.Index, own: pathlib.Path, names: list[str]) -> None:
     """Runs the plan's jobs to their end, or until a signal or a full disk ends them."""
     out = pathlib.Path(plan["out"])
@@ -190,7 +189,7 @@ def run_jobs(machines: archive_machines.Parallel | archive_machines.Slurm, plan:
     gatherer = archive_progress.Gatherer(plan, index, progress)
     ended: BaseException | None = None
     try:
-        for _ in range(ROUNDS if isinstance(machines, archive_machines.Slurm) else 1):
+        for _ in range(machines.ROUNDS):
             if gatherer.open:
                 run_round(machines, gatherer, progress, plan, own / f"plan-{time.time_ns()}.json")
     except (KeyboardInterrupt, command.Full) as error:
@@ -222,7 +221,7 @@ def run_jobs(machines: archive_machines.Parallel | archive_machines.Slurm, plan:
     raise ended
 
 
-def run_round(machines: archive_machines.Parallel | archive_machines.Slurm,
+def run_round(machines: archive_machines.Machines,
               gatherer: archive_progress.Gatherer, progress: archive_progress.Progress,
               plan: dict[str, Any], path: pathlib.Path) -> None:
     """Starts all jobs without a result, and gathers until none runs any more.

@@ -106,13 +106,17 @@ def is_valid(row: Row, column: str, kind: str) -> bool:
     return isinstance(value, types[kind[:4]])
 
 
+def stamp(found: os.stat_result) -> tuple[int, int]:
+    """Size and time of a file. The time is in whole seconds, as some file systems keep no more."""
+    return found.st_size, int(found.st_mtime)
+
+
 def size_and_mtime(path: str | pathlib.Path) -> tuple[int, int] | None:
-    """None without the file. The time is in whole seconds, as some file systems keep no more."""
+    """A file's stamp(); None without the file."""
     try:
-        found = os.stat(path)
+        return stamp(os.stat(path))
     except OSError:
         return None
-    return found.st_size, int(found.st_mtime)
 
 
 def is_current(out: pathlib.Path, row: Row | None, identity: Mapping[str, Any]) -> bool:

@@ -184,8 +184,8 @@ def track(plan: Mapping[str, Any], number: int) -> None:
         with open(unfinished, "rb") as written:
             os.fsync(written.fileno())
         os.replace(unfinished, tracks)
-        state = tracks.stat()
-        result.update(tracks_size=state.st_size, tracks_mtime=int(state.st_mtime))
+        size, mtime = archive_index.stamp(tracks.stat())
+        result.update(tracks_size=size, tracks_mtime=mtime)
     except command.Failure as failure:
         if not job.is_videos_fault:
             raise

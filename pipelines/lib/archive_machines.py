@@ -9,6 +9,7 @@ Parallel and Slurm have the same interface:
                       after it. Otherwise it returns a message about those jobs, or "".
                       `useless`: no job can do anything more.
   PAUSE               seconds between two calls of working()
+  ROUNDS              how often jobs without a result are started
 """
 
 import contextlib
@@ -19,11 +20,10 @@ import shlex
 import shutil
 import signal
 import subprocess
-import sys
 import tempfile
 from collections.abc import Sequence
 
-from pipelines.lib import command
+from pipelines.lib import archive_progress, command
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]  # at the same path on each machine
 TIMEOUT = 30  # seconds for a host to answer
@@ -35,9 +35,11 @@ def job_command(*arguments: object) -> str:
         f"{name}={os.environ[name]}" for name in ("GST_PLUGIN_PATH_1_0", "GST_REGISTRY")
         if name in os.environ
     ]
+    # The user's own folders, too: gi may be in one.
+    folders = [str(REPOSITORY), *filter(None, os.environ.get("PYTHONPATH", "").split(":"))]
     return shlex.join([
-        "env", f"PYTHONPATH={REPOSITORY}", *kept, "/usr/bin/python3", "-B", "-P", "-m",
-        "pipelines.lib.archive_job", *map(str, arguments)
+        "env", f"PYTHONPATH={':'.join(dict.fromkeys(folders))}", *kept, "/usr/bin/python3", "-B",
+        "-P", "-m", "pipelines.lib.archive_job", *map(str, arguments)
     ])
 
 
@@ -53,6 +55,7 @@ class Parallel:
     """
 
     PAUSE = 0.2
+    ROUNDS = 1  # it retries by itself
 
     def __init__(self, jobs: int | None, hosts: Sequence[str], log: pathlib.Path,
                  lock: int) -> None:
@@ -105,7 +108,7 @@ def usable_hosts(hosts: Sequence[str], out: pathlib.Path, version: str) -> list[
         login = host.rsplit("/", 1)[-1]
         reason = why_unusable(program, login, out, version)
         if reason:
-            print(f"archive: warning: {login} is left out: {reason}", file=sys.stderr, flush=True)
+            archive_progress.warn(f"warning: {login} is left out: {reason}")
         else:
             usable.append(host)
     if not usable:
@@ -142,6 +145,7 @@ class Slurm:
     """
 
     PAUSE = 2.0
+    ROUNDS = 2
 
     def __init__(self, jobs: int | None, threads: int, folder: pathlib.Path) -> None:
         for program in ("sbatch", "squeue"):
@@ -220,3 +224,6 @@ class Slurm:
         if done.returncode:
             return "" if "Invalid job id" in done.stderr else None
         return done.stdout
+
+
+Machines = Parallel | Slurm

@@ -4,11 +4,10 @@
 import argparse
 import os
 import pathlib
-import sys
 from collections.abc import Mapping
 from typing import Any
 
-from pipelines.lib import archive_index, command
+from pipelines.lib import archive_index, archive_progress, command
 
 VIDEOS = (".3gp .avi .flv .m2ts .m4v .mkv .mov .mp4 .mpeg .mpg .mts .mxf .ogv .ts .vob .webm "
           ".wmv").split()
@@ -54,13 +53,12 @@ def walk(base: str, out: str) -> list[str]:
     if repeated:
         path, first = (archive_index.printable(command.escaped(path)) for path in repeated[0])
         more = f", and {len(repeated) - 1} more of the kind" if repeated[1:] else ""
-        command.print_line(f"archive: left out, for it is '{first}' again: '{path}'{more}",
-                           sys.stderr)
+        archive_progress.warn(f"left out, for it is '{first}' again: '{path}'{more}")
     return paths
 
 
-def read_list(source: pathlib.Path) -> list[str]:
-    """The paths that a text file names."""
+def read_list(source: pathlib.Path, base: pathlib.Path) -> list[str]:
+    """The paths that a text file names. Relative ones are below `base`."""
     advice = "give a folder of videos, or a text file with their paths"
     try:
         with open(source, encoding="utf-8", errors="surrogateescape") as file:
@@ -71,7 +69,6 @@ def read_list(source: pathlib.Path) -> list[str]:
         raise command.Failure(f"can't read '{source}' ({error.strerror}): {advice}") from error
     if "\0" in text:
         raise command.Failure(f"'{source}' is no text: {advice}")
-    base = os.path.abspath(source.parent)
     lines = [line for line in text.split("\n") if line.strip() and not line.startswith("#")]
     paths = [os.path.abspath(os.path.join(base, line)) for line in lines]
     if paths and not any(map(os.path.exists, paths)):
@@ -88,7 +85,7 @@ def find(source: pathlib.Path, out: pathlib.Path) -> dict[str, str]:
         paths = walk(str(base), str(out))
     else:
         base = pathlib.Path(os.path.abspath(source.parent))
-        paths = read_list(source)
+        paths = read_list(source, base)
     if not paths:
         raise command.Failure(f"'{source}' names no video: see --help")
     return {

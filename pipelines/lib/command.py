@@ -5,6 +5,7 @@ import argparse
 import contextlib
 import os
 import pathlib
+import re
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -68,6 +69,12 @@ def add_tracking(parser: argparse.ArgumentParser, preset: str = "live-low-latenc
     parser.add_argument("--preset", default=preset, metavar="NAME", help=f"of csdtrack ({preset})")
     parser.add_argument("--seconds", type=positive, metavar="N", help="end after this time")
     add_common(parser)
+
+
+def check_sink(parser: argparse.ArgumentParser, option: str, name: str | None) -> None:
+    """Refuses what can't be an element's name; it would be part of a pipeline's description."""
+    if name and not re.fullmatch(r"[a-z0-9]+", name):
+        parser.error(f"{option}: '{name}' is no name of an element")
 
 
 def escaped(path: str) -> str:

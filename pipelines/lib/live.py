@@ -12,7 +12,6 @@ the window.
 
 import argparse
 import pathlib
-import re
 
 from pipelines.lib import command, sources
 
@@ -40,8 +39,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     options = parser.parse_args(arguments)
     if options.tracks:
         command.check_new_tracks(parser, options.tracks)
-    if not re.fullmatch(r"[a-z0-9]+", options.sink):
-        parser.error(f"--sink: '{options.sink}' is no name of an element")
+    command.check_sink(parser, "--sink", options.sink)
     return options
 
 

@@ -81,8 +81,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     if not 0 <= options.latency <= 60_000:
         parser.error(f"--latency: {options.latency} is not from 0 to 60000")
     command.check_new_tracks(parser, options.tracks)
-    if options.display and not re.fullmatch(r"[a-z0-9]+", options.display):
-        parser.error(f"--display: '{options.display}' is no name of an element")
+    command.check_sink(parser, "--display", options.display)
     return options
 
 

@@ -15,7 +15,6 @@ import argparse
 import contextlib
 import os
 import pathlib
-import re
 import sys
 import time
 from types import ModuleType
@@ -70,8 +69,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     options = parser.parse_args(arguments)
     if not 1 <= options.bitrate <= 2_000_000:
         parser.error(f"--bitrate: {options.bitrate} is not from 1 to 2000000")
-    if options.display and not re.fullmatch(r"[a-z0-9]+", options.display):
-        parser.error(f"--display: '{options.display}' is no name of an element")
+    command.check_sink(parser, "--display", options.display)
     return options
 
 
@@ -279,13 +277,14 @@ def record(options: argparse.Namespace, source: str, tracks: pathlib.Path) -> No
                      options.set)
     even_size.crop(run, "record", options.source, "single", "in")
     pace = Pace(runner, run.element("in").get_static_pad("sink"))
+    # Before the first file is created: without its sink nothing must be left behind.
+    window = Window(runner, options.display) if options.display else None
     created = Files(options.out, first_number(options.out, tracks))
-    sidecar = Sidecar(tracks, pathlib.Path(created.name(0)).with_suffix(".jsonl").name)
+    sidecar = Sidecar(tracks, created.name(0))
     files.connect("format-location", lambda _, fragment: created.name(fragment))
     write_tracks(runner, run, files, sidecar)
     print_changes(runner, files.get_static_pad("video"), options.source)
     appsinks = [run.element("lines")]
-    window = Window(runner, options.display) if options.display else None
     if window:
         appsinks.append(run.element("shown"))
         run.element("shown").connect("new-sample", window.on_sample)

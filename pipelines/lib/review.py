@@ -45,8 +45,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--no-install", action="store_true",
                         help="install nothing; fail if something is missing")
     options = parser.parse_args(arguments)
-    if not re.fullmatch(r"[a-z0-9]+", options.sink):
-        parser.error(f"--sink: '{options.sink}' is no name of an element")
+    command.check_sink(parser, "--sink", options.sink)
     options.tracks = options.tracks or options.video.with_suffix(".jsonl")
     return options
 

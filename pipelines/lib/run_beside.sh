@@ -4,6 +4,11 @@
 set -uo pipefail
 root=$(cd "$(dirname "$(readlink -f "$0")")/../.." && pwd)
 . "$root/pipelines/lib/setup.sh"
-folder=$(cd "$(dirname "$0")" && pwd -P)
-module=${folder#"$root/"}/${0##*/}
+path=$0
+# A user's own link leads to the command, not to the module.
+while folder=$(cd "$(dirname "$path")" && pwd -P) && [[ $folder != "$root"/* ]]; do
+  target=$(readlink "$path")
+  path=$([[ $target == /* ]] || echo "$folder/")$target
+done
+module=${folder#"$root/"}/${path##*/}
 run_module "${module//\//.}" "$@"

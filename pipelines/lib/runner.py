@@ -14,6 +14,7 @@ import gi
 from pipelines.lib import command, supervisor
 from pipelines.lib.failure import NO_VIDEO, no_video, one_line
 from pipelines.lib.properties import check_start, set_from_text
+from pipelines.lib.video_errors import factory_name
 
 gi.require_version("Gst", "1.0")
 from gi.repository import GLib, Gst  # noqa: E402
@@ -56,12 +57,6 @@ def print_cost(track: Gst.Element, received: int | None = None) -> None:
 
 def contains_any(text: str | None, parts: Iterable[str]) -> bool:
     return any(part in (text or "") for part in parts)
-
-
-def factory_name(element: Any) -> str:
-    """The name of an element's factory; "" for a bin or another object."""
-    factory = element.get_factory() if isinstance(element, Gst.Element) else None
-    return factory.get_name() if factory else ""
 
 
 class Run:

@@ -16,6 +16,10 @@ MAX_WAITING = 3000  # lines that may wait for a busy disk: two minutes of a came
 PATIENCE = 10  # seconds with such a disk, after all else has been written
 
 
+def tracks_name(video: str) -> str:
+    return pathlib.Path(video).with_suffix(".jsonl").name
+
+
 class Sidecar:
     """Writes each line into the file beside the one that holds its frame.
 
@@ -30,9 +34,9 @@ class Sidecar:
     """
 
     def __init__(self, folder: pathlib.Path, first: str) -> None:
-        """`first`: the name of the first file of tracks."""
+        """`first`: the first video, whose name the first file of tracks has."""
         self._folder = folder
-        self._name = first  # of the newest file
+        self._name = tracks_name(first)  # of the newest file
         self._file: int | None = None
         # (running time, offset, line) of lines that may belong to the next file
         self._movable: collections.deque[tuple[int, int, bytes]] = collections.deque()
@@ -51,7 +55,7 @@ class Sidecar:
 
     def begin_file(self, time: int, name: str) -> None:
         """A file of the recording begins with the frame of this running time."""
-        self._hand_over(self._begin_file, time, pathlib.Path(name).with_suffix(".jsonl").name)
+        self._hand_over(self._begin_file, time, tracks_name(name))
 
     def begin_group(self, time: int) -> None:
         """A group of pictures begins."""

@@ -12,7 +12,6 @@ moment.
 
 import argparse
 import pathlib
-import re
 import sys
 from collections.abc import Mapping
 from typing import Any
@@ -55,8 +54,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     options = parser.parse_args(arguments)
     if options.left == options.right and options.left.startswith(("/dev/", "decklink")):
         parser.error(f"'{options.left}' can't be left and right at once: name two devices")
-    if options.display and not re.fullmatch(r"[a-z0-9]+", options.display):
-        parser.error(f"--display: '{options.display}' is no name of an element")
+    command.check_sink(parser, "--display", options.display)
     for side in SIDES:
         command.check_new_tracks(parser, tracks_path(options, side))
     return options

@@ -386,8 +386,7 @@ class Job:
 
     def _on_error(self, message: Gst.Message) -> None:
         error, debug = message.parse_error()
-        factory = message.src.get_factory() if isinstance(message.src, Gst.Element) else None
-        name = factory.get_name() if factory else ""
+        name = video_errors.factory_name(message.src)
         text = video_errors.explain(self.video, self.out,
                                     self.track.get_factory().get_name(), name, error, debug or "",
                                     self._missing)

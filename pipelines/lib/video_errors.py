@@ -59,6 +59,12 @@ def missing_decoder(video: object, decoder: str) -> str:
             "install it, or convert the video to H.264")
 
 
+def factory_name(element: Any) -> str:
+    """The name of an element's factory; "" for a bin or another object."""
+    factory = element.get_factory() if isinstance(element, Gst.Element) else None
+    return factory.get_name() if factory else ""
+
+
 def explain(video: object, out: object, tracker: str, element: str, error: Any, debug: str,
             missing: Sequence[str]) -> str:
     """One line for the user, from GStreamer's error.

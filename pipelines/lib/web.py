@@ -168,8 +168,9 @@ class Page:
             self._lines[time] = content
             while len(self._lines) > LINES:
                 self._lines.popitem(last=False)
+            line = record(b"T", time, content)
             for viewer in self._viewers:
-                viewer.add(record(b"T", time, content), time)
+                viewer.add(line, time)
 
     def push_video(self, sample: Any, time: int, keyframe: bool) -> None:
         time = time // 1000
@@ -186,8 +187,9 @@ class Page:
             self._number += 1
             fragment = fragments.fragment(self._number & 0xffffffff, begin,
                                           min(time - begin, 0xffffffff), key, frame)
+            video = record(b"V", begin, fragment)
             for viewer in self._viewers:
-                viewer.add(record(b"V", begin, fragment), begin, key, self._head)
+                viewer.add(video, begin, key, self._head)
 
     def _on_caps(self, caps: Any, time: int) -> None:
         picture = first_structure(caps)

@@ -131,20 +131,16 @@ def palindromes(numbers: Numbers, clips: Sequence[pathlib.Path]) -> dict[str, Pa
     return {row[0]: tuple(map(float, row[4:6])) for row in rows}
 
 
-def once(results: pathlib.Path, program: str, key: str,
+def once(results: pathlib.Path, known: dict[str, dict[str, Pair]], program: str, key: str,
          measure: Callable[[], dict[str, Pair]]) -> dict[str, Pair]:
-    """measure(), or its kept result if this very program was measured before.
+    """measure(), or its known result if this very program was measured before.
 
-    So an interrupted command goes on where it was.
+    `results`: the file of what is known. So an interrupted command goes on where it was.
     """
     key = f"{builds.fingerprint(program)} {key}"
-    known: dict[str, dict[str, Pair]] = {}
-    if results.exists():
-        known = json.loads(results.read_text())
     if key not in known:
         known[key] = measure()
-        results.parent.mkdir(parents=True, exist_ok=True)
-        results.write_text(json.dumps(known))
+        page.replace(results, json.dumps(known))
     return known[key]
 
 
@@ -152,7 +148,7 @@ def number(value: float, signed: bool = False) -> str:
     if math.isnan(value):
         return "–"
     text = f"{value:+.3f}" if signed else f"{value:.3f}"
-    return text.replace("0.", ".").replace("-", "−")
+    return page.minus(text.replace("0.", "."))
 
 
 def cell(found: Pair, whole: Pair) -> str:
@@ -239,6 +235,8 @@ def main() -> None:
         refuse(f"--write wants all clips ($CSDTRACK_CLIPS): {', '.join(CLIPS)}")
     sequences = run([builds.program("csd-accuracy"), "--list", *options.sequences]).split()
     results = ROOT / "build" / "ablation" / "results.json"
+    results.parent.mkdir(parents=True, exist_ok=True)
+    known = json.loads(results.read_text()) if results.exists() else {}
     found: Found = {}
     real: Found = {}
     unchanged: tuple[tuple[str | None, Numbers], ...] = ((None, {}),)
@@ -246,10 +244,10 @@ def main() -> None:
     for i, (name, numbers) in enumerate(changes):
         print(f"{i} of {len(changes) - 1}: {name or 'csd'}", file=sys.stderr)
         key = f"{options.keep} {options.seeds} {options.frames} {sequences} {numbers}"
-        found[name] = once(results, "csd-accuracy", key,
+        found[name] = once(results, known, "csd-accuracy", key,
                            lambda: scores(numbers, options, sequences))
         if clips:
-            real[name] = once(results, "bench-clips", f"{clips} {numbers}",
+            real[name] = once(results, known, "bench-clips", f"{clips} {numbers}",
                               lambda: palindromes(numbers, clips))
     text = legend() + table("sensitivity / K", found, sequences)
     if clips:

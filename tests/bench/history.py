@@ -14,7 +14,6 @@ from collections.abc import Sequence
 
 from pipelines.experiments import builds, page
 from pipelines.experiments.builds import ROOT
-from pipelines.lib.failure import Failure
 
 ABOUT = """Each step and the commit before it, run in turns on one simulated sequence (640×480, 100
 features): median times, and the median change between neighbouring runs. One step cost time and was
@@ -146,7 +145,7 @@ def measure(programs: dict[str, pathlib.Path], commits: dict[str, str],
 
     def compare(what: str, before: str, after: str) -> tuple[float, float]:
         was, now, ratio = beside(programs[commits[before]], programs[commits[after]], keep)
-        change = f"{100 * (ratio - 1):+.0f} %".replace("-", "−")
+        change = page.minus(f"{100 * (ratio - 1):+.0f} %")
         rows.append([what, f"`{commits[after]}`", f"{was:.2f}", f"{now:.2f}", change])
         return was, now
 
@@ -180,7 +179,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except Failure as failure:
-        refuse(failure)
+    main()

@@ -297,6 +297,19 @@ def run_python(program, *arguments, timeout=TIMEOUT, **options):
                           timeout=timeout, **options)
 
 
+def await_count(process, file, count, read, wanted=b"\n"):
+    """Waits until a file has `wanted` so many times. Fails if the process ends before, or a minute
+    passes: with what read() gives, which is what it printed."""
+    for _ in range(600):
+        if file.exists() and file.read_bytes().count(wanted) >= count:
+            return
+        if process.poll() is not None:
+            break
+        time.sleep(0.1)
+    process.kill()
+    raise AssertionError(f"{file.name} has not {count} times {wanted}: {read()}")
+
+
 class Terminal:
     """A command in a terminal of its own."""
 
@@ -319,13 +332,7 @@ class Terminal:
         return os.read(self._end, 1000).decode()
 
     def await_lines(self, path, count):
-        for _ in range(600):
-            if path.exists() and path.read_bytes().count(b"\n") >= count:
-                return
-            if self.process.poll() is not None:
-                break
-            time.sleep(0.1)
-        raise AssertionError(f"{count} lines did not come: {self.read()}")
+        await_count(self.process, path, count, self.read)
 
     def close(self):
         """Closes the terminal as a window closes: the system sends SIGHUP, and so does a shell.

@@ -287,6 +287,16 @@ class Errors(Case):
         for word in ("csd-2012", "csrt", "--memory", "checksum", "Exit code"):
             self.assertIn(word, done.stdout)
 
+    def test_a_link_to_the_command_finds_the_repository(self):
+        with tempfile.TemporaryDirectory() as folder:
+            outside = pathlib.Path(folder)
+            (outside / "folder").symlink_to(COMMAND.parent)
+            (outside / "command").symlink_to(COMMAND)
+            (outside / "again").symlink_to("command")
+            for linked in "folder/palindrome", "command", "again":
+                done = subprocess.run([outside / linked, "--help"], capture_output=True, text=True)
+                self.assertEqual((done.returncode, done.stderr), (0, ""))
+
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1], verbosity=2)

@@ -312,7 +312,8 @@ command.run("record", record.main)
         self.assertEqual(run("--segment", 2, self.video, self.out).returncode, 0)
         video, tracks = self.out / "00001.mkv", self.out / "wrong.jsonl"
         first, rest = (self.out / "00001.jsonl").read_text().split("\n", 1)
-        for wrong, words in (("[" * 200_000, "is no JSON: "),
+        for wrong, words in (("[" * 200_000 + "]" * 200_000, "nested"),
+                             ("[" * 200_000, "is no JSON: "),
                              (first.replace('"stream_time":2000000000', '"stream_time":"x"'),
                               "`stream_time` is no whole number"),
                              (first.replace('"stream_time":2000000000',
@@ -592,6 +593,10 @@ print(f"given: {count}")
                                self.tmp / "nothing"],
                               capture_output=True, text=True, env=nowhere)
         self.check_refused(done, 1, "record: there is no display for a window")
+        self.assertFalse((self.tmp / "nothing").exists())
+        # Without such an element nothing begins, and no number of a file is taken.
+        done = run("--display=nosuchsink", self.video, self.tmp / "nothing")
+        self.check_refused(done, 1, 'no element "nosuchsink"')
         self.assertFalse((self.tmp / "nothing").exists())
 
     def test_a_killed_recorder_leaves_the_lines_of_all_recorded_frames(self):

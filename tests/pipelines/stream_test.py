@@ -151,22 +151,13 @@ class Stream(harness.Case):
 
     @staticmethod
     def await_count(process, file, count, wanted=b"\n"):
-        """Waits for a file that has `wanted` so many times. False if that takes over a minute; true
-        also where the process has ended."""
-        for _ in range(600):
-            if process.poll() is not None or (
-                    file.exists() and file.read_bytes().count(wanted) >= count):
-                return True
-            time.sleep(0.1)
-        return False
+        harness.await_count(process, file, count, process.stdout.read, wanted)
 
     def receive(self, lines, *arguments, program="receive"):
         """Runs a receiver until so many lines have come. Returns what it printed."""
         self.got.unlink(missing_ok=True)
         process = self.start(*command(program, *arguments))
-        if not self.await_count(process, self.got, lines):
-            self.fail(f"{self.got.stat() if self.got.exists() else 'no file'}: not {lines} lines "
-                      "within a minute")
+        self.await_count(process, self.got, lines)
         if process.poll() is not None:
             self.fail(f"it ended by itself: {process.stdout.read()}")
         os.killpg(process.pid, signal.SIGINT)

@@ -105,6 +105,8 @@ def read_tracks(moved: motion.Motion, path: pathlib.Path, folder: pathlib.Path, 
     try:
         with Progress("reading the tracks", wanted) as progress:
             tracks = track_file.Tracks(path, folder, seconds, progress.show)
+    except (OSError, MemoryError):  # not the file's fault
+        raise
     except Exception:
         moved.judge()  # if csd-motion refuses the file, its reason is the better one
         raise
