@@ -80,38 +80,143 @@ double NeighbourMap::scale() const {
   return std::sqrt(linear(0, 0) * linear(1, 1) - linear(0, 1) * linear(1, 0));
 }
 
-NeighbourMap fit_neighbours(std::span<const Correspondence> nearest, cv::Point2d at, double unit,
-                            const Tuning &tuning) {
-  NeighbourMap map;
-  if (nearest.size() < min_points) return map;
-  std::array<double, NeighbourField::most> near{}, weights{};
-  const auto n = std::min(nearest.size(), near.size());
-  const auto points = nearest.first(n);
-  const double fifth = std::sqrt(squared(points[std::min<std::size_t>(n - 1, 4)].from - at));
-  const double reach = std::max(tuning.min_reach * unit, tuning.reach_per_fifth * fifth);
-  for (std::size_t i = 0; i < n; ++i)
-    weights[i] = near[i] = std::exp(-squared(points[i].from - at) / (2 * reach * reach)) + tuning.floor_weight;
+namespace {
 
-  std::array<double, NeighbourField::most> residual{}, ordered{};
-  for (int round = 0; round <= rounds; ++round) {
-    if (!fit(points, weights.data(), n >= min_affine, tuning.ridge * unit * unit, map)) return map;
-    if (round == rounds) break;
-    for (std::size_t i = 0; i < n; ++i) residual[i] = squared(map(points[i].from) - points[i].to);
-    std::copy_n(residual.begin(), n, ordered.begin());
-    const auto middle = ordered.begin() + static_cast<std::ptrdiff_t>(n / 2);
-    std::nth_element(ordered.begin(), middle, ordered.begin() + static_cast<std::ptrdiff_t>(n));
-    map.spread = std::max(tuning.min_spread * unit, tuning.spread_per_median * std::sqrt(*middle));
-    const double scale = 1 / square(tuning.outlier * map.spread);
-    double change = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      const double weight = near[i] / square(1 + residual[i] * scale);
-      change = std::max(change, std::abs(weight - weights[i]));
-      weights[i] = weight;
-    }
-    if (change < tuning.settled) break;
+/// Up to 14 points, weighted by their distance from a place, and robust fits to them.
+class Neighbours {
+ public:
+  Neighbours(std::span<const Correspondence> nearest, cv::Point2d at, double unit, const Tuning &tuning)
+      : points_(nearest.first(std::min(nearest.size(), NeighbourField::most))), unit_(unit), tuning_(tuning) {
+    const double fifth = std::sqrt(squared(points_[std::min<std::size_t>(points_.size() - 1, 4)].from - at));
+    const double reach = std::max(tuning.min_reach * unit, tuning.reach_per_fifth * fifth);
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      near_[i] = std::exp(-squared(points_[i].from - at) / (2 * reach * reach)) + tuning.floor_weight;
   }
-  if (map.spread <= tuning.max_spread * unit) map.support = n;
-  return map;
+
+  /// The motion of most points. Its spread is set even where it exceeds max_spread and the result is no map.
+  NeighbourMap most() {
+    weights_ = near_;
+    auto map = fit_robustly(points_.size(), std::numeric_limits<double>::infinity());
+    if (!(map.spread <= tuning_.max_spread * unit_)) map.support = 0;
+    return map;
+  }
+
+  /// The motion of the piece of tissue to which the place belongs, if that explains the points clearly better than
+  /// `common` does; else no map. Each pair of the nearest points proposes a similarity.
+  /// @param own the point's own alignment, which may be missing: it also votes
+  NeighbourMap piece(const NeighbourMap &common, const Correspondence *own) {
+    double least = tuning_.piece_gain * cost(common, own);
+    NeighbourMap best;
+    const auto pairs = std::min(points_.size(), count(tuning_.piece_pairs));
+    for (std::size_t i = 0; i < pairs; ++i)
+      for (std::size_t j = i + 1; j < pairs; ++j) {
+        NeighbourMap proposal;
+        if (!similarity(points_[i], points_[j], proposal)) continue;
+        const double found = cost(proposal, own);
+        if (found >= least) continue;
+        least = found;
+        best = proposal;
+        best.support = 2;
+      }
+    if (!best) return best;
+    measure(best);
+    const double spread = tuning_.piece_spread * unit_;
+    weigh(spread);
+    return fit_robustly(agreeing(spread), spread);
+  }
+
+ private:
+  static double residual(const NeighbourMap &map, const Correspondence &point) {
+    return squared(map(point.from) - point.to);
+  }
+
+  /// Fits and reweights in turn.
+  /// @param agree how many points agree with the weights' map. @param max_spread of those that do: the others don't
+  /// count
+  NeighbourMap fit_robustly(std::size_t agree, double max_spread) {
+    NeighbourMap map;
+    for (int round = 0;; ++round) {
+      if (agree < min_points || !fit(points_, weights_.data(), agree >= min_affine, tuning_.ridge * unit_ * unit_, map))
+        return {};
+      if (round == rounds) break;
+      measure(map);
+      agree = agreeing(max_spread);
+      if (agree < min_points) return {};
+      const auto middle = ordered_.begin() + static_cast<std::ptrdiff_t>(agree / 2);
+      std::nth_element(ordered_.begin(), middle, ordered_.begin() + static_cast<std::ptrdiff_t>(agree));
+      map.spread =
+          std::max(tuning_.min_spread * unit_, std::min(max_spread, tuning_.spread_per_median * std::sqrt(*middle)));
+      if (weigh(map.spread) < tuning_.settled) break;
+    }
+    map.support = agree;
+    return map;
+  }
+
+  void measure(const NeighbourMap &map) {
+    for (std::size_t i = 0; i < points_.size(); ++i) residual_[i] = residual(map, points_[i]);
+  }
+
+  /// Puts the residuals of the points that agree into ordered_, and returns their number.
+  std::size_t agreeing(double spread) {
+    const double most = square(tuning_.outlier * spread);
+    const auto end = std::copy_if(residual_.begin(), residual_.begin() + static_cast<std::ptrdiff_t>(points_.size()),
+                                  ordered_.begin(), [=](double r) { return r < most; });
+    return static_cast<std::size_t>(end - ordered_.begin());
+  }
+
+  /// Sets the weights by the residuals; returns the largest change.
+  double weigh(double spread) {
+    const double scale = 1 / square(tuning_.outlier * spread);
+    double change = 0;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const double weight = near_[i] / square(1 + residual_[i] * scale);
+      change = std::max(change, std::abs(weight - weights_[i]));
+      weights_[i] = weight;
+    }
+    return change;
+  }
+
+  /// Geman and McClure's robust cost.
+  double cost(const NeighbourMap &map, const Correspondence *own) const {
+    const double soft = square(tuning_.piece_spread * unit_);
+    const auto robust = [&](const Correspondence &point) {
+      const double r = residual(map, point);
+      return r / (r + soft);
+    };
+    double sum = own ? tuning_.own_vote * robust(*own) : 0;
+    for (std::size_t i = 0; i < points_.size(); ++i) sum += near_[i] * robust(points_[i]);
+    return sum;
+  }
+
+  /// The similarity through two points. False if they are too close, or zoom more than a scene may.
+  bool similarity(const Correspondence &u, const Correspondence &v, NeighbourMap &map) const {
+    const auto from = u.from - v.from, to = u.to - v.to;
+    const double length = squared(from);
+    if (length < square(tuning_.piece_base * unit_)) return false;
+    const double a = (to.x * from.x + to.y * from.y) / length, b = (to.y * from.x - to.x * from.y) / length;
+    const double zoom = std::sqrt(a * a + b * b);
+    if (zoom > tuning_.max_zoom || zoom * tuning_.max_zoom < 1) return false;
+    map.linear = {a, -b, b, a};
+    map.shift = u.to - map(u.from);
+    return true;
+  }
+
+  std::span<const Correspondence> points_;
+  double unit_;
+  const Tuning &tuning_;
+  std::array<double, NeighbourField::most> near_{}, weights_{}, residual_{}, ordered_{};  // residuals: squared
+};
+
+}  // namespace
+
+NeighbourMap fit_neighbours(std::span<const Correspondence> nearest, cv::Point2d at, double unit, const Tuning &tuning,
+                            const Correspondence *own) {
+  if (nearest.size() < min_points) return {};
+  Neighbours neighbours(nearest, at, unit, tuning);
+  const auto common = neighbours.most();
+  if (nearest.size() < min_affine || common.spread <= tuning.common_spread * unit) return common;
+  const auto piece = neighbours.piece(common, own);
+  return piece.support >= count(tuning.min_piece) ? piece : common;
 }
 
 namespace {
@@ -136,14 +241,14 @@ std::size_t find_nearest(std::size_t n, double nearby, Distance distance, Neares
 
 template <class Distance, class Turn>
 NeighbourMap fit_nearest(std::size_t n, cv::Point2d at, double unit, const Tuning &tuning, double nearby,
-                         Distance distance, Turn turn) {
+                         Distance distance, Turn turn, const Correspondence *own = nullptr) {
   Nearest best;
   auto found = find_nearest(n, nearby, distance, best);
   if (found < best.size() && !std::isinf(nearby))
     found = find_nearest(n, std::numeric_limits<double>::infinity(), distance, best);
   std::array<Correspondence, NeighbourField::most> nearest;
   for (std::size_t k = 0; k < found; ++k) nearest[k] = turn(best[k].second);
-  auto map = fit_neighbours({nearest.data(), found}, at, unit, tuning);
+  auto map = fit_neighbours({nearest.data(), found}, at, unit, tuning, own);
   if (found == best.size()) map.nearby = tuning.nearby_margin * best.back().first;
   return map;
 }
@@ -171,14 +276,14 @@ std::size_t NeighbourField::size(int chart) const {
 }
 
 NeighbourMap NeighbourField::map_at(cv::Point2d reference, int chart, double unit, const Tuning &tuning,
-                                    std::size_t owner, double nearby) const {
+                                    std::size_t owner, double nearby, const Correspondence *own) const {
   return fit_nearest(
       points_.size(), reference, unit, tuning, nearby,
       [&](std::size_t i) {
         const auto &p = points_[i];
         return p.owner == owner || p.chart != chart ? -1 : squared(p.at.from - reference);
       },
-      [&](std::size_t i) { return points_[i].at; });
+      [&](std::size_t i) { return points_[i].at; }, own);
 }
 
 NeighbourMap NeighbourField::inverse_map_at(cv::Point2d position, int chart, double unit, const Tuning &tuning) const {

@@ -38,9 +38,13 @@ struct NeighbourMap {
 /// Fits a map to `nearest`, sorted by ascending distance of `from` from `at`. Weights decrease with distance; up to
 /// five rounds of reweighting suppress outliers. Six or more points give an affine map, regularised towards the
 /// similarity; three to five give a similarity. Fewer points, or coincident ones, give no map.
+/// Where tissue moves in pieces (it is cut, grasped, or slides; tools move), one motion does not suit all points. Then
+/// the map is that of the piece to which most of the nearest belong.
 /// @param unit length of a pixel of the 480-line picture in the coordinates of `from`; the spread is at least half a
 /// unit
-NeighbourMap fit_neighbours(std::span<const Correspondence> nearest, cv::Point2d at, double unit, const Tuning &tuning);
+/// @param own where the point at `at` itself was aligned, if that is known: it belongs to the piece that moves so
+NeighbourMap fit_neighbours(std::span<const Correspondence> nearest, cv::Point2d at, double unit, const Tuning &tuning,
+                            const Correspondence *own = nullptr);
 
 /// The reliable supporting points: they predict the motion of the tissue around any other point.
 class NeighbourField {
@@ -64,9 +68,10 @@ class NeighbourField {
   }
 
   /// The map at `reference`, from the nearest points in reference coordinates. `nearby`: from the last frame's map
-  /// there; it saves time without changing the result.
+  /// there; it saves time without changing the result. `own`: as in fit_neighbours().
   NeighbourMap map_at(cv::Point2d reference, int chart, double unit, const Tuning &tuning, std::size_t owner = nobody,
-                      double nearby = std::numeric_limits<double>::infinity()) const;
+                      double nearby = std::numeric_limits<double>::infinity(),
+                      const Correspondence *own = nullptr) const;
   /// The inverse: a map from the picture to reference coordinates, from the points nearest in the picture.
   NeighbourMap inverse_map_at(cv::Point2d position, int chart, double unit, const Tuning &tuning) const;
 

@@ -78,7 +78,10 @@ void TrackedPoint::meet(const CsdFrame &frame, const NeighbourMap &map) {
 }
 
 void TrackedPoint::meet(const CsdFrame &frame, const NeighbourField &field, std::size_t owner) {
-  const auto map = field.map_at(own_reference(), chart_, frame.unit, frame.tuning, owner, nearby_);
+  // sure() is the patch's own judgement: the map of this frame is not known yet.
+  const Correspondence own{own_reference(), look_.fine.state.position};
+  const auto map =
+      field.map_at(own_reference(), chart_, frame.unit, frame.tuning, owner, nearby_, sure() ? &own : nullptr);
   nearby_ = map.nearby;
   meet(frame, map);
 }

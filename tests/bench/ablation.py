@@ -58,6 +58,7 @@ PARTS: tuple[tuple[str, Numbers], ...] = (
     ("keeping supporting points off tools", {"avoid_tools": 0}),
     ("resting calm supporting points", {"rest_spread": ALWAYS}),
     ("skipping every second search for hidden supporting points", {"search_every": 1}),
+    ("following a piece where the neighbours move apart", {"common_spread": NEVER}),
 )
 # The same for designs that were tried and not kept.
 TRIED: tuple[tuple[str, Numbers], ...] = (

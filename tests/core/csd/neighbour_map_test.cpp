@@ -57,6 +57,42 @@ TEST(NeighbourMap, IgnoresTheFewThatMoveDifferently) {
   expect_near(fit_neighbours(points, at, 1, {})(at), turned(at), 0.3);
 }
 
+/// Two sheets that meet at x = `border`: the right one has slid by 40 px.
+std::vector<Correspondence> two_sheets(double border) {
+  return around([=](cv::Point2d p) { return turned(p) + (p.x > border ? cv::Point2d(30, -26) : cv::Point2d()); });
+}
+
+TEST(NeighbourMap, FollowsThePieceOfMostOfTheNearest) {
+  for (const double aside : {-18.0, 18.0}) {
+    const auto map = fit_neighbours(two_sheets(at.x + aside), at, 1, {});
+    expect_near(map(at), turned(at) + (aside < 0 ? cv::Point2d(30, -26) : cv::Point2d()), 0.5);
+    EXPECT_LT(map.spread, 1);
+    EXPECT_LT(map.support, 14u) << "those of its piece";
+  }
+}
+
+TEST(NeighbourMap, BelongsToThePieceThatMovesAsThePointItself) {
+  std::vector<Correspondence> points;  // as many on both sides of the border, equally far
+  const cv::Point2d slide(30, -26);
+  for (int i = 0; i < 7; ++i) {
+    const cv::Point2d off(8 + 4 * i, 40 * std::sin(2 * i));
+    points.push_back({at - off, at - off});
+    points.push_back({at + off, at + off + slide});
+  }
+  for (const auto &motion : {cv::Point2d(), slide}) {
+    const Correspondence own{at, at + motion + cv::Point2d(0.5, 0.5)};
+    expect_near(fit_neighbours(points, at, 1, {}, &own)(at), at + motion, 0.5);
+  }
+}
+
+TEST(NeighbourMap, FitsOneMotionToPointsThatAreOnlyNoisy) {
+  auto points = around(turned);
+  for (std::size_t i = 0; i < points.size(); ++i) points[i].to += cv::Point2d(i % 2 ? 1.5 : -1.5, i % 3 ? 1.0 : -2.0);
+  Tuning one;
+  one.common_spread = 1e9;
+  EXPECT_EQ(fit_neighbours(points, at, 1, {}).linear, fit_neighbours(points, at, 1, one).linear);
+}
+
 TEST(NeighbourMap, NeedsThreePointsThatAgree) {
   const auto points = around(sheared);
   EXPECT_FALSE(fit_neighbours({points.data(), 2}, at, 1, {}));
