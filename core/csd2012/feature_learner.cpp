@@ -53,22 +53,15 @@ cv::Mat FeatureLearner::place(const cv::Mat &stack, std::size_t i) const {
   return stack.rowRange(row, row + grown());
 }
 
-cv::Mat FeatureLearner::smoothed(const cv::Mat &grown) const {
-  cv::Mat out;
-  csd2012::smooth(grown, options_.choices.smoothing * options_.pixel, out);
-  return out;
+std::vector<cv::Mat> FeatureLearner::smoothed(const cv::Mat &stack) const {
+  return csd2012::smooth_each(stack, options_.choices.smoothing * options_.pixel);
 }
 
-/// `stack`: unsmoothed patches, one below the other. One filter for all takes half the time of one filter each. Only
-/// their margins, which are cut off, mix across patches.
 FeatureLearner::Samples FeatureLearner::smoothed(const cv::Mat &stack, const std::vector<Label> &labels) const {
-  const cv::Mat all = smoothed(stack);
+  const auto patches = smoothed(stack);
   Samples samples;
   samples.reserve(labels.size());
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    const int row = static_cast<int>(i) * grown();
-    samples.emplace_back(all.rowRange(row, row + options_.patch).clone(), labels[i]);
-  }
+  for (std::size_t i = 0; i < labels.size(); ++i) samples.emplace_back(patches[i].clone(), labels[i]);
   return samples;
 }
 
@@ -82,7 +75,8 @@ ColourSpace FeatureLearner::choose_space(const Snapshot &snapshot, cv::Point pos
   }
   if (options_.choices.colour == 1) return choose_colour(root);
   ColourPatches compared(options_.patch);  // smoothed, as the tests compare them
-  for (std::size_t i = 0; i < root.size(); ++i) compared.add(smoothed(root.patch(i)), root.label(i));
+  const auto patches = smoothed(root.stack());
+  for (std::size_t i = 0; i < patches.size(); ++i) compared.add(patches[i], root.label(i));
   return choose_colour_of_pairs(compared, random_);
 }
 

@@ -81,7 +81,7 @@ class FeatureLearner {
   bool takes_part();
   ColourSpace choose_space(const Snapshot &snapshot, cv::Point position, ColourPatches root);
   cv::Mat place(const cv::Mat &stack, std::size_t i) const;
-  cv::Mat smoothed(const cv::Mat &grown) const;
+  std::vector<cv::Mat> smoothed(const cv::Mat &stack) const;
   Samples smoothed(const cv::Mat &stack, const std::vector<Label> &labels) const;
   int retrain(GrowingTree &tree, const std::vector<SampleId> &samples);
   SampleId keep_positive(Member &member, const cv::Mat &patch);

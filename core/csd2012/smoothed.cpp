@@ -21,4 +21,19 @@ void smooth(const cv::Mat &grown, double sigma, cv::Mat &out) {
   out = smoothed({margin, margin, grown.cols - 2 * margin, grown.rows - 2 * margin});
 }
 
+std::vector<cv::Mat> smooth_each(const cv::Mat &stack, double sigma) {
+  const int side = stack.cols, inside = side - 2 * smoothing_margin(sigma), count = stack.rows / side;
+  // Side by side, as OpenCV is slow at the ends of rows. Only margins mix across patches.
+  cv::Mat row(side, count * side, stack.type()), smoothed;
+  for (int i = 0; i < count; ++i) {
+    const cv::Range patch(i * side, (i + 1) * side);
+    stack.rowRange(patch).copyTo(row.colRange(patch));
+  }
+  smooth(row, sigma, smoothed);
+  std::vector<cv::Mat> out;
+  out.reserve(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) out.push_back(smoothed({i * side, 0, inside, inside}));
+  return out;
+}
+
 }  // namespace csd::csd2012

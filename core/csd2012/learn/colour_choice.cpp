@@ -80,6 +80,10 @@ cv::Mat ColourPatches::patch(std::size_t i) const {
   return {patch_size_, patch_size_, CV_8UC3, const_cast<std::uint8_t *>(bytes_.data() + i * bytes)};
 }
 
+cv::Mat ColourPatches::stack() const {
+  return {static_cast<int>(size()) * patch_size_, patch_size_, CV_8UC3, const_cast<std::uint8_t *>(bytes_.data())};
+}
+
 void ColourPatches::convert(const ColourSpace &space, cv::Mat out) const {
   const int rows = static_cast<int>(size()) * patch_size_;
   CV_Assert(out.type() == CV_8UC1 && out.rows == rows && out.cols == patch_size_ && out.isContinuous());
@@ -132,13 +136,18 @@ std::array<double, 49> colour_scores_of_pairs(const ColourPatches &patches, Rand
         differences.push_back(static_cast<std::int16_t>(in[3 * p1 + c] - in[3 * p2 + c]));
   }
   return scores_by(patches, pairs, [&](ColourSpace space, int bits) {
-    return [&, space, bits](std::size_t i, auto fall) {
+    // The bin of each difference. Those within tissue are small: the bins cover ±64, and the outermost ones everything
+    // beyond.
+    const int span = space.span(), most = 255 * span;
+    std::array<std::uint8_t, 2 * 255 * max_span + 1> bin{};
+    for (int f = -most; f <= most; ++f) {
+      const int value = std::clamp(f / span + 64, 0, 127);
+      bin[static_cast<std::size_t>(f + most)] = static_cast<std::uint8_t>((value << bits) >> 7);
+    }
+    return [&, space, most, bin](std::size_t i, auto fall) {
       const std::int16_t *d = differences.data() + i * pairs * 3;
-      for (std::size_t k = 0; k < pairs; ++k, d += 3) {
-        // Differences within tissue are small: the bins cover ±64, and the outermost ones everything beyond.
-        const int mixed = (space.b * d[0] + space.g * d[1] + space.r * d[2]) / space.span();
-        fall(k, static_cast<std::size_t>((std::clamp(mixed + 64, 0, 127) << bits) >> 7));
-      }
+      for (std::size_t k = 0; k < pairs; ++k, d += 3)
+        fall(k, bin[static_cast<std::size_t>(space.b * d[0] + space.g * d[1] + space.r * d[2] + most)]);
     };
   });
 }

@@ -29,6 +29,8 @@ class ColourPatches {
   void add(const cv::Mat &patch, Label label);
   /// A view of patch i (CV_8UC3), valid until the next add().
   cv::Mat patch(std::size_t i) const;
+  /// A view of all patches, one below the other (CV_8UC3), valid until the next add().
+  cv::Mat stack() const;
   /// Converts all patches to one colour space, one below the other, into `out`: CV_8UC1, size() * patch_size rows of
   /// patch_size. Throws cv::Exception on another size or type.
   void convert(const ColourSpace &space, cv::Mat out) const;

@@ -11,15 +11,16 @@ namespace {
 /// Circular convolution of each row of a side × side field with a symmetric kernel; the result is transposed, so that
 /// two calls filter rows and columns.
 std::vector<double> filter_rows(const std::vector<double> &in, std::size_t side, const std::vector<double> &kernel) {
-  std::vector<double> out(in.size());
-  for (std::size_t y = 0; y < side; ++y)
-    for (std::size_t x = 0; x < side; ++x) {
-      const double *row = in.data() + y * side;
-      double sum = kernel[0] * row[x];
-      for (std::size_t k = 1; k < kernel.size(); ++k)
-        sum += kernel[k] * (row[(x + k) % side] + row[(x + side - k) % side]);
-      out[x * side + y] = sum;
-    }
+  std::vector<double> out(in.size()), around(3 * side), sums(side);
+  for (std::size_t y = 0; y < side; ++y) {
+    const double *row = in.data() + y * side;
+    for (std::size_t turn = 0; turn < 3; ++turn) std::copy_n(row, side, around.data() + turn * side);
+    const double *at = around.data() + side;
+    for (std::size_t x = 0; x < side; ++x) sums[x] = kernel[0] * at[x];
+    for (std::size_t k = 1; k < kernel.size(); ++k)
+      for (std::size_t x = 0; x < side; ++x) sums[x] += kernel[k] * (at[x + k] + *(at + x - k));
+    for (std::size_t x = 0; x < side; ++x) out[x * side + y] = sums[x];
+  }
   return out;
 }
 

@@ -40,5 +40,25 @@ TEST(Smoothed, UsesTheMargin) {
   EXPECT_EQ(out.at<unsigned char>(4, 2), 0);
 }
 
+// Neighbours in the stack don't mix.
+TEST(Smoothed, EachPatchOfAStackAsIfAlone) {
+  for (const int type : {CV_8UC1, CV_8UC3})
+    for (const double sigma : {0.0, 1.0, 2.0}) {
+      SCOPED_TRACE(testing::Message() << "type " << type << ", sigma " << sigma);
+      const int side = 21 + 2 * smoothing_margin(sigma), count = 5;
+      cv::Mat stack(count * side, side, type);
+      cv::RNG(7).fill(stack, cv::RNG::UNIFORM, 0, 256);
+      const auto patches = smooth_each(stack, sigma);
+      ASSERT_EQ(patches.size(), 5U);
+      for (int i = 0; i < count; ++i) {
+        cv::Mat alone;
+        smooth(stack.rowRange(i * side, (i + 1) * side).clone(), sigma, alone);
+        const cv::Mat &patch = patches[static_cast<std::size_t>(i)];
+        ASSERT_EQ(patch.size(), cv::Size(21, 21));
+        EXPECT_EQ(cv::norm(patch, alone, cv::NORM_INF), 0) << "patch " << i;
+      }
+    }
+}
+
 }  // namespace
 }  // namespace csd::csd2012
