@@ -221,7 +221,7 @@ constexpr char usage[] =
     R"(usage: csd-accuracy [--algorithm csd] [--frames 500] [--features 100] [--seeds 1-2] [--set NAME=NUMBER]... [--keep DIR]
                     [--worst N] [--clips DIR] [--tissue DIR]... [--evidence FILE] [--bound] [--budget N] [--list] [SEQUENCE...]
 
-Prints a row for each sequence and seed. SEQUENCE may be the beginning of several names. hidden: the share of hidden samples
+Prints a row for each sequence and seed. SEQUENCE is a name, or else the beginning of several. hidden: the share of hidden samples
 that is claimed. seen: of these claims, the share within 5 px of the truth. (last): for the last fifth.
 
 --set       sets one of the algorithm's numbers (core/csd/tuning.h, core/csd2012/choices.h)
@@ -297,10 +297,14 @@ Options parse(int argc, char **argv) {
     options.algorithm == AlgorithmKind::csd ? set(options.tuning, assignment) : set(options.choices, assignment);
   const auto known = options.tissue.empty() ? known_sequences(options.clips) : on_tissue(options.tissue);
   for (const auto &name : names) {
-    const auto before = options.wanted.size();
-    for (const auto &sequence : known)
-      if (sequence.name.starts_with(name)) options.wanted.push_back(sequence);
-    if (options.wanted.size() == before) throw std::runtime_error("no sequence " + name);
+    std::vector<Sequence> exact, begun;
+    for (const auto &sequence : known) {
+      if (sequence.name == name) exact.push_back(sequence);
+      if (sequence.name.starts_with(name)) begun.push_back(sequence);
+    }
+    if (begun.empty()) throw std::runtime_error("no sequence " + name);
+    const auto &chosen = exact.empty() ? begun : exact;
+    options.wanted.insert(options.wanted.end(), chosen.begin(), chosen.end());
   }
   if (names.empty()) options.wanted = known;
   return options;
