@@ -410,7 +410,7 @@ class Uninitialised(harness.Case):
 
     def test_a_tracker_made_before_a_fork_is_refused_in_the_child(self):
         program = f"""
-import os, signal, sys
+import os, signal, sys, time
 import numpy as np
 import csdtrack
 
@@ -420,6 +420,7 @@ old, kept = (csdtrack.Tracker(algorithm="csd-2012", learning="sync", points=[[80
              for _ in range(2))
 for _ in range(20):
     old.process(frame)
+time.sleep(0.5)  # docs/python.md: OpenCV's threads may hold a lock until they sleep
 if child := os.fork():
     ended = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     sys.exit(ended or len(old.process(frame)) - 1)
