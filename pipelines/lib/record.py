@@ -181,8 +181,9 @@ class Pace:
                 f"{over / under:g} a second: it is too slow, or this machine", sys.stdout)
 
 
-def print_changes(runner: ModuleType, pad: Any, source: str) -> None:
-    """Prints when the encoded picture's caps change. A Matroska file can hold one kind only."""
+def split_at_changes(runner: ModuleType, files: Any, source: str) -> None:
+    """Begins a new file, and prints why, when the encoded picture's caps change. A Matroska file
+    can hold one kind only. matroskamux refuses most changes, but 1.26 takes another size."""
     before = None
 
     def on_event(_pad: Any, info: Any) -> Any:
@@ -192,13 +193,14 @@ def print_changes(runner: ModuleType, pad: Any, source: str) -> None:
             structure = first_structure(caps)
             size = structure.get_int("width")[1], structure.get_int("height")[1]
             if before and not before[0].is_equal(caps):
+                files.emit("split-after")
                 change = f"size is {size[0]}×{size[1]} now" if size != before[1] else "form changes"
                 command.print_line(f"record: {source}: the picture's {change}: a new file begins",
                                    sys.stderr)
             before = caps, size
         return runner.Gst.PadProbeReturn.OK
 
-    pad.add_probe(runner.Gst.PadProbeType.EVENT_DOWNSTREAM, on_event)
+    files.get_static_pad("video").add_probe(runner.Gst.PadProbeType.EVENT_DOWNSTREAM, on_event)
 
 
 def first_number(out: pathlib.Path, tracks: pathlib.Path) -> int:
@@ -283,7 +285,7 @@ def record(options: argparse.Namespace, source: str, tracks: pathlib.Path) -> No
     sidecar = Sidecar(tracks, created.name(0))
     files.connect("format-location", lambda _, fragment: created.name(fragment))
     write_tracks(runner, run, files, sidecar)
-    print_changes(runner, files.get_static_pad("video"), options.source)
+    split_at_changes(runner, files, options.source)
     appsinks = [run.element("lines")]
     if window:
         appsinks.append(run.element("shown"))
