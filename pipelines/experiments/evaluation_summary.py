@@ -3,11 +3,12 @@
 
 import pathlib
 import re
+import statistics
 from collections.abc import Iterable
 
 from pipelines.experiments import figures, page
 from pipelines.experiments.reach import GOALS
-from pipelines.experiments.results import Results, Row, both, figure, first, mean
+from pipelines.experiments.results import Results, Row, both, figure, first
 from pipelines.experiments.tissue import KINDS
 
 # Short names of scenes, for the plots.
@@ -118,12 +119,12 @@ class Evaluation:
 
     def trackers_table(self) -> str:
         rivals, paper = self.rivals(), self.of_the_paper()
-        by_aj = sorted(rivals, key=lambda name: -mean(aj for _, aj in rivals[name]))
+        by_aj = sorted(rivals, key=lambda name: -statistics.fmean(aj for _, aj in rivals[name]))
         rows = []
         for name in [*by_aj, *(name for name in paper if name not in rivals)]:
             here = "–"
             if name in rivals:
-                here = " / ".join(f"{mean(found):.3f}" for found in zip(*rivals[name]))
+                here = " / ".join(f"{statistics.fmean(found):.3f}" for found in zip(*rivals[name]))
             of_paper = paper.get(name, [("–", "–")] * 3)
             rows.append([f"`{name}`", here, *(cell for pair in of_paper for cell in pair)])
         classes = [

@@ -6,6 +6,7 @@ Curves differ in dashes as well as in colour, so they can be told apart in grey.
 
 import math
 import pathlib
+import statistics
 import subprocess
 import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -33,7 +34,8 @@ Cost = Mapping[str, Sequence[tuple[float, float, float]]]  # running.read_learni
 
 def mean(values: Iterable[Value]) -> Value:
     known = [value for value in values if value is not None]
-    return sum(known) / len(known) if known else None
+    # As precise in all versions of Python, as sum() is not: a figure's last digit can depend on it.
+    return statistics.fmean(known) if known else None
 
 
 def binned(curves: Sequence[Sequence[Value]], width: int = BIN) -> list[tuple[float, Value]]:

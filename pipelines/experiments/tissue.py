@@ -7,6 +7,7 @@ import concurrent.futures
 import json
 import pathlib
 import re
+import statistics
 import subprocess
 import sys
 import typing
@@ -127,8 +128,7 @@ def measure(options: argparse.Namespace, out: pathlib.Path, frames: int) -> list
 
 
 def mean(results: Sequence[Result], field: str) -> float:
-    values: list[float] = [getattr(result, field) for result in results]
-    return sum(values) / len(values)
+    return statistics.fmean(getattr(result, field) for result in results)
 
 
 def quality(result: Result) -> float:
