@@ -94,7 +94,7 @@ class Neighbours {
   }
 
   /// The motion of most points. Its spread is set even where it exceeds max_spread and the result is no map.
-  NeighbourMap most() {
+  NeighbourMap common() {
     weights_ = near_;
     auto map = fit_robustly(points_.size(), std::numeric_limits<double>::infinity());
     if (!(map.spread <= tuning_.max_spread * unit_)) map.support = 0;
@@ -131,8 +131,8 @@ class Neighbours {
   }
 
   /// Fits and reweights in turn.
-  /// @param agree how many points agree with the weights' map. @param max_spread of those that do: the others don't
-  /// count
+  /// @param agree how many points agree with the weights' map. @param max_spread of those that do: spread and support
+  /// are theirs
   NeighbourMap fit_robustly(std::size_t agree, double max_spread) {
     NeighbourMap map;
     for (int round = 0;; ++round) {
@@ -158,9 +158,9 @@ class Neighbours {
 
   /// Puts the residuals of the points that agree into ordered_, and returns their number.
   std::size_t agreeing(double spread) {
-    const double most = square(tuning_.outlier * spread);
+    const double limit = square(tuning_.outlier * spread);
     const auto end = std::copy_if(residual_.begin(), residual_.begin() + static_cast<std::ptrdiff_t>(points_.size()),
-                                  ordered_.begin(), [=](double r) { return r < most; });
+                                  ordered_.begin(), [=](double r) { return r < limit; });
     return static_cast<std::size_t>(end - ordered_.begin());
   }
 
@@ -195,7 +195,7 @@ class Neighbours {
     if (length < square(tuning_.piece_base * unit_)) return false;
     const double a = (to.x * from.x + to.y * from.y) / length, b = (to.y * from.x - to.x * from.y) / length;
     const double zoom = std::sqrt(a * a + b * b);
-    if (zoom > tuning_.max_zoom || zoom * tuning_.max_zoom < 1) return false;
+    if (!(zoom <= tuning_.max_zoom && zoom * tuning_.max_zoom >= 1)) return false;
     map.linear = {a, -b, b, a};
     map.shift = u.to - map(u.from);
     return true;
@@ -213,7 +213,7 @@ NeighbourMap fit_neighbours(std::span<const Correspondence> nearest, cv::Point2d
                             const Correspondence *own) {
   if (nearest.size() < min_points) return {};
   Neighbours neighbours(nearest, at, unit, tuning);
-  const auto common = neighbours.most();
+  const auto common = neighbours.common();
   if (nearest.size() < min_affine || common.spread <= tuning.common_spread * unit) return common;
   const auto piece = neighbours.piece(common, own);
   return piece.support >= count(tuning.min_piece) ? piece : common;

@@ -39,10 +39,10 @@ struct NeighbourMap {
 /// five rounds of reweighting suppress outliers. Six or more points give an affine map, regularised towards the
 /// similarity; three to five give a similarity. Fewer points, or coincident ones, give no map.
 /// Where tissue moves in pieces (it is cut, grasped, or slides; tools move), one motion does not suit all points. Then
-/// the map is that of the piece to which most of the nearest belong.
+/// the map is that of the piece to which most of the nearest belong. No map if neither all nor a piece agree.
 /// @param unit length of a pixel of the 480-line picture in the coordinates of `from`; the spread is at least half a
 /// unit
-/// @param own where the point at `at` itself was aligned, if that is known: it belongs to the piece that moves so
+/// @param own where the point at `at` itself was aligned, if that is known: decides between pieces that are about equal
 NeighbourMap fit_neighbours(std::span<const Correspondence> nearest, cv::Point2d at, double unit, const Tuning &tuning,
                             const Correspondence *own = nullptr);
 

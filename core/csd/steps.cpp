@@ -86,7 +86,7 @@ void follow(const CsdFrame &frame, std::vector<Followed *> &points, Company &com
   company.met(frame);
   look_again(frame, points, company, shares);
   company.gather(frame);
-  // Points without a map were aligned on their own: chance matches do not agree on a motion.
+  // Points without a map were aligned on their own: chance matches rarely agree on a motion.
   meet(frame, points, company, Whom::unmapped);
   company.looked(frame);
   each(frame, points, [&](Followed &p) {

@@ -78,7 +78,7 @@ void TrackedPoint::meet(const CsdFrame &frame, const NeighbourMap &map) {
 }
 
 void TrackedPoint::meet(const CsdFrame &frame, const NeighbourField &field, std::size_t owner) {
-  // sure() is the patch's own judgement: the map of this frame is not known yet.
+  // In the first meeting sure() is the patch's own judgement, as the map of this frame is not known yet.
   const Correspondence own{own_reference(), look_.fine.state.position};
   const auto map =
       field.map_at(own_reference(), chart_, frame.unit, frame.tuning, owner, nearby_, sure() ? &own : nullptr);

@@ -94,7 +94,7 @@ struct Tuning {
   double ridge = 60;               ///< px², regularisation towards the similarity
   double min_spread = 0.5;         ///< px: accuracy of single points
   double spread_per_median = 1.5;  ///< of the residuals' median
-  double max_spread = 8;           ///< px: with more, the points do not agree and there is no map
+  double max_spread = 8;           ///< px: with more, the points do not agree, and only a piece can give a map
   double outlier = 2.5;            ///< spreads at which a point's weight is a quarter
   /// px: with more, the points may move in pieces. Of the visible points on 12 tissues that slide, .889 are found
   /// instead of .861 (K .092 instead of .075); with 2, a blurred zoom suffers.
@@ -103,7 +103,7 @@ struct Tuning {
   double piece_gain = 0.8;     ///< a piece counts if its cost is less than this share of the common map's
   double piece_pairs = 6;      ///< nearest points, each pair of which proposes a piece's motion
   double piece_base = 10;      ///< px between such two points, at least
-  double min_piece = 4;        ///< points of a piece: in another scene three agree by chance
+  double min_piece = 4;        ///< points of a piece: in another scene three often agree by chance
   double own_vote = 0.3;       ///< weight of the point's own alignment in a piece's cost; a neighbour there has 1
   double settled = 0.005;      ///< change of a weight (at most 1) below which the iteration ends
   double nearby_margin = 1.3;  ///< on the squared distance: some points will not be reliable in the next frame

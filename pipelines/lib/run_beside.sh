@@ -7,7 +7,7 @@ root=$(cd "$(dirname "$(readlink -f "$0")")/../.." && pwd)
 path=$0
 # A user's own link leads to the command, not to the module.
 while folder=$(cd "$(dirname "$path")" && pwd -P) && [[ $folder != "$root"/* ]]; do
-  target=$(readlink "$path")
+  target=$(readlink "$path") || { echo "$path: link to it instead of copying it" >&2; exit 1; }
   path=$([[ $target == /* ]] || echo "$folder/")$target
 done
 module=${folder#"$root/"}/${path##*/}

@@ -117,6 +117,30 @@ TEST(TrackedPoint, TrustsItsOwnPatchWhereNothingElseLooksLikeIt) {
   EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120)), 0.3);
 }
 
+// On a border between two sheets, with as many neighbours on both, its own patch says to which it belongs.
+TEST(TrackedPoint, ItsAlignmentChoosesBetweenPieces) {
+  const cv::Point2d at(160, 120), slide(9, -8);
+  for (const auto &motion : {cv::Point2d(), slide}) {
+    Scene scene;
+    TrackedPoint point(scene.frame({}), at);
+    point.found(0);
+    for (int i = 1; i <= 15; ++i) follow(point, scene.frame({}), Scene::neighbours({}));
+    NeighbourField field;
+    for (std::size_t i = 0; i < 7; ++i) {
+      const auto n = static_cast<double>(i);
+      const cv::Point2d off(4 + 2 * n, 20 * std::sin(2 * n));
+      field.add(2 * i, 0, {at - off, at - off});
+      field.add(2 * i + 1, 0, {at + off, at + off + slide});
+    }
+    const auto frame = scene.frame(motion);
+    point.look(frame);
+    ASSERT_TRUE(point.sure());
+    point.meet(frame, field, NeighbourField::nobody);
+    ASSERT_TRUE(point.map());
+    EXPECT_LT(cv::norm(point.map()(at) - at - motion), 1);
+  }
+}
+
 TEST(TrackedPoint, IsFoundAgainWhereTheNeighboursPutIt) {
   Scene scene;
   TrackedPoint point(scene.frame({}), {160, 120});
