@@ -329,7 +329,10 @@ class Terminal:
         test.addCleanup(self.process.kill)
 
     def read(self):
-        return os.read(self._end, 1000).decode()
+        try:
+            return os.read(self._end, 1000).decode()
+        except OSError:  # the command ended and all that it printed was read
+            return ""
 
     def await_lines(self, path, count):
         await_count(self.process, path, count, self.read)
