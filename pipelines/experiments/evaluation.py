@@ -6,6 +6,7 @@ Its words are here. Its figures come from the runs, the paper's from paper.json.
 
 import json
 import pathlib
+import statistics
 import typing
 from collections.abc import Iterable, Mapping
 
@@ -122,7 +123,7 @@ def hidden(scenes: Iterable[truth.Truth]) -> str:
     """The share of the features that are hidden: its mean over frames and seeds, and its most in a
     frame."""
     shares = [share for scene in scenes for share in scene.hidden]
-    return f"{100 * sum(shares) / len(shares):.0f} %, {100 * max(shares):.0f} %"
+    return f"{100 * statistics.fmean(shares):.0f} %, {100 * max(shares):.0f} %"
 
 
 def sources(plan: Plan, scores: Scores) -> str:

@@ -7,6 +7,7 @@ import json
 import math
 import pathlib
 import random
+import statistics
 from collections.abc import Iterable, Sequence
 
 TAU = 5.0  # pixels, csd-score's threshold for a picture of this size
@@ -222,6 +223,6 @@ def bootstrap(values: Sequence[float], draws: int = 2000) -> Interval | None:
     if len(values) < 2:
         return None
     chance = random.Random(1)
-    means = sorted(sum(chance.choices(values, k=len(values))) / len(values) for _ in range(draws))
-    return (sum(values) / len(values), means[round(0.025 * (draws - 1))],
+    means = sorted(statistics.fmean(chance.choices(values, k=len(values))) for _ in range(draws))
+    return (statistics.fmean(values), means[round(0.025 * (draws - 1))],
             means[round(0.975 * (draws - 1))])

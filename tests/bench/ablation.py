@@ -10,6 +10,7 @@ import math
 import os
 import pathlib
 import re
+import statistics
 import subprocess
 import sys
 import typing
@@ -119,7 +120,7 @@ def scores(numbers: Numbers, options: argparse.Namespace,
         values = [tuple(map(float, row.split()[3:5])) for row in rows]
         if not values:
             refuse(f"csd-accuracy has no row for {sequence}")
-        return sequence, tuple(sum(column) / len(values) for column in zip(*values))
+        return sequence, tuple(statistics.fmean(column) for column in zip(*values))
 
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         return dict(pool.map(measure, sequences))

@@ -297,14 +297,11 @@ Options parse(int argc, char **argv) {
     options.algorithm == AlgorithmKind::csd ? set(options.tuning, assignment) : set(options.choices, assignment);
   const auto known = options.tissue.empty() ? known_sequences(options.clips) : on_tissue(options.tissue);
   for (const auto &name : names) {
-    std::vector<Sequence> exact, begun;
-    for (const auto &sequence : known) {
-      if (sequence.name == name) exact.push_back(sequence);
-      if (sequence.name.starts_with(name)) begun.push_back(sequence);
-    }
-    if (begun.empty()) throw std::runtime_error("no sequence " + name);
-    const auto &chosen = exact.empty() ? begun : exact;
-    options.wanted.insert(options.wanted.end(), chosen.begin(), chosen.end());
+    const bool whole = std::any_of(known.begin(), known.end(), [&](const auto &s) { return s.name == name; });
+    const auto before = options.wanted.size();
+    for (const auto &sequence : known)
+      if (whole ? sequence.name == name : sequence.name.starts_with(name)) options.wanted.push_back(sequence);
+    if (options.wanted.size() == before) throw std::runtime_error("no sequence " + name);
   }
   if (names.empty()) options.wanted = known;
   return options;

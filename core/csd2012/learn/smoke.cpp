@@ -15,10 +15,9 @@ std::vector<double> filter_rows(const std::vector<double> &in, std::size_t side,
   for (std::size_t y = 0; y < side; ++y) {
     const double *row = in.data() + y * side;
     for (std::size_t turn = 0; turn < 3; ++turn) std::copy_n(row, side, around.data() + turn * side);
-    const double *at = around.data() + side;
-    for (std::size_t x = 0; x < side; ++x) sums[x] = kernel[0] * at[x];
+    for (std::size_t x = 0; x < side; ++x) sums[x] = kernel[0] * row[x];
     for (std::size_t k = 1; k < kernel.size(); ++k)
-      for (std::size_t x = 0; x < side; ++x) sums[x] += kernel[k] * (at[x + k] + *(at + x - k));
+      for (std::size_t x = 0; x < side; ++x) sums[x] += kernel[k] * (around[side + x + k] + around[side + x - k]);
     for (std::size_t x = 0; x < side; ++x) out[x * side + y] = sums[x];
   }
   return out;
