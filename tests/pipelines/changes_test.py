@@ -194,6 +194,16 @@ class Changes(harness.Case):
             self.assertEqual(run.warnings, [])
             return buffers
 
+        def got_at_last(launch):
+            # GStreamer 1.22's uridecodebin3 does not always end: with identity 4 of 4400 runs on a
+            # busy machine hung. Hence a second try.
+            try:
+                return got(launch)
+            except harness.Hangs:
+                if "uridecodebin3" not in launch:
+                    raise
+                return got(launch)
+
         for name, launch, frames in (
                 ("uridecodebin3",
                  f"uridecodebin3 name=uri uri={one.as_uri()} ! %s ! fakesink name=out", 60),
@@ -202,11 +212,11 @@ class Changes(harness.Case):
                 ("splitmuxsrc", f"splitmuxsrc location={self.tmp}/part*.mkv ! decodebin ! %s "
                  "! fakesink name=out", 30),
                 ("compositor", f"compositor name=c ! fakesink name=out {decoded}", 30)):
-            plain = got(launch.replace("%s", "identity"))
+            plain = got_at_last(launch.replace("%s", "identity"))
             self.assertEqual(len(plain), frames, name)
             for element in "csdtrack max-features=5", f"csdtrackdec location={self.path}":
                 with self.subTest(name, element=element):
-                    self.assertEqual(got(launch.replace("%s", element)), plain)
+                    self.assertEqual(got_at_last(launch.replace("%s", element)), plain)
 
     def test_no_timestamps(self):
         scene, result = Scene(), {}

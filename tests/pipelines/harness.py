@@ -38,6 +38,10 @@ LINE_FIELDS = ["schema", "source", "role", "algorithm", "frame", "pts", "duratio
 SAME_MEMORY = {"MALLOC_PERTURB_": "165"}
 
 
+class Hangs(AssertionError):
+    """Nothing came on a pipeline's bus for TIMEOUT seconds."""
+
+
 class Case(unittest.TestCase):
     """Has a folder of its own, self.tmp, and shows differences in full."""
 
@@ -198,13 +202,13 @@ class Run:
         return result
 
     def until(self, kinds):
-        """Waits for a message of these kinds. Keeps csdtrack's messages and warnings, and raises
-        errors."""
+        """Waits for a message of these kinds. Keeps csdtrack's messages and warnings. Raises
+        errors, and Hangs if nothing comes."""
         bus = self.pipeline.get_bus()
         while True:
             message = bus.timed_pop(TIMEOUT * Gst.SECOND)
             if message is None:
-                raise AssertionError(f"the pipeline hangs: nothing on the bus for {TIMEOUT} s")
+                raise Hangs(f"the pipeline hangs: nothing on the bus for {TIMEOUT} s")
             if message.type == Gst.MessageType.ERROR:
                 raise PipelineError(*message.parse_error())
             if message.type == Gst.MessageType.WARNING:
