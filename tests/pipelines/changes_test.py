@@ -202,6 +202,7 @@ class Changes(harness.Case):
             except harness.Hangs:
                 if "uridecodebin3" not in launch:
                     raise
+                print(f"hangs, begun once more: {launch}", file=sys.stderr)
                 return got(launch)
 
         for name, launch, frames in (

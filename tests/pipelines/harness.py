@@ -38,10 +38,6 @@ LINE_FIELDS = ["schema", "source", "role", "algorithm", "frame", "pts", "duratio
 SAME_MEMORY = {"MALLOC_PERTURB_": "165"}
 
 
-class Hangs(AssertionError):
-    """Nothing came on a pipeline's bus for TIMEOUT seconds."""
-
-
 class Case(unittest.TestCase):
     """Has a folder of its own, self.tmp, and shows differences in full."""
 
@@ -158,6 +154,10 @@ class PipelineError(Exception):
     def __init__(self, error, debug):
         super().__init__(f"{error.message} ({debug})")
         self.error = error
+
+
+class Hangs(AssertionError):
+    """Nothing came on a pipeline's bus for TIMEOUT seconds."""
 
 
 class Run:
