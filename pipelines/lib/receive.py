@@ -195,7 +195,10 @@ class Receiver:
 
     def on_no_more_pads(self, _source: Any) -> None:
         lines = self._built and self._built.get_static_pad("lines")
-        if self._options.klv and not (lines and lines.is_linked()):
+        # A session's pads are added by a thread each, so this may come before its lines are linked
+        # (seen on a busy machine).
+        has_lines = "lines" in self._streams or lines and lines.is_linked()
+        if self._options.klv and not has_lines:
             self._run.fail("it contains no KLV: leave out --klv, and it is tracked here")
 
     def build(self) -> Any:

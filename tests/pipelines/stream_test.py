@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """pipelines/stream and pipelines/receive: video and tracks over the network, by RTSP and SRT."""
 
+import argparse
 import contextlib
 import os
 import pathlib
@@ -14,11 +15,13 @@ import sys
 import threading
 import time
 import urllib.parse
+from unittest import mock
 
 import numpy as np
 
 import harness
 from harness import Gst
+from pipelines.lib import receive
 
 SOURCE, BUILD = map(pathlib.Path, sys.argv[1:3])
 ENVIRONMENT = {**os.environ, "CSDTRACK_BUILD": str(BUILD)}
@@ -484,6 +487,19 @@ command.run("stream", stream.main)
             self.got.unlink(missing_ok=True)
             self.check_refused(run("receive", "--klv", url, self.got), 1,
                                f"receive: {url}: it contains no KLV")
+
+    def test_klv_is_found_before_its_pad_is_linked(self):
+        """rtspsrc may say that there are no more pads before the handler of each has returned."""
+        for encodings, refused in (("H264",), 1), (("H264", "SMPTE336M"), 0):
+            with self.subTest(encodings):
+                run, options = mock.Mock(), argparse.Namespace(klv=True)
+                receiver = receive.Receiver(None, run, options)
+                for number, encoding in enumerate(encodings):
+                    media = "video" if encoding == "H264" else "application"
+                    receiver.select(None, number, Gst.Caps.from_string(
+                        f"application/x-rtp,media={media},encoding-name={encoding}"))
+                receiver.on_no_more_pads(None)
+                self.assertEqual(run.fail.call_count, refused)
 
     def test_live_takes_the_stream(self):
         _, url = self.stream("--overlay", "simulate")
