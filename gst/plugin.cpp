@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "csdsimsrc.h"
-#include "csdtrack.h"
-#include "csdtrackdec.h"
-#include "csdtrackenc.h"
-#include "enums.h"
-#include "output/meta.h"
+#include "elements/csdsimsrc.h"
+#include "elements/csdtrack.h"
+#include "elements/csdtrackdec.h"
+#include "elements/csdtrackenc.h"
+#include "meta/meta.h"
+#include "support/enums.h"
 
 namespace {
 

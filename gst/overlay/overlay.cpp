@@ -1,20 +1,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "overlay/overlay.h"
 
-#include "frame_mapping.h"
-#include "guard.h"
-#include "lock.h"
+#include "caps/frame_mapping.h"
+#include "support/guard.h"
+#include "support/lock.h"
 
 namespace csd {
-
-void Overlay::set_up(GstBaseTransform *element) {
-  gst_base_transform_set_in_place(element, TRUE);
-  gst_base_transform_set_gap_aware(element, TRUE);
-  // Otherwise the base class tries the input's caps first and never offers the feature that overlay=meta needs.
-  gst_base_transform_set_prefer_passthrough(element, FALSE);
-  // GstVideoFilter turns it on, which drops late frames before they get here and leaves a hole in a recording.
-  gst_base_transform_set_qos_enabled(element, FALSE);
-}
 
 GParamSpec *Overlay::param_spec() {
   return g_param_spec_enum("overlay", "Overlay", "How features are shown in the picture", GST_TYPE_CSD_TRACK_OVERLAY,
@@ -23,22 +14,21 @@ GParamSpec *Overlay::param_spec() {
                                                     GST_PARAM_MUTABLE_PLAYING | GST_PARAM_CONTROLLABLE));
 }
 
-void Overlay::see_value(GstBaseTransform *element, const GstCsdTrackOverlay &overlay) {
+void Overlay::see_value(const GstCsdTrackOverlay &overlay) {
   const std::lock_guard lock(values_);
   GstCsdTrackOverlay value;
   {
-    const ObjectLock object_lock(element);
+    const ObjectLock object_lock(element_);
     value = overlay;
   }
   draws_ = value == GST_CSD_TRACK_OVERLAY_DRAW;
-  negotiation_.set_wanted(element, value == GST_CSD_TRACK_OVERLAY_META);
+  negotiation_.set_wanted(value == GST_CSD_TRACK_OVERLAY_META);
 }
 
-GstCaps *Overlay::transform_caps(GstBaseTransform *element, GstPadDirection direction, GstCaps *caps,
-                                 GstCaps *filter) const noexcept {
+GstCaps *Overlay::transform_caps(GstPadDirection direction, GstCaps *caps, GstCaps *filter) const noexcept {
   GstCaps *other = nullptr;
   if (const auto failure = guarded([&] { other = negotiation_.transform_caps(direction, caps); })) {
-    GST_ERROR_OBJECT(element, "%s", failure->detail.c_str());
+    GST_ERROR_OBJECT(element_, "%s", failure->detail.c_str());
     other = gst_caps_ref(caps);
   }
   const auto narrow = [&other](GstCaps *first, GstCaps *second) {
@@ -56,16 +46,8 @@ GstCaps *Overlay::transform_caps(GstBaseTransform *element, GstPadDirection dire
   return other;
 }
 
-gboolean Overlay::accept_caps(GstBaseTransform *element, GstPadDirection direction, GstCaps *caps,
-                              decltype(GstBaseTransformClass::accept_caps) accept) {
-  GstCaps *complete = complete_caps(caps);
-  const gboolean accepted = accept(element, direction, complete);
-  gst_caps_unref(complete);
-  return accepted;
-}
-
-void Overlay::see_event(GstBaseTransform *element, GstEvent *event) {
-  if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE) negotiation_.restart(element);
+void Overlay::see_event(GstEvent *event) {
+  if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE) negotiation_.restart();
 }
 
 void Overlay::set_caps(GstCaps *in, GstCaps *out) {
@@ -73,11 +55,11 @@ void Overlay::set_caps(GstCaps *in, GstCaps *out) {
   negotiation_.set_caps(in, out);
 }
 
-bool Overlay::can_show(GstBaseTransform *element, GstCsdTrackOverlay overlay) const {
+bool Overlay::can_show(GstCsdTrackOverlay overlay) const {
   if (can_map_ || overlay != GST_CSD_TRACK_OVERLAY_DRAW) return true;
-  GstCaps *caps = gst_pad_get_current_caps(GST_BASE_TRANSFORM_SINK_PAD(element));
+  GstCaps *caps = gst_pad_get_current_caps(sink_);
   gchar *text = caps ? gst_caps_to_string(caps) : g_strdup("not known");
-  GST_ELEMENT_ERROR(element, STREAM, WRONG_TYPE,
+  GST_ELEMENT_ERROR(element_, STREAM, WRONG_TYPE,
                     ("overlay=draw can't draw into these frames, for they are not in system memory, or not of a format "
                      "that csdtrack takes. Use overlay=meta or none, or download and convert the frames before."),
                     ("their caps are %s", text));
@@ -86,31 +68,25 @@ bool Overlay::can_show(GstBaseTransform *element, GstCsdTrackOverlay overlay) co
   return false;
 }
 
-void Overlay::settle(GstBaseTransform *element, GstCsdTrackOverlay overlay) {
-  if (overlay == GST_CSD_TRACK_OVERLAY_META) negotiation_.settle(element);
+void Overlay::settle(GstCsdTrackOverlay overlay) {
+  if (overlay == GST_CSD_TRACK_OVERLAY_META) negotiation_.settle();
 }
 
-void Overlay::show(GstVideoFilter *element, GstBuffer *buffer, const Tracks &tracks, GstCsdTrackOverlay overlay) {
+void Overlay::show(const GstVideoInfo &info, GstBuffer *buffer, const Tracks &tracks, GstCsdTrackOverlay overlay) {
   if (overlay == GST_CSD_TRACK_OVERLAY_NONE || is_empty_gap(buffer)) return;
   const GstVideoCropMeta *crop = gst_buffer_get_video_crop_meta(buffer);
   if (overlay == GST_CSD_TRACK_OVERLAY_DRAW) {
-    MappedFrame frame(element->in_info, buffer, GST_MAP_READWRITE);
-    painter_.draw(*frame, element->in_info, crop, tracks);
+    MappedFrame frame(info, buffer, GST_MAP_READWRITE);
+    painter_.draw(*frame, info, crop, tracks);
   } else if (negotiation_.may_attach()) {
     composition_.attach(buffer, tracks, crop ? static_cast<int>(crop->x) : 0, crop ? static_cast<int>(crop->y) : 0,
                         tracks.height);
   } else if (negotiation_.take_refusal()) {
-    GST_ELEMENT_WARNING(element, STREAM, FAILED,
+    GST_ELEMENT_WARNING(element_, STREAM, FAILED,
                         ("Nothing downstream can show an overlay that is not drawn. Use overlay=draw, or a sink that "
                          "renders GstVideoOverlayComposition."),
                         ("the pixels stay as they are"));
   }
-}
-
-void sync_properties(GstBaseTransform *element, GstBuffer *buffer) {
-  if (element->segment.format != GST_FORMAT_TIME) return;
-  const GstClockTime time = gst_segment_to_stream_time(&element->segment, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer));
-  if (GST_CLOCK_TIME_IS_VALID(time)) gst_object_sync_values(GST_OBJECT(element), time);
 }
 
 }  // namespace csd

@@ -176,44 +176,43 @@ void OverlayNegotiation::set_caps(GstCaps *in, GstCaps *out) {
   settled_ = false;
 }
 
-void OverlayNegotiation::set_wanted(GstBaseTransform *element, bool wanted) {
+void OverlayNegotiation::set_wanted(bool wanted) {
   const std::lock_guard lock(mutex_);
   if (wanted_ == wanted) return;
   wanted_ = wanted;
   refused_ = told_ = settled_ = false;
-  gst_base_transform_reconfigure_src(element);
+  gst_pad_mark_reconfigure(src_);
 }
 
-void OverlayNegotiation::restart(GstBaseTransform *element) {
+void OverlayNegotiation::restart() {
   const std::lock_guard lock(mutex_);
   refused_ = settled_ = false;
-  gst_base_transform_reconfigure_src(element);
+  gst_pad_mark_reconfigure(src_);
 }
 
-void OverlayNegotiation::settle(GstBaseTransform *element) {
-  GstPad *src = GST_BASE_TRANSFORM_SRC_PAD(element);
+void OverlayNegotiation::settle() {
   bool renders = upstream_has_;
   {
     const std::lock_guard lock(mutex_);
-    if (!wanted_ || settled_ || gst_pad_needs_reconfigure(src)) return;
+    if (!wanted_ || settled_ || gst_pad_needs_reconfigure(src_)) return;
   }
   if (!upstream_has_ && downstream_has_)
-    if (GstCaps *caps = gst_pad_get_current_caps(src)) {
+    if (GstCaps *caps = gst_pad_get_current_caps(src_)) {
       GstQuery *query = gst_query_new_allocation(caps, FALSE);
-      renders = gst_pad_peer_query(src, query) &&
+      renders = gst_pad_peer_query(src_, query) &&
                 gst_query_find_allocation_meta(query, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE, nullptr);
       gst_query_unref(query);
       gst_caps_unref(caps);
     }
   const std::lock_guard lock(mutex_);
   // The answer came from an old downstream: the next frame asks again.
-  if (gst_pad_needs_reconfigure(src)) return;
+  if (gst_pad_needs_reconfigure(src_)) return;
   settled_ = true;
   may_attach_ = renders;
   if (renders) told_ = false;
   if (renders || !downstream_has_) return;
   refused_ = true;
-  gst_base_transform_reconfigure_src(element);
+  gst_pad_mark_reconfigure(src_);
 }
 
 bool OverlayNegotiation::take_refusal() {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 
-#include <gst/base/gstbasetransform.h>
 #include <gst/video/video.h>
 
 #include <memory>
@@ -27,25 +26,29 @@ class OverlayComposition {
   std::unique_ptr<Impl> impl_;
 };
 
-/// How an in-place GstBaseTransform negotiates attaching compositions: like GStreamer's text overlay, by the caps
+/// How an element that works in place negotiates attaching compositions: like GStreamer's text overlay, by the caps
 /// feature meta:GstVideoOverlayComposition *and* the answer to the allocation query. If upstream already has the
 /// feature, downstream must render compositions and no query is needed.
 ///
 /// The element calls, only set_wanted(true) with overlay=meta:
-///  * in transform_caps: transform_caps(), then intersects with the filter (GST_CAPS_INTERSECT_FIRST);
-///  * in fixate_caps, for source pad caps: prefer(), then fixates the first;
-///  * in set_caps (GstVideoFilter: set_info): set_caps();
-///  * in src_event, on GST_EVENT_RECONFIGURE: restart();
-///  * in transform_ip, first: settle(); then it attaches if may_attach(), or posts one WARNING if take_refusal();
+///  * for a CAPS query: transform_caps(), then intersects with the filter (GST_CAPS_INTERSECT_FIRST);
+///  * when it fixates the source pad's caps: prefer(), then the first;
+///  * with the caps of both pads: set_caps();
+///  * on GST_EVENT_RECONFIGURE: restart();
+///  * first for each frame: settle(); then it attaches if may_attach(), or posts one WARNING if take_refusal();
 ///  * when `overlay` is set: set_wanted().
-/// It must set prefer_passthrough to FALSE (or the base class tries the caps without the feature first).
+/// A GstBaseTransform must set prefer_passthrough to FALSE (or it tries the caps without the feature first).
 /// transform_caps(), set_wanted() and restart() are thread-safe; the others belong to the streaming thread. A result
 /// never refers to caps that are about to be renegotiated: the reconfigure flag of the source pad is set under the lock
-/// that settle() holds when it checks the flag, and the base class clears it before it calls transform_caps().
+/// that settle() holds when it checks the flag, and the base class (also GstAggregator) clears it before it calls
+/// transform_caps().
 class OverlayNegotiation {
  public:
+  /// `src`: the element's, which outlives this object.
+  explicit OverlayNegotiation(GstPad *src) : src_(src) {}
+
   /// Renegotiates the caps if the value changes.
-  void set_wanted(GstBaseTransform *element, bool wanted);
+  void set_wanted(bool wanted);
   /// The caps for the other pad. Downstream of plain caps: with the feature first, then plain; upstream of caps with
   /// the feature: either. Never removes the feature downstream. Other features, such as the memory's, stay. The caller
   /// owns the result.
@@ -56,10 +59,10 @@ class OverlayNegotiation {
   /// Sends downstream an allocation query, once after set_caps(): the base class sends none for an in-place element
   /// (seen, 1.22), and the caps must be sent before the query. If downstream took the caps but won't render,
   /// renegotiates without the feature; until then pixels and metas are right.
-  void settle(GstBaseTransform *element);
+  void settle();
   /// Downstream has changed and is queried again. A reported refusal is not reported again, unless attaching worked in
   /// between or set_wanted() asks again.
-  void restart(GstBaseTransform *element);
+  void restart();
 
   /// Whether the current caps allow attaching compositions, settled or not.
   bool may_attach() const { return may_attach_; }
@@ -67,6 +70,7 @@ class OverlayNegotiation {
   bool take_refusal();
 
  private:
+  GstPad *const src_;
   mutable std::mutex mutex_;  ///< not held during queries to downstream
   // Guarded by mutex_.
   bool wanted_ = false;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-#include "frame_mapping.h"
+#include "caps/frame_mapping.h"
 #include "overlay/markers.h"
 #include "overlay/sprite_cache.h"
 

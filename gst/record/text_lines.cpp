@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "record/text_lines.h"
 
-#include "frame_events.h"
-#include "frame_time.h"
+#include "caps/frame_time.h"
+#include "record/frame_events.h"
 #include "record/text_pieces.h"
 
 namespace csd {

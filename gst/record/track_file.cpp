@@ -11,9 +11,9 @@
 #include <system_error>
 #include <utility>
 
-#include "frame_time.h"
-#include "guard.h"
+#include "caps/frame_time.h"
 #include "record/file_name.h"
+#include "support/guard.h"
 
 namespace csd {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "record/track_format.h"
 
-#include "csdtrackmeta.h"
+#include "meta/csdtrackmeta.h"
 
 static_assert(GST_CSD_META_SCHEMA == 1, "JsonLine writes another schema");
 

@@ -9,7 +9,7 @@
 #include <mutex>
 #include <optional>
 
-#include "frame_limit.h"
+#include "record/frame_limit.h"
 #include "record/track_file.h"
 
 namespace csd {

@@ -3,7 +3,7 @@
 // The cost per frame of handing on the tracks: as a meta, as a message, as text.
 #include <benchmark/benchmark.h>
 
-#include "output/meta.h"
+#include "meta/meta.h"
 #include "record/track_format.h"
 
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "csdtrackmeta.h"
+#include "meta/csdtrackmeta.h"
 
 namespace csd_check {
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Uses the header from C11. Called by test_read_meta.py. */
-#include "csdtrackmeta.h"
+#include "meta/csdtrackmeta.h"
 
 gboolean csd_check_attach(GstBuffer *buffer);
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "csdtrackmeta.h"
+#include "meta/csdtrackmeta.h"
 
 // Defines a macro fail(), so it comes after headers with a function of that name.
 #include <glib/gstdio.h>

@@ -8,8 +8,8 @@
 
 #include <string>
 
-#include "csdsimsrc.h"
-#include "csdtrackmeta.h"
+#include "elements/csdsimsrc.h"
+#include "meta/csdtrackmeta.h"
 
 namespace {
 

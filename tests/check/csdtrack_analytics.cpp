@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // csdtrack attach-analytics=true, read back with GstAnalytics' own functions. The element is linked in.
-#include "output/analytics.h"
+#include "meta/analytics.h"
 
 #include <gst/analytics/analytics.h>
 #ifdef CSDTRACK_KEYPOINTS
@@ -10,7 +10,7 @@
 #include <map>
 #include <vector>
 
-#include "csdtrack.h"
+#include "elements/csdtrack.h"
 
 // After all C++ headers: Check has a macro `fail`.
 #include "csdtrack_harness.h"

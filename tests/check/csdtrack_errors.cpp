@@ -9,8 +9,8 @@
 #include <string>
 
 #include "algorithms/make_algorithm.h"
-#include "csdtrack.h"
-#include "csdtrackmeta.h"
+#include "elements/csdtrack.h"
+#include "meta/csdtrackmeta.h"
 #include "track/algorithm.h"
 
 // After all C++ headers: Check has a macro `fail`.

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "csdtrack.h"
 #include "csdtrack_harness.h"
+#include "elements/csdtrack.h"
 
 namespace {
 

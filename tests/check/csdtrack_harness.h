@@ -11,7 +11,7 @@
 #include <map>
 #include <string>
 
-#include "csdtrackmeta.h"
+#include "meta/csdtrackmeta.h"
 
 inline constexpr char gray_320[] = "video/x-raw,format=GRAY8,width=320,height=240,framerate=25/1";
 

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "frame_mapping.h"
+#include "caps/frame_mapping.h"
 #include "scene.h"
 // After all C++ headers: Check has a macro `fail`.
 #include "csdtrack_harness.h"

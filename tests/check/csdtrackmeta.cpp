@@ -5,7 +5,7 @@
 #include <gst/video/video.h>
 
 #include "attach.h"
-#include "output/meta.h"
+#include "meta/meta.h"
 
 // Last, since it defines a macro `fail`.
 #include <gst/check/gstcheck.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "frame_mapping.h"
+#include "caps/frame_mapping.h"
 
 #include <gtest/gtest.h>
 

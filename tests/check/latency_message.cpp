@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
-#include "latency.h"
-#include "output/message.h"
+#include "meta/message.h"
+#include "support/latency.h"
 
 namespace {
 

@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "frame_mapping.h"
+#include "caps/frame_mapping.h"
 #include "overlay/overlay_painter.h"
 #include "scene.h"
 
@@ -50,7 +50,7 @@ gboolean stage_accept_caps(GstBaseTransform *base, GstPadDirection direction, Gs
 
 GstFlowReturn stage_transform_ip(GstBaseTransform *base, GstBuffer *buffer) {
   Stage *stage = stage_of(base);
-  stage->negotiation->settle(base);
+  stage->negotiation->settle();
   if (stage->negotiation->take_refusal()) ++stage->refusals;
   if (!stage->negotiation->may_attach()) return GST_FLOW_OK;
   csd::Tracks tracks;
@@ -88,9 +88,9 @@ void stage_class_init(gpointer klass, gpointer) {
 
 void stage_init(GTypeInstance *instance, gpointer) {
   Stage *stage = stage_of(instance);
-  stage->negotiation = new csd::OverlayNegotiation;
+  stage->negotiation = new csd::OverlayNegotiation(GST_BASE_TRANSFORM_SRC_PAD(stage));
   stage->composition = new csd::OverlayComposition;
-  stage->negotiation->set_wanted(&stage->parent, true);
+  stage->negotiation->set_wanted(true);
   gst_base_transform_set_in_place(&stage->parent, TRUE);
   gst_base_transform_set_prefer_passthrough(&stage->parent, FALSE);
 }
@@ -218,9 +218,9 @@ TEST(OverlayNegotiation, OffersBothDownstreamAndRemovesNothing) {
   const std::string p = "video/x-raw, format=(string)I420";
   const std::string f = "video/x-raw(meta:GstVideoOverlayComposition), format=(string)I420";
   const std::string g = "video/x-raw(memory:SystemMemory, meta:GstVideoOverlayComposition), format=(string)I420";
-  negotiation.set_wanted(&stage->parent, false);
+  negotiation.set_wanted(false);
   EXPECT_EQ(offered(GST_PAD_SINK, plain), p) << "not wanted: unchanged";
-  negotiation.set_wanted(&stage->parent, true);
+  negotiation.set_wanted(true);
   EXPECT_EQ(offered(GST_PAD_SINK, plain), g + "; " + f + "; " + p);
   EXPECT_EQ(offered(GST_PAD_SINK, with), f);
   EXPECT_EQ(offered(GST_PAD_SRC, with), p + "; " + f);

@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-#include "frame_mapping.h"
+#include "caps/frame_mapping.h"
 #include "overlay/markers.h"
 #include "overlay/sprite_cache.h"
 #include "scene.h"

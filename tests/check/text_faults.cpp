@@ -9,9 +9,9 @@
 #include <algorithm>
 #include <string>
 
-#include "csdtrackdec.h"
 #include "csdtrackdec_harness.h"
-#include "csdtrackenc.h"
+#include "elements/csdtrackdec.h"
+#include "elements/csdtrackenc.h"
 
 using csd_check::attach, csd_check::frame_at, csd_check::gray_64, csd_check::number_on;
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <iterator>
 
-#include "csdtrackmeta.h"
 #include "elements.h"
+#include "meta/csdtrackmeta.h"
 
 namespace {
 

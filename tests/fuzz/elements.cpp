@@ -7,11 +7,11 @@
 #include <cstring>
 #include <opencv2/core/utility.hpp>
 
-#include "csdsimsrc.h"
-#include "csdtrack.h"
-#include "csdtrackdec.h"
-#include "csdtrackenc.h"
-#include "csdtrackmeta.h"
+#include "elements/csdsimsrc.h"
+#include "elements/csdtrack.h"
+#include "elements/csdtrackdec.h"
+#include "elements/csdtrackenc.h"
+#include "meta/csdtrackmeta.h"
 
 namespace csd_fuzz {
 namespace {

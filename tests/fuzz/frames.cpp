@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "caps/frame_mapping.h"
 #include "elements.h"
-#include "frame_mapping.h"
 
 namespace csd_fuzz {
 namespace {

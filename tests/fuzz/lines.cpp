@@ -4,8 +4,8 @@
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include "fuzz.h"
-#include "guard.h"
 #include "record/track_file.h"
+#include "support/guard.h"
 
 namespace {
 

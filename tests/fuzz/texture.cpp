@@ -6,7 +6,7 @@
 
 #include "fuzz.h"
 #include "sim/texture_map.h"
-#include "sim_texture.h"
+#include "support/sim_texture.h"
 
 namespace {
 

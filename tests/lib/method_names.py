@@ -46,7 +46,7 @@ def errors_of(line: str) -> Iterator[str]:
     # paper | what | file | function
     in_table = len(cells) == 4 and cells[2].strip().startswith("`")
     stems = CODE.findall(cells[2]) if in_table else []
-    patterns = [f"core/{stem}.*" for stem in stems] if in_table else ["core/**/*.*", "gst/*.*"]
+    patterns = [f"core/{stem}.*" for stem in stems] if in_table else ["core/**/*.*", "gst/**/*.*"]
     files = find(*patterns)
     for name in CODE.findall(line):
         if "/" in name:  # a file, a program or a room, with or without its ending

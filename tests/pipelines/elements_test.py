@@ -270,7 +270,7 @@ class SectionBlocks(harness.Case):
     def blocks(self):
         for factory in Gst.Registry.get().get_feature_list_by_plugin("csdtrack"):
             name = factory.get_name()
-            text = (SOURCE / "gst" / f"{name}.cpp").read_text(encoding="utf-8")
+            text = (SOURCE / "gst" / "elements" / f"{name}.cpp").read_text(encoding="utf-8")
             block = re.search(r"^/\*\*\n( \* SECTION:.*?) \*/\n", text,
                               flags=re.DOTALL | re.MULTILINE)
             yield name, re.sub(r"^ \* ?", "", block[1], flags=re.MULTILINE) if block else ""
@@ -288,7 +288,7 @@ class SectionBlocks(harness.Case):
     def test_each_property_and_signal_has_a_block(self):
         """In the form that GStreamer's hotdoc reads, with the version that introduced it."""
         sources = "".join(path.read_text(encoding="utf-8")
-                          for path in (SOURCE / "gst").glob("*.cpp"))
+                          for path in (SOURCE / "gst").rglob("*.cpp"))
         blocks = re.findall(r"^ */\*\*\n +\* (GstCsd\w+::?[\w-]+):\n(.*?)\*/", sources,
                             flags=re.DOTALL | re.MULTILINE)
         there = [f"{kind.name}:{name}" for element in self.elements()

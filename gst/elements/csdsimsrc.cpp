@@ -1,0 +1,622 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/**
+ * SECTION:element-csdsimsrc
+ * @title: csdsimsrc
+ * @short_description: simulated tissue with exact ground truth
+ *
+ * Renders deforming tissue as an endoscope sees it. A GstCsdTruthMeta on each frame holds the true position and
+ * visibility of points on it. Use it to try out and score trackers, and to build applications without a patient.
+ *
+ * A frame depends only on the properties and its number: the same properties give the same bytes on every machine of an
+ * architecture. The element is seekable. It renders as fast as downstream takes frames, or with is-live=true at the
+ * rate of a camera.
+ *
+ * ## Example launch lines
+ * |[
+ * gst-launch-1.0 csdsimsrc scenario=mixed ! csdtrack points=truth overlay=draw ! autovideosink
+ * ]| Tissue, tools, smoke and highlights, tracked.
+ * |[
+ * gst-launch-1.0 csdsimsrc scenario=zoom style=liver effects="tools=1,noise=2" seed=7 num-buffers=500 \
+ *   ! video/x-raw,width=1280,height=720,framerate=30/1 ! x264enc ! mp4mux ! filesink location=liver.mp4
+ * ]| A recording.
+ *
+ * Since: 0.1
+ */
+#include "elements/csdsimsrc.h"
+
+#include <gst/video/video.h>
+
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "meta/meta.h"
+#include "sim/simulator.h"
+#include "support/enums.h"
+#include "support/guard.h"
+#include "support/lock.h"
+#include "support/sim_texture.h"
+#include "text/parse.h"
+
+GST_DEBUG_CATEGORY_STATIC(gst_csd_sim_src_debug);
+#define GST_CAT_DEFAULT gst_csd_sim_src_debug
+
+namespace {
+
+// Same enumerators, in the same order, as in the core.
+static_assert(GST_CSD_SIM_SCENARIO_CUT + 1 == csd::sim::scenario_count);
+static_assert(GST_CSD_SIM_STYLE_CHARRED + 1 == csd::sim::style_count);
+
+enum Property : guint {
+  prop_0,
+  prop_scenario,
+  prop_seed,
+  prop_strength,
+  prop_effects,
+  prop_style,
+  prop_texture,
+  prop_features,
+  prop_points,
+  prop_is_live
+};
+
+struct Settings {
+  GstCsdSimScenario scenario = GST_CSD_SIM_SCENARIO_DEFORMATION;
+  guint64 seed = 1;
+  gdouble strength = 1;
+  std::string effects;
+  GstCsdSimStyle style = GST_CSD_SIM_STYLE_HEART;
+  std::string texture;
+  guint features = 100;
+  std::string points;
+};
+
+struct ConverterFree {
+  void operator()(GstVideoConverter *converter) const { gst_video_converter_free(converter); }
+};
+struct BufferUnref {
+  void operator()(GstBuffer *buffer) const { gst_buffer_unref(buffer); }
+};
+
+/// State of the stream. Only the streaming thread uses it, from start() to stop().
+struct Stream {
+  csd::sim::SimSettings sim;
+  std::vector<cv::Point2d> points;  // set by the user
+  unsigned features = 0;
+
+  std::optional<csd::sim::Simulator> simulator;
+  std::vector<cv::Point2d> surface;  // points in the truth meta
+  GstVideoInfo info;
+  std::unique_ptr<GstVideoConverter, ConverterFree> converter;  // null: frames are rendered in place
+  std::unique_ptr<GstBuffer, BufferUnref> bgr;                  // its input
+  GstVideoInfo bgr_info;
+
+  guint64 next = 0;                                // number of the next frame in the simulation
+  GstClockTime sought = GST_CLOCK_TIME_NONE;       // seek target; none: continue at `next`
+  guint64 made = 0;                                // buffers since READY
+  GstClockTime switched_on = GST_CLOCK_TIME_NONE;  // running time of a live stream's first frame
+};
+
+}  // namespace
+
+struct GstCsdSimSrcState {
+  // Guarded by the object lock.
+  Settings settings;
+  GstClockTime frame_time = GST_CLOCK_TIME_NONE;  ///< frame duration; none without caps
+
+  Stream stream;
+};
+
+struct _GstCsdSimSrc {
+  GstPushSrc parent;
+  GstCsdSimSrcState *state;
+};
+
+G_DEFINE_TYPE_WITH_CODE(GstCsdSimSrc, gst_csd_sim_src, GST_TYPE_PUSH_SRC,
+                        GST_DEBUG_CATEGORY_INIT(gst_csd_sim_src_debug, "csdsimsrc", 0, "simulated tissue"))
+GST_ELEMENT_REGISTER_DEFINE_WITH_CODE(csdsimsrc, "csdsimsrc", GST_RANK_NONE, GST_TYPE_CSD_SIM_SRC,
+                                      csd::register_track_metas())
+
+namespace {
+
+// BGR first, because it is what the simulator renders. The sizes are the simulator's.
+#define CSD_SIM_CAPS                                                                                                 \
+  "video/x-raw, format=(string){ BGR, RGB, BGRx, RGBx, xRGB, xBGR, BGRA, RGBA, ARGB, ABGR, I420, YV12, NV12, NV21, " \
+  "Y42B, Y444, YUY2, UYVY, GRAY8, v210, I420_10LE, I422_10LE, Y444_10LE, P010_10LE, NV16, VUYA, P012_LE, "           \
+  "I420_12LE, RGBA64_LE, ARGB64, Y210, Y410, r210, BGR10A2_LE, GRAY10_LE32, GRAY16_LE }, "                           \
+  "width=(int)[ 16, 8192 ], height=(int)[ 16, 8192 ], framerate=(fraction)[ 1/2147483647, 2147483647/1 ]"
+
+GstStaticPadTemplate src_template =
+    GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS, GST_STATIC_CAPS(CSD_SIM_CAPS));
+
+Stream &stream_of(GstBaseSrc *src) {
+  return GST_CSD_SIM_SRC(src)->state->stream;
+}
+
+const csd::Guard guard(gst_csd_sim_src_debug, "Out of memory for the simulated scene. Make smaller pictures.",
+                       "The scene can't be simulated", "");
+
+/// Runs `body` and reports its std::invalid_argument as an error in the settings. Returns false after an error.
+template <class Body>
+bool posted(GstCsdSimSrc *self, Body body) {
+  return guard.posted(self, [&] {
+    try {
+      body();
+    } catch (const std::invalid_argument &e) {
+      throw csd::Refusal(GST_RESOURCE_ERROR_SETTINGS, e.what());
+    }
+  });
+}
+
+csd::sim::Effects effects_of(const Settings &settings) {
+  auto effects = csd::sim::scenario_effects(static_cast<csd::sim::Scenario>(settings.scenario), settings.strength);
+  try {
+    effects.set(settings.effects);
+  } catch (const std::invalid_argument &e) {
+    throw std::invalid_argument(std::string("effects: ") + e.what());
+  }
+  return effects;
+}
+
+/// READY→PAUSED.
+gboolean gst_csd_sim_src_start(GstBaseSrc *src) {
+  auto *self = GST_CSD_SIM_SRC(src);
+  return posted(self, [&] {
+    Settings settings;
+    {
+      const csd::ObjectLock lock(self);
+      settings = self->state->settings;
+    }
+    Stream stream;
+    stream.sim.effects = effects_of(settings);
+    stream.sim.seed = settings.seed;
+    stream.sim.style = static_cast<csd::sim::Style>(settings.style);
+    if (!settings.texture.empty()) stream.sim.texture = csd::load_picture(settings.texture);
+    stream.features = settings.features;
+    auto points = csd::parse_points(settings.points);
+    if (!points) throw std::invalid_argument(points.error);
+    stream.points = std::move(points.value);
+    gst_video_info_init(&stream.info);
+    self->state->stream = std::move(stream);
+  });
+}
+
+void set_frame_time(GstCsdSimSrc *self, GstClockTime time) {
+  const csd::ObjectLock lock(self);
+  self->state->frame_time = time;
+}
+
+gboolean gst_csd_sim_src_stop(GstBaseSrc *src) {
+  stream_of(src) = {};
+  set_frame_time(GST_CSD_SIM_SRC(src), GST_CLOCK_TIME_NONE);
+  return TRUE;
+}
+
+/// Sets the interlace-mode when the frames are interlaced.
+GstCaps *gst_csd_sim_src_get_caps(GstBaseSrc *src, GstCaps *filter) {
+  auto *self = GST_CSD_SIM_SRC(src);
+  GstCaps *caps = gst_pad_get_pad_template_caps(GST_BASE_SRC_PAD(src));
+  bool interlaced = false;
+  // start() reports unreadable text.
+  csd::guarded([&] {
+    Settings settings;
+    {
+      const csd::ObjectLock lock(self);
+      settings = self->state->settings;
+    }
+    interlaced = effects_of(settings)[csd::sim::Effect::interlacing] > 0;
+  });
+  caps = gst_caps_make_writable(caps);
+  gst_caps_set_simple(caps, "interlace-mode", G_TYPE_STRING, interlaced ? "interleaved" : "progressive", nullptr);
+  if (interlaced) gst_caps_set_simple(caps, "field-order", G_TYPE_STRING, "top-field-first", nullptr);
+  if (!filter) return caps;
+  GstCaps *both = gst_caps_intersect_full(filter, caps, GST_CAPS_INTERSECT_FIRST);
+  gst_caps_unref(caps);
+  return both;
+}
+
+GstCaps *gst_csd_sim_src_fixate(GstBaseSrc *src, GstCaps *caps) {
+  caps = gst_caps_make_writable(gst_caps_truncate(caps));
+  GstStructure *s = gst_caps_get_structure(caps, 0);
+  gst_structure_fixate_field_nearest_int(s, "width", 640);
+  gst_structure_fixate_field_nearest_int(s, "height", 480);
+  gst_structure_fixate_field_nearest_fraction(s, "framerate", 25, 1);
+  if (gst_structure_has_field(s, "pixel-aspect-ratio"))
+    gst_structure_fixate_field_nearest_fraction(s, "pixel-aspect-ratio", 1, 1);
+  return GST_BASE_SRC_CLASS(gst_csd_sim_src_parent_class)->fixate(src, caps);
+}
+
+GstClockTime time_of(const Stream &stream, guint64 frame) {
+  return gst_util_uint64_scale(frame, GST_SECOND * static_cast<guint64>(stream.info.fps_d),
+                               static_cast<guint64>(stream.info.fps_n));
+}
+
+/// Creates the scene, because it depends on the frame size and rate.
+gboolean gst_csd_sim_src_set_caps(GstBaseSrc *src, GstCaps *caps) {
+  auto *self = GST_CSD_SIM_SRC(src);
+  Stream &stream = self->state->stream;
+  GstVideoInfo info;
+  if (!gst_video_info_from_caps(&info, caps)) return FALSE;
+  return posted(self, [&] {
+    stream.converter.reset();
+    stream.bgr.reset();
+    if (GST_VIDEO_INFO_FORMAT(&info) != GST_VIDEO_FORMAT_BGR) {
+      gst_video_info_set_interlaced_format(&stream.bgr_info, GST_VIDEO_FORMAT_BGR, info.interlace_mode,
+                                           static_cast<guint>(info.width), static_cast<guint>(info.height));
+      stream.bgr_info.fps_n = info.fps_n;
+      stream.bgr_info.fps_d = info.fps_d;
+      stream.converter.reset(gst_video_converter_new(&stream.bgr_info, &info, nullptr));
+      stream.bgr.reset(gst_buffer_new_allocate(nullptr, stream.bgr_info.size, nullptr));
+      if (!stream.converter || !stream.bgr) throw std::runtime_error("no conversion from BGR to this format");
+    }
+    const double rate = static_cast<double>(info.fps_n) / info.fps_d;
+    const cv::Size size(info.width, info.height);
+    if (!stream.simulator || stream.sim.size != size || stream.sim.rate != rate) {
+      stream.sim.size = size;
+      stream.sim.rate = rate;
+      stream.simulator.emplace(stream.sim);
+      const auto pixels = stream.points.empty() ? stream.simulator->detect(stream.features) : stream.points;
+      stream.surface = stream.simulator->on_surface(0, pixels);
+      GST_DEBUG_OBJECT(self, "%dx%d, %zu points", info.width, info.height, pixels.size());
+    }
+    stream.info = info;
+    set_frame_time(self, time_of(stream, 1));
+    gst_base_src_set_blocksize(src, static_cast<guint>(info.size));
+  });
+}
+
+class Mapped {
+ public:
+  Mapped(const GstVideoInfo &info, GstBuffer *buffer, GstMapFlags access) {
+    const auto flags = static_cast<GstMapFlags>(access | static_cast<int>(GST_VIDEO_FRAME_MAP_FLAG_NO_REF));
+    if (!gst_video_frame_map(&frame_, &info, buffer, flags)) throw std::runtime_error("a frame can't be mapped");
+  }
+  ~Mapped() { gst_video_frame_unmap(&frame_); }
+  Mapped(const Mapped &) = delete;
+  Mapped &operator=(const Mapped &) = delete;
+  GstVideoFrame *get() { return &frame_; }
+
+ private:
+  GstVideoFrame frame_;
+};
+
+void render(Stream &stream, const GstVideoInfo &info, GstBuffer *buffer) {
+  Mapped frame(info, buffer, GST_MAP_WRITE);
+  // Already has the expected size and type, so the simulator doesn't reallocate it.
+  cv::Mat picture(info.height, info.width, CV_8UC3, GST_VIDEO_FRAME_PLANE_DATA(frame.get(), 0),
+                  static_cast<std::size_t>(GST_VIDEO_FRAME_PLANE_STRIDE(frame.get(), 0)));
+  stream.simulator->render(stream.next, picture);
+}
+
+csd::Tracks truth_of(Stream &stream) {
+  using csd::sim::Visibility;
+  csd::Tracks tracks;
+  tracks.frame = stream.made;
+  tracks.width = stream.info.width;
+  tracks.height = stream.info.height;
+  for (const auto &p : stream.simulator->truth(stream.next, stream.surface)) {
+    const bool seen = p.visibility == Visibility::visible;
+    const auto state = seen                                 ? csd::FeatureState::tracked
+                       : p.visibility == Visibility::hidden ? csd::FeatureState::occluded
+                                                            : csd::FeatureState::out;
+    tracks.features.push_back({p.id, p.x, p.y, state, seen ? 1.0 : 0.0, true});
+  }
+  return tracks;
+}
+
+/// The frame shown at `time`.
+guint64 frame_at(const Stream &stream, GstClockTime time) {
+  const guint64 n = gst_util_uint64_scale(time, static_cast<guint64>(stream.info.fps_n),
+                                          GST_SECOND * static_cast<guint64>(stream.info.fps_d));
+  return time_of(stream, n + 1) <= time ? n + 1 : n;  // its timestamp was rounded down
+}
+
+GstClockTime running_time(GstElement *element) {
+  GstClockTime now = 0;
+  if (GstClock *clock = gst_element_get_clock(element)) {
+    const GstClockTime time = gst_clock_get_time(clock), base = gst_element_get_base_time(element);
+    if (time > base) now = time - base;
+    gst_object_unref(clock);
+  }
+  return now;
+}
+
+GstFlowReturn gst_csd_sim_src_fill(GstPushSrc *push, GstBuffer *buffer) {
+  auto *src = GST_BASE_SRC(push);
+  auto *self = GST_CSD_SIM_SRC(push);
+  Stream &stream = self->state->stream;
+  if (!stream.simulator) return GST_FLOW_NOT_NEGOTIATED;
+  if (GST_CLOCK_TIME_IS_VALID(stream.sought))
+    stream.next = frame_at(stream, std::exchange(stream.sought, GST_CLOCK_TIME_NONE));
+  GstClockTime pts = time_of(stream, stream.next);
+  const GstClockTime end = time_of(stream, stream.next + 1);
+  if (gst_base_src_is_live(src)) {
+    // A camera's first frame is stamped with the time it was switched on. Creating the scene took a while.
+    if (!GST_CLOCK_TIME_IS_VALID(stream.switched_on)) stream.switched_on = running_time(GST_ELEMENT_CAST(src));
+    pts += stream.switched_on;
+  } else if (GST_CLOCK_TIME_IS_VALID(src->segment.stop) && pts >= src->segment.stop) {
+    return GST_FLOW_EOS;
+  }
+  const bool made = guard.posted(self, [&] {
+    if (stream.converter) {
+      render(stream, stream.bgr_info, stream.bgr.get());
+      Mapped from(stream.bgr_info, stream.bgr.get(), GST_MAP_READ), to(stream.info, buffer, GST_MAP_WRITE);
+      gst_video_converter_frame(stream.converter.get(), from.get(), to.get());
+    } else {
+      render(stream, stream.info, buffer);
+    }
+    csd::add_truth_meta(buffer, truth_of(stream), GST_OBJECT_NAME(self));
+  });
+  if (!made) return GST_FLOW_ERROR;
+  GST_BUFFER_PTS(buffer) = pts;
+  GST_BUFFER_DTS(buffer) = GST_CLOCK_TIME_NONE;
+  GST_BUFFER_DURATION(buffer) = end - time_of(stream, stream.next);
+  GST_BUFFER_OFFSET(buffer) = stream.next;
+  GST_BUFFER_OFFSET_END(buffer) = stream.next + 1;
+  if (GST_VIDEO_INFO_IS_INTERLACED(&stream.info))
+    GST_BUFFER_FLAG_SET(buffer, GST_VIDEO_BUFFER_FLAG_INTERLACED | GST_VIDEO_BUFFER_FLAG_TFF);
+  ++stream.next;
+  ++stream.made;
+  return GST_FLOW_OK;
+}
+
+/// A live frame is complete at the end of its exposure.
+void gst_csd_sim_src_get_times(GstBaseSrc *src, GstBuffer *buffer, GstClockTime *start, GstClockTime *end) {
+  *start = *end = GST_CLOCK_TIME_NONE;
+  if (!gst_base_src_is_live(src)) return;
+  *start = GST_BUFFER_PTS(buffer);
+  *end = *start + GST_BUFFER_DURATION(buffer);
+}
+
+/// Like videotestsrc: a live frame leaves at its timestamp or, while it is being rendered, later, but within its
+/// duration. With a latency of 0 the sink would find every frame late. There is no maximum latency: the element drops
+/// nothing.
+gboolean gst_csd_sim_src_query(GstBaseSrc *src, GstQuery *query) {
+  if (GST_QUERY_TYPE(query) != GST_QUERY_LATENCY || !gst_base_src_is_live(src))
+    return GST_BASE_SRC_CLASS(gst_csd_sim_src_parent_class)->query(src, query);
+  auto *self = GST_CSD_SIM_SRC(src);
+  GstClockTime latency;
+  {
+    const csd::ObjectLock lock(self);
+    latency = self->state->frame_time;
+  }
+  if (!GST_CLOCK_TIME_IS_VALID(latency)) return FALSE;
+  gst_query_set_latency(query, TRUE, latency, GST_CLOCK_TIME_NONE);
+  return TRUE;
+}
+
+gboolean gst_csd_sim_src_is_seekable(GstBaseSrc *src) {
+  return !gst_base_src_is_live(src);
+}
+
+gboolean gst_csd_sim_src_do_seek(GstBaseSrc *src, GstSegment *segment) {
+  if (segment->format != GST_FORMAT_TIME || segment->rate < 0) return FALSE;
+  // Turned into a frame number later, because the caps may not be known yet.
+  stream_of(src).sought = segment->position;
+  segment->time = segment->start;
+  return TRUE;
+}
+
+void gst_csd_sim_src_set_property(GObject *object, guint id, const GValue *value, GParamSpec *pspec) {
+  auto *self = GST_CSD_SIM_SRC(object);
+  if (id == prop_is_live) {
+    gst_base_src_set_live(GST_BASE_SRC(object), g_value_get_boolean(value));
+    return;
+  }
+  std::string text;
+  const gchar *given = G_VALUE_HOLDS_STRING(value) ? g_value_get_string(value) : nullptr;
+  if (!guard.logged(self, [&] { text = given ? given : ""; })) return;
+  const csd::ObjectLock lock(self);
+  Settings &s = self->state->settings;
+  switch (id) {
+    case prop_scenario:
+      s.scenario = static_cast<GstCsdSimScenario>(g_value_get_enum(value));
+      break;
+    case prop_seed:
+      s.seed = g_value_get_uint64(value);
+      break;
+    case prop_strength:
+      s.strength = g_value_get_double(value);
+      break;
+    case prop_effects:
+      s.effects = std::move(text);
+      break;
+    case prop_style:
+      s.style = static_cast<GstCsdSimStyle>(g_value_get_enum(value));
+      break;
+    case prop_texture:
+      s.texture = std::move(text);
+      break;
+    case prop_features:
+      s.features = g_value_get_uint(value);
+      break;
+    case prop_points:
+      s.points = std::move(text);
+      break;
+    default:
+      G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, pspec);
+  }
+}
+
+void gst_csd_sim_src_get_property(GObject *object, guint id, GValue *value, GParamSpec *pspec) {
+  auto *self = GST_CSD_SIM_SRC(object);
+  if (id == prop_is_live) {
+    g_value_set_boolean(value, gst_base_src_is_live(GST_BASE_SRC(object)));
+    return;
+  }
+  const csd::ObjectLock lock(self);
+  const Settings &s = self->state->settings;
+  switch (id) {
+    case prop_scenario:
+      g_value_set_enum(value, s.scenario);
+      break;
+    case prop_seed:
+      g_value_set_uint64(value, s.seed);
+      break;
+    case prop_strength:
+      g_value_set_double(value, s.strength);
+      break;
+    case prop_effects:
+      g_value_set_string(value, s.effects.c_str());
+      break;
+    case prop_style:
+      g_value_set_enum(value, s.style);
+      break;
+    case prop_texture:
+      g_value_set_string(value, s.texture.c_str());
+      break;
+    case prop_features:
+      g_value_set_uint(value, s.features);
+      break;
+    case prop_points:
+      g_value_set_string(value, s.points.c_str());
+      break;
+    default:
+      G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, pspec);
+  }
+}
+
+void gst_csd_sim_src_finalize(GObject *object) {
+  delete GST_CSD_SIM_SRC(object)->state;
+  G_OBJECT_CLASS(gst_csd_sim_src_parent_class)->finalize(object);
+}
+
+void install_properties(GObjectClass *klass) {
+  const auto flags = static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_READY);
+  const Settings d;
+  const auto install = [&](guint id, GParamSpec *spec) { g_object_class_install_property(klass, id, spec); };
+  /**
+   * GstCsdSimSrc:scenario:
+   *
+   * A scenario is a set of effects with strengths. #GstCsdSimSrc:strength multiplies them, #GstCsdSimSrc:effects
+   * changes single ones.
+   *
+   * Since: 0.1
+   */
+  install(prop_scenario,
+          g_param_spec_enum("scenario", "Scenario", "What happens in the scene: a set of effects and their strengths",
+                            GST_TYPE_CSD_SIM_SCENARIO, d.scenario, flags));
+  /**
+   * GstCsdSimSrc:seed:
+   *
+   * Seeds every random choice. Each seed gives a different scene, the same one on every run.
+   *
+   * Since: 0.1
+   */
+  install(prop_seed, g_param_spec_uint64("seed", "Seed", "Seeds every random choice; each seed gives a different scene",
+                                         0, G_MAXUINT64, d.seed, flags));
+  /**
+   * GstCsdSimSrc:strength:
+   *
+   * Multiplies the strengths of the scenario's effects.
+   *
+   * Since: 0.1
+   */
+  install(prop_strength,
+          g_param_spec_double("strength", "Strength", "Multiplies the strengths of the scenario's effects", 0,
+                              csd::sim::strongest, d.strength, flags));
+  /**
+   * GstCsdSimSrc:effects:
+   *
+   * Effects and their strengths, 0 to 4: `tools=1,specular=.5`. They add to the scenario's effects or replace their
+   * strengths. Text that can't be parsed is an error on the way to PAUSED.
+   *
+   * Since: 0.1
+   */
+  install(
+      prop_effects,
+      g_param_spec_string(
+          "effects", "Effects",
+          "Effects and their strengths, 0 to 4, added to the scenario's effects or replacing their strengths: "
+          "\"tools=1,specular=.5\". There are heart-strong, heart-mild, liver, fold, slide, tear, grasp, cavity, zoom, "
+          "rotation, sway, jerk, tools, smoke, specular, blood, irrigation, wipe, cut, black, field-stop, text, light, "
+          "exposure, falloff, vignette, low-texture, motion-blur, focus-blur, noise, chroma, interlacing",
+          d.effects.c_str(), flags));
+  /**
+   * GstCsdSimSrc:style:
+   *
+   * What the tissue looks like.
+   *
+   * Since: 0.1
+   */
+  install(prop_style,
+          g_param_spec_enum("style", "Style", "What the tissue looks like", GST_TYPE_CSD_SIM_STYLE, d.style, flags));
+  /**
+   * GstCsdSimSrc:texture:
+   *
+   * A picture in any format GStreamer decodes. It covers the surface instead of the style's texture.
+   *
+   * Since: 0.1
+   */
+  install(prop_texture,
+          g_param_spec_string(
+              "texture", "Texture",
+              "A picture, in any format that GStreamer decodes, that covers the surface (empty = the style's texture)",
+              d.texture.c_str(), flags));
+  /**
+   * GstCsdSimSrc:features:
+   *
+   * How many features to detect in the first frame and report in the truth meta.
+   *
+   * Since: 0.1
+   */
+  install(prop_features,
+          g_param_spec_uint("features", "Features",
+                            "Number of features that the truth meta reports, detected on the first frame", 0,
+                            static_cast<guint>(csd::max_points), d.features, flags));
+  /**
+   * GstCsdSimSrc:points:
+   *
+   * Reports these pixels of the first frame instead: `x,y;x,y;…`, with the ids 0, 1, 2… in that order.
+   *
+   * Since: 0.1
+   */
+  install(prop_points, g_param_spec_string("points", "Points",
+                                           "Report these pixels of the first frame instead: \"x,y;x,y;...\", ids 0, 1, "
+                                           "2... in that order (empty = detect)",
+                                           d.points.c_str(), flags));
+  /**
+   * GstCsdSimSrc:is-live:
+   *
+   * Whether to produce frames in real time, as a camera does. The element is then not seekable.
+   *
+   * Since: 0.1
+   */
+  install(prop_is_live,
+          g_param_spec_boolean("is-live", "Is live", "Produce frames in real time, as a camera does", FALSE, flags));
+}
+
+}  // namespace
+
+static void gst_csd_sim_src_class_init(GstCsdSimSrcClass *klass) {
+  auto *object_class = G_OBJECT_CLASS(klass);
+  auto *element_class = GST_ELEMENT_CLASS(klass);
+  auto *src_class = GST_BASE_SRC_CLASS(klass);
+  object_class->set_property = gst_csd_sim_src_set_property;
+  object_class->get_property = gst_csd_sim_src_get_property;
+  object_class->finalize = gst_csd_sim_src_finalize;
+  install_properties(object_class);
+
+  gst_element_class_add_static_pad_template(element_class, &src_template);
+  gst_element_class_set_static_metadata(element_class, "Tissue simulator", "Source/Video",
+                                        "Simulated endoscopic video of deforming tissue with exact ground truth",
+                                        "The csdtrack authors");
+  src_class->start = GST_DEBUG_FUNCPTR(gst_csd_sim_src_start);
+  src_class->stop = GST_DEBUG_FUNCPTR(gst_csd_sim_src_stop);
+  src_class->get_caps = GST_DEBUG_FUNCPTR(gst_csd_sim_src_get_caps);
+  src_class->fixate = GST_DEBUG_FUNCPTR(gst_csd_sim_src_fixate);
+  src_class->set_caps = GST_DEBUG_FUNCPTR(gst_csd_sim_src_set_caps);
+  src_class->get_times = GST_DEBUG_FUNCPTR(gst_csd_sim_src_get_times);
+  src_class->query = GST_DEBUG_FUNCPTR(gst_csd_sim_src_query);
+  src_class->is_seekable = GST_DEBUG_FUNCPTR(gst_csd_sim_src_is_seekable);
+  src_class->do_seek = GST_DEBUG_FUNCPTR(gst_csd_sim_src_do_seek);
+  GST_PUSH_SRC_CLASS(klass)->fill = GST_DEBUG_FUNCPTR(gst_csd_sim_src_fill);
+}
+
+static void gst_csd_sim_src_init(GstCsdSimSrc *self) {
+  self->state = new GstCsdSimSrcState();
+  gst_base_src_set_format(GST_BASE_SRC(self), GST_FORMAT_TIME);
+}
