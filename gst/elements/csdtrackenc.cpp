@@ -20,8 +20,10 @@
  *
  * There is one buffer per frame, with the frame's timestamp and duration. MP4 can't hold a text longer than 65535
  * bytes, nor an MPEG-TS packet one longer than 65000: a longer line becomes several buffers that divide the frame's
- * time among them. A frame without tracks gives an empty list in JSON, and an empty buffer flagged GAP in CSV.
+ * time among them. A frame without tracks gives an empty list in JSON, and a GAP event in CSV (if it has a timestamp).
  * docs/metadata.md describes all fields.
+ *
+ * When it is linked to another peer while it runs, it negotiates again before the next frame.
  *
  * filesink buffers 64 KiB by default, which a crash loses. With `buffer-mode=unbuffered` the file holds everything
  * written so far, except that the last line may be torn; readers ignore such a line.
@@ -43,8 +45,7 @@
  * ]| Into another program. (To write a file use filesink: fdsink writes from the file's beginning.)
  * |[
  * gst-launch-1.0 v4l2src ! csdtrack ! csdtrackenc ! tcpserversink host=127.0.0.1 port=4953
- * ]| Over the network. For CSV put `text/csv ! identity drop-buffer-flags=gap` before the sink: tcpserversink 1.22
- * aborts on empty buffers.
+ * ]| Over the network.
  * |[
  * gst-launch-1.0 filesrc location=in.mp4 ! decodebin ! csdtrack ! tee name=t \
  *   matroskamux name=m ! filesink location=out.mkv \
@@ -99,6 +100,7 @@ struct Stream {
   GstSegment segment;
   const Offer *offer = nullptr;                       ///< null until negotiated
   bool header_due = false;                            ///< CSV only
+  bool discont_due = false;                           ///< of a frame that became a GAP event
   bool tags_due = true;                               ///< title and language, until the video brings tags
   int width = 0, height = 0;                          ///< from the caps; 0: unknown
   GstClockTime frame_duration = GST_CLOCK_TIME_NONE;  ///< from the framerate
@@ -165,19 +167,9 @@ static const Offer *choose(GstCsdTrackEnc *self) {
   return nullptr;
 }
 
-/// Negotiates with downstream and sends the caps. Posts an error if there is no common format.
-static bool negotiate(GstCsdTrackEnc *self) {
+/// Sends the offer's caps, if they are others than before. Returns false if downstream refuses them.
+static bool send_caps(GstCsdTrackEnc *self, const Offer *offer) {
   Stream &stream = *self->stream;
-  const Offer *offer = choose(self);
-  if (!offer) {
-    stream.offer = nullptr;
-    GST_ELEMENT_ERROR(
-        self, CORE, NEGOTIATION,
-        ("Downstream takes none of the forms that tracks come in. Link csdtrackenc to an element that takes "
-         "application/x-ndjson, text/csv, text/x-raw,format=utf8 or meta/x-klv,parsed=true."),
-        (nullptr));
-    return false;
-  }
   if (stream.offer == offer) return true;
   GST_INFO_OBJECT(self, "writing %s", offer->caps);
   GstCaps *caps = gst_caps_from_string(offer->caps);
@@ -200,6 +192,37 @@ static bool negotiate(GstCsdTrackEnc *self) {
   stream.offer = offer;
   stream.header_due = offer->format == Format::csv;
   return true;
+}
+
+/// Negotiates with downstream. Posts an error if there is no common format.
+static bool negotiate(GstCsdTrackEnc *self) {
+  gst_pad_check_reconfigure(self->srcpad);  // clears the mark
+  const Offer *offer = choose(self);
+  if (offer && send_caps(self, offer)) return true;
+  gst_pad_mark_reconfigure(self->srcpad);
+  if (offer) return false;
+  self->stream->offer = nullptr;
+  GST_ELEMENT_ERROR(self, CORE, NEGOTIATION,
+                    ("Downstream takes none of the forms that tracks come in. Link csdtrackenc to an element that "
+                     "takes application/x-ndjson, text/csv, text/x-raw,format=utf8 or meta/x-klv,parsed=true."),
+                    (nullptr));
+  return false;
+}
+
+/// Pushing an event also pushes the sticky ones that a new peer lacks, among them our caps, which it may not take. So
+/// they are chosen anew before. A failure is left to the next frame, because the peer may not be linked on yet.
+static void negotiate_before(GstCsdTrackEnc *self, GstEvent *event) {
+  switch (GST_EVENT_TYPE(event)) {
+    case GST_EVENT_STREAM_START:  // goes before the caps
+    case GST_EVENT_CAPS:          // negotiates itself
+    case GST_EVENT_FLUSH_STOP:
+      return;
+    default:
+      break;
+  }
+  if (!GST_EVENT_IS_SERIALIZED(event) || !self->stream->offer || !gst_pad_check_reconfigure(self->srcpad)) return;
+  const Offer *offer = choose(self);
+  if (!offer || !send_caps(self, offer)) gst_pad_mark_reconfigure(self->srcpad);
 }
 
 static bool set_caps(GstCsdTrackEnc *self, const GstCaps *caps) {
@@ -279,7 +302,6 @@ static GstBuffer *new_frame_text(GstBuffer *frame, std::string_view text) {
   GstBuffer *buffer = new_text_buffer(text);
   GST_BUFFER_PTS(buffer) = GST_BUFFER_PTS(frame);
   GST_BUFFER_DURATION(buffer) = GST_BUFFER_DURATION(frame);
-  if (text.empty()) GST_BUFFER_FLAG_SET(buffer, GST_BUFFER_FLAG_GAP);
   if (GST_BUFFER_FLAG_IS_SET(frame, GST_BUFFER_FLAG_DISCONT)) GST_BUFFER_FLAG_SET(buffer, GST_BUFFER_FLAG_DISCONT);
   return buffer;
 }
@@ -331,10 +353,28 @@ static void push_due_tags(GstCsdTrackEnc *self) {
   gst_pad_push_event(self->srcpad, gst_event_new_tag(tags));
 }
 
+/// CSV has nothing to say about a frame without features but that its time has passed: a buffer without bytes would
+/// make tcpserversink abort. A GAP event needs a time.
+static GstFlowReturn push_gap(GstCsdTrackEnc *self, GstBuffer *frame) {
+  if (GST_BUFFER_FLAG_IS_SET(frame, GST_BUFFER_FLAG_DISCONT)) self->stream->discont_due = true;
+  if (!GST_BUFFER_PTS_IS_VALID(frame)) return GST_FLOW_OK;
+  GstEvent *gap = gst_event_new_gap(GST_BUFFER_PTS(frame), GST_BUFFER_DURATION(frame));
+  if (gst_pad_push_event(self->srcpad, gap)) return GST_FLOW_OK;
+  if (GST_PAD_IS_FLUSHING(self->srcpad)) return GST_FLOW_FLUSHING;
+  if (GST_PAD_IS_EOS(self->srcpad)) return GST_FLOW_EOS;
+  return GST_FLOW_OK;  // what is wrong downstream, the next buffer tells
+}
+
+static GstFlowReturn push_rows(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
+  if (stream.line.empty()) return push_gap(self, frame);
+  GstBuffer *rows = new_frame_text(frame, stream.line);
+  if (std::exchange(stream.discont_due, false)) GST_BUFFER_FLAG_SET(rows, GST_BUFFER_FLAG_DISCONT);
+  return gst_pad_push(self->srcpad, rows);
+}
+
 static GstFlowReturn push_text(GstCsdTrackEnc *self, GstBuffer *frame) {
   Stream &stream = *self->stream;
   if (gst_pad_check_reconfigure(self->srcpad) && !negotiate(self)) {
-    gst_pad_mark_reconfigure(self->srcpad);
     return GST_PAD_IS_FLUSHING(self->srcpad) ? GST_FLOW_FLUSHING : GST_FLOW_NOT_NEGOTIATED;
   }
   if (!stream.offer) return GST_FLOW_NOT_NEGOTIATED;
@@ -342,8 +382,14 @@ static GstFlowReturn push_text(GstCsdTrackEnc *self, GstBuffer *frame) {
   const GstFlowReturn flow = push_due_header(self);
   if (flow != GST_FLOW_OK) return flow;
   write_frame(self, frame, stream);
-  if (stream.offer->format >= Format::text) return push_track(self, frame, stream);
-  return gst_pad_push(self->srcpad, new_frame_text(frame, stream.line));
+  switch (stream.offer->format) {
+    case Format::ndjson:
+      return gst_pad_push(self->srcpad, new_frame_text(frame, stream.line));
+    case Format::csv:
+      return push_rows(self, frame, stream);
+    default:
+      return push_track(self, frame, stream);
+  }
 }
 
 static GstFlowReturn gst_csd_track_enc_chain(GstPad *, GstObject *parent, GstBuffer *frame) {
@@ -394,6 +440,7 @@ static GstEvent *text_tags(GstEvent *video, Stream &stream) {
 static gboolean gst_csd_track_enc_sink_event(GstPad *pad, GstObject *parent, GstEvent *event) {
   auto *self = GST_CSD_TRACK_ENC(parent);
   Stream &stream = *self->stream;
+  guard.posted(self, [&] { negotiate_before(self, event); });
   switch (GST_EVENT_TYPE(event)) {
     case GST_EVENT_CAPS: {
       GstCaps *caps = nullptr;
@@ -409,6 +456,7 @@ static gboolean gst_csd_track_enc_sink_event(GstPad *pad, GstObject *parent, Gst
     case GST_EVENT_FLUSH_STOP:
       gst_segment_init(&stream.segment, GST_FORMAT_UNDEFINED);
       stream.header_due = stream.offer && stream.offer->format == Format::csv;
+      stream.discont_due = false;
       break;
     case GST_EVENT_EOS:
       guard.posted(self, [&] { push_due_header(self); });
@@ -551,7 +599,8 @@ static void gst_csd_track_enc_init(GstCsdTrackEnc *self) {
   gst_element_add_pad(GST_ELEMENT_CAST(self), self->sinkpad);
 
   self->srcpad = gst_pad_new_from_static_template(&src_template, "src");
-  gst_pad_use_fixed_caps(self->srcpad);
+  // No fixed caps: a CAPS query is answered with all that the element can write, so that a peer of another form can be
+  // linked in mid-stream.
   gst_pad_set_event_function(self->srcpad, GST_DEBUG_FUNCPTR(gst_csd_track_enc_src_event));
   gst_element_add_pad(GST_ELEMENT_CAST(self), self->srcpad);
 }

@@ -1,51 +1,14 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
 // csdtrackenc: each form read back by an independent reader, and its behaviour in a pipeline.
-#include <gst/check/gstharness.h>
 #include <gst/video/video.h>
 
-#include "attach.h"
-#include "read_text.h"
+#include "csdtrackenc_harness.h"
 
-using csd_check::attach, csd_check::Json, csd_check::lines_of, csd_check::text, csd_check::text_in;
+using csd_check::assert_text, csd_check::attach, csd_check::frame, csd_check::frame_time, csd_check::Harness,
+    csd_check::Json, csd_check::lines_of, csd_check::text, csd_check::tracked_frame, csd_check::video_caps;
 
 namespace {
-
-constexpr char video_caps[] = "video/x-raw,format=I420,width=64,height=48,framerate=25/1";
-constexpr GstClockTime frame_time = 40 * GST_MSECOND;
-constexpr char csv_head[] = "frame,pts,stream_time,id,x,y,state,confidence,fresh\n";
-
-struct Harness {
-  GstHarness *h = gst_harness_new("csdtrackenc");
-  explicit Harness(const char *out = nullptr, const char *in = video_caps) {
-    if (out) gst_harness_set_sink_caps_str(h, out);
-    gst_harness_set_src_caps_str(h, in);
-  }
-  ~Harness() { gst_harness_teardown(h); }
-  GstFlowReturn push(GstBuffer *frame) { return gst_harness_push(h, frame); }
-  std::string pull(GstBuffer **kept = nullptr) {
-    GstBuffer *buffer = gst_harness_pull(h);
-    std::string text = text_in(buffer);
-    if (kept)
-      *kept = buffer;
-    else
-      gst_buffer_unref(buffer);
-    return text;
-  }
-};
-
-GstBuffer *frame(guint64 n) {
-  GstBuffer *buffer = gst_buffer_new_allocate(nullptr, 64 * 48 * 3 / 2, nullptr);
-  GST_BUFFER_PTS(buffer) = n * frame_time;
-  GST_BUFFER_DURATION(buffer) = frame_time;
-  return buffer;
-}
-
-GstBuffer *tracked_frame(guint64 n, const char *source = "csdtrack0") {
-  GstBuffer *buffer = frame(n);
-  attach(buffer, source, n + 12, 64, 48, 31.2044, -0.0001);
-  return buffer;
-}
 
 using Type = simdjson::dom::element_type;
 
@@ -57,11 +20,6 @@ void assert_members(simdjson::dom::object object, const std::vector<std::string>
 
 void assert_type(simdjson::dom::object object, const char *member, Type type) {
   fail_unless(object.at_key(member).type() == type, "%s", member);
-}
-
-/// fail_unless_equals_string() only keeps the pointer, which a temporary would leave dangling.
-void assert_text(const std::string &text, const std::string &expected) {
-  fail_unless_equals_string(text.c_str(), expected.c_str());
 }
 
 }  // namespace
@@ -216,53 +174,6 @@ GST_START_TEST(test_source) {
   assert_text(written("first"), "first");
   assert_text(written("second"), "second");
   assert_text(written("third"), "none");
-}
-GST_END_TEST;
-
-GST_START_TEST(test_csv) {
-  Harness harness("text/csv");
-  harness.push(tracked_frame(3));
-  GstBuffer *header = nullptr;
-  assert_text(harness.pull(&header), csv_head);
-  fail_unless(GST_BUFFER_FLAG_IS_SET(header, GST_BUFFER_FLAG_HEADER));
-  gst_buffer_unref(header);
-  assert_text(harness.pull(),
-              "15,120000000,120000000,0,31.204,0.000,tracked,0.931,true\n"
-              "15,120000000,120000000,7,0.000,0.000,lost,0.000,false\n");
-  harness.push(frame(4));
-  GstBuffer *empty = nullptr;
-  harness.pull(&empty);
-  fail_unless_equals_int(gst_buffer_get_size(empty), 0);
-  fail_unless_equals_uint64(GST_BUFFER_PTS(empty), 4 * frame_time);
-  gst_buffer_unref(empty);
-
-  GstCaps *caps = gst_pad_get_current_caps(harness.h->sinkpad);
-  const GValue *headers = gst_structure_get_value(gst_caps_get_structure(caps, 0), "streamheader");
-  fail_unless(headers && gst_value_array_get_size(headers) == 1);
-  GstBuffer *in_caps = gst_value_get_buffer(gst_value_array_get_value(headers, 0));
-  fail_unless_equals_int(gst_buffer_memcmp(in_caps, 0, csv_head, sizeof csv_head - 1), 0);
-  fail_unless_equals_int(gst_buffer_get_size(in_caps), sizeof csv_head - 1);
-  gst_caps_unref(caps);
-}
-GST_END_TEST;
-
-GST_START_TEST(test_csv_header_without_frames_and_after_flush) {
-  Harness harness("text/csv");
-  gst_harness_push_event(harness.h, gst_event_new_flush_start());
-  gst_harness_push_event(harness.h, gst_event_new_flush_stop(TRUE));
-  GstSegment segment;
-  gst_segment_init(&segment, GST_FORMAT_TIME);
-  gst_harness_push_event(harness.h, gst_event_new_segment(&segment));
-  gst_harness_push_event(harness.h, gst_event_new_eos());
-  assert_text(harness.pull(), csv_head);
-  gst_harness_push_event(harness.h, gst_event_new_flush_start());
-  gst_harness_push_event(harness.h, gst_event_new_flush_stop(TRUE));
-  gst_harness_push_event(harness.h, gst_event_new_segment(&segment));
-  harness.push(frame(0));
-  harness.push(frame(1));
-  assert_text(harness.pull(), csv_head);
-  assert_text(harness.pull(), "");
-  assert_text(harness.pull(), "");
 }
 GST_END_TEST;
 
@@ -426,8 +337,6 @@ static Suite *csdtrackenc_suite() {
   tcase_add_test(tc, test_names_are_escaped);
   tcase_add_test(tc, test_role);
   tcase_add_test(tc, test_source);
-  tcase_add_test(tc, test_csv);
-  tcase_add_test(tc, test_csv_header_without_frames_and_after_flush);
   tcase_add_test(tc, test_text_has_a_duration_and_no_newline);
   tcase_add_test(tc, test_accepts_any_memory_and_passes_events);
   tcase_add_test(tc, test_qos_ends_here_and_other_events_pass);
