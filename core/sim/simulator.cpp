@@ -29,13 +29,17 @@ constexpr double highlight_radius = 5;  // pixels at 480 lines
 constexpr double last_moment = 1e9;     // seconds; the scene is still from then on: noise positions stay whole numbers
 constexpr int widest = 16;              // maximum aspect ratio, wide or high: as for textures
 
+void check_rate(double rate) {
+  if (!(rate > 0) || !std::isfinite(rate)) throw std::invalid_argument("the simulator's rate must be above 0");
+}
+
 const SimSettings &checked(const SimSettings &s) {
   if (s.size.width < 16 || s.size.height < 16 || s.size.width > 8192 || s.size.height > 8192) {
     throw std::invalid_argument("the simulator's pictures are from 16×16 to 8192×8192");
   }
   if (s.size.width > widest * s.size.height || s.size.height > widest * s.size.width)
     throw std::invalid_argument("the simulator's pictures are at most 16 times as wide as high, or as high as wide");
-  if (!(s.rate > 0) || !std::isfinite(s.rate)) throw std::invalid_argument("the simulator's rate must be above 0");
+  check_rate(s.rate);
   return s;
 }
 
@@ -87,7 +91,9 @@ struct Simulator::Impl {
     }
   }
 
-  double time(std::uint64_t n) const { return std::min(static_cast<double>(n) / settings.rate, last_moment); }
+  double time(std::uint64_t n) const {
+    return std::min(begin + (static_cast<double>(n) - first) / settings.rate, last_moment);
+  }
   double strength(Effect e) const { return settings.effects[e]; }
   bool dark(double t) const { return strength(Effect::black) > 0 && black_out(t, strength(Effect::black)).dark; }
   bool cut_away(double t) const { return elsewhere && is_cut(t); }
@@ -114,6 +120,7 @@ struct Simulator::Impl {
   bool blinded(const Camera &camera, cv::Point2d pixel) const;
 
   SimSettings settings;
+  double first = 0, begin = 0;  // a frame's number and its time in seconds; the others follow at the rate
   Sensor sensor;
   std::optional<Tissue> tissue, elsewhere;
   PictureTexture picture;
@@ -285,6 +292,14 @@ Simulator &Simulator::operator=(Simulator &&) noexcept = default;
 
 const SimSettings &Simulator::settings() const {
   return impl_->settings;
+}
+
+void Simulator::retime(double rate, std::uint64_t first, double seconds) {
+  check_rate(rate);
+  impl_->settings.rate = rate;
+  impl_->first = static_cast<double>(first);
+  impl_->begin = seconds;
+  impl_->found_at = std::numeric_limits<double>::quiet_NaN();  // the shutter's time depends on the rate
 }
 
 void Simulator::render(std::uint64_t n, cv::Mat &bgr) {

@@ -54,6 +54,11 @@ class Simulator {
 
   const SimSettings &settings() const;
 
+  /// Sets the rate in mid-stream: frame `first` is at `seconds`, and from there on `rate` frames follow each second.
+  /// The scene and its surface points stay. At the start frame 0 is at 0 s. Throws std::invalid_argument for a rate
+  /// that isn't above 0.
+  void retime(double rate, std::uint64_t first, double seconds);
+
   /// Renders frame `n`: `bgr` becomes CV_8UC3 of the size.
   void render(std::uint64_t n, cv::Mat &bgr);
 

@@ -8,8 +8,9 @@
  * visibility of points on it. Use it to try out and score trackers, and to build applications without a patient.
  *
  * A frame depends only on the properties and its number: the same properties give the same bytes on every machine of an
- * architecture. The element is seekable. It renders as fast as downstream takes frames, or with is-live=true at the
- * rate of a camera.
+ * architecture. The element is seekable, and plays backwards. It renders as fast as downstream takes frames, or with
+ * is-live=true at the rate of a camera. If the framerate changes in mid-stream, timestamps and scene go on from where
+ * they are.
  *
  * ## Example launch lines
  * |[
@@ -38,6 +39,7 @@
 #include "support/enums.h"
 #include "support/guard.h"
 #include "support/lock.h"
+#include "support/property_table.h"
 #include "support/sim_texture.h"
 #include "text/parse.h"
 
@@ -50,19 +52,6 @@ namespace {
 static_assert(GST_CSD_SIM_SCENARIO_CUT + 1 == csd::sim::scenario_count);
 static_assert(GST_CSD_SIM_STYLE_CHARRED + 1 == csd::sim::style_count);
 
-enum Property : guint {
-  prop_0,
-  prop_scenario,
-  prop_seed,
-  prop_strength,
-  prop_effects,
-  prop_style,
-  prop_texture,
-  prop_features,
-  prop_points,
-  prop_is_live
-};
-
 struct Settings {
   GstCsdSimScenario scenario = GST_CSD_SIM_SCENARIO_DEFORMATION;
   guint64 seed = 1;
@@ -72,6 +61,7 @@ struct Settings {
   std::string texture;
   guint features = 100;
   std::string points;
+  gboolean is_live = FALSE;
 };
 
 struct ConverterFree {
@@ -94,8 +84,11 @@ struct Stream {
   std::unique_ptr<GstBuffer, BufferUnref> bgr;                  // its input
   GstVideoInfo bgr_info;
 
-  guint64 next = 0;                                // number of the next frame in the simulation
+  gint64 next = 0;                                 // number of the next frame; backwards, −1 ends
+  guint64 first = 0;                               // a frame's number…
+  GstClockTime first_time = 0;                     // …and its time: the others follow at the framerate
   GstClockTime sought = GST_CLOCK_TIME_NONE;       // seek target; none: continue at `next`
+  bool backwards = false;                          // since the last seek
   guint64 made = 0;                                // buffers since READY
   GstClockTime switched_on = GST_CLOCK_TIME_NONE;  // running time of a live stream's first frame
 };
@@ -105,7 +98,8 @@ struct Stream {
 struct GstCsdSimSrcState {
   // Guarded by the object lock.
   Settings settings;
-  GstClockTime frame_time = GST_CLOCK_TIME_NONE;  ///< frame duration; none without caps
+  bool running = false;  ///< since READY→PAUSED: the settings are then read-only
+  GstVideoInfo info{};   ///< for queries; without a framerate before the caps are known
 
   Stream stream;
 };
@@ -184,14 +178,19 @@ gboolean gst_csd_sim_src_start(GstBaseSrc *src) {
   });
 }
 
-void set_frame_time(GstCsdSimSrc *self, GstClockTime time) {
+void set_info(GstCsdSimSrc *self, const GstVideoInfo &info) {
   const csd::ObjectLock lock(self);
-  self->state->frame_time = time;
+  self->state->info = info;
+}
+
+GstVideoInfo info_of(GstCsdSimSrc *self) {
+  const csd::ObjectLock lock(self);
+  return self->state->info;
 }
 
 gboolean gst_csd_sim_src_stop(GstBaseSrc *src) {
   stream_of(src) = {};
-  set_frame_time(GST_CSD_SIM_SRC(src), GST_CLOCK_TIME_NONE);
+  set_info(GST_CSD_SIM_SRC(src), {});
   return TRUE;
 }
 
@@ -229,43 +228,86 @@ GstCaps *gst_csd_sim_src_fixate(GstBaseSrc *src, GstCaps *caps) {
   return GST_BASE_SRC_CLASS(gst_csd_sim_src_parent_class)->fixate(src, caps);
 }
 
-GstClockTime time_of(const Stream &stream, guint64 frame) {
-  return gst_util_uint64_scale(frame, GST_SECOND * static_cast<guint64>(stream.info.fps_d),
-                               static_cast<guint64>(stream.info.fps_n));
+/// The duration of `frames` frames.
+GstClockTime duration_of(const GstVideoInfo &info, guint64 frames) {
+  return gst_util_uint64_scale(frames, GST_SECOND * static_cast<guint64>(info.fps_d), static_cast<guint64>(info.fps_n));
 }
 
-/// Creates the scene, because it depends on the frame size and rate.
+GstClockTime time_of(const Stream &stream, gint64 frame) {
+  return stream.first_time + duration_of(stream.info, static_cast<guint64>(frame) - stream.first);
+}
+
+/// Counts frames from the start of the stream at the present rate, as if there had been no other one, and goes to
+/// `time`: to the frame shown then or, backwards, to the last that begins before.
+void place(Stream &stream, GstClockTime time) {
+  stream.first = 0;
+  stream.first_time = 0;
+  stream.next = static_cast<gint64>(gst_util_uint64_scale(time, static_cast<guint64>(stream.info.fps_n),
+                                                          GST_SECOND * static_cast<guint64>(stream.info.fps_d)));
+  if (time_of(stream, stream.next + 1) <= time) ++stream.next;  // its timestamp was rounded down
+  if (stream.backwards && time_of(stream, stream.next) >= time) --stream.next;
+}
+
+/// Makes the scene show the time of the timestamps.
+void retime(Stream &stream) {
+  stream.simulator->retime(static_cast<double>(stream.info.fps_n) / stream.info.fps_d, stream.first,
+                           static_cast<double>(stream.first_time) / GST_SECOND);
+}
+
+void make_converter(Stream &stream, const GstVideoInfo &info) {
+  stream.converter.reset();
+  stream.bgr.reset();
+  if (GST_VIDEO_INFO_FORMAT(&info) == GST_VIDEO_FORMAT_BGR) return;
+  gst_video_info_set_interlaced_format(&stream.bgr_info, GST_VIDEO_FORMAT_BGR, info.interlace_mode,
+                                       static_cast<guint>(info.width), static_cast<guint>(info.height));
+  stream.bgr_info.fps_n = info.fps_n;
+  stream.bgr_info.fps_d = info.fps_d;
+  stream.converter.reset(gst_video_converter_new(&stream.bgr_info, &info, nullptr));
+  stream.bgr.reset(gst_buffer_new_allocate(nullptr, stream.bgr_info.size, nullptr));
+  if (!stream.converter || !stream.bgr) throw std::runtime_error("no conversion from BGR to this format");
+}
+
+/// The scene depends on the frame's size. The rate counts for its first frame, on which points are detected.
+void make_scene(Stream &stream, const GstVideoInfo &info) {
+  const cv::Size size(info.width, info.height);
+  if (stream.simulator && stream.sim.size == size) return;
+  stream.simulator.reset();
+  stream.sim.size = size;
+  stream.sim.rate = static_cast<double>(info.fps_n) / info.fps_d;
+  stream.simulator.emplace(stream.sim);
+  const auto pixels = stream.points.empty() ? stream.simulator->detect(stream.features) : stream.points;
+  stream.surface = stream.simulator->on_surface(0, pixels);
+  GST_DEBUG("%dx%d, %zu points", info.width, info.height, pixels.size());
+}
+
 gboolean gst_csd_sim_src_set_caps(GstBaseSrc *src, GstCaps *caps) {
   auto *self = GST_CSD_SIM_SRC(src);
   Stream &stream = self->state->stream;
   GstVideoInfo info;
   if (!gst_video_info_from_caps(&info, caps)) return FALSE;
-  return posted(self, [&] {
-    stream.converter.reset();
-    stream.bgr.reset();
-    if (GST_VIDEO_INFO_FORMAT(&info) != GST_VIDEO_FORMAT_BGR) {
-      gst_video_info_set_interlaced_format(&stream.bgr_info, GST_VIDEO_FORMAT_BGR, info.interlace_mode,
-                                           static_cast<guint>(info.width), static_cast<guint>(info.height));
-      stream.bgr_info.fps_n = info.fps_n;
-      stream.bgr_info.fps_d = info.fps_d;
-      stream.converter.reset(gst_video_converter_new(&stream.bgr_info, &info, nullptr));
-      stream.bgr.reset(gst_buffer_new_allocate(nullptr, stream.bgr_info.size, nullptr));
-      if (!stream.converter || !stream.bgr) throw std::runtime_error("no conversion from BGR to this format");
-    }
-    const double rate = static_cast<double>(info.fps_n) / info.fps_d;
-    const cv::Size size(info.width, info.height);
-    if (!stream.simulator || stream.sim.size != size || stream.sim.rate != rate) {
-      stream.sim.size = size;
-      stream.sim.rate = rate;
-      stream.simulator.emplace(stream.sim);
-      const auto pixels = stream.points.empty() ? stream.simulator->detect(stream.features) : stream.points;
-      stream.surface = stream.simulator->on_surface(0, pixels);
-      GST_DEBUG_OBJECT(self, "%dx%d, %zu points", info.width, info.height, pixels.size());
-    }
+  const GstVideoInfo before = stream.info;
+  const bool another_rate = before.fps_n != info.fps_n || before.fps_d != info.fps_d;
+  const bool made = posted(self, [&] {
+    make_converter(stream, info);
+    make_scene(stream, info);
+    // A new rate holds from the end of the last frame on, backwards from its begin.
+    const bool goes_on = another_rate && before.fps_n > 0 && stream.next >= 0;
+    const GstClockTime now = goes_on ? time_of(stream, stream.next + (stream.backwards ? 1 : 0)) : 0;
     stream.info = info;
-    set_frame_time(self, time_of(stream, 1));
-    gst_base_src_set_blocksize(src, static_cast<guint>(info.size));
+    if (goes_on && stream.backwards) {
+      place(stream, now);
+    } else if (goes_on) {
+      stream.first = static_cast<guint64>(stream.next);
+      stream.first_time = now;
+    }
+    retime(stream);
   });
+  if (!made) return FALSE;
+  set_info(self, info);
+  gst_base_src_set_blocksize(src, static_cast<guint>(info.size));
+  if (another_rate && gst_base_src_is_live(src))
+    gst_element_post_message(GST_ELEMENT_CAST(self), gst_message_new_latency(GST_OBJECT_CAST(self)));
+  return TRUE;
 }
 
 class Mapped {
@@ -288,7 +330,7 @@ void render(Stream &stream, const GstVideoInfo &info, GstBuffer *buffer) {
   // Already has the expected size and type, so the simulator doesn't reallocate it.
   cv::Mat picture(info.height, info.width, CV_8UC3, GST_VIDEO_FRAME_PLANE_DATA(frame.get(), 0),
                   static_cast<std::size_t>(GST_VIDEO_FRAME_PLANE_STRIDE(frame.get(), 0)));
-  stream.simulator->render(stream.next, picture);
+  stream.simulator->render(static_cast<guint64>(stream.next), picture);
 }
 
 csd::Tracks truth_of(Stream &stream) {
@@ -297,7 +339,7 @@ csd::Tracks truth_of(Stream &stream) {
   tracks.frame = stream.made;
   tracks.width = stream.info.width;
   tracks.height = stream.info.height;
-  for (const auto &p : stream.simulator->truth(stream.next, stream.surface)) {
+  for (const auto &p : stream.simulator->truth(static_cast<guint64>(stream.next), stream.surface)) {
     const bool seen = p.visibility == Visibility::visible;
     const auto state = seen                                 ? csd::FeatureState::tracked
                        : p.visibility == Visibility::hidden ? csd::FeatureState::occluded
@@ -305,13 +347,6 @@ csd::Tracks truth_of(Stream &stream) {
     tracks.features.push_back({p.id, p.x, p.y, state, seen ? 1.0 : 0.0, true});
   }
   return tracks;
-}
-
-/// The frame shown at `time`.
-guint64 frame_at(const Stream &stream, GstClockTime time) {
-  const guint64 n = gst_util_uint64_scale(time, static_cast<guint64>(stream.info.fps_n),
-                                          GST_SECOND * static_cast<guint64>(stream.info.fps_d));
-  return time_of(stream, n + 1) <= time ? n + 1 : n;  // its timestamp was rounded down
 }
 
 GstClockTime running_time(GstElement *element) {
@@ -324,41 +359,49 @@ GstClockTime running_time(GstElement *element) {
   return now;
 }
 
+/// Renders the next frame, with its truth.
+void draw(GstCsdSimSrc *self, Stream &stream, GstBuffer *buffer) {
+  if (stream.converter) {
+    render(stream, stream.bgr_info, stream.bgr.get());
+    Mapped from(stream.bgr_info, stream.bgr.get(), GST_MAP_READ), to(stream.info, buffer, GST_MAP_WRITE);
+    gst_video_converter_frame(stream.converter.get(), from.get(), to.get());
+  } else {
+    render(stream, stream.info, buffer);
+  }
+  csd::add_truth_meta(buffer, truth_of(stream), GST_OBJECT_NAME(self));
+}
+
+void stamp(const Stream &stream, GstBuffer *buffer, GstClockTime pts) {
+  GST_BUFFER_PTS(buffer) = pts;
+  GST_BUFFER_DTS(buffer) = GST_CLOCK_TIME_NONE;
+  GST_BUFFER_DURATION(buffer) = time_of(stream, stream.next + 1) - time_of(stream, stream.next);
+  GST_BUFFER_OFFSET(buffer) = static_cast<guint64>(stream.next);
+  GST_BUFFER_OFFSET_END(buffer) = static_cast<guint64>(stream.next) + 1;
+  if (GST_VIDEO_INFO_IS_INTERLACED(&stream.info))
+    GST_BUFFER_FLAG_SET(buffer, GST_VIDEO_BUFFER_FLAG_INTERLACED | GST_VIDEO_BUFFER_FLAG_TFF);
+}
+
 GstFlowReturn gst_csd_sim_src_fill(GstPushSrc *push, GstBuffer *buffer) {
   auto *src = GST_BASE_SRC(push);
   auto *self = GST_CSD_SIM_SRC(push);
   Stream &stream = self->state->stream;
   if (!stream.simulator) return GST_FLOW_NOT_NEGOTIATED;
-  if (GST_CLOCK_TIME_IS_VALID(stream.sought))
-    stream.next = frame_at(stream, std::exchange(stream.sought, GST_CLOCK_TIME_NONE));
+  if (GST_CLOCK_TIME_IS_VALID(stream.sought)) {
+    place(stream, std::exchange(stream.sought, GST_CLOCK_TIME_NONE));
+    if (!guard.posted(self, [&] { retime(stream); })) return GST_FLOW_ERROR;
+  }
+  if (stream.next < 0) return GST_FLOW_EOS;
   GstClockTime pts = time_of(stream, stream.next);
-  const GstClockTime end = time_of(stream, stream.next + 1);
   if (gst_base_src_is_live(src)) {
     // A camera's first frame is stamped with the time it was switched on. Creating the scene took a while.
     if (!GST_CLOCK_TIME_IS_VALID(stream.switched_on)) stream.switched_on = running_time(GST_ELEMENT_CAST(src));
     pts += stream.switched_on;
-  } else if (GST_CLOCK_TIME_IS_VALID(src->segment.stop) && pts >= src->segment.stop) {
+  } else if (!stream.backwards && GST_CLOCK_TIME_IS_VALID(src->segment.stop) && pts >= src->segment.stop) {
     return GST_FLOW_EOS;
   }
-  const bool made = guard.posted(self, [&] {
-    if (stream.converter) {
-      render(stream, stream.bgr_info, stream.bgr.get());
-      Mapped from(stream.bgr_info, stream.bgr.get(), GST_MAP_READ), to(stream.info, buffer, GST_MAP_WRITE);
-      gst_video_converter_frame(stream.converter.get(), from.get(), to.get());
-    } else {
-      render(stream, stream.info, buffer);
-    }
-    csd::add_truth_meta(buffer, truth_of(stream), GST_OBJECT_NAME(self));
-  });
-  if (!made) return GST_FLOW_ERROR;
-  GST_BUFFER_PTS(buffer) = pts;
-  GST_BUFFER_DTS(buffer) = GST_CLOCK_TIME_NONE;
-  GST_BUFFER_DURATION(buffer) = end - time_of(stream, stream.next);
-  GST_BUFFER_OFFSET(buffer) = stream.next;
-  GST_BUFFER_OFFSET_END(buffer) = stream.next + 1;
-  if (GST_VIDEO_INFO_IS_INTERLACED(&stream.info))
-    GST_BUFFER_FLAG_SET(buffer, GST_VIDEO_BUFFER_FLAG_INTERLACED | GST_VIDEO_BUFFER_FLAG_TFF);
-  ++stream.next;
+  if (!guard.posted(self, [&] { draw(self, stream, buffer); })) return GST_FLOW_ERROR;
+  stamp(stream, buffer, pts);
+  stream.next += stream.backwards ? -1 : 1;  // backwards, GstBaseSrc ends at the segment's start
   ++stream.made;
   return GST_FLOW_OK;
 }
@@ -374,18 +417,56 @@ void gst_csd_sim_src_get_times(GstBaseSrc *src, GstBuffer *buffer, GstClockTime 
 /// Like videotestsrc: a live frame leaves at its timestamp or, while it is being rendered, later, but within its
 /// duration. With a latency of 0 the sink would find every frame late. There is no maximum latency: the element drops
 /// nothing.
-gboolean gst_csd_sim_src_query(GstBaseSrc *src, GstQuery *query) {
-  if (GST_QUERY_TYPE(query) != GST_QUERY_LATENCY || !gst_base_src_is_live(src))
-    return GST_BASE_SRC_CLASS(gst_csd_sim_src_parent_class)->query(src, query);
-  auto *self = GST_CSD_SIM_SRC(src);
-  GstClockTime latency;
-  {
-    const csd::ObjectLock lock(self);
-    latency = self->state->frame_time;
-  }
-  if (!GST_CLOCK_TIME_IS_VALID(latency)) return FALSE;
-  gst_query_set_latency(query, TRUE, latency, GST_CLOCK_TIME_NONE);
+gboolean answer_latency(const GstVideoInfo &info, GstQuery *query) {
+  if (info.fps_n == 0) return FALSE;
+  gst_query_set_latency(query, TRUE, duration_of(info, 1), GST_CLOCK_TIME_NONE);
   return TRUE;
+}
+
+/// num-buffers, as a duration at the present rate. False where it is unlimited, or the caps are unknown.
+gboolean answer_duration(const GstVideoInfo &info, gint frames, GstQuery *query) {
+  if (frames < 0 || info.fps_n == 0) return FALSE;
+  GstFormat format = GST_FORMAT_UNDEFINED;
+  gst_query_parse_duration(query, &format, nullptr);
+  const auto n = static_cast<guint64>(frames);
+  guint64 duration = n;
+  if (format == GST_FORMAT_TIME)
+    duration = duration_of(info, n);
+  else if (format == GST_FORMAT_BYTES)
+    duration = n * info.size;
+  else if (format != GST_FORMAT_DEFAULT)
+    return FALSE;
+  gst_query_set_duration(query, format, static_cast<gint64>(duration));
+  return TRUE;
+}
+
+/// Between frames, time and bytes, at the present rate.
+gboolean answer_convert(const GstVideoInfo &info, GstQuery *query) {
+  if (info.fps_n == 0) return FALSE;
+  GstFormat from = GST_FORMAT_UNDEFINED, to = GST_FORMAT_UNDEFINED;
+  gint64 value = 0, converted = 0;
+  gst_query_parse_convert(query, &from, &value, &to, nullptr);
+  if (!gst_video_info_convert(&info, from, value, to, &converted)) return FALSE;
+  gst_query_set_convert(query, from, value, to, converted);
+  return TRUE;
+}
+
+gboolean gst_csd_sim_src_query(GstBaseSrc *src, GstQuery *query) {
+  const GstVideoInfo info = info_of(GST_CSD_SIM_SRC(src));
+  switch (GST_QUERY_TYPE(query)) {
+    case GST_QUERY_LATENCY:
+      if (gst_base_src_is_live(src)) return answer_latency(info, query);
+      break;
+    case GST_QUERY_DURATION:
+      if (answer_duration(info, src->num_buffers, query)) return TRUE;
+      break;
+    case GST_QUERY_CONVERT:
+      if (answer_convert(info, query)) return TRUE;
+      break;
+    default:
+      break;
+  }
+  return GST_BASE_SRC_CLASS(gst_csd_sim_src_parent_class)->query(src, query);
 }
 
 gboolean gst_csd_sim_src_is_seekable(GstBaseSrc *src) {
@@ -393,200 +474,183 @@ gboolean gst_csd_sim_src_is_seekable(GstBaseSrc *src) {
 }
 
 gboolean gst_csd_sim_src_do_seek(GstBaseSrc *src, GstSegment *segment) {
-  if (segment->format != GST_FORMAT_TIME || segment->rate < 0) return FALSE;
+  if (segment->format != GST_FORMAT_TIME) return FALSE;
+  Stream &stream = stream_of(src);
+  if (segment->rate < 0 && !GST_CLOCK_TIME_IS_VALID(segment->stop)) {
+    // Backwards from the end, where there is one.
+    if (src->num_buffers < 0 || stream.info.fps_n == 0) return FALSE;
+    const GstClockTime end = duration_of(stream.info, static_cast<guint64>(src->num_buffers));
+    segment->stop = segment->position = MAX(segment->start, end);
+  }
   // Turned into a frame number later, because the caps may not be known yet.
-  stream_of(src).sought = segment->position;
+  stream.sought = segment->position;
+  stream.backwards = segment->rate < 0;
   segment->time = segment->start;
   return TRUE;
 }
 
-void gst_csd_sim_src_set_property(GObject *object, guint id, const GValue *value, GParamSpec *pspec) {
-  auto *self = GST_CSD_SIM_SRC(object);
-  if (id == prop_is_live) {
-    gst_base_src_set_live(GST_BASE_SRC(object), g_value_get_boolean(value));
-    return;
-  }
-  std::string text;
-  const gchar *given = G_VALUE_HOLDS_STRING(value) ? g_value_get_string(value) : nullptr;
-  if (!guard.logged(self, [&] { text = given ? given : ""; })) return;
+void set_running(GstCsdSimSrc *self, bool running) {
   const csd::ObjectLock lock(self);
-  Settings &s = self->state->settings;
-  switch (id) {
-    case prop_scenario:
-      s.scenario = static_cast<GstCsdSimScenario>(g_value_get_enum(value));
-      break;
-    case prop_seed:
-      s.seed = g_value_get_uint64(value);
-      break;
-    case prop_strength:
-      s.strength = g_value_get_double(value);
-      break;
-    case prop_effects:
-      s.effects = std::move(text);
-      break;
-    case prop_style:
-      s.style = static_cast<GstCsdSimStyle>(g_value_get_enum(value));
-      break;
-    case prop_texture:
-      s.texture = std::move(text);
-      break;
-    case prop_features:
-      s.features = g_value_get_uint(value);
-      break;
-    case prop_points:
-      s.points = std::move(text);
-      break;
-    default:
-      G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, pspec);
-  }
+  self->state->running = running;
 }
 
-void gst_csd_sim_src_get_property(GObject *object, guint id, GValue *value, GParamSpec *pspec) {
+GstStateChangeReturn gst_csd_sim_src_change_state(GstElement *element, GstStateChange transition) {
+  auto *self = GST_CSD_SIM_SRC(element);
+  if (transition == GST_STATE_CHANGE_READY_TO_PAUSED) set_running(self, true);
+  const GstStateChangeReturn result =
+      GST_ELEMENT_CLASS(gst_csd_sim_src_parent_class)->change_state(element, transition);
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY ||
+      (transition == GST_STATE_CHANGE_READY_TO_PAUSED && result == GST_STATE_CHANGE_FAILURE))
+    set_running(self, false);
+  return result;
+}
+
+/// Installs them when the class is made.
+const csd::PropertyTable<Settings> &properties(GObjectClass *klass) {
+  const auto flags = static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_READY);
+  const Settings d;
+  static const csd::PropertyTable<Settings> table(
+      klass,
+      {
+          /**
+           * GstCsdSimSrc:scenario:
+           *
+           * A scenario is a set of effects with strengths. #GstCsdSimSrc:strength multiplies them,
+           * #GstCsdSimSrc:effects changes single ones.
+           *
+           * Since: 0.1
+           */
+          {g_param_spec_enum("scenario", "Scenario", "What happens in the scene: a set of effects and their strengths",
+                             GST_TYPE_CSD_SIM_SCENARIO, d.scenario, flags),
+           [](const Settings &s, GValue *v) { g_value_set_enum(v, s.scenario); },
+           [](Settings &s, const GValue *v) { s.scenario = static_cast<GstCsdSimScenario>(g_value_get_enum(v)); }},
+          /**
+           * GstCsdSimSrc:seed:
+           *
+           * Seeds every random choice. Each seed gives a different scene, the same one on every run.
+           *
+           * Since: 0.1
+           */
+          {g_param_spec_uint64("seed", "Seed", "Seeds every random choice; each seed gives a different scene", 0,
+                               G_MAXUINT64, d.seed, flags),
+           [](const Settings &s, GValue *v) { g_value_set_uint64(v, s.seed); },
+           [](Settings &s, const GValue *v) { s.seed = g_value_get_uint64(v); }},
+          /**
+           * GstCsdSimSrc:strength:
+           *
+           * Multiplies the strengths of the scenario's effects.
+           *
+           * Since: 0.1
+           */
+          {g_param_spec_double("strength", "Strength", "Multiplies the strengths of the scenario's effects", 0,
+                               csd::sim::strongest, d.strength, flags),
+           [](const Settings &s, GValue *v) { g_value_set_double(v, s.strength); },
+           [](Settings &s, const GValue *v) { s.strength = g_value_get_double(v); }},
+          /**
+           * GstCsdSimSrc:effects:
+           *
+           * Effects and their strengths, 0 to 4: `tools=1,specular=.5`. They add to the scenario's effects or replace
+           * their strengths. Text that can't be parsed is an error on the way to PAUSED.
+           *
+           * Since: 0.1
+           */
+          {g_param_spec_string(
+               "effects", "Effects",
+               "Effects and their strengths, 0 to 4, added to the scenario's effects or replacing their strengths: "
+               "\"tools=1,specular=.5\". There are heart-strong, heart-mild, liver, fold, slide, tear, grasp, cavity, "
+               "zoom, "
+               "rotation, sway, jerk, tools, smoke, specular, blood, irrigation, wipe, cut, black, field-stop, text, "
+               "light, "
+               "exposure, falloff, vignette, low-texture, motion-blur, focus-blur, noise, chroma, interlacing",
+               d.effects.c_str(), flags),
+           [](const Settings &s, GValue *v) { g_value_set_string(v, s.effects.c_str()); },
+           [](Settings &s, const GValue *v) { s.effects = csd::text_of(v); }},
+          /**
+           * GstCsdSimSrc:style:
+           *
+           * What the tissue looks like.
+           *
+           * Since: 0.1
+           */
+          {g_param_spec_enum("style", "Style", "What the tissue looks like", GST_TYPE_CSD_SIM_STYLE, d.style, flags),
+           [](const Settings &s, GValue *v) { g_value_set_enum(v, s.style); },
+           [](Settings &s, const GValue *v) { s.style = static_cast<GstCsdSimStyle>(g_value_get_enum(v)); }},
+          /**
+           * GstCsdSimSrc:texture:
+           *
+           * A picture in any format GStreamer decodes. It covers the surface instead of the style's texture.
+           *
+           * Since: 0.1
+           */
+          {g_param_spec_string(
+               "texture", "Texture",
+               "A picture, in any format that GStreamer decodes, that covers the surface (empty = the style's texture)",
+               d.texture.c_str(), flags),
+           [](const Settings &s, GValue *v) { g_value_set_string(v, s.texture.c_str()); },
+           [](Settings &s, const GValue *v) { s.texture = csd::text_of(v); }},
+          /**
+           * GstCsdSimSrc:features:
+           *
+           * How many features to detect in the first frame and report in the truth meta.
+           *
+           * Since: 0.1
+           */
+          {g_param_spec_uint("features", "Features",
+                             "Number of features that the truth meta reports, detected on the first frame", 0,
+                             static_cast<guint>(csd::max_points), d.features, flags),
+           [](const Settings &s, GValue *v) { g_value_set_uint(v, s.features); },
+           [](Settings &s, const GValue *v) { s.features = g_value_get_uint(v); }},
+          /**
+           * GstCsdSimSrc:points:
+           *
+           * Reports these pixels of the first frame instead: `x,y;x,y;…`, with the ids 0, 1, 2… in that order.
+           *
+           * Since: 0.1
+           */
+          {g_param_spec_string("points", "Points",
+                               "Report these pixels of the first frame instead: \"x,y;x,y;...\", ids 0, 1, "
+                               "2... in that order (empty = detect)",
+                               d.points.c_str(), flags),
+           [](const Settings &s, GValue *v) { g_value_set_string(v, s.points.c_str()); },
+           [](Settings &s, const GValue *v) { s.points = csd::text_of(v); }},
+          /**
+           * GstCsdSimSrc:is-live:
+           *
+           * Whether to produce frames in real time, as a camera does. The element is then not seekable.
+           *
+           * Since: 0.1
+           */
+          {g_param_spec_boolean("is-live", "Is live", "Produce frames in real time, as a camera does", d.is_live,
+                                flags),
+           [](const Settings &s, GValue *v) { g_value_set_boolean(v, s.is_live); },
+           [](Settings &s, const GValue *v) { s.is_live = g_value_get_boolean(v); }},
+      });
+  return table;
+}
+
+void gst_csd_sim_src_set_property(GObject *object, guint id, const GValue *value, GParamSpec *) {
   auto *self = GST_CSD_SIM_SRC(object);
-  if (id == prop_is_live) {
-    g_value_set_boolean(value, gst_base_src_is_live(GST_BASE_SRC(object)));
-    return;
+  GstCsdSimSrcState &state = *self->state;
+  bool set = false;
+  guard.logged(
+      self, [&] { set = properties(G_OBJECT_GET_CLASS(object)).set(self, state.settings, state.running, id, value); });
+  if (!set) return;
+  gboolean live;
+  {
+    const csd::ObjectLock lock(self);
+    live = state.settings.is_live;
   }
-  const csd::ObjectLock lock(self);
-  const Settings &s = self->state->settings;
-  switch (id) {
-    case prop_scenario:
-      g_value_set_enum(value, s.scenario);
-      break;
-    case prop_seed:
-      g_value_set_uint64(value, s.seed);
-      break;
-    case prop_strength:
-      g_value_set_double(value, s.strength);
-      break;
-    case prop_effects:
-      g_value_set_string(value, s.effects.c_str());
-      break;
-    case prop_style:
-      g_value_set_enum(value, s.style);
-      break;
-    case prop_texture:
-      g_value_set_string(value, s.texture.c_str());
-      break;
-    case prop_features:
-      g_value_set_uint(value, s.features);
-      break;
-    case prop_points:
-      g_value_set_string(value, s.points.c_str());
-      break;
-    default:
-      G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, pspec);
-  }
+  gst_base_src_set_live(GST_BASE_SRC(object), live);
+}
+
+void gst_csd_sim_src_get_property(GObject *object, guint id, GValue *value, GParamSpec *) {
+  auto *self = GST_CSD_SIM_SRC(object);
+  properties(G_OBJECT_GET_CLASS(object)).get(self, self->state->settings, id, value);
 }
 
 void gst_csd_sim_src_finalize(GObject *object) {
   delete GST_CSD_SIM_SRC(object)->state;
   G_OBJECT_CLASS(gst_csd_sim_src_parent_class)->finalize(object);
-}
-
-void install_properties(GObjectClass *klass) {
-  const auto flags = static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_READY);
-  const Settings d;
-  const auto install = [&](guint id, GParamSpec *spec) { g_object_class_install_property(klass, id, spec); };
-  /**
-   * GstCsdSimSrc:scenario:
-   *
-   * A scenario is a set of effects with strengths. #GstCsdSimSrc:strength multiplies them, #GstCsdSimSrc:effects
-   * changes single ones.
-   *
-   * Since: 0.1
-   */
-  install(prop_scenario,
-          g_param_spec_enum("scenario", "Scenario", "What happens in the scene: a set of effects and their strengths",
-                            GST_TYPE_CSD_SIM_SCENARIO, d.scenario, flags));
-  /**
-   * GstCsdSimSrc:seed:
-   *
-   * Seeds every random choice. Each seed gives a different scene, the same one on every run.
-   *
-   * Since: 0.1
-   */
-  install(prop_seed, g_param_spec_uint64("seed", "Seed", "Seeds every random choice; each seed gives a different scene",
-                                         0, G_MAXUINT64, d.seed, flags));
-  /**
-   * GstCsdSimSrc:strength:
-   *
-   * Multiplies the strengths of the scenario's effects.
-   *
-   * Since: 0.1
-   */
-  install(prop_strength,
-          g_param_spec_double("strength", "Strength", "Multiplies the strengths of the scenario's effects", 0,
-                              csd::sim::strongest, d.strength, flags));
-  /**
-   * GstCsdSimSrc:effects:
-   *
-   * Effects and their strengths, 0 to 4: `tools=1,specular=.5`. They add to the scenario's effects or replace their
-   * strengths. Text that can't be parsed is an error on the way to PAUSED.
-   *
-   * Since: 0.1
-   */
-  install(
-      prop_effects,
-      g_param_spec_string(
-          "effects", "Effects",
-          "Effects and their strengths, 0 to 4, added to the scenario's effects or replacing their strengths: "
-          "\"tools=1,specular=.5\". There are heart-strong, heart-mild, liver, fold, slide, tear, grasp, cavity, zoom, "
-          "rotation, sway, jerk, tools, smoke, specular, blood, irrigation, wipe, cut, black, field-stop, text, light, "
-          "exposure, falloff, vignette, low-texture, motion-blur, focus-blur, noise, chroma, interlacing",
-          d.effects.c_str(), flags));
-  /**
-   * GstCsdSimSrc:style:
-   *
-   * What the tissue looks like.
-   *
-   * Since: 0.1
-   */
-  install(prop_style,
-          g_param_spec_enum("style", "Style", "What the tissue looks like", GST_TYPE_CSD_SIM_STYLE, d.style, flags));
-  /**
-   * GstCsdSimSrc:texture:
-   *
-   * A picture in any format GStreamer decodes. It covers the surface instead of the style's texture.
-   *
-   * Since: 0.1
-   */
-  install(prop_texture,
-          g_param_spec_string(
-              "texture", "Texture",
-              "A picture, in any format that GStreamer decodes, that covers the surface (empty = the style's texture)",
-              d.texture.c_str(), flags));
-  /**
-   * GstCsdSimSrc:features:
-   *
-   * How many features to detect in the first frame and report in the truth meta.
-   *
-   * Since: 0.1
-   */
-  install(prop_features,
-          g_param_spec_uint("features", "Features",
-                            "Number of features that the truth meta reports, detected on the first frame", 0,
-                            static_cast<guint>(csd::max_points), d.features, flags));
-  /**
-   * GstCsdSimSrc:points:
-   *
-   * Reports these pixels of the first frame instead: `x,y;x,y;…`, with the ids 0, 1, 2… in that order.
-   *
-   * Since: 0.1
-   */
-  install(prop_points, g_param_spec_string("points", "Points",
-                                           "Report these pixels of the first frame instead: \"x,y;x,y;...\", ids 0, 1, "
-                                           "2... in that order (empty = detect)",
-                                           d.points.c_str(), flags));
-  /**
-   * GstCsdSimSrc:is-live:
-   *
-   * Whether to produce frames in real time, as a camera does. The element is then not seekable.
-   *
-   * Since: 0.1
-   */
-  install(prop_is_live,
-          g_param_spec_boolean("is-live", "Is live", "Produce frames in real time, as a camera does", FALSE, flags));
 }
 
 }  // namespace
@@ -598,12 +662,13 @@ static void gst_csd_sim_src_class_init(GstCsdSimSrcClass *klass) {
   object_class->set_property = gst_csd_sim_src_set_property;
   object_class->get_property = gst_csd_sim_src_get_property;
   object_class->finalize = gst_csd_sim_src_finalize;
-  install_properties(object_class);
+  properties(object_class);
 
   gst_element_class_add_static_pad_template(element_class, &src_template);
   gst_element_class_set_static_metadata(element_class, "Tissue simulator", "Source/Video",
                                         "Simulated endoscopic video of deforming tissue with exact ground truth",
                                         "The csdtrack authors");
+  element_class->change_state = GST_DEBUG_FUNCPTR(gst_csd_sim_src_change_state);
   src_class->start = GST_DEBUG_FUNCPTR(gst_csd_sim_src_start);
   src_class->stop = GST_DEBUG_FUNCPTR(gst_csd_sim_src_stop);
   src_class->get_caps = GST_DEBUG_FUNCPTR(gst_csd_sim_src_get_caps);

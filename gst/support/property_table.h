@@ -4,6 +4,7 @@
 #include <gst/gst.h>
 
 #include <cstddef>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,12 @@ struct Property {
   void (*get)(const Values &values, GValue *value);
   void (*set)(Values &values, const GValue *value);  ///< null for a read-only property
 };
+
+/// A property's text, which is never null.
+inline std::string text_of(const GValue *value) {
+  const gchar *text = g_value_get_string(value);
+  return text ? text : "";
+}
 
 /// The properties of an element class: installs them, and reads and writes an object's values under its object lock.
 /// An id is the property's place in the table, from 1 on.

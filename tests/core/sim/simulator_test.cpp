@@ -185,6 +185,29 @@ TEST(Simulator, TimeGoesBySecondsNotByFrames) {
   EXPECT_TRUE(same(frame(at25, 60), frame(at50, 120)));
 }
 
+TEST(Simulator, GoesOnInTimeAtAnotherRate) {
+  // Ten frames in the first second, then fifty a second: frames 10, 15 and 20 are those of 1, 1.1 and 1.2 s.
+  SimSettings slow = with("heart-strong,sway,tools,motion-blur"), fast = slow;
+  slow.rate = 10;
+  fast.rate = 50;
+  Simulator changed(slow), even(fast);
+  const std::vector<cv::Point2d> surface{{-100, 20}, {0, 0}, {130, -60}};
+  changed.truth(10, surface);
+  changed.retime(50, 10, 1);
+  EXPECT_EQ(changed.settings().rate, 50);
+  for (const std::uint64_t n : {10, 15, 20}) {
+    const auto a = changed.truth(n, surface), b = even.truth(n + 40, surface);
+    for (std::size_t i = 0; i < surface.size(); ++i) {
+      EXPECT_NEAR(a[i].x, b[i].x, 1e-9);
+      EXPECT_NEAR(a[i].y, b[i].y, 1e-9);
+      EXPECT_EQ(a[i].visibility, b[i].visibility);
+    }
+    // The shutter is the new rate's, too; without noise nothing depends on the number.
+    EXPECT_LE(cv::norm(frame(changed, n), frame(even, n + 40), cv::NORM_INF), 1);
+  }
+  EXPECT_THROW(changed.retime(0, 0, 0), std::invalid_argument);
+}
+
 TEST(Simulator, FindsFeaturesInTheFirstFrameAndCastsThemBack) {
   Simulator simulator(with("heart-mild,noise", {640, 480}));
   const auto features = simulator.detect(100);
