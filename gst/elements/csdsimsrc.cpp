@@ -578,13 +578,14 @@ const csd::PropertyTable<Settings> &properties(GObjectClass *klass) {
           /**
            * GstCsdSimSrc:texture:
            *
-           * A picture in any format GStreamer decodes. It covers the surface instead of the style's texture.
+           * A picture in any format that gdk-pixbuf has a loader for. It covers the surface instead of the style's
+           * texture.
            *
            * Since: 0.1
            */
           {g_param_spec_string(
                "texture", "Texture",
-               "A picture, in any format that GStreamer decodes, that covers the surface (empty = the style's texture)",
+               "A picture, in any format that gdk-pixbuf reads, that covers the surface (empty = the style's texture)",
                d.texture.c_str(), flags),
            [](const Settings &s, GValue *v) { g_value_set_string(v, s.texture.c_str()); },
            [](Settings &s, const GValue *v) { s.texture = csd::text_of(v); }},

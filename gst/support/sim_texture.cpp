@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "support/sim_texture.h"
 
-#include <gst/base/gsttypefindhelper.h>
-#include <gst/video/video.h>
+#include <gdk-pixbuf/gdk-pixbuf.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
 #include "record/file_name.h"
@@ -15,107 +16,106 @@
 namespace csd {
 namespace {
 
-constexpr int longest_wait = 20;  // seconds
+constexpr int longest_side = 8192;
+/// More than the longest picture without compression, of 16-bit R G B A, has.
+constexpr std::uintmax_t longest_file = std::uintmax_t{1} << 30;
 
-struct Stopped {
-  void operator()(GstElement *pipeline) const {
-    gst_element_set_state(pipeline, GST_STATE_NULL);
-    gst_object_unref(pipeline);
-  }
+struct Unref {
+  void operator()(gpointer object) const { g_object_unref(object); }
 };
-template <class T, auto Unref>
-struct Unreffed {
-  void operator()(T *object) const { Unref(object); }
-};
-using Pipeline = std::unique_ptr<GstElement, Stopped>;
-using Caps = std::unique_ptr<GstCaps, Unreffed<GstCaps, gst_caps_unref>>;
-using Element = std::unique_ptr<GstElement, Unreffed<void, gst_object_unref>>;
-using Sample = std::unique_ptr<GstSample, Unreffed<GstSample, gst_sample_unref>>;
+using Loader = std::unique_ptr<GdkPixbufLoader, Unref>;
 
 [[noreturn]] void fail(const std::string &file, const std::string &why) {
-  throw std::invalid_argument("texture: " + quoted(file) + " " + why +
-                              ". Name a picture that GStreamer can decode, of at most 8192 × 8192 pixels.");
+  throw std::invalid_argument(
+      "texture: " + quoted(file) + " " + why +
+      ". Name a picture that gdk-pixbuf can read (PNG, JPEG, TIFF, BMP, …), of at most 8192 × 8192 pixels.");
 }
 
-/// The pipeline's first error message.
-std::string error_of(GstElement *pipeline) {
-  std::string text = "can't be decoded";
-  GstBus *bus = gst_element_get_bus(pipeline);
-  if (GstMessage *message = gst_bus_pop_filtered(bus, GST_MESSAGE_ERROR)) {
-    GError *error = nullptr;
-    gst_message_parse_error(message, &error, nullptr);
-    text = std::string("can't be decoded: ") + error->message;
-    g_error_free(error);
-    gst_message_unref(message);
-  }
-  gst_object_unref(bus);
-  return text;
+/// Also frees the error.
+std::string text_of(GError *error) {
+  if (!error) return "it is damaged";
+  const std::unique_ptr<GError, decltype(&g_error_free)> freed(error, g_error_free);
+  return error->message;
 }
 
-/// The type of a picture, from the start of its file; none for an unreadable file, which filesrc reports better.
-/// Accepts only pictures: decodebin would open whatever a playlist names, even from a network. Throws
-/// std::invalid_argument.
-Caps type_of(const std::string &file) {
+/// Opens a file that is worth reading: a device or a pipe may have no end.
+std::ifstream open(const std::string &file) {
   std::error_code none;
   const auto status = std::filesystem::status(file, none);
-  if (!std::filesystem::exists(status)) return nullptr;
+  if (!std::filesystem::exists(status)) fail(file, "doesn't exist");
   if (!std::filesystem::is_regular_file(status)) fail(file, "is not a file");
+  if (std::filesystem::file_size(file, none) > longest_file) fail(file, "is longer than 1 GiB");
   std::ifstream in(file, std::ios::binary);
-  std::array<char, 16384> begin;
-  in.read(begin.data(), begin.size());
-  if (in.gcount() == 0) return nullptr;
-  Caps caps(gst_type_find_helper_for_data(nullptr, reinterpret_cast<const guint8 *>(begin.data()),
-                                          static_cast<gsize>(in.gcount()), nullptr));
-  if (!caps) fail(file, "is not a picture");
-  const std::string name = gst_structure_get_name(gst_caps_get_structure(caps.get(), 0));
-  if (!name.starts_with("image/")) fail(file, "is not a picture (its type is " + name + ")");
-  return caps;
+  if (!in) fail(file, "can't be opened");
+  return in;
+}
+
+/// What the loader has said so far.
+struct Progress {
+  int width = 0, height = 0;            ///< in the picture's head
+  int first = longest_side, last = -1;  ///< the rows that are read
+  bool too_large() const { return width > longest_side || height > longest_side; }
+  /// Some loaders take a file that ends too soon, and leave the rest of the picture as the memory was.
+  bool cut_off() const { return last - first + 1 < height; }
+};
+
+/// Called before the loader allocates the picture: a file of a few bytes may claim to be one of gigabytes. A size of 0
+/// makes it stop.
+void on_size(GdkPixbufLoader *loader, int width, int height, Progress *progress) {
+  progress->width = width;
+  progress->height = height;
+  if (progress->too_large()) gdk_pixbuf_loader_set_size(loader, 0, 0);
+}
+
+void on_rows(GdkPixbufLoader *, int, int y, int, int height, Progress *progress) {
+  progress->first = std::min(progress->first, y);
+  progress->last = std::max(progress->last, y + height - 1);
+}
+
+/// Feeds the file to the loader. Ends it in any case: that frees what it holds.
+void read(const std::string &file, GdkPixbufLoader *loader, const Progress &progress) {
+  std::ifstream in = open(file);
+  GError *error = nullptr;
+  bool going = true;
+  for (std::array<char, 65536> part; going && !progress.too_large();) {
+    in.read(part.data(), part.size());
+    if (in.gcount() == 0) break;
+    going = gdk_pixbuf_loader_write(loader, reinterpret_cast<const guchar *>(part.data()),
+                                    static_cast<gsize>(in.gcount()), &error);
+  }
+  if (!gdk_pixbuf_loader_close(loader, going ? &error : nullptr)) going = false;
+  if (progress.too_large()) {
+    g_clear_error(&error);
+    fail(file, "is of " + std::to_string(progress.width) + " × " + std::to_string(progress.height) + " pixels");
+  }
+  if (going && progress.cut_off()) fail(file, "can't be decoded: it ends too soon");
+  if (going) return;
+  const bool unknown = g_error_matches(error, GDK_PIXBUF_ERROR, GDK_PIXBUF_ERROR_UNKNOWN_TYPE);
+  fail(file, (unknown ? "is not a picture: " : "can't be decoded: ") + text_of(error));
 }
 
 }  // namespace
 
 cv::Mat load_picture(const std::string &file) {
-  const Caps type = type_of(file);
-  // Uses GStreamer: the plugin links no image library of its own.
-  GError *error = nullptr;
-  Pipeline pipeline(gst_parse_launch(
-      // A file of a few bytes may claim to be a picture of gigabytes.
-      "filesrc name=file ! decodebin name=decode ! video/x-raw(ANY),width=[1,8192],height=[1,8192] ! videoconvert"
-      " ! video/x-raw,format=BGR ! appsink name=sink sync=false",
-      &error));
-  if (error) {
-    const std::string text = error->message;
-    g_error_free(error);
-    fail(file, "can't be decoded: " + text);
+  Progress progress;
+  const Loader loader(gdk_pixbuf_loader_new());
+  g_signal_connect(loader.get(), "size-prepared", G_CALLBACK(on_size), &progress);
+  g_signal_connect(loader.get(), "area-updated", G_CALLBACK(on_rows), &progress);
+  try {
+    read(file, loader.get(), progress);
+  } catch (...) {
+    gdk_pixbuf_loader_close(loader.get(), nullptr);  // does nothing if it is closed; unclosed it would warn
+    throw;
   }
-  const Element source(gst_bin_get_by_name(GST_BIN(pipeline.get()), "file"));
-  const Element sink(gst_bin_get_by_name(GST_BIN(pipeline.get()), "sink"));
-  const Element decode(gst_bin_get_by_name(GST_BIN(pipeline.get()), "decode"));
-  g_object_set(source.get(), "location", file.c_str(), nullptr);
-  g_object_set(decode.get(), "sink-caps", type.get(), nullptr);
-  gst_element_set_state(pipeline.get(), GST_STATE_PAUSED);
-  const GstStateChangeReturn prerolled =
-      gst_element_get_state(pipeline.get(), nullptr, nullptr, longest_wait * GST_SECOND);
-  if (prerolled == GST_STATE_CHANGE_ASYNC) {
-    // Leaks a decoder that never returns, like GStreamer 1.22's jpegdec on some files: stopping it would wait for it.
-    (void)pipeline.release();
-    fail(file,
-         "is not decoded after " + std::to_string(longest_wait) + " s; the decoder is left behind, still at work");
-  }
-  if (prerolled != GST_STATE_CHANGE_SUCCESS) fail(file, error_of(pipeline.get()));
-  GstSample *pulled = nullptr;
-  g_signal_emit_by_name(sink.get(), "pull-preroll", &pulled);
-  const Sample sample(pulled);
-  GstVideoInfo info;
-  GstVideoFrame frame;
-  if (!sample || !gst_video_info_from_caps(&info, gst_sample_get_caps(sample.get())) ||
-      !gst_video_frame_map(&frame, &info, gst_sample_get_buffer(sample.get()), GST_MAP_READ)) {
-    fail(file, "holds no picture");
-  }
-  cv::Mat picture = cv::Mat(info.height, info.width, CV_8UC3, GST_VIDEO_FRAME_PLANE_DATA(&frame, 0),
-                            static_cast<std::size_t>(GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0)))
-                        .clone();
-  gst_video_frame_unmap(&frame);
+  const GdkPixbuf *pixbuf = gdk_pixbuf_loader_get_pixbuf(loader.get());  // of an animation, its first picture
+  if (!pixbuf) fail(file, "holds no picture");
+  const int channels = gdk_pixbuf_get_n_channels(pixbuf);
+  // gdk-pixbuf's pictures are of 8-bit R G B or R G B A. OpenCV doesn't write to them.
+  const cv::Mat rgb(gdk_pixbuf_get_height(pixbuf), gdk_pixbuf_get_width(pixbuf), CV_8UC(channels),
+                    const_cast<guint8 *>(gdk_pixbuf_read_pixels(pixbuf)),
+                    static_cast<std::size_t>(gdk_pixbuf_get_rowstride(pixbuf)));
+  cv::Mat picture;
+  cv::cvtColor(rgb, picture, channels == 4 ? cv::COLOR_RGBA2BGR : cv::COLOR_RGB2BGR);
   return picture;
 }
 

@@ -7,8 +7,8 @@
 
 namespace csd {
 
-/// The first picture of a file that GStreamer can decode (an image or a video), as CV_8UC3, B G R. Throws
-/// std::invalid_argument with the reason.
+/// The picture in a file, as CV_8UC3, B G R, without its alpha: any format that gdk-pixbuf has a loader for, at most
+/// 8192 × 8192 pixels and 1 GiB; of an animation, the first picture. Throws std::invalid_argument with the reason.
 cv::Mat load_picture(const std::string &file);
 
 }  // namespace csd

@@ -7,23 +7,13 @@
 
 #include "fuzz.h"
 
-#ifdef CSDTRACK_FUZZ_DECODES
-// GStreamer 1.26's GstVideoDecoder keeps a frame whose caps are refused (a PNG of 60000x60000). The fast unwinder can't
-// tell whose leak it is, because it ends in g_malloc. Full stacks would allow 12 inputs a second instead of 60.
-#define DECODERS_LEAKS "leak:libgstvideo\n"
-#define DECODERS_STACKS ":fast_unwind_on_malloc=0:malloc_context_size=5"
-#else
-#define DECODERS_LEAKS
-#define DECODERS_STACKS
-#endif
-
 // Set here and not in the environment, so that a finding can be given to the program directly.
 extern "C" {
 const char *__asan_default_options();
 const char *__asan_default_options() {
   // A small quarantine, since libFuzzer counts it as the target's memory.
   return "detect_stack_use_after_return=1:strict_string_checks=1:quarantine_size_mb=32:allocator_may_return_null="
-         "0" DECODERS_STACKS;
+         "0";
 }
 const char *__ubsan_default_options();
 const char *__ubsan_default_options() {
@@ -31,7 +21,7 @@ const char *__ubsan_default_options() {
 }
 const char *__lsan_default_suppressions();
 const char *__lsan_default_suppressions() {
-  return "leak:ld-linux\n" DECODERS_LEAKS;  // tests/setups/lsan.supp explains it
+  return "leak:ld-linux\n";  // tests/setups/lsan.supp explains it
 }
 int LLVMFuzzerInitialize(int *, char ***);
 int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size);
