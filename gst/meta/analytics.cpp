@@ -6,6 +6,8 @@
 #include <gst/analytics/gstanalyticskeypointmtd.h>
 #endif
 
+#include <algorithm>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -18,7 +20,8 @@ constexpr std::size_t per_feature = 3;
 constexpr std::size_t per_feature = 2;
 #endif
 
-/// The buffer's relation meta, or a new one with room for all features.
+/// The buffer's relation meta, or a new one with room for all features. There is one per buffer:
+/// gst_buffer_add_analytics_relation_meta_full() returns the present one, and copying a frame copies no second one.
 GstAnalyticsRelationMeta *relations(GstBuffer *buffer, std::size_t features) {
   if (auto *there = gst_buffer_get_analytics_relation_meta(buffer)) return there;
   GstAnalyticsRelationMetaInitParams room{per_feature * features, 64 * per_feature * features};
@@ -58,9 +61,12 @@ void Analytics::attach(GstBuffer *buffer, const PatchBoxes &boxes, const Tracks 
     seen_ = std::move(seen);
     return;
   }
-  GstAnalyticsRelationMeta *meta = relations(buffer, tracks.features.size());
+  const std::size_t written = std::min(tracks.features.size(), max_features);
+  if (written < tracks.features.size() && !std::exchange(told_, true))
+    GST_WARNING("GstAnalytics metadata only for the first %zu of %zu features", written, tracks.features.size());
+  GstAnalyticsRelationMeta *meta = relations(buffer, written);
   if (!meta) throw std::runtime_error("no room for a GstAnalyticsRelationMeta");
-  for (const auto &f : tracks.features) {
+  for (const auto &f : std::span(tracks.features).first(written)) {
     const auto before = seen_.find(f.id);
     // Times restart after a flush; with points=truth ids do too.
     const bool known = before != seen_.end() && before->second.last <= running_time;

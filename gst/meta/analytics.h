@@ -14,6 +14,11 @@ namespace csd {
 /// that. One object per stream.
 class Analytics {
  public:
+  /// The first so many features of a frame are written. GStreamer keeps one relation meta per buffer, with a byte for
+  /// each pair of its entries, and copies it with the frame: 10000 features, of three entries each, would take 900 MB,
+  /// and 1000 take 9 MB.
+  static constexpr std::size_t max_features = 1000;
+
   /// Adds to the buffer's relation meta, or a new one, a tracking for each feature, with its id and in running time
   /// when it was first seen and last claimed a position (until then, the former). It is lost unless the feature may
   /// still be in the picture. A feature that claims a position also gets a detection of type `csdtrack`, with its box
@@ -26,6 +31,7 @@ class Analytics {
     GstClockTime first, last;
   };
   std::unordered_map<FeatureId, Seen> seen_;  ///< of the features in the last frame
+  bool told_ = false;                         ///< that some are left out
 };
 
 }  // namespace csd

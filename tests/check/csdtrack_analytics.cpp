@@ -6,6 +6,7 @@
 #ifdef CSDTRACK_KEYPOINTS
 #include <gst/analytics/gstanalyticskeypointmtd.h>
 #endif
+#include <malloc.h>
 
 #include <map>
 #include <vector>
@@ -170,6 +171,35 @@ GST_START_TEST(nothing_is_attached_without_the_property_or_without_features) {
 }
 GST_END_TEST
 
+/// The relations are a matrix in GStreamer: of 10000 features it would have 400 MB, with key points 900 MB.
+GST_START_TEST(memory_does_not_grow_with_the_square_of_the_features) {
+  GstVideoInfo info;
+  gst_video_info_set_format(&info, GST_VIDEO_FORMAT_GRAY8, 320, 240);
+  csd::Tracks tracks;
+  for (csd::FeatureId id = 0; id < 10000; ++id)
+    tracks.features.push_back({id, id % 320 + 0., id % 240 + 0., csd::FeatureState::tracked, 1, true});
+  const auto taken = [] {
+    const struct mallinfo2 now = mallinfo2();  // zeros under a sanitizer
+    return static_cast<std::ptrdiff_t>(now.uordblks + now.hblkhd);
+  };
+  csd::Analytics analytics;
+  for (const bool others : {false, true}) {
+    GstBuffer *buffer = gst_buffer_new();
+    const std::ptrdiff_t before = taken();
+    if (others) gst_buffer_add_analytics_relation_meta(buffer);  // has room for 5, and grows by 5
+    analytics.attach(buffer, csd::PatchBoxes(info, nullptr, 240, 21), tracks, 0);
+    const std::ptrdiff_t bytes = taken() - before;
+    fail_unless(bytes < 32 << 20, "%d MB", int(bytes >> 20));
+    const auto found = read(buffer);
+    fail_unless_equals_int(found.size(), 1000);
+    fail_unless_equals_int(found.rbegin()->first, 999);
+    for (const auto &[id, tracked] : found)
+      fail_unless(tracked.detections == 1 && tracked.points.size() == points_each);
+    gst_buffer_unref(buffer);
+  }
+}
+GST_END_TEST
+
 #ifdef CSDTRACK_KEYPOINTS
 GST_START_TEST(a_key_point_is_at_the_features_seen_or_predicted_place) {
   GstVideoInfo info;
@@ -222,6 +252,7 @@ static Suite *csdtrack_analytics_suite() {
   tcase_add_test(tc, a_lost_feature_keeps_the_time_it_was_last_seen);
   tcase_add_test(tc, other_elements_metadata_stays);
   tcase_add_test(tc, nothing_is_attached_without_the_property_or_without_features);
+  tcase_add_test(tc, memory_does_not_grow_with_the_square_of_the_features);
 #ifdef CSDTRACK_KEYPOINTS
   tcase_add_test(tc, a_key_point_is_at_the_features_seen_or_predicted_place);
 #endif

@@ -3,8 +3,7 @@
 // them. It does not scale them, or copy them along with a frame.
 #include <gst/analytics/gstanalyticskeypointmtd.h>
 
-#include <map>
-#include <utility>
+#include <algorithm>
 #include <vector>
 
 namespace {
@@ -21,9 +20,22 @@ struct Entry {
   gfloat confidence = 0;
 };
 
+/// As in GStreamer, the relations are a square matrix with a row for each entry, which grows in steps of its first
+/// size.
 struct Store {
   std::vector<Entry> entries;
-  std::map<std::pair<guint, guint>, GstAnalyticsRelTypes> relations;
+  std::vector<guint8> relations;
+  std::size_t order = 0, step = 5;
+
+  guint8 &relation(std::size_t from, std::size_t to) { return relations.at(order * from + to); }
+  void grow() {
+    std::vector<guint8> before((order + step) * (order + step));
+    before.swap(relations);
+    for (std::size_t row = 0; row < order; ++row)
+      std::copy_n(before.begin() + static_cast<std::ptrdiff_t>(order * row), order,
+                  relations.begin() + static_cast<std::ptrdiff_t>((order + step) * row));
+    order += step;
+  }
 };
 
 // Their addresses serve as types.
@@ -41,8 +53,10 @@ namespace {
 const GstMetaInfo *meta_info() {
   static const GstMetaInfo *info = gst_meta_register(
       gst_analytics_relation_meta_api_get_type(), "CsdTestRelationMeta", sizeof(GstAnalyticsRelationMeta),
-      [](GstMeta *meta, gpointer, GstBuffer *) -> gboolean {
-        reinterpret_cast<GstAnalyticsRelationMeta *>(meta)->store = new Store;
+      [](GstMeta *meta, gpointer params, GstBuffer *) -> gboolean {
+        Store *store = reinterpret_cast<GstAnalyticsRelationMeta *>(meta)->store = new Store;
+        if (params) store->step = static_cast<GstAnalyticsRelationMetaInitParams *>(params)->initial_relation_order;
+        store->grow();
         return TRUE;
       },
       [](GstMeta *meta, GstBuffer *) { delete reinterpret_cast<GstAnalyticsRelationMeta *>(meta)->store; }, nullptr);
@@ -56,6 +70,7 @@ Entry &entry(const GstAnalyticsMtd *mtd) {
 gboolean add(GstAnalyticsRelationMeta *meta, const Entry &entry, GstAnalyticsMtd *added) {
   *added = {static_cast<guint>(meta->store->entries.size()), meta};
   meta->store->entries.push_back(entry);
+  if (meta->store->entries.size() > meta->store->order) meta->store->grow();
   return TRUE;
 }
 
@@ -81,8 +96,9 @@ GType gst_analytics_relation_meta_api_get_type() {
 }
 
 GstAnalyticsRelationMeta *gst_buffer_add_analytics_relation_meta_full(GstBuffer *buffer,
-                                                                      GstAnalyticsRelationMetaInitParams *) {
-  return reinterpret_cast<GstAnalyticsRelationMeta *>(gst_buffer_add_meta(buffer, meta_info(), nullptr));
+                                                                      GstAnalyticsRelationMetaInitParams *room) {
+  if (auto *there = gst_buffer_get_analytics_relation_meta(buffer)) return there;
+  return reinterpret_cast<GstAnalyticsRelationMeta *>(gst_buffer_add_meta(buffer, meta_info(), room));
 }
 
 GstAnalyticsRelationMeta *gst_buffer_add_analytics_relation_meta(GstBuffer *buffer) {
@@ -100,13 +116,12 @@ gsize gst_analytics_relation_get_length(GstAnalyticsRelationMeta *meta) {
 
 gboolean gst_analytics_relation_meta_set_relation(GstAnalyticsRelationMeta *meta, GstAnalyticsRelTypes type, guint from,
                                                   guint to) {
-  meta->store->relations[{from, to}] = type;
+  meta->store->relation(from, to) = type;
   return TRUE;
 }
 
 GstAnalyticsRelTypes gst_analytics_relation_meta_get_relation(GstAnalyticsRelationMeta *meta, guint from, guint to) {
-  const auto found = meta->store->relations.find({from, to});
-  return found == meta->store->relations.end() ? GST_ANALYTICS_REL_TYPE_NONE : found->second;
+  return static_cast<GstAnalyticsRelTypes>(meta->store->relation(from, to));
 }
 
 gboolean gst_analytics_relation_meta_iterate(GstAnalyticsRelationMeta *meta, gpointer *state, GstAnalyticsMtdType type,
