@@ -89,6 +89,7 @@
 #include "support/latency.h"
 #include "support/lock.h"
 #include "support/navigation.h"
+#include "support/presets.h"
 #ifdef CSDTRACK_ANALYTICS
 #include "meta/analytics.h"
 #endif
@@ -160,7 +161,7 @@ struct _GstCsdTrack {
 };
 
 G_DEFINE_TYPE_WITH_CODE(GstCsdTrack, gst_csd_track, GST_TYPE_VIDEO_FILTER,
-                        G_IMPLEMENT_INTERFACE(GST_TYPE_PRESET, nullptr);
+                        G_IMPLEMENT_INTERFACE(GST_TYPE_PRESET, csd::init_preset);
                         GST_DEBUG_CATEGORY_INIT(gst_csd_track_debug, "csdtrack", 0, "tissue tracker"))
 GST_ELEMENT_REGISTER_DEFINE_WITH_CODE(csdtrack, "csdtrack", GST_RANK_NONE, GST_TYPE_CSD_TRACK,
                                       csd::register_track_metas())

@@ -5,6 +5,7 @@
 #include <thread>
 #include <type_traits>
 
+#include "support/presets.h"
 #include "support/value_arrays.h"
 #include "text/parse.h"
 
@@ -31,10 +32,6 @@ AlgorithmKind algorithm_of(GstCsdTrackAlgorithm algorithm) {
   return AlgorithmKind::csd_2012;
 }
 
-const char *or_empty(const gchar *text) {
-  return text ? text : "";
-}
-
 }  // namespace
 
 bool set_property(ElementSettings &s, guint id, const GValue &value) {
@@ -49,7 +46,7 @@ bool set_property(ElementSettings &s, guint id, const GValue &value) {
       s.max_features = g_value_get_uint(&value);
       return true;
     case prop_points:
-      s.points = or_empty(g_value_get_string(&value));
+      s.points = preset_text(g_value_get_string(&value));
       return true;
     case prop_points_array:
       s.points = points_text(value);
@@ -61,7 +58,7 @@ bool set_property(ElementSettings &s, guint id, const GValue &value) {
       s.forget_after = g_value_get_uint64(&value);
       return true;
     case prop_region:
-      s.region = or_empty(g_value_get_string(&value));
+      s.region = preset_text(g_value_get_string(&value));
       return true;
     case prop_region_array:
       s.region = region_text(value);
