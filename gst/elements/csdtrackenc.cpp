@@ -73,9 +73,11 @@
 #include "record/track_format.h"
 #include "support/enums.h"
 #include "support/guard.h"
+#include "support/lock.h"
+#include "support/property_table.h"
 
-GST_DEBUG_CATEGORY_STATIC(csd_track_enc_debug);
-#define GST_CAT_DEFAULT csd_track_enc_debug
+GST_DEBUG_CATEGORY_STATIC(gst_csd_track_enc_debug);
+#define GST_CAT_DEFAULT gst_csd_track_enc_debug
 
 namespace {
 
@@ -110,55 +112,68 @@ struct Stream {
   Stream() { gst_segment_init(&segment, GST_FORMAT_UNDEFINED); }
 };
 
+struct Settings {
+  GstCsdTrackEncRole role = GST_CSD_TRACK_ENC_ROLE_TRACK;
+  std::string source;
+};
+
 }  // namespace
+
+struct GstCsdTrackEncState {
+  Settings settings;  ///< guarded by the object lock
+  Stream stream;
+};
 
 struct _GstCsdTrackEnc {
   GstElement parent;
   GstPad *sinkpad;
   GstPad *srcpad;
-  gchar *source;            ///< never null; guarded by the object lock
-  GstCsdTrackEncRole role;  ///< likewise
-  Stream *stream;
+  GstCsdTrackEncState *state;
 };
 
-enum { PROP_0, PROP_ROLE, PROP_SOURCE };
-
-static GstStaticPadTemplate sink_template =
-    GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS, GST_STATIC_CAPS("video/x-raw(ANY)"));
-static GstStaticPadTemplate src_template =
-    GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
-                            GST_STATIC_CAPS("application/x-ndjson; text/csv; text/x-raw, format=(string)utf8; "
-                                            "meta/x-klv, parsed=(boolean)true"));
-
 G_DEFINE_TYPE_WITH_CODE(GstCsdTrackEnc, gst_csd_track_enc, GST_TYPE_ELEMENT,
-                        GST_DEBUG_CATEGORY_INIT(csd_track_enc_debug, "csdtrackenc", 0, "tracks as text"))
+                        GST_DEBUG_CATEGORY_INIT(gst_csd_track_enc_debug, "csdtrackenc", 0, "tracks as text"))
 GST_ELEMENT_REGISTER_DEFINE_WITH_CODE(csdtrackenc, "csdtrackenc", GST_RANK_NONE, GST_TYPE_CSD_TRACK_ENC,
                                       csd::register_track_metas())
 
 namespace {
 
-const csd::Guard guard(csd_track_enc_debug, "A frame's tracks could not be written: free some memory.",
+GstStaticPadTemplate sink_template =
+    GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS, GST_STATIC_CAPS("video/x-raw(ANY)"));
+GstStaticPadTemplate src_template =
+    GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
+                            GST_STATIC_CAPS("application/x-ndjson; text/csv; text/x-raw, format=(string)utf8; "
+                                            "meta/x-klv, parsed=(boolean)true"));
+
+const csd::Guard guard(gst_csd_track_enc_debug, "A frame's tracks could not be written: free some memory.",
                        "A frame's tracks could not be written", "");
 
-}  // namespace
+Stream &stream_of(GstCsdTrackEnc *self) {
+  return self->state->stream;
+}
+
+Settings settings_of(GstCsdTrackEnc *self) {
+  const csd::ObjectLock lock(self);
+  return self->state->settings;
+}
 
 // --- negotiation -----------------------------------------------------------------------------------------------------
 
-static GstBuffer *new_text_buffer(std::string_view text) {
+GstBuffer *new_text_buffer(std::string_view text) {
   GstBuffer *buffer = gst_buffer_new_allocate(nullptr, text.size(), nullptr);
   if (!buffer) throw std::bad_alloc();
   gst_buffer_fill(buffer, 0, text.data(), text.size());
   return buffer;
 }
 
-static GstBuffer *new_csv_header() {
+GstBuffer *new_csv_header() {
   GstBuffer *buffer = new_text_buffer(csd::csv_header);
   GST_BUFFER_FLAG_SET(buffer, GST_BUFFER_FLAG_HEADER);
   return buffer;
 }
 
 /// Our first format that downstream accepts. Without downstream, all are accepted.
-static const Offer *choose(GstCsdTrackEnc *self) {
+const Offer *choose(GstCsdTrackEnc *self) {
   const CapsPtr allowed(gst_pad_peer_query_caps(self->srcpad, nullptr), gst_caps_unref);
   for (const Offer &offer : offers) {
     const CapsPtr caps(gst_caps_from_string(offer.caps), gst_caps_unref);
@@ -168,8 +183,8 @@ static const Offer *choose(GstCsdTrackEnc *self) {
 }
 
 /// Sends the offer's caps, if they are others than before. Returns false if downstream refuses them.
-static bool send_caps(GstCsdTrackEnc *self, const Offer *offer) {
-  Stream &stream = *self->stream;
+bool send_caps(GstCsdTrackEnc *self, const Offer *offer) {
+  Stream &stream = stream_of(self);
   if (stream.offer == offer) return true;
   GST_INFO_OBJECT(self, "writing %s", offer->caps);
   GstCaps *caps = gst_caps_from_string(offer->caps);
@@ -195,13 +210,13 @@ static bool send_caps(GstCsdTrackEnc *self, const Offer *offer) {
 }
 
 /// Negotiates with downstream. Posts an error if there is no common format.
-static bool negotiate(GstCsdTrackEnc *self) {
+bool negotiate(GstCsdTrackEnc *self) {
   gst_pad_check_reconfigure(self->srcpad);  // clears the mark
   const Offer *offer = choose(self);
   if (offer && send_caps(self, offer)) return true;
   gst_pad_mark_reconfigure(self->srcpad);
   if (offer) return false;
-  self->stream->offer = nullptr;
+  stream_of(self).offer = nullptr;
   GST_ELEMENT_ERROR(self, CORE, NEGOTIATION,
                     ("Downstream takes none of the forms that tracks come in. Link csdtrackenc to an element that "
                      "takes application/x-ndjson, text/csv, text/x-raw,format=utf8 or meta/x-klv,parsed=true."),
@@ -211,7 +226,7 @@ static bool negotiate(GstCsdTrackEnc *self) {
 
 /// Pushing an event also pushes the sticky ones that a new peer lacks, among them our caps, which it may not take. So
 /// they are chosen anew before. A failure is left to the next frame, because the peer may not be linked on yet.
-static void negotiate_before(GstCsdTrackEnc *self, GstEvent *event) {
+void negotiate_before(GstCsdTrackEnc *self, GstEvent *event) {
   switch (GST_EVENT_TYPE(event)) {
     case GST_EVENT_STREAM_START:  // goes before the caps
     case GST_EVENT_CAPS:          // negotiates itself
@@ -220,13 +235,13 @@ static void negotiate_before(GstCsdTrackEnc *self, GstEvent *event) {
     default:
       break;
   }
-  if (!GST_EVENT_IS_SERIALIZED(event) || !self->stream->offer || !gst_pad_check_reconfigure(self->srcpad)) return;
+  if (!GST_EVENT_IS_SERIALIZED(event) || !stream_of(self).offer || !gst_pad_check_reconfigure(self->srcpad)) return;
   const Offer *offer = choose(self);
   if (!offer || !send_caps(self, offer)) gst_pad_mark_reconfigure(self->srcpad);
 }
 
-static bool set_caps(GstCsdTrackEnc *self, const GstCaps *caps) {
-  Stream &stream = *self->stream;
+bool set_caps(GstCsdTrackEnc *self, const GstCaps *caps) {
+  Stream &stream = stream_of(self);
   // Read as fields: GstVideoInfo doesn't know every memory's formats, and nothing else is needed.
   const GstStructure *s = gst_caps_get_structure(caps, 0);
   if (!gst_structure_get_int(s, "width", &stream.width)) stream.width = 0;
@@ -241,7 +256,7 @@ static bool set_caps(GstCsdTrackEnc *self, const GstCaps *caps) {
 
 /// Tracks refer to the crop rectangle at the time of tracking. videocrop may add another one without touching pixels or
 /// tracks, if downstream allows: then they refer to the whole frame, or to an unknown one.
-static void lay_crop(csd::FrameRecord &record, GstBuffer *frame) {
+void lay_crop(csd::FrameRecord &record, GstBuffer *frame) {
   const GstVideoCropMeta *crop = gst_buffer_get_video_crop_meta(frame);
   GstCsdHeader header;
   if (!crop || !record.tracks || !gst_csd_structure_get_header(record.tracks, &header)) return;
@@ -255,15 +270,12 @@ static void lay_crop(csd::FrameRecord &record, GstBuffer *frame) {
 }
 
 /// Writes the frame as text to stream.line.
-static void write_frame(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
-  GST_OBJECT_LOCK(self);
-  const StringPtr source(g_strdup(self->source), g_free);
-  const bool truth = self->role == GST_CSD_TRACK_ENC_ROLE_TRUTH;
-  GST_OBJECT_UNLOCK(self);
-
+void write_frame(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
+  const Settings settings = settings_of(self);
+  const bool truth = settings.role == GST_CSD_TRACK_ENC_ROLE_TRUTH;
   csd::FrameRecord record;
-  record.tracks =
-      gst_buffer_get_csd_tracks(frame, truth ? GST_CSD_TRUTH_META_NAME : GST_CSD_TRACK_META_NAME, source.get());
+  record.tracks = gst_buffer_get_csd_tracks(frame, truth ? GST_CSD_TRUTH_META_NAME : GST_CSD_TRACK_META_NAME,
+                                            settings.source.c_str());
   if (truth) record.role = "truth";
   lay_crop(record, frame);
   record.width = stream.width;
@@ -298,7 +310,7 @@ static void write_frame(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) 
 }
 
 /// A new buffer with `text` and the frame's time.
-static GstBuffer *new_frame_text(GstBuffer *frame, std::string_view text) {
+GstBuffer *new_frame_text(GstBuffer *frame, std::string_view text) {
   GstBuffer *buffer = new_text_buffer(text);
   GST_BUFFER_PTS(buffer) = GST_BUFFER_PTS(frame);
   GST_BUFFER_DURATION(buffer) = GST_BUFFER_DURATION(frame);
@@ -308,7 +320,7 @@ static GstBuffer *new_frame_text(GstBuffer *frame, std::string_view text) {
 
 /// Pushes subtitles or KLV. Pieces of a line divide the frame's time among them: mp4mux loses the last ones of several
 /// samples with one timestamp, and in RTP all packets of one timestamp are one KLV unit.
-static GstFlowReturn push_track(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
+GstFlowReturn push_track(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
   const bool klv = stream.offer->format == Format::klv;
   // A subtitle without a duration stays up until the next one, or forever.
   const GstClockTime duration =
@@ -332,8 +344,8 @@ static GstFlowReturn push_track(GstCsdTrackEnc *self, GstBuffer *frame, Stream &
 }
 
 /// Sends the CSV header once, before the first frame, or at the end of a stream without frames.
-static GstFlowReturn push_due_header(GstCsdTrackEnc *self) {
-  Stream &stream = *self->stream;
+GstFlowReturn push_due_header(GstCsdTrackEnc *self) {
+  Stream &stream = stream_of(self);
   if (!stream.header_due) return GST_FLOW_OK;
   const GstFlowReturn flow = gst_pad_push(self->srcpad, new_csv_header());
   stream.header_due = flow != GST_FLOW_OK;
@@ -341,12 +353,12 @@ static GstFlowReturn push_due_header(GstCsdTrackEnc *self) {
 }
 
 /// Sets the title a player shows for the text track, and no language, so that its menu doesn't offer it as a subtitle.
-static void name_track(GstTagList *tags) {
+void name_track(GstTagList *tags) {
   gst_tag_list_add(tags, GST_TAG_MERGE_REPLACE, GST_TAG_TITLE, "csdtrack", GST_TAG_LANGUAGE_CODE, "zxx", nullptr);
 }
 
-static void push_due_tags(GstCsdTrackEnc *self) {
-  if (!std::exchange(self->stream->tags_due, false)) return;
+void push_due_tags(GstCsdTrackEnc *self) {
+  if (!std::exchange(stream_of(self).tags_due, false)) return;
   GstTagList *tags = gst_tag_list_new_empty();
   gst_tag_list_set_scope(tags, GST_TAG_SCOPE_STREAM);
   name_track(tags);
@@ -355,8 +367,8 @@ static void push_due_tags(GstCsdTrackEnc *self) {
 
 /// CSV has nothing to say about a frame without features but that its time has passed: a buffer without bytes would
 /// make tcpserversink abort. A GAP event needs a time.
-static GstFlowReturn push_gap(GstCsdTrackEnc *self, GstBuffer *frame) {
-  if (GST_BUFFER_FLAG_IS_SET(frame, GST_BUFFER_FLAG_DISCONT)) self->stream->discont_due = true;
+GstFlowReturn push_gap(GstCsdTrackEnc *self, GstBuffer *frame) {
+  if (GST_BUFFER_FLAG_IS_SET(frame, GST_BUFFER_FLAG_DISCONT)) stream_of(self).discont_due = true;
   if (!GST_BUFFER_PTS_IS_VALID(frame)) return GST_FLOW_OK;
   GstEvent *gap = gst_event_new_gap(GST_BUFFER_PTS(frame), GST_BUFFER_DURATION(frame));
   if (gst_pad_push_event(self->srcpad, gap)) return GST_FLOW_OK;
@@ -365,15 +377,15 @@ static GstFlowReturn push_gap(GstCsdTrackEnc *self, GstBuffer *frame) {
   return GST_FLOW_OK;  // what is wrong downstream, the next buffer tells
 }
 
-static GstFlowReturn push_rows(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
+GstFlowReturn push_rows(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
   if (stream.line.empty()) return push_gap(self, frame);
   GstBuffer *rows = new_frame_text(frame, stream.line);
   if (std::exchange(stream.discont_due, false)) GST_BUFFER_FLAG_SET(rows, GST_BUFFER_FLAG_DISCONT);
   return gst_pad_push(self->srcpad, rows);
 }
 
-static GstFlowReturn push_text(GstCsdTrackEnc *self, GstBuffer *frame) {
-  Stream &stream = *self->stream;
+GstFlowReturn push_text(GstCsdTrackEnc *self, GstBuffer *frame) {
+  Stream &stream = stream_of(self);
   if (gst_pad_check_reconfigure(self->srcpad) && !negotiate(self)) {
     return GST_PAD_IS_FLUSHING(self->srcpad) ? GST_FLOW_FLUSHING : GST_FLOW_NOT_NEGOTIATED;
   }
@@ -392,7 +404,7 @@ static GstFlowReturn push_text(GstCsdTrackEnc *self, GstBuffer *frame) {
   }
 }
 
-static GstFlowReturn gst_csd_track_enc_chain(GstPad *, GstObject *parent, GstBuffer *frame) {
+GstFlowReturn gst_csd_track_enc_chain(GstPad *, GstObject *parent, GstBuffer *frame) {
   auto *self = GST_CSD_TRACK_ENC(parent);
   GstFlowReturn flow = GST_FLOW_ERROR;
   guard.posted(self, [&] { flow = push_text(self, frame); });
@@ -403,7 +415,7 @@ static GstFlowReturn gst_csd_track_enc_chain(GstPad *, GstObject *parent, GstBuf
 // --- events and queries ----------------------------------------------------------------------------------------------
 
 /// A stream id different from the video's, with the same group and flags.
-static GstEvent *text_stream_start(GstEvent *video) {
+GstEvent *text_stream_start(GstEvent *video) {
   const gchar *video_id = nullptr;
   GstStreamFlags flags = GST_STREAM_FLAG_NONE;
   guint group = 0;
@@ -419,7 +431,7 @@ static GstEvent *text_stream_start(GstEvent *video) {
 }
 
 /// Drops the video's codec, title and language tags, which don't apply to the text.
-static GstEvent *text_tags(GstEvent *video, Stream &stream) {
+GstEvent *text_tags(GstEvent *video, Stream &stream) {
   static const char *const of_video[] = {
       GST_TAG_CODEC,           GST_TAG_VIDEO_CODEC,      GST_TAG_AUDIO_CODEC,     GST_TAG_BITRATE,
       GST_TAG_NOMINAL_BITRATE, GST_TAG_MINIMUM_BITRATE,  GST_TAG_MAXIMUM_BITRATE, GST_TAG_ENCODER,
@@ -437,9 +449,9 @@ static GstEvent *text_tags(GstEvent *video, Stream &stream) {
   return text;
 }
 
-static gboolean gst_csd_track_enc_sink_event(GstPad *pad, GstObject *parent, GstEvent *event) {
+gboolean gst_csd_track_enc_sink_event(GstPad *pad, GstObject *parent, GstEvent *event) {
   auto *self = GST_CSD_TRACK_ENC(parent);
-  Stream &stream = *self->stream;
+  Stream &stream = stream_of(self);
   guard.posted(self, [&] { negotiate_before(self, event); });
   switch (GST_EVENT_TYPE(event)) {
     case GST_EVENT_CAPS: {
@@ -475,7 +487,7 @@ static gboolean gst_csd_track_enc_sink_event(GstPad *pad, GstObject *parent, Gst
 }
 
 /// A late text branch must not make a decoder skip frames, which a recording beside it would lose.
-static gboolean gst_csd_track_enc_src_event(GstPad *pad, GstObject *parent, GstEvent *event) {
+gboolean gst_csd_track_enc_src_event(GstPad *pad, GstObject *parent, GstEvent *event) {
   if (GST_EVENT_TYPE(event) != GST_EVENT_QOS) return gst_pad_event_default(pad, parent, event);
   gst_event_unref(event);
   return TRUE;
@@ -483,7 +495,7 @@ static gboolean gst_csd_track_enc_src_event(GstPad *pad, GstObject *parent, GstE
 
 /// This element maps no pixels, so it accepts any layout, crop or overlay metas. Without this answer a tee would report
 /// them as unsupported, and upstream would copy or blend for all branches.
-static gboolean gst_csd_track_enc_sink_query(GstPad *pad, GstObject *parent, GstQuery *query) {
+gboolean gst_csd_track_enc_sink_query(GstPad *pad, GstObject *parent, GstQuery *query) {
   if (GST_QUERY_TYPE(query) != GST_QUERY_ALLOCATION) return gst_pad_query_default(pad, parent, query);
   for (const GType api :
        {GST_VIDEO_META_API_TYPE, GST_VIDEO_CROP_META_API_TYPE, GST_VIDEO_OVERLAY_COMPOSITION_META_API_TYPE})
@@ -491,59 +503,69 @@ static gboolean gst_csd_track_enc_sink_query(GstPad *pad, GstObject *parent, Gst
   return TRUE;
 }
 
-static GstStateChangeReturn gst_csd_track_enc_change_state(GstElement *element, GstStateChange transition) {
+GstStateChangeReturn gst_csd_track_enc_change_state(GstElement *element, GstStateChange transition) {
   auto *self = GST_CSD_TRACK_ENC(element);
   const auto result = GST_ELEMENT_CLASS(gst_csd_track_enc_parent_class)->change_state(element, transition);
-  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) *self->stream = Stream();
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) stream_of(self) = Stream();
   return result;
 }
 
 // --- the object ------------------------------------------------------------------------------------------------------
 
-static void gst_csd_track_enc_set_property(GObject *object, guint id, const GValue *value, GParamSpec *pspec) {
-  auto *self = GST_CSD_TRACK_ENC(object);
-  switch (id) {
-    case PROP_ROLE:
-      GST_OBJECT_LOCK(self);
-      self->role = static_cast<GstCsdTrackEncRole>(g_value_get_enum(value));
-      GST_OBJECT_UNLOCK(self);
-      break;
-    case PROP_SOURCE: {
-      gchar *source = g_value_dup_string(value);
-      if (!source) source = g_strdup("");
-      GST_OBJECT_LOCK(self);
-      std::swap(self->source, source);
-      GST_OBJECT_UNLOCK(self);
-      g_free(source);
-      break;
-    }
-    default:
-      G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, pspec);
-  }
+/// Installs them when the class is made.
+const csd::PropertyTable<Settings> &properties(GObjectClass *klass) {
+  const auto flags = static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING);
+  const Settings d;
+  static const csd::PropertyTable<Settings> table(
+      klass,
+      {
+          /**
+           * GstCsdTrackEnc:role:
+           *
+           * Whether to write what csdtrack found, or the ground truth that csdsimsrc attached.
+           *
+           * Since: 0.1
+           */
+          {g_param_spec_enum("role", "Role", "Whether to write the tracks or the simulator's ground truth",
+                             GST_TYPE_CSD_TRACK_ENC_ROLE, d.role, flags),
+           [](const Settings &s, GValue *v) { g_value_set_enum(v, s.role); },
+           [](Settings &s, const GValue *v) { s.role = static_cast<GstCsdTrackEncRole>(g_value_get_enum(v)); }},
+          /**
+           * GstCsdTrackEnc:source:
+           *
+           * The name of the element whose tracks to write, when several have tracked the same frame. Empty: the last
+           * one.
+           *
+           * Since: 0.1
+           */
+          {g_param_spec_string(
+               "source", "Source",
+               "Name of the element whose tracks to write, if several track the same frame (empty = the last one)",
+               d.source.c_str(), flags),
+           [](const Settings &s, GValue *v) { g_value_set_string(v, s.source.c_str()); },
+           [](Settings &s, const GValue *v) { s.source = csd::text_of(v); }},
+      });
+  return table;
 }
 
-static void gst_csd_track_enc_get_property(GObject *object, guint id, GValue *value, GParamSpec *pspec) {
+void gst_csd_track_enc_set_property(GObject *object, guint id, const GValue *value, GParamSpec *) {
   auto *self = GST_CSD_TRACK_ENC(object);
-  GST_OBJECT_LOCK(self);
-  switch (id) {
-    case PROP_ROLE:
-      g_value_set_enum(value, self->role);
-      break;
-    case PROP_SOURCE:
-      g_value_set_string(value, self->source);
-      break;
-    default:
-      G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, pspec);
-  }
-  GST_OBJECT_UNLOCK(self);
+  // None is for READY only.
+  guard.logged(self,
+               [&] { properties(G_OBJECT_GET_CLASS(object)).set(self, self->state->settings, false, id, value); });
 }
 
-static void gst_csd_track_enc_finalize(GObject *object) {
+void gst_csd_track_enc_get_property(GObject *object, guint id, GValue *value, GParamSpec *) {
   auto *self = GST_CSD_TRACK_ENC(object);
-  g_free(self->source);
-  delete self->stream;
+  properties(G_OBJECT_GET_CLASS(object)).get(self, self->state->settings, id, value);
+}
+
+void gst_csd_track_enc_finalize(GObject *object) {
+  delete GST_CSD_TRACK_ENC(object)->state;
   G_OBJECT_CLASS(gst_csd_track_enc_parent_class)->finalize(object);
 }
+
+}  // namespace
 
 static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
   auto *object_class = G_OBJECT_CLASS(klass);
@@ -553,32 +575,7 @@ static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
   object_class->finalize = gst_csd_track_enc_finalize;
   element_class->change_state = GST_DEBUG_FUNCPTR(gst_csd_track_enc_change_state);
 
-  /**
-   * GstCsdTrackEnc:role:
-   *
-   * Whether to write what csdtrack found, or the ground truth that csdsimsrc attached.
-   *
-   * Since: 0.1
-   */
-  g_object_class_install_property(
-      object_class, PROP_ROLE,
-      g_param_spec_enum(
-          "role", "Role", "Whether to write the tracks or the simulator's ground truth", GST_TYPE_CSD_TRACK_ENC_ROLE,
-          GST_CSD_TRACK_ENC_ROLE_TRACK,
-          static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
-  /**
-   * GstCsdTrackEnc:source:
-   *
-   * The name of the element whose tracks to write, when several have tracked the same frame. Empty: the last one.
-   *
-   * Since: 0.1
-   */
-  g_object_class_install_property(
-      object_class, PROP_SOURCE,
-      g_param_spec_string(
-          "source", "Source",
-          "Name of the element whose tracks to write, if several track the same frame (empty = the last one)", "",
-          static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
+  properties(object_class);
 
   gst_element_class_add_static_pad_template(element_class, &sink_template);
   gst_element_class_add_static_pad_template(element_class, &src_template);
@@ -588,9 +585,7 @@ static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
 }
 
 static void gst_csd_track_enc_init(GstCsdTrackEnc *self) {
-  self->source = g_strdup("");
-  self->role = GST_CSD_TRACK_ENC_ROLE_TRACK;
-  self->stream = new Stream();
+  self->state = new GstCsdTrackEncState();
 
   self->sinkpad = gst_pad_new_from_static_template(&sink_template, "sink");
   gst_pad_set_chain_function(self->sinkpad, GST_DEBUG_FUNCPTR(gst_csd_track_enc_chain));
