@@ -235,7 +235,8 @@ void negotiate_before(GstCsdTrackEnc *self, GstEvent *event) {
     default:
       break;
   }
-  if (!GST_EVENT_IS_SERIALIZED(event) || !stream_of(self).offer || !gst_pad_check_reconfigure(self->srcpad)) return;
+  const bool serialized = (gst_event_type_get_flags(GST_EVENT_TYPE(event)) & GST_EVENT_TYPE_SERIALIZED) != 0;
+  if (!serialized || !stream_of(self).offer || !gst_pad_check_reconfigure(self->srcpad)) return;
   const Offer *offer = choose(self);
   if (!offer || !send_caps(self, offer)) gst_pad_mark_reconfigure(self->srcpad);
 }
