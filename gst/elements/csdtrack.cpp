@@ -147,6 +147,7 @@ struct GstCsdTrackState {
   guint64 failed_frames = 0;
 
   csd::Overlay overlay;  ///< documents which thread may call what
+  csd::Navigation navigation;
 
   // Streaming thread only. start() resets it.
   Stream stream;
@@ -323,9 +324,10 @@ GstCaps *gst_csd_track_transform_caps(GstBaseTransform *trans, GstPadDirection d
 
 /// Handles the user's input in the window of a sink that shows this picture.
 void navigate(GstCsdTrack *self, GstEvent *event) {
-  const auto command = csd::read_command(event);
+  if (!live_settings(self).navigation) return;
+  const auto command = self->state->navigation.read(event);
   const auto engine = engine_of(self);
-  if (!command || !engine || !live_settings(self).navigation) return;
+  if (!command || !engine) return;
   GST_DEBUG_OBJECT(self, "%s %f,%f", csd::command_name(command->kind), command->x, command->y);
   csd::apply(*command, engine->tracker);
 }

@@ -306,14 +306,14 @@ std::vector<Property<S>> track_properties(void (*overlay_changed)(gpointer), voi
       /**
        * GstCsdTrack:navigation:
        *
-       * Whether input in a video sink's window adds and removes points: a click adds one, a click with the third button
-       * removes the nearest feature, the key r resets.
+       * Whether input in a video sink's window adds and removes points: a click or a finger adds one, a click with the
+       * third button removes the nearest feature, the key r resets.
        *
        * Since: 0.1
        */
       of<&S::live, &L::navigation>(
           g_param_spec_boolean("navigation", "Navigation",
-                               "Take input from a video sink's window: a click adds a point, a click "
+                               "Take input from a video sink's window: a click or a finger adds a point, a click "
                                "with the third button removes the nearest feature, the key r resets",
                                d.live.navigation, live)),
       /**
