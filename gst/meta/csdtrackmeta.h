@@ -28,8 +28,8 @@
  * ## Versions
  *
  * The header has the version of the project it comes with: #GST_CSD_META_CHECK_VERSION. Later versions take
- * nothing away, and the two structs only grow at their end. That breaks no compiled program: its copies of the functions
- * and of the structs come from the same header, and the metadata itself has no structs, but named fields. So:
+ * nothing away, and the two structs only grow at their end. That breaks no compiled program: its copies of the
+ * functions and of the structs come from the same header, and the metadata itself has no structs, but named fields. So:
  *
  * * Zero a struct before you fill it: in a new field zero means "not said".
  * * Don't hand the structs, or arrays of them, to a module that may be compiled with another version of this header.
