@@ -21,8 +21,8 @@ class Guard : public testing::Test {
     gst_init(nullptr, nullptr);
     GST_DEBUG_CATEGORY_INIT(guard_debug, "csdguard", 0, nullptr);
     gst_debug_category_set_threshold(guard_debug, GST_LEVEL_ERROR);
-    (gst_debug_remove_log_function)(gst_debug_log_default);
   }
+  static void TearDownTestSuite() { gst_deinit(); }
   Guard() : element_(gst_bin_new("element")), bus_(gst_bus_new()) {
     gst_object_ref_sink(element_);
     gst_element_set_bus(element_, bus_);

@@ -37,5 +37,6 @@ int main(int argc, char **argv) {
   gst_element_set_state(pipeline, GST_STATE_NULL);
   gst_object_unref(bus);
   gst_object_unref(pipeline);
+  gst_deinit(); /* the leaks tracer reports in it */
   return 0;
 }
