@@ -90,6 +90,7 @@
 #include "support/lock.h"
 #include "support/navigation.h"
 #include "support/presets.h"
+#include "support/property_table.h"
 #ifdef CSDTRACK_ANALYTICS
 #include "meta/analytics.h"
 #endif
@@ -140,13 +141,14 @@ struct GstCsdTrackState {
 
   // Guarded by the object lock, held only for a copy.
   csd::ElementSettings settings;
-  bool running = false;            ///< since READY→PAUSED; structural settings are then read-only
+  bool running = false;            ///< since READY→PAUSED: then some settings are read-only
   std::shared_ptr<Engine> engine;  ///< set by start() and stop() only, so the streaming thread reads it unlocked
   csd::Stats last_stats;           ///< of the previous engine, for reads after the stop
   csd::Latency latency;
   guint64 failed_frames = 0;
 
   csd::Overlay overlay;  ///< documents which thread may call what
+  csd::Navigation navigation;
 
   // Streaming thread only. start() resets it.
   Stream stream;
@@ -177,6 +179,8 @@ csd::LiveSettings live_settings(GstCsdTrack *self) {
   const csd::ObjectLock lock(self);
   return self->state->settings.live;
 }
+
+using Properties = csd::PropertyTable<csd::ElementSettings>;
 
 constexpr const char *no_memory =
     "Out of memory while tracking. Track fewer features (max-features), or smaller pictures.";
@@ -321,9 +325,10 @@ GstCaps *gst_csd_track_transform_caps(GstBaseTransform *trans, GstPadDirection d
 
 /// Handles the user's input in the window of a sink that shows this picture.
 void navigate(GstCsdTrack *self, GstEvent *event) {
-  const auto command = csd::read_command(event);
+  if (!live_settings(self).navigation) return;
+  const auto command = self->state->navigation.read(event);
   const auto engine = engine_of(self);
-  if (!command || !engine || !live_settings(self).navigation) return;
+  if (!command || !engine) return;
   GST_DEBUG_OBJECT(self, "%s %f,%f", csd::command_name(command->kind), command->x, command->y);
   csd::apply(*command, engine->tracker);
 }
@@ -535,30 +540,32 @@ GstStructure *stats_structure(GstCsdTrack *self) {
   return csd::stats_structure(stats, latency, failed);
 }
 
-void gst_csd_track_set_property(GObject *object, guint id, const GValue *value, GParamSpec *spec) {
-  auto *self = GST_CSD_TRACK(object);
-  bool known = true, refused = false;
-  guard.logged(self, [&] {
-    const csd::ObjectLock lock(self);
-    refused = id <= csd::last_structural && self->state->running;
-    if (!refused) known = csd::set_property(self->state->settings, id, *value);
-  });
-  // Not under the object lock: the negotiation has its own. A controller sets this property on every frame.
-  if (id == csd::prop_overlay)
-    guard.logged(self, [&] { self->state->overlay.see_value(self->state->settings.live.overlay); });
-  if (!known) G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
-  if (refused) GST_WARNING_OBJECT(self, "%s can be set in NULL and READY only: it stays as it was", spec->name);
+void overlay_changed(gpointer object) {
+  auto &state = *GST_CSD_TRACK(object)->state;
+  state.overlay.see_value(state.settings.live.overlay);
 }
 
-void gst_csd_track_get_property(GObject *object, guint id, GValue *value, GParamSpec *spec) {
-  auto *self = GST_CSD_TRACK(object);
-  bool known = true;
-  guard.logged(self, [&] {
-    if (id == csd::prop_stats) return g_value_take_boxed(value, stats_structure(self));
-    const csd::ObjectLock lock(self);
-    known = csd::get_property(self->state->settings, id, *value);
+void read_stats(gpointer object, GValue *value) {
+  g_value_take_boxed(value, stats_structure(GST_CSD_TRACK(object)));
+}
+
+/// Made, and installed, by the first call, in class_init.
+const Properties &properties_of(gpointer klass) {
+  static const Properties table(G_OBJECT_CLASS(klass), csd::track_properties(overlay_changed, read_stats),
+                                gst_csd_track_debug);
+  return table;
+}
+
+void gst_csd_track_set_property(GObject *object, guint id, const GValue *value, GParamSpec *) {
+  auto &state = *GST_CSD_TRACK(object)->state;
+  guard.logged(
+      object, [&] { properties_of(G_OBJECT_GET_CLASS(object)).set(object, state.settings, state.running, id, value); });
+}
+
+void gst_csd_track_get_property(GObject *object, guint id, GValue *value, GParamSpec *) {
+  guard.logged(object, [&] {
+    properties_of(G_OBJECT_GET_CLASS(object)).get(object, GST_CSD_TRACK(object)->state->settings, id, value);
   });
-  if (!known) G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
 }
 
 void gst_csd_track_finalize(GObject *object) {
@@ -623,7 +630,7 @@ static void gst_csd_track_class_init(GstCsdTrackClass *klass) {
   object_class->set_property = gst_csd_track_set_property;
   object_class->get_property = gst_csd_track_get_property;
   object_class->finalize = gst_csd_track_finalize;
-  csd::install_properties(object_class);
+  properties_of(klass);
   install_signals(klass);
 
   gst_element_class_set_static_metadata(element_class, "Tissue tracker", "Filter/Analyzer/Video",

@@ -10,8 +10,8 @@
  * gst_csd_structure_get_header() and gst_csd_structure_get_feature() also read gst_message_get_structure().
  *
  * |[
- * GstCsdHeader header;
- * GstCsdFeature feature;
+ * GstCsdHeader header = { 0, };
+ * GstCsdFeature feature = { 0, };
  * const GstStructure *tracks = gst_buffer_get_csd_tracks (buffer, GST_CSD_TRACK_META_NAME, NULL);
  *
  * if (tracks && gst_csd_structure_get_header (tracks, &header))
@@ -24,6 +24,18 @@
  * registers the two names: `gst_plugin_load_by_name ("csdtrack")`, or creating one of its elements.
  *
  * Returned strings belong to the buffer or the message.
+ *
+ * ## Versions
+ *
+ * The header has the version of the project it comes with: #GST_CSD_META_CHECK_VERSION. Later versions take
+ * nothing away, and the two structs only grow at their end. That breaks no compiled program: its copies of the
+ * functions and of the structs come from the same header, and the metadata itself has no structs, but named fields. So:
+ *
+ * * Zero a struct before you fill it: in a new field zero means "not said".
+ * * Don't hand the structs, or arrays of them, to a module that may be compiled with another version of this header.
+ *   Hand over the #GstBuffer or the #GstStructure.
+ *
+ * Since: 0.1
  */
 
 #ifndef GST_CSD_TRACK_META_H
@@ -33,29 +45,120 @@
 
 G_BEGIN_DECLS
 
-/** GST_CSD_TRACK_META_NAME: name of a tracker's meta */
+/**
+ * GST_CSD_META_VERSION_MAJOR:
+ *
+ * The first number of this header's version, which is csdtrack's.
+ *
+ * Since: 0.1
+ */
+#define GST_CSD_META_VERSION_MAJOR 0
+/**
+ * GST_CSD_META_VERSION_MINOR:
+ *
+ * The second number of this header's version.
+ *
+ * Since: 0.1
+ */
+#define GST_CSD_META_VERSION_MINOR 1
+/**
+ * GST_CSD_META_VERSION_MICRO:
+ *
+ * The third number of this header's version.
+ *
+ * Since: 0.1
+ */
+#define GST_CSD_META_VERSION_MICRO 0
+/**
+ * GST_CSD_META_CHECK_VERSION:
+ * @major: a number
+ * @minor: a number
+ * @micro: a number
+ *
+ * Whether this header is of that version or a later one. For `#if`, too. The plugin at run time may be of another:
+ * gst_plugin_get_version() tells.
+ *
+ * Since: 0.1
+ */
+#define GST_CSD_META_CHECK_VERSION(major, minor, micro)                               \
+  (GST_CSD_META_VERSION_MAJOR > (major) ||                                            \
+   (GST_CSD_META_VERSION_MAJOR == (major) && GST_CSD_META_VERSION_MINOR > (minor)) || \
+   (GST_CSD_META_VERSION_MAJOR == (major) && GST_CSD_META_VERSION_MINOR == (minor) && \
+    GST_CSD_META_VERSION_MICRO >= (micro)))
+
+/**
+ * GST_CSD_TRACK_META_NAME:
+ *
+ * Name of a tracker's meta.
+ *
+ * Since: 0.1
+ */
 #define GST_CSD_TRACK_META_NAME "GstCsdTrackMeta"
-/** GST_CSD_TRUTH_META_NAME: name of a simulator's meta */
+/**
+ * GST_CSD_TRUTH_META_NAME:
+ *
+ * Name of a simulator's meta.
+ *
+ * Since: 0.1
+ */
 #define GST_CSD_TRUTH_META_NAME "GstCsdTruthMeta"
 /**
  * GST_CSD_META_SCHEMA:
  *
  * The schema version that this header writes, and the highest that it reads. New fields don't change it; a new meaning
  * of a field does.
+ *
+ * Since: 0.1
  */
 #define GST_CSD_META_SCHEMA 1
 
-/** GST_CSD_STATE_LEARNING: the tracker is learning the descriptor; the position is claimed */
+/**
+ * GST_CSD_STATE_LEARNING:
+ *
+ * Seen, in the first `training-time` of a feature; the position is claimed.
+ *
+ * Since: 0.1
+ */
 #define GST_CSD_STATE_LEARNING "learning"
-/** GST_CSD_STATE_TRACKED: seen; the position is claimed */
+/**
+ * GST_CSD_STATE_TRACKED:
+ *
+ * Seen; the position is claimed.
+ *
+ * Since: 0.1
+ */
 #define GST_CSD_STATE_TRACKED "tracked"
-/** GST_CSD_STATE_OCCLUDED: hidden for less than a second; the position is a prediction */
+/**
+ * GST_CSD_STATE_OCCLUDED:
+ *
+ * Hidden for less than a second; the position is a prediction.
+ *
+ * Since: 0.1
+ */
 #define GST_CSD_STATE_OCCLUDED "occluded"
-/** GST_CSD_STATE_LOST: hidden for longer; the position is the last claimed one */
+/**
+ * GST_CSD_STATE_LOST:
+ *
+ * Hidden for longer; the position is the last claimed one.
+ *
+ * Since: 0.1
+ */
 #define GST_CSD_STATE_LOST "lost"
-/** GST_CSD_STATE_OUT: left the picture; the position is the last claimed one */
+/**
+ * GST_CSD_STATE_OUT:
+ *
+ * Left the picture; the position is the last claimed one.
+ *
+ * Since: 0.1
+ */
 #define GST_CSD_STATE_OUT "out"
-/** GST_CSD_STATE_ENDED: reported once and then dropped; the position is the last claimed one */
+/**
+ * GST_CSD_STATE_ENDED:
+ *
+ * Reported once and then dropped; the position is the last claimed one.
+ *
+ * Since: 0.1
+ */
 #define GST_CSD_STATE_ENDED "ended"
 
 /**
@@ -71,6 +174,8 @@ G_BEGIN_DECLS
  * @n_features: how many features there are
  *
  * What the metadata says about a frame besides its features.
+ *
+ * Since: 0.1
  */
 typedef struct {
   const gchar *source;
@@ -93,6 +198,8 @@ typedef struct {
  * @fresh: %FALSE if the feature had to wait for the next frame
  *
  * One feature in one frame.
+ *
+ * Since: 0.1
  */
 typedef struct {
   guint id;
@@ -112,6 +219,8 @@ typedef struct {
  * Each tracking element adds its own meta. This iterates over those called @name in the order they were added.
  *
  * Returns: (transfer none) (nullable): the structure of the next one, %NULL after the last
+ *
+ * Since: 0.1
  */
 static inline const GstStructure *gst_buffer_iterate_csd_tracks(GstBuffer *buffer, gpointer *iter, const gchar *name) {
   const GstMetaInfo *info = gst_meta_get_info(name);
@@ -130,6 +239,8 @@ static inline const GstStructure *gst_buffer_iterate_csd_tracks(GstBuffer *buffe
  * @source: (nullable): name of the element that wrote it; %NULL or "" for any
  *
  * Returns: (transfer none) (nullable): the structure of the last meta added with that name and source, or %NULL
+ *
+ * Since: 0.1
  */
 static inline const GstStructure *gst_buffer_get_csd_tracks(GstBuffer *buffer, const gchar *name, const gchar *source) {
   const GstStructure *structure, *last = NULL;
@@ -148,6 +259,8 @@ static inline const GstStructure *gst_buffer_get_csd_tracks(GstBuffer *buffer, c
  *
  * Returns: %TRUE if @structure has all the fields of #GstCsdHeader and a schema that this header knows; otherwise
  *   @header is undefined
+ *
+ * Since: 0.1
  */
 static inline gboolean gst_csd_structure_get_header(const GstStructure *structure, GstCsdHeader *header) {
   const GValue *features = gst_structure_get_value(structure, "features");
@@ -172,6 +285,8 @@ static inline gboolean gst_csd_structure_get_header(const GstStructure *structur
  * @feature: (out caller-allocates): where to write
  *
  * Returns: %TRUE if there is an @i-th feature with all the fields of #GstCsdFeature; otherwise @feature is undefined
+ *
+ * Since: 0.1
  */
 static inline gboolean gst_csd_structure_get_feature(const GstStructure *structure, guint i, GstCsdFeature *feature) {
   const GValue *value = gst_structure_get_value(structure, "features");
@@ -194,6 +309,8 @@ static inline gboolean gst_csd_structure_get_feature(const GstStructure *structu
  * @n_features: how many
  *
  * Replaces only the features. Their states are interned: pass the GST_CSD_STATE_ words, not ever new strings.
+ *
+ * Since: 0.1
  */
 static inline void gst_csd_structure_set_features(GstStructure *structure, const GstCsdFeature *features,
                                                   guint n_features) {
@@ -228,6 +345,8 @@ static inline void gst_csd_structure_set_features(GstStructure *structure, const
  * @features: (array): in ascending order of their ids, see gst_csd_structure_set_features()
  *
  * Writes all the fields of a track meta, with the schema #GST_CSD_META_SCHEMA.
+ *
+ * Since: 0.1
  */
 static inline void gst_csd_structure_set(GstStructure *structure, const GstCsdHeader *header,
                                          const GstCsdFeature *features) {
@@ -248,6 +367,8 @@ static inline void gst_csd_structure_set(GstStructure *structure, const GstCsdHe
  * Adds a meta. Existing ones stay.
  *
  * Returns: (transfer none) (nullable): the new meta, %NULL if the plugin isn't loaded
+ *
+ * Since: 0.1
  */
 static inline GstCustomMeta *gst_buffer_add_csd_tracks(GstBuffer *buffer, const gchar *name, const GstCsdHeader *header,
                                                        const GstCsdFeature *features) {

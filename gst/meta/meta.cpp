@@ -3,8 +3,12 @@
 
 #include <gst/video/video.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <iterator>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace csd {
@@ -18,10 +22,26 @@ static_assert(state_name(FeatureState::lost) == GST_CSD_STATE_LOST);
 static_assert(state_name(FeatureState::out) == GST_CSD_STATE_OUT);
 static_assert(state_name(FeatureState::ended) == GST_CSD_STATE_ENDED);
 
-/// How a pixel's coordinates scale with the picture: x' = (x + ½)·s − ½, because pixel centres are at integers.
-struct Scale {
-  double x, y;
-  static double apply(double centre, double scale) { return (centre + 0.5) * scale - 0.5; }
+/// Where a pixel of the input is in the output. The matrix is for points whose 0,0 is the picture's corner, as
+/// GStreamer's are; ours is half a pixel further in, because pixel centres are at integers: x' = (x + ½)·s − ½.
+struct Map {
+  double xx = 1, xy = 0, x0 = 0;
+  double yx = 0, yy = 1, y0 = 0;
+
+  static Map scale(double x, double y) { return {.xx = x, .yy = y}; }
+  void apply(double &x, double &y) const {
+    const double u = x + 0.5, v = y + 0.5;
+    x = xx * u + xy * v + x0 - 0.5;
+    y = yx * u + yy * v + y0 - 0.5;
+  }
+};
+
+/// A rectangle between corners.
+struct Area {
+  double left, top, right, bottom;
+  bool contains(double x, double y) const {
+    return x + 0.5 >= left && x + 0.5 < right && y + 0.5 >= top && y + 0.5 < bottom;
+  }
 };
 
 /// True if the whole input fills the whole output. If the display aspects differ, the scaler has either distorted the
@@ -38,17 +58,31 @@ bool fills(const GstVideoInfo &in, const GstVideoInfo &out) {
   return height <= out.height ? height == out.height : width == out.width;
 }
 
-/// A copy of the feature with its position scaled and all other fields kept.
-GstStructure *scaled_feature(const GstStructure *feature, const Scale &scale) {
+/// What can't be seen in the output isn't claimed there. Truths say `out`, too. Ended and lost features stay as they
+/// are.
+void leave(GstStructure *feature) {
+  const char *state = gst_structure_get_string(feature, "state");
+  if (!state || std::strcmp(state, GST_CSD_STATE_ENDED) == 0 || std::strcmp(state, GST_CSD_STATE_LOST) == 0) return;
+  GValue out = G_VALUE_INIT;
+  g_value_init(&out, G_TYPE_STRING);
+  g_value_set_interned_string(&out, g_intern_static_string(GST_CSD_STATE_OUT));
+  gst_structure_take_value(feature, "state", &out);
+  gst_structure_set(feature, "confidence", G_TYPE_DOUBLE, 0., nullptr);
+}
+
+/// A copy of the feature with its position mapped and all other fields kept, unless it leaves `visible`.
+GstStructure *mapped_feature(const GstStructure *feature, const Map &map, const Area *visible) {
   double x, y;
   GstStructure *copy = gst_structure_copy(feature);
-  if (gst_structure_get_double(copy, "x", &x) && gst_structure_get_double(copy, "y", &y))
-    gst_structure_set(copy, "x", G_TYPE_DOUBLE, Scale::apply(x, scale.x), "y", G_TYPE_DOUBLE, Scale::apply(y, scale.y),
-                      nullptr);
+  if (gst_structure_get_double(copy, "x", &x) && gst_structure_get_double(copy, "y", &y)) {
+    map.apply(x, y);
+    gst_structure_set(copy, "x", G_TYPE_DOUBLE, x, "y", G_TYPE_DOUBLE, y, nullptr);
+    if (visible && !visible->contains(x, y)) leave(copy);
+  }
   return copy;
 }
 
-void set_scaled_features(GstStructure *to, const GValue *from, const Scale &scale) {
+void set_mapped_features(GstStructure *to, const GValue *from, const Map &map, const Area *visible) {
   GValue array = G_VALUE_INIT;
   const unsigned n = gst_value_array_get_size(from);
   gst_value_array_init(&array, n);
@@ -57,7 +91,7 @@ void set_scaled_features(GstStructure *to, const GValue *from, const Scale &scal
     if (!GST_VALUE_HOLDS_STRUCTURE(feature)) continue;
     GValue value = G_VALUE_INIT;
     g_value_init(&value, GST_TYPE_STRUCTURE);
-    g_value_take_boxed(&value, scaled_feature(gst_value_get_structure(feature), scale));
+    g_value_take_boxed(&value, mapped_feature(gst_value_get_structure(feature), map, visible));
     gst_value_array_append_and_take_value(&array, &value);
   }
   gst_structure_take_value(to, "features", &array);
@@ -76,25 +110,80 @@ GstStructure *add_copy(GstBuffer *buffer, const GstMetaInfo *info, const GstStru
   return to;
 }
 
-gboolean copy_scaled(GstBuffer *to, const GstMetaInfo *info, const GstStructure *from, GstBuffer *buffer,
-                     const GstVideoMetaTransform &transform) {
-  const GstVideoInfo &in = *transform.in_info, &out = *transform.out_info;
+/// The features, if their positions refer to the whole of an input picture; else null.
+const GValue *features_in(const GstStructure *from, GstBuffer *buffer, const GstVideoInfo &in) {
   const GValue *features = gst_structure_get_value(from, "features");
   int width, height;
   if (!features || !GST_VALUE_HOLDS_ARRAY(features) || !gst_structure_get_int(from, "width", &width) ||
       !gst_structure_get_int(from, "height", &height))
-    return FALSE;
+    return nullptr;
   // x,y refer to a part that doesn't start where the scaler starts reading.
   const GstVideoCropMeta *crop = gst_buffer_get_video_crop_meta(buffer);
   const bool moved = crop && (crop->x != 0 || crop->y != 0);
-  if (moved || width != in.width || height != in.height || !fills(in, out)) return FALSE;
+  return moved || width != in.width || height != in.height ? nullptr : features;
+}
 
+/// `visible`: null if the whole of the input is in the output.
+gboolean copy_mapped(GstBuffer *to, const GstMetaInfo *info, const GstStructure *from, const GValue *features,
+                     const GstVideoInfo &out, const Map &map, const Area *visible) {
   GstStructure *copy = add_copy(to, info, from, false);
   if (!copy) return FALSE;
   gst_structure_set(copy, "width", G_TYPE_INT, out.width, "height", G_TYPE_INT, out.height, nullptr);
-  set_scaled_features(copy, features, {double(out.width) / in.width, double(out.height) / in.height});
+  set_mapped_features(copy, features, map, visible);
   return TRUE;
 }
+
+gboolean copy_scaled(GstBuffer *to, const GstMetaInfo *info, const GstStructure *from, GstBuffer *buffer,
+                     const GstVideoMetaTransform &transform) {
+  const GstVideoInfo &in = *transform.in_info, &out = *transform.out_info;
+  const GValue *features = features_in(from, buffer, in);
+  if (!features || !fills(in, out)) return FALSE;
+  const Map map = Map::scale(double(out.width) / in.width, double(out.height) / in.height);
+  return copy_mapped(to, info, from, features, out, map, nullptr);
+}
+
+#ifdef CSDTRACK_MATRIX
+/// The matrix maps within two rectangles; this maps the whole picture. Nothing for a perspective, whose scale differs
+/// from place to place.
+std::optional<Map> map_of(const GstVideoMetaTransformMatrix &transform) {
+  const auto &m = transform.matrix;
+  const GstVideoRectangle &from = transform.in_rectangle, &to = transform.out_rectangle;
+  const double w = m[2][2];
+  if (m[2][0] != 0 || m[2][1] != 0 || w == 0) return std::nullopt;
+  Map map{
+      .xx = m[0][0] / w, .xy = m[0][1] / w, .x0 = m[0][2] / w, .yx = m[1][0] / w, .yy = m[1][1] / w, .y0 = m[1][2] / w};
+  map.x0 += to.x - map.xx * from.x - map.xy * from.y;
+  map.y0 += to.y - map.yx * from.x - map.yy * from.y;
+  const double all[] = {map.xx, map.xy, map.x0, map.yx, map.yy, map.y0};
+  return std::all_of(std::begin(all), std::end(all), [](double d) { return std::isfinite(d); }) ? std::optional(map)
+                                                                                                : std::nullopt;
+}
+
+/// Whether circles stay circles on the display: `part` of the input is moved, scaled, turned or flipped, but not
+/// distorted. Less than a pixel in all comes from rounding its size.
+bool keeps_shapes(const Map &map, const GstVideoInfo &in, const GstVideoRectangle &part, const GstVideoInfo &out) {
+  if (in.par_n <= 0 || in.par_d <= 0 || out.par_n <= 0 || out.par_d <= 0) return false;
+  const double wide = double(in.par_n) / in.par_d, wide_out = double(out.par_n) / out.par_d;
+  // Where a step of one line's height goes to, along x and along y.
+  const double xx = wide_out * map.xx / wide, yx = map.yx / wide, xy = wide_out * map.xy, yy = map.yy;
+  const double x = std::hypot(xx, yx), y = std::hypot(xy, yy);
+  const double distortion = std::max(std::abs(x - y), std::abs(xx * xy + yx * yy) / std::max(x, y));
+  return x > 0 && y > 0 && distortion * std::max(part.w * wide, double(part.h)) < 1;
+}
+
+gboolean copy_by_matrix(GstBuffer *to, const GstMetaInfo *info, const GstStructure *from, GstBuffer *buffer,
+                        const GstVideoMetaTransformMatrix &transform) {
+  const GstVideoInfo &in = *transform.in_info, &out = *transform.out_info;
+  const GValue *features = features_in(from, buffer, in);
+  const auto map = map_of(transform);
+  if (!features || !map || !keeps_shapes(*map, in, transform.in_rectangle, out)) return FALSE;
+  const GstVideoRectangle &r = transform.out_rectangle;
+  // Beside the rectangle is a border, or another picture.
+  const Area visible{std::max(0., double(r.x)), std::max(0., double(r.y)),
+                     std::min(double(out.width), double(r.x) + r.w), std::min(double(out.height), double(r.y) + r.h)};
+  return copy_mapped(to, info, from, features, out, *map, &visible);
+}
+#endif
 
 /// Correct or absent: drops the meta unless the coordinates are known to stay right.
 gboolean transform_meta(GstBuffer *to, GstCustomMeta *meta, GstBuffer *buffer, GQuark type, gpointer data, gpointer) {
@@ -104,6 +193,10 @@ gboolean transform_meta(GstBuffer *to, GstCustomMeta *meta, GstBuffer *buffer, G
   if (GST_META_TRANSFORM_IS_COPY(type)) return add_copy(to, info, from, true) != nullptr;
   if (GST_VIDEO_META_TRANSFORM_IS_SCALE(type))
     return copy_scaled(to, info, from, buffer, *static_cast<const GstVideoMetaTransform *>(data));
+#ifdef CSDTRACK_MATRIX
+  if (GST_VIDEO_META_TRANSFORM_IS_MATRIX(type))
+    return copy_by_matrix(to, info, from, buffer, *static_cast<const GstVideoMetaTransformMatrix *>(data));
+#endif
   return FALSE;
 }
 
@@ -196,11 +289,8 @@ bool scale_tracks(Tracks &tracks, int width, int height) {
   out.width = width;
   out.height = height;
   if (!fills(in, out)) return false;
-  const Scale scale{double(width) / tracks.width, double(height) / tracks.height};
-  for (Feature &feature : tracks.features) {
-    feature.x = Scale::apply(feature.x, scale.x);
-    feature.y = Scale::apply(feature.y, scale.y);
-  }
+  const Map map = Map::scale(double(width) / tracks.width, double(height) / tracks.height);
+  for (Feature &feature : tracks.features) map.apply(feature.x, feature.y);
   tracks.width = width;
   tracks.height = height;
   return true;

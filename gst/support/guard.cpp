@@ -43,7 +43,7 @@ Text Guard::text(const Failure &failure) const noexcept {
   return {g_strdup_printf("%s: %s.%s%s", failed_, failure.reason.c_str(), *advice_ ? " " : "", advice_), g_free};
 }
 
-void Guard::post(gpointer element, const Failure &failure) const noexcept {
+void Guard::post(gpointer element, const Failure &failure, Place place) const noexcept {
   GQuark domain = failure.domain;
   int code = failure.code;
   if (domain == 0) {
@@ -53,12 +53,14 @@ void Guard::post(gpointer element, const Failure &failure) const noexcept {
                                  : static_cast<int>(GST_LIBRARY_ERROR_FAILED);
   }
   gst_element_message_full(GST_ELEMENT(element), GST_MESSAGE_ERROR, domain, code, text(failure).release(),
-                           failure.domain == 0 ? g_strdup(failure.detail.c_str()) : nullptr, __FILE__, GST_FUNCTION,
-                           __LINE__);
+                           failure.domain == 0 ? g_strdup(failure.detail.c_str()) : nullptr, place.file, place.function,
+                           place.line);
 }
 
-void Guard::log(gpointer element, const Failure &failure) const noexcept {
-  GST_CAT_ERROR_OBJECT(*category_, element, "%s", failure.detail.c_str());
+void Guard::log(gpointer element, const Failure &failure, Place place) const noexcept {
+  if (gst_debug_category_get_threshold(*category_) < GST_LEVEL_ERROR) return;
+  gst_debug_log(*category_, GST_LEVEL_ERROR, place.file, place.function, place.line, G_OBJECT(element), "%s",
+                failure.detail.c_str());
 }
 
 }  // namespace csd

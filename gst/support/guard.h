@@ -48,9 +48,21 @@ std::optional<Failure> guarded(Body &&body) noexcept {
   }
 }
 
+/// A place in the source code. As a default argument, `Place::here()` is the place of the call. (std::source_location
+/// does this, but clang 14 lacks it.)
+struct Place {
+  const char *file, *function;
+  int line;
+
+  static constexpr Place here(const char *file = __builtin_FILE(), const char *function = __builtin_FUNCTION(),
+                              int line = __builtin_LINE()) {
+    return {file, function, line};
+  }
+};
+
 using Text = std::unique_ptr<gchar, decltype(&g_free)>;
 
-/// How the elements run code that may throw, and report failures.
+/// How the elements run code that may throw, and report failures. Messages and logs name the place of the call.
 class Guard {
  public:
   /// `category`: the element's debug category variable. `memory`: the whole message when out of memory. `failed`:
@@ -60,21 +72,21 @@ class Guard {
 
   /// Runs `body`. After an exception posts an error on the bus and returns false.
   template <typename Body>
-  bool posted(gpointer element, Body &&body) const noexcept {
+  bool posted(gpointer element, Body &&body, Place place = Place::here()) const noexcept {
     const auto failure = guarded(std::forward<Body>(body));
-    if (failure) post(element, *failure);
+    if (failure) post(element, *failure, place);
     return !failure;
   }
   /// The same, but only logs the failure. For failures that nothing can be done about.
   template <typename Body>
-  bool logged(gpointer element, Body &&body) const noexcept {
+  bool logged(gpointer element, Body &&body, Place place = Place::here()) const noexcept {
     const auto failure = guarded(std::forward<Body>(body));
-    if (failure) log(element, *failure);
+    if (failure) log(element, *failure, place);
     return !failure;
   }
 
-  void post(gpointer element, const Failure &failure) const noexcept;
-  void log(gpointer element, const Failure &failure) const noexcept;
+  void post(gpointer element, const Failure &failure, Place place = Place::here()) const noexcept;
+  void log(gpointer element, const Failure &failure, Place place = Place::here()) const noexcept;
   /// For the user who runs the pipeline.
   Text text(const Failure &failure) const noexcept;
 

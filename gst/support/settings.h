@@ -4,43 +4,13 @@
 #include <gst/gst.h>
 
 #include <string>
+#include <vector>
 
 #include "support/enums.h"
+#include "support/property_table.h"
 #include "track/types.h"
 
 namespace csd {
-
-/// Ids of csdtrack's properties. Those up to `last_structural` shape the tracker: they take effect at READY→PAUSED and
-/// are read-only from PAUSED on; the others may change with every frame.
-enum Property : guint {
-  prop_0,
-  prop_algorithm,
-  prop_max_features,
-  prop_points,
-  prop_points_array,
-  prop_replenish,
-  prop_forget_after,
-  prop_region,
-  prop_region_array,
-  prop_content_area,
-  prop_patch_size,
-  prop_search_radius,
-  prop_training_time,
-  prop_learning,
-  prop_n_threads,
-  prop_frame_budget,
-  prop_seed,
-  prop_overlay,
-  prop_attach_meta,
-  prop_attach_roi,
-  prop_attach_analytics,  // only installed if built
-  prop_post_messages,
-  prop_message_interval,
-  prop_on_error,
-  prop_navigation,
-  prop_stats,
-  last_structural = prop_seed
-};
 
 /// Settings that may change with every frame; small, because they are copied once per frame.
 struct LiveSettings {
@@ -73,13 +43,10 @@ struct ElementSettings {
   LiveSettings live;
 };
 
-/// Installs every property of `Property`, with the ranges, units and flags that gst-inspect-1.0 shows.
-void install_properties(GObjectClass *klass);
-
-/// Returns false if `id` is not a writable property.
-bool set_property(ElementSettings &settings, guint id, const GValue &value);
-/// Returns false if `id` is not a property of these settings.
-bool get_property(const ElementSettings &settings, guint id, GValue &value);
+/// csdtrack's properties, with the ranges, units and flags that gst-inspect-1.0 shows. `overlay_changed` is called
+/// after each setting of `overlay`, and `stats` makes the value of `stats`, both without the object lock.
+std::vector<Property<ElementSettings>> track_properties(void (*overlay_changed)(gpointer object),
+                                                        void (*stats)(gpointer object, GValue *value));
 
 /// The core's settings. If a text property can't be parsed, `error` says why.
 Settings core_settings(const ElementSettings &settings, std::string &error);

@@ -2,8 +2,12 @@
 // A process may contain two C++ unwinders: libgcc_s, and libunwind, which GStreamer depends on and which exports
 // functions of the same names. Python's `gi` makes it global: if a program imports cv2, then gi, libstdc++ throws with
 // libgcc_s, but libraries loaded later resume with libunwind, at the first destructor on the way. The process aborts or
-// crashes (seen, Debian 12; Debian 13's GStreamer needs no libunwind). So this function resumes with the library that
-// threw. It is hidden: only the module it is linked into uses it.
+// crashes (seen, Debian 12). So this function resumes with the library that threw. It is hidden: only the module it is
+// linked into uses it.
+//
+// gst/meson.build compiles this file only where libgstreamer itself needs libunwind: Debian 12's (1.22) does, Debian
+// 13's (1.26) doesn't. The file goes, with all that says beside_libunwind or unwind_source, once meson.build asks for
+// GStreamer 1.26.
 //
 // Which one throws is decided when libstdc++ is loaded, not when we are linked. What else was tried, with cv2, gi and a
 // module of ours in every order (tests/python/imports_test.py):

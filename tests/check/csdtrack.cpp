@@ -139,6 +139,51 @@ GST_START_TEST(clicks_add_and_remove_points_if_enabled) {
 }
 GST_END_TEST
 
+GST_START_TEST(a_finger_adds_a_point_where_it_comes_down) {
+  GstHarness *h = harness("csdtrack algorithm=lk max-features=0 navigation=true");
+  int index = 0;
+  const auto next = [&] { return push(h, picture(320, 240, index++)).size(); };
+  const auto send = [h](GstEvent *event) { gst_harness_push_upstream_event(h, event); };
+  constexpr auto none = GST_NAVIGATION_MODIFIER_NONE;
+  next();
+  // A finger is moved, which is no second click. Some sinks know the pressure.
+  send(gst_navigation_event_new_touch_down(7, 100, 120, NAN, none));
+  send(gst_navigation_event_new_touch_frame(none));
+  send(gst_navigation_event_new_touch_motion(7, 180, 120, 0.5, none));
+  send(gst_navigation_event_new_touch_up(7, 180, 120, none));
+  fail_unless_equals_int(next(), 1);
+  // GTK says the same twice.
+  send(gst_navigation_event_new_touch_down(8, 200, 60, 0.5, none));
+  send(gst_navigation_event_new_mouse_button_press(1, 200, 60, none));
+  fail_unless_equals_int(next(), 2);
+  send(gst_navigation_event_new_mouse_button_release(1, 200, 60, none));
+  send(gst_navigation_event_new_touch_up(8, 200, 60, none));
+  // Two fingers, and a click elsewhere.
+  send(gst_navigation_event_new_touch_down(1, 40, 60, 0.5, none));
+  send(gst_navigation_event_new_touch_down(2, 40, 160, 0.5, none));
+  send(gst_navigation_event_new_touch_cancel(none));
+  fail_unless_equals_int(next(), 4);
+  send(gst_navigation_event_new_mouse_button_press(1, 280, 200, none));
+  fail_unless_equals_int(next(), 5);
+  // Only the first press at a finger's place is the finger's. The third button removes there.
+  send(gst_navigation_event_new_mouse_button_press(3, 40, 160, none));
+  next();
+  fail_unless_equals_int(next(), 4);
+  send(gst_navigation_event_new_mouse_button_press(1, 40, 160, none));
+  fail_unless_equals_int(next(), 4);
+  send(gst_navigation_event_new_mouse_button_press(1, 40, 160, none));
+  fail_unless_equals_int(next(), 5);
+  send(gst_navigation_event_new_touch_down(3, NAN, 60, 0.5, none));
+  fail_unless_equals_int(next(), 5);
+  GstElement *track = element(h);
+  g_object_set(track, "navigation", FALSE, nullptr);
+  gst_object_unref(track);
+  send(gst_navigation_event_new_touch_down(4, 140, 160, 0.5, none));
+  fail_unless_equals_int(next(), 5);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
 GST_START_TEST(no_frame_is_dropped_for_being_late) {
   GstHarness *h = harness("csdtrack algorithm=lk");
   gst_harness_push_upstream_event(h, gst_event_new_qos(GST_QOS_TYPE_UNDERFLOW, 2., GST_SECOND, GST_SECOND));
@@ -283,6 +328,7 @@ static Suite *csdtrack_suite() {
   tcase_add_test(tc, flush_size_and_stream_reset_tracks_but_framerate_does_not);
   tcase_add_test(tc, points_are_added_and_removed_during_playback);
   tcase_add_test(tc, clicks_add_and_remove_points_if_enabled);
+  tcase_add_test(tc, a_finger_adds_a_point_where_it_comes_down);
   tcase_add_test(tc, no_frame_is_dropped_for_being_late);
   tcase_add_test(tc, features_wait_past_the_budget_and_are_marked);
   tcase_add_test(tc, a_segment_in_bytes_is_accepted);

@@ -154,7 +154,9 @@ GST_START_TEST(an_exception_is_an_element_error) {
     GstMessage *message = gst_bus_pop_filtered(b.bus, GST_MESSAGE_ERROR);
     fail_unless(message != nullptr);
     GError *error = nullptr;
-    gst_message_parse_error(message, &error, nullptr);
+    g_autofree gchar *debug = nullptr;
+    gst_message_parse_error(message, &error, &debug);
+    fail_unless(std::strstr(debug, "csdtrack.cpp(") != nullptr, "the error names another place: %s", debug);
     // The text says what to change.
     fail_unless(std::strstr(error->message, t == Trouble::memory ? "max-features" : "on-error=pass") != nullptr);
     const bool memory = t == Trouble::memory;

@@ -45,6 +45,45 @@ std::string pair_after(const char *property, const char *text, const char *array
   return both;
 }
 
+/// Another value of that type than `value`; false for a type that is not known here.
+bool another(GValue &value) {
+  if (G_VALUE_HOLDS_ENUM(&value))
+    g_value_set_enum(&value, g_value_get_enum(&value) == 0 ? 1 : 0);
+  else if (G_VALUE_HOLDS_BOOLEAN(&value))
+    g_value_set_boolean(&value, !g_value_get_boolean(&value));
+  else if (G_VALUE_HOLDS_UINT(&value))
+    g_value_set_uint(&value, g_value_get_uint(&value) + 1);
+  else if (G_VALUE_HOLDS_UINT64(&value))
+    g_value_set_uint64(&value, g_value_get_uint64(&value) + 1);
+  else if (G_VALUE_HOLDS_STRING(&value))
+    g_value_set_string(&value, std::strcmp(g_value_get_string(&value), "1,2") == 0 ? "3,4" : "1,2");
+  else
+    return false;
+  return true;
+}
+
+/// Sets another value. Returns whether the property then has it; if not, it must have its old one.
+bool can_be_set(GstElement *track, const GParamSpec *spec) {
+  GValue old = G_VALUE_INIT, set = G_VALUE_INIT, now = G_VALUE_INIT;
+  for (GValue *value : {&old, &set, &now}) {
+    g_value_init(value, spec->value_type);
+    if (value == &now) g_object_set_property(G_OBJECT(track), spec->name, &set);
+    g_object_get_property(G_OBJECT(track), spec->name, value);
+    if (value == &set) fail_unless(another(set));
+  }
+  const bool taken = gst_value_compare(&now, &set) == GST_VALUE_EQUAL;
+  fail_unless(taken || gst_value_compare(&now, &old) == GST_VALUE_EQUAL, "%s has a third value", spec->name);
+  for (GValue *value : {&old, &set, &now}) g_value_unset(value);
+  return taken;
+}
+
+void count_refusals(GstDebugCategory *category, GstDebugLevel level, const gchar *, const gchar *, gint, GObject *,
+                    GstDebugMessage *message, gpointer refusals) {
+  *static_cast<int *>(refusals) += level == GST_LEVEL_WARNING &&
+                                   std::strcmp(gst_debug_category_get_name(category), "csdtrack") == 0 &&
+                                   std::strstr(gst_debug_message_get(message), "NULL and READY only") != nullptr;
+}
+
 }  // namespace
 
 GST_START_TEST(properties_have_their_documented_defaults) {
@@ -191,6 +230,38 @@ GST_START_TEST(a_region_set_in_ready_is_checked_at_paused) {
 }
 GST_END_TEST
 
+GST_START_TEST(each_property_reads_as_set_and_structural_ones_not_after_ready) {
+  GstElement *track = gst_element_factory_make("csdtrack", nullptr);
+  int refusals = 0, structural = 0, live = 0;
+  gst_debug_set_threshold_for_name("csdtrack", GST_LEVEL_WARNING);
+  (gst_debug_add_log_function)(count_refusals, &refusals, nullptr);
+  guint n = 0;
+  GParamSpec **specs = g_object_class_list_properties(G_OBJECT_GET_CLASS(track), &n);
+  for (const bool running : {false, true}) {
+    if (running) {
+      g_object_set(track, "points", "", "region", "", nullptr);
+      fail_unless_equals_int(gst_element_set_state(track, GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
+    }
+    for (guint i = 0; i < n; ++i) {
+      const GParamSpec *spec = specs[i];
+      if (spec->owner_type != G_OBJECT_TYPE(track) || spec->value_type == GST_TYPE_ARRAY ||
+          !(spec->flags & G_PARAM_WRITABLE))
+        continue;
+      const bool ready_only = spec->flags & GST_PARAM_MUTABLE_READY;
+      (ready_only ? structural : live) += running;
+      fail_unless(can_be_set(track, spec) == !(running && ready_only), "%s, %s", spec->name,
+                  running ? "in PAUSED" : "in NULL");
+    }
+  }
+  fail_unless(structural == 14 && live >= 7, "%d structural properties, %d others", structural, live);
+  fail_unless_equals_int(refusals, structural);
+  (gst_debug_remove_log_function)(count_refusals);
+  g_free(specs);
+  gst_element_set_state(track, GST_STATE_NULL);
+  gst_object_unref(track);
+}
+GST_END_TEST
+
 static Suite *csdtrack_properties_suite() {
   Suite *suite = suite_create("csdtrack_properties");
   TCase *tc = tcase_create("properties");
@@ -200,6 +271,7 @@ static Suite *csdtrack_properties_suite() {
   tcase_add_test(tc, points_and_region_also_exist_as_arrays);
   tcase_add_test(tc, an_array_of_another_shape_is_an_error);
   tcase_add_test(tc, a_region_set_in_ready_is_checked_at_paused);
+  tcase_add_test(tc, each_property_reads_as_set_and_structural_ones_not_after_ready);
   return suite;
 }
 

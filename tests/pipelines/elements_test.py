@@ -303,6 +303,19 @@ class SectionBlocks(harness.Case):
                 self.assertRegex(text, r"(?m)^ +\*\n +\* [A-Z]\w* ")
                 self.assertRegex(text, r"(?m)^ +\* Since: \d+\.\d+$")
 
+    def test_all_that_the_c_header_declares_has_a_block(self):
+        header = (SOURCE / "gst" / "meta" / "csdtrackmeta.h").read_text(encoding="utf-8")
+        declared = re.findall(r"^(?:#define (\w+)[( ]|static inline .*?(\w+)\(|\} (\w+);)", header,
+                              flags=re.MULTILINE)
+        declared = ["".join(names) for names in declared]
+        self.assertGreater(len(declared), 15)
+        blocks = dict(re.findall(r"^/\*\*\n \* (\w+):\n(.*?)\*/", header,
+                                 flags=re.DOTALL | re.MULTILINE))
+        self.assertEqual(sorted(blocks), sorted(declared))
+        for name, text in blocks.items():
+            with self.subTest(name):
+                self.assertRegex(text, r"(?m)^ \* Since: \d+\.\d+$")
+
     def elements(self):
         return [factory.create()
                 for factory in Gst.Registry.get().get_feature_list_by_plugin("csdtrack")]

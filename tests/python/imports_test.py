@@ -57,6 +57,20 @@ class Imports(unittest.TestCase):
     def test_exceptions_of_opencv_of_the_library_and_out_of_memory(self):
         self.check_every_order(["throws", "cv2", "gi"], THROWN)
 
+    def test_the_plugin_has_its_own_resume_only_where_gstreamer_needs_libunwind(self):
+        plugin = str(pathlib.Path(os.environ["GST_PLUGIN_PATH_1_0"]) / "libgstcsdtrack.so")
+        program = IMPORTS["gi"] + "\nprint(open('/proc/self/maps').read())"
+        maps = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True,
+                              check=True, timeout=120).stdout
+        core = next(line.split()[-1] for line in maps.splitlines() if "/libgstreamer-1.0" in line)
+
+        def read(*arguments):
+            return subprocess.run(["readelf", "-W", *arguments], capture_output=True, text=True,
+                                  check=True).stdout
+        imported = [line for line in read("--dyn-syms", plugin).splitlines()
+                    if "UND _Unwind_Resume" in line]
+        self.assertEqual(not imported, "libunwind" in read("-d", core))
+
 
 if __name__ == "__main__":
     unittest.main(verbosity=2)
