@@ -41,7 +41,6 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "caps/frame_mapping.h"
 #include "caps/frame_time.h"
@@ -50,25 +49,16 @@
 #include "record/attach_line.h"
 #include "record/frame_lines.h"
 #include "record/track_file.h"
+#include "support/dec_properties.h"
 #include "support/guard.h"
 #include "support/lock.h"
 #include "support/patience.h"
-#include "support/property_table.h"
 #include "support/wake.h"
 
 GST_DEBUG_CATEGORY_STATIC(gst_csd_track_dec_debug);
 #define GST_CAT_DEFAULT gst_csd_track_dec_debug
 
 namespace {
-
-constexpr gint64 max_offset = 1000000000 * gint64{GST_SECOND};  // 31 years, so sums don't overflow
-
-struct Values {
-  std::string location;
-  GstCsdTrackOverlay overlay = GST_CSD_TRACK_OVERLAY_NONE;
-  GstClockTime max_wait = 5 * GST_SECOND;
-  std::int64_t ts_offset = 0;
-};
 
 /// The video's stream, from READY to READY. Only the element's own thread uses it, or nothing flows.
 struct Video {
@@ -96,7 +86,7 @@ struct GstCsdTrackDecState {
         base_chain(GST_PAD_CHAINFUNC(sink)) {}
 
   // Guarded by the object lock, held only for a copy.
-  Values values;
+  csd::DecValues values;
   bool running = false;  ///< since READY→PAUSED; location is then read-only
 
   csd::Overlay overlay;    ///< documents which thread may call what
@@ -136,7 +126,7 @@ struct Unref {
 };
 using PadPtr = std::unique_ptr<GstAggregatorPad, Unref>;
 
-Values values_of(GstCsdTrackDec *self) {
+csd::DecValues values_of(GstCsdTrackDec *self) {
   const csd::ObjectLock lock(self);
   return self->state->values;
 }
@@ -595,70 +585,7 @@ GstStateChangeReturn gst_csd_track_dec_change_state(GstElement *element, GstStat
 
 // ---- Properties ----------------------------------------------------------------------------------------------------
 
-std::vector<csd::Property<Values>> properties() {
-  constexpr auto flags = static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS);
-  constexpr auto ready = static_cast<GParamFlags>(flags | GST_PARAM_MUTABLE_READY);
-  constexpr auto playing = static_cast<GParamFlags>(flags | GST_PARAM_MUTABLE_PLAYING);
-  return {
-      /**
-       * GstCsdTrackDec:location:
-       *
-       * A file of JSON lines (.jsonl) that csdtrackenc wrote. It is read along with the frames and follows seeks. It
-       * belongs to the first stream that comes: another one, as in a playlist, gets no tracks, and one WARNING says so.
-       * Data on the pad `text` is then ignored.
-       *
-       * Since: 0.1
-       */
-      {g_param_spec_string("location", "Location",
-                           "File of JSON lines from csdtrackenc (empty = lines arrive on the pad text)", "", ready),
-       [](const Values &values, GValue *value) { g_value_set_string(value, values.location.c_str()); },
-       [](Values &values, const GValue *value) {
-         const gchar *text = g_value_get_string(value);
-         values.location = text ? text : "";
-       }},
-      /**
-       * GstCsdTrackDec:overlay:
-       *
-       * How tracks are shown: drawn into the pixels, or as a #GstVideoOverlayComposition beside them. If downstream
-       * can't show the latter, the element posts one WARNING and leaves the pixels as they are.
-       *
-       * Since: 0.1
-       */
-      {csd::Overlay::param_spec(), [](const Values &values, GValue *value) { g_value_set_enum(value, values.overlay); },
-       [](Values &values, const GValue *value) {
-         values.overlay = static_cast<GstCsdTrackOverlay>(g_value_get_enum(value));
-       }},
-      /**
-       * GstCsdTrackDec:max-wait:
-       *
-       * A frame waits until the pad `text` has brought its line, a later one, a GAP or EOS. After this time it goes on
-       * without tracks, the element posts one WARNING, and no frame waits until text is in time again. Live, every
-       * frame waits, but no longer than the latency in the answer to the LATENCY query.
-       *
-       * Since: 0.1
-       */
-      {g_param_spec_uint64("max-wait", "Maximum wait",
-                           "How many nanoseconds a frame waits for its line from the pad text before it goes on "
-                           "without (0 = it never waits)",
-                           0, G_MAXINT64, Values().max_wait, playing),
-       [](const Values &values, GValue *value) { g_value_set_uint64(value, values.max_wait); },
-       [](Values &values, const GValue *value) { values.max_wait = g_value_get_uint64(value); }},
-      /**
-       * GstCsdTrackDec:ts-offset:
-       *
-       * Added to the time of each line. Use it when a part of a recording plays on its own from 0, while its lines have
-       * the time of the whole: set it to minus the time at which the part begins.
-       *
-       * Since: 0.1
-       */
-      {g_param_spec_int64("ts-offset", "Timestamp offset", "Nanoseconds to add to the time of each line", -max_offset,
-                          max_offset, 0, playing),
-       [](const Values &values, GValue *value) { g_value_set_int64(value, values.ts_offset); },
-       [](Values &values, const GValue *value) { values.ts_offset = g_value_get_int64(value); }},
-  };
-}
-
-const csd::PropertyTable<Values> *table = nullptr;  // set once, in class_init
+const csd::PropertyTable<csd::DecValues> *table = nullptr;  // set once, in class_init
 
 void gst_csd_track_dec_set_property(GObject *object, guint id, const GValue *value, GParamSpec *) {
   auto &state = *GST_CSD_TRACK_DEC(object)->state;
@@ -702,7 +629,7 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
   object_class->set_property = gst_csd_track_dec_set_property;
   object_class->get_property = gst_csd_track_dec_get_property;
   object_class->finalize = gst_csd_track_dec_finalize;
-  static const csd::PropertyTable<Values> properties_table(object_class, properties());
+  static const csd::PropertyTable<csd::DecValues> properties_table(object_class, csd::dec_properties());
   table = &properties_table;
 
   gst_element_class_set_static_metadata(element_class, "Track decoder", "Filter/Metadata/Video",
