@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <tuple>
+#include <utility>
 
 #include "text/feature_state.h"
 
@@ -118,6 +120,22 @@ bool is_truth(std::string_view role) {
   return role == "truth";
 }
 
+/// Two whole numbers above 0; zeros if null or missing.
+std::pair<int, int> aspect_of(const Member &member) {
+  if (!member.value) return {0, 0};
+  const simdjson::dom::array array = member.array();
+  std::array<std::int64_t, 2> numbers{};
+  std::size_t count = 0;
+  for (const element value : array) {
+    if (count == 2 || value.get(numbers[count]) != simdjson::SUCCESS || numbers[count] < 1 ||
+        numbers[count] > max_pixels)
+      refuse(member.name, "is no pair of whole numbers from 1 to " + std::to_string(max_pixels));
+    ++count;
+  }
+  if (count != 2) refuse(member.name, "is no pair of whole numbers from 1 to " + std::to_string(max_pixels));
+  return {static_cast<int>(numbers[0]), static_cast<int>(numbers[1])};
+}
+
 std::vector<Feature> features_of(const simdjson::dom::array &array, bool truth) {
   std::vector<Feature> features;
   features.reserve(std::min(array.size(), max_line_features));
@@ -158,8 +176,10 @@ TrackLine read_track_line(JsonText &json, std::string_view text) {
   simdjson::dom::object object;
   if (parsed(json, text).get(object) != simdjson::SUCCESS) throw LineError("is no JSON object");
   Member schema{"schema"}, source{"source"}, role{"role"}, algorithm{"algorithm"}, frame{"frame"}, pts{"pts"};
-  Member duration{"duration"}, stream_time{"stream_time"}, width{"width"}, height{"height"}, features{"features"};
-  find(object, schema, source, role, algorithm, frame, pts, duration, stream_time, width, height, features);
+  Member duration{"duration"}, stream_time{"stream_time"}, width{"width"}, height{"height"};
+  Member pixel_aspect{"pixel_aspect"}, features{"features"};
+  find(object, schema, source, role, algorithm, frame, pts, duration, stream_time, width, height, pixel_aspect,
+       features);
   const auto version = schema.whole();
   if (version != 1)
     throw LineError(version ? "schema " + std::to_string(*version) + " is not known (1 is)" : "has no `schema`");
@@ -169,6 +189,7 @@ TrackLine read_track_line(JsonText &json, std::string_view text) {
   line.algorithm = algorithm.word();
   line.tracks.width = static_cast<int>(width.whole(max_pixels).value_or(0));
   line.tracks.height = static_cast<int>(height.whole(max_pixels).value_or(0));
+  std::tie(line.pixel_aspect_n, line.pixel_aspect_d) = aspect_of(pixel_aspect);
   const auto number = frame.whole();
   line.numbered = number.has_value();
   if (line.numbered && (line.tracks.width < 1 || line.tracks.height < 1))

@@ -45,6 +45,8 @@ struct TrackLine {
   /// Nanoseconds; no_time if null or missing.
   std::int64_t pts = no_time, duration = no_time, stream_time = no_time;
   Tracks tracks;  ///< width and height may be 0 if not numbered
+  /// The shape of the picture's pixels, width to height: 16:11 in widescreen PAL. 0 if the line doesn't say.
+  int pixel_aspect_n = 0, pixel_aspect_d = 0;
 };
 
 /// Reads a line, processed by line_text(), of at most max_line_bytes. Skips unknown fields. Throws LineError for any

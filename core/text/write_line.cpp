@@ -117,6 +117,13 @@ JsonLine::JsonLine(std::string &out, const LineHead &head) : out_(out) {
   append_size(out, head.width);
   out += ",\"height\":";
   append_size(out, head.height);
+  if (head.pixel_aspect_n > 0 && head.pixel_aspect_d > 0) {
+    out += ",\"pixel_aspect\":[";
+    append_integer(out, head.pixel_aspect_n);
+    out += ',';
+    append_integer(out, head.pixel_aspect_d);
+    out += ']';
+  }
   out += ",\"features\":[";
 }
 

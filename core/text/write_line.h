@@ -24,6 +24,7 @@ struct LineHead {
   std::optional<std::string_view> reference_caps;                         ///< none: the frame has no reference
   std::optional<std::uint64_t> reference_time;                            ///< ns
   int width = 0, height = 0;                                              ///< 0: unknown
+  int pixel_aspect_n = 0, pixel_aspect_d = 0;  ///< the shape of the picture's pixels, width to height; 0: unknown
 };
 
 struct LineFeature {

@@ -67,6 +67,7 @@ bool read_caps(GstCaps *caps, GstVideoInfo &info) {
     return false;
   gst_video_info_set_format(&info, GST_VIDEO_FORMAT_ENCODED, static_cast<guint>(width), static_cast<guint>(height));
   gst_structure_get_fraction(structure, "framerate", &info.fps_n, &info.fps_d);
+  gst_structure_get_fraction(structure, "pixel-aspect-ratio", &info.par_n, &info.par_d);
   return true;
 }
 

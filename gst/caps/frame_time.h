@@ -10,23 +10,34 @@
 
 namespace csd {
 
-/// The stream time of `time`, possibly before `segment`, in ns; nothing if unknown or over max_time.
+/// The running or stream time of `time` in ns; negative before the segment's start. Nothing if unknown, or if its
+/// amount is over max_time.
+std::optional<std::int64_t> running_time(const GstSegment &segment, GstClockTime time);
 std::optional<std::int64_t> stream_time(const GstSegment &segment, GstClockTime time);
 
-/// The stream time, at most max_time, up to which a GAP event announces no data: its end, or its start if it has no
-/// duration. Nothing if unknown.
-std::optional<std::int64_t> gap_end(const GstSegment &segment, GstEvent *gap);
+/// When a frame is, in ns of running time or of stream time.
+struct FrameMoment {
+  std::int64_t time;         ///< negative before the segment's start
+  std::int64_t clipped = 0;  ///< how much of the frame, before `time`, its segment has cut off
+  std::int64_t reach;        ///< half the frame's duration; 20 ms if unknown
 
-struct FrameTime {
-  std::optional<std::int64_t> time;  ///< stream time
-  std::int64_t reach;                ///< half the frame's duration; 20 ms if unknown
+  /// How far away `other` is; 0 within the part that was cut off.
+  std::int64_t distance(std::int64_t other) const;
 };
+
+/// The times of a raw video frame; nothing where unknown.
+struct FrameMoments {
+  std::optional<FrameMoment> running, stream;
+};
+
+/// After a seek into the middle of a frame, or at the start of an edit list, decoders clip the frame's part before the
+/// segment. Its end and the framerate then tell its start.
+FrameMoments frame_moments(const GstSegment &segment, const GstVideoInfo &info, GstBuffer *buffer);
+
+/// The times at which a GAP event begins.
+FrameMoments gap_moments(const GstSegment &segment, GstEvent *gap);
 
 /// Updates the controlled properties of a GstObject to the stream time of a buffer in `segment`.
 void sync_properties(gpointer object, const GstSegment &segment, GstBuffer *buffer);
-
-/// The time of a raw video frame. After a seek into the middle of a frame, decoders clip its part before the segment;
-/// its end and the framerate then give its start.
-FrameTime frame_time(const GstSegment &segment, const GstVideoInfo &info, GstBuffer *buffer);
 
 }  // namespace csd

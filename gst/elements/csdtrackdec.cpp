@@ -9,9 +9,12 @@
  * With #GstCsdTrackDec:overlay it also shows the tracks. Use it to review a recording without tracking it again.
  *
  * The lines come from a file, #GstCsdTrackDec:location, or from the request pad `text`: JSON lines as a byte stream, a
- * recording's text track, or KLV, as from MPEG-TS and RTP. A frame gets the line nearest in stream time, at most half a
- * frame away. Positions are scaled from the line's picture to the frame's. Live, the latency covers both pads, and no
- * frame waits longer for its line.
+ * recording's text track, or KLV, as from MPEG-TS and RTP. A line that came in a buffer with a timestamp belongs to
+ * that running time, as a subtitle does; a line of a file, or of a byte stream without timestamps, to its own stream
+ * time. A frame gets the nearest line, at most half a frame away. Positions are scaled from the line's picture to the
+ * frame's. Live, the latency covers both pads, and no frame waits longer for its line.
+ *
+ * The element is a #GstAggregator: it pushes frames from a thread of its own.
  *
  * Unless #GstCsdTrackDec:overlay=draw, the element maps no pixels, so they may be in any memory.
  *
@@ -32,9 +35,9 @@
  */
 #include "elements/csdtrackdec.h"
 
-#include <algorithm>
 #include <atomic>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -43,536 +46,566 @@
 #include "caps/frame_time.h"
 #include "meta/meta.h"
 #include "overlay/overlay.h"
-#include "record/frame_events.h"
-#include "record/frame_limit.h"
-#include "record/text_lines.h"
+#include "record/attach_line.h"
+#include "record/frame_lines.h"
 #include "record/track_file.h"
-#include "record/track_queue.h"
-#include "record/upstream_latency.h"
+#include "support/dec_properties.h"
 #include "support/guard.h"
 #include "support/lock.h"
+#include "support/patience.h"
+#include "support/wake.h"
 
 GST_DEBUG_CATEGORY_STATIC(gst_csd_track_dec_debug);
 #define GST_CAT_DEFAULT gst_csd_track_dec_debug
 
 namespace {
 
-constexpr GstClockTime default_max_wait = 5 * GST_SECOND;
-
-constexpr gint64 max_offset = 1000000000 * gint64{GST_SECOND};  // 31 years, so sums don't overflow
-
-enum Property : guint { prop_0, prop_location, prop_overlay, prop_max_wait, prop_ts_offset, prop_min_upstream_latency };
-
-/// Copied once per frame.
-struct LiveSettings {
-  GstCsdTrackOverlay overlay = GST_CSD_TRACK_OVERLAY_NONE;
-  GstClockTime max_wait = default_max_wait;
-  std::int64_t ts_offset = 0;
-};
-
-/// State of the video's streaming thread, from READY to READY.
+/// The video's stream, from READY to READY. Only the element's own thread uses it, or nothing flows.
 struct Video {
-  bool warned_aspect = false, warned_late = false, warned_nothing = false;
+  GstVideoInfo info;
+  GstCaps *caps = nullptr;  ///< null until they come
+  GstEvent *stream_start = nullptr;
+  bool negotiated = false;
+  csd::FrameMoments head;     ///< of the frame at the head of the queue
+  std::uint64_t overdue = 0;  ///< this frame has waited for max-wait
+  bool warned_aspect = false;
+
+  Video() { gst_video_info_init(&info); }
 };
 
-/// State of the text's streaming thread, from READY to READY.
-struct Text {
-  csd::TextLines lines;
-  bool flowing = false, refused = false, warned_unread = false, warned_torn = false, warned_others = false;
-};
-
-}  // namespace
-
-/// The C++ members, with destructors.
-struct GstCsdTrackDecState {
-  explicit GstCsdTrackDecState(GstBaseTransform *element)
-      : overlay(GST_ELEMENT(element), element->sinkpad, element->srcpad) {}
-
-  // Guarded by the object lock, held only for a copy.
-  std::string location;
-  LiveSettings live;
-  bool running = false;  ///< since READY→PAUSED; location is then read-only
-
-  csd::Overlay overlay;          ///< documents which thread may call what
-  csd::TrackQueue queue;         ///< thread-safe
-  csd::UpstreamLatency latency;  ///< thread-safe
-
-  std::unique_ptr<csd::TrackFile> file;  ///< video thread only; created and destroyed in state changes only
-  Video video;
-  Text text;
-  std::atomic<bool> playing = false;
-  std::atomic<bool> text_unlinked = false;  ///< relinking the same pads brings no STREAM_START
-};
-
-struct _GstCsdTrackDec {
-  GstVideoFilter parent;
-  GstCsdTrackDecState *state;
-};
-
-G_DEFINE_TYPE_WITH_CODE(GstCsdTrackDec, gst_csd_track_dec, GST_TYPE_VIDEO_FILTER,
-                        GST_DEBUG_CATEGORY_INIT(gst_csd_track_dec_debug, "csdtrackdec", 0, "recorded tracks"))
-GST_ELEMENT_REGISTER_DEFINE_WITH_CODE(csdtrackdec, "csdtrackdec", GST_RANK_NONE, GST_TYPE_CSD_TRACK_DEC,
-                                      csd::register_track_metas())
-
-static GstStaticPadTemplate text_template =
-    GST_STATIC_PAD_TEMPLATE("text", GST_PAD_SINK, GST_PAD_REQUEST,
-                            GST_STATIC_CAPS("application/x-ndjson; text/x-raw, format=(string){ utf8, pango-markup }; "
-                                            "meta/x-klv"));
-
-namespace {
-
-LiveSettings live_settings(GstCsdTrackDec *self) {
-  const csd::ObjectLock lock(self);
-  return self->state->live;
-}
+void on_impatience(GstElement *element, std::uint64_t frame);
 
 const csd::Guard guard(gst_csd_track_dec_debug,
                        "Out of memory for recorded tracks. Use overlay=none, or smaller pictures.",
                        "Recorded tracks could not be put on a frame", "Use overlay=none, or smaller pictures.");
 
+}  // namespace
+
+/// The C++ members, with destructors.
+struct GstCsdTrackDecState {
+  GstCsdTrackDecState(GstElement *element, GstPad *sink)
+      : overlay(element, sink, GST_AGGREGATOR_SRC_PAD(element)),
+        patience(element, on_impatience),
+        lines(element, guard),
+        base_chain(GST_PAD_CHAINFUNC(sink)) {}
+
+  // Guarded by the object lock, held only for a copy.
+  csd::DecValues values;
+  bool running = false;  ///< since READY→PAUSED; location is then read-only
+
+  csd::Overlay overlay;    ///< documents which thread may call what
+  csd::Patience patience;  ///< thread-safe
+  csd::FrameLines lines;   ///< documents which thread may call what
+  Video video;
+  const GstPadChainFunction base_chain;  ///< of the base class's pads
+
+  std::mutex frame_mutex;                ///< held while a frame is handled and pushed; a flush ends only in between
+  std::atomic<std::uint64_t> frame = 1;  ///< number of the frame that is handled next
+  /// What downstream said of the last frame. The base class would stop for good if it heard of it.
+  std::atomic<GstFlowReturn> flow = GST_FLOW_OK;
+  std::atomic<bool> video_ended = false;   ///< by EOS: the text flows on, unread
+  std::atomic<bool> seeking = false;       ///< a flushing seek is under way: frames wait for both pads' flush
+  std::atomic<bool> text_flushed = false;  ///< since the seek began
+  std::atomic<bool> events_due = false;    ///< some may have been lost in a flush
+};
+
+struct _GstCsdTrackDec {
+  GstAggregator parent;
+  GstCsdTrackDecState *state;
+};
+
+G_DEFINE_TYPE_WITH_CODE(GstCsdTrackDec, gst_csd_track_dec, GST_TYPE_AGGREGATOR,
+                        GST_DEBUG_CATEGORY_INIT(gst_csd_track_dec_debug, "csdtrackdec", 0, "recorded tracks"))
+GST_ELEMENT_REGISTER_DEFINE_WITH_CODE(csdtrackdec, "csdtrackdec", GST_RANK_NONE, GST_TYPE_CSD_TRACK_DEC,
+                                      csd::register_track_metas())
+
+namespace {
+
+struct Unref {
+  void operator()(gpointer object) const { gst_object_unref(object); }
+};
+using PadPtr = std::unique_ptr<GstAggregatorPad, Unref>;
+
+csd::DecValues values_of(GstCsdTrackDec *self) {
+  const csd::ObjectLock lock(self);
+  return self->state->values;
+}
+
+PadPtr pad_named(GstCsdTrackDec *self, const char *name) {
+  GstPad *pad = gst_element_get_static_pad(GST_ELEMENT(self), name);
+  return PadPtr(pad ? GST_AGGREGATOR_PAD(pad) : nullptr);
+}
+
+bool is_text(GstAggregatorPad *pad) {
+  return GST_PAD_TEMPLATE_PRESENCE(GST_PAD_PAD_TEMPLATE(pad)) == GST_PAD_REQUEST;
+}
+
+// ---- How long a frame waits ----------------------------------------------------------------------------------------
+//
+// The base class calls aggregate() once each pad has a buffer, or has ended; live, at the latest when the frame is due.
+// Not live, it would wait for ever, and so it would for a pad that isn't linked: then a wake lets the frame go on.
+
+/// Lets `frame` go on, or, for 0, only makes the element's thread look again. Never blocks.
+void wake(GstCsdTrackDec *self, std::uint64_t frame) {
+  if (const PadPtr text = pad_named(self, "text")) csd::queue_wake(GST_AGGREGATOR(self), text.get(), frame);
+}
+
+void on_impatience(GstElement *element, std::uint64_t frame) {
+  auto *self = GST_CSD_TRACK_DEC(element);
+  if (frame == self->state->frame) wake(self, frame);
+}
+
+csd::FrameMoments shifted(csd::FrameMoments times, std::int64_t offset) {
+  for (auto *moment : {&times.running, &times.stream})
+    if (*moment) (*moment)->time -= offset;
+  return times;
+}
+
+/// Called when a buffer comes to the head of its pad's queue.
+GstBuffer *gst_csd_track_dec_clip(GstAggregator *aggregator, GstAggregatorPad *pad, GstBuffer *buffer) {
+  auto *self = GST_CSD_TRACK_DEC(aggregator);
+  if (is_text(pad)) return buffer;
+  auto &state = *self->state;
+  state.video.head = shifted(csd::frame_moments(pad->segment, state.video.info, buffer), values_of(self).ts_offset);
+  return buffer;
+}
+
+/// When the next frame is due, without the latency. Called with the base class's lock held, whenever it is about to
+/// wait.
+GstClockTime gst_csd_track_dec_get_next_time(GstAggregator *aggregator) {
+  auto *self = GST_CSD_TRACK_DEC(aggregator);
+  auto &state = *self->state;
+  const PadPtr video = pad_named(self, "sink"), text = pad_named(self, "text");
+  if (!gst_aggregator_pad_has_buffer(video.get())) return GST_CLOCK_TIME_NONE;
+  if (text)
+    guard.logged(self, [&] {
+      state.lines.frame(state.video.head);
+      state.patience.begin(state.frame, state.lines.need_not_wait() ? 0 : values_of(self).max_wait);
+    });
+  const auto &running = state.video.head.running;
+  return running && running->time >= 0 ? static_cast<GstClockTime>(running->time) : GST_CLOCK_TIME_NONE;
+}
+
 // ---- A frame -------------------------------------------------------------------------------------------------------
-
-using PadPtr = std::unique_ptr<GstPad, decltype(&gst_object_unref)>;
-
-/// The pad `text`, if it exists and is in use.
-PadPtr text_pad(GstCsdTrackDec *self) {
-  bool read = false;
-  {
-    const csd::ObjectLock lock(self);
-    read = self->state->location.empty();
-  }
-  return {read ? gst_element_get_static_pad(GST_ELEMENT(self), "text") : nullptr, gst_object_unref};
-}
-
-void warn_late_once(GstCsdTrackDec *self, GstClockTime limit, bool is_latency) {
-  if ((limit == 0 && !is_latency) || std::exchange(self->state->video.warned_late, true)) return;
-  GST_ELEMENT_WARNING(
-      self, STREAM, FAILED,
-      ("Frames pass without tracks: no text has come within %" G_GUINT64_FORMAT
-       " ms%s. Put a queue before each pad of csdtrackdec, or set %s higher.",
-       limit / GST_MSECOND, is_latency ? ", the latency" : "", is_latency ? "min-upstream-latency" : "max-wait"),
-      ("what comes later is left out"));
-}
-
-void warn_nothing_once(GstCsdTrackDec *self) {
-  if (std::exchange(self->state->video.warned_nothing, true)) return;
-  GST_ELEMENT_WARNING(
-      self, RESOURCE, SETTINGS,
-      ("There are no tracks to put on the frames. Set location to a .jsonl file of csdtrackenc, or link "
-       "a stream of its lines to the pad text."),
-      (nullptr));
-}
-
-/// Waits for the frame's line like GstAggregator: live, at most the latency that downstream knows.
-csd::TrackQueue::Match await_line(GstCsdTrackDec *self, GstBuffer *buffer, const csd::FrameTime &when,
-                                  GstClockTime max_wait) {
-  auto &state = *self->state;
-  const unsigned thought = state.queue.thoughts();
-  auto latency = state.latency.current(GST_ELEMENT(self), GST_BASE_TRANSFORM_SINK_PAD(self), text_pad(self).get());
-  if (!state.playing) latency.reset();
-  const auto limit =
-      csd::frame_limit(GST_ELEMENT(self), GST_BASE_TRANSFORM(self)->segment, GST_BUFFER_PTS(buffer), latency, max_wait);
-  auto match = state.queue.match(*when.time, when.reach, limit, thought);
-  if (match.outcome == csd::TrackQueue::Outcome::late)
-    warn_late_once(self, limit.by_latency ? latency->min : max_wait, limit.by_latency);
-  return match;
-}
-
-/// The frame's line, if any. `flushing`: the frame may be dropped.
-std::optional<csd::TimedLine> find_line(GstCsdTrackDec *self, GstBuffer *buffer, const LiveSettings &live,
-                                        bool &flushing) {
-  auto &state = *self->state;
-  const GstSegment &segment = GST_BASE_TRANSFORM(self)->segment;
-  csd::FrameTime when = csd::frame_time(segment, GST_VIDEO_FILTER(self)->in_info, buffer);
-  if (!state.file && !state.queue.linked()) warn_nothing_once(self);
-  if (!when.time) return std::nullopt;
-  *when.time -= live.ts_offset;  // in the time of the lines
-  if (state.file) return state.file->at(*when.time, when.reach);
-  if (segment.rate < 0) return std::nullopt;
-  csd::TrackQueue::Match match{csd::TrackQueue::Outcome::again, std::nullopt};
-  while (match.outcome == csd::TrackQueue::Outcome::again) match = await_line(self, buffer, when, live.max_wait);
-  flushing = match.outcome == csd::TrackQueue::Outcome::flushing;
-  return std::move(match.line);
-}
-
-/// Scales the line's tracks to the frame's picture. Returns false if they don't fit it.
-bool fit(GstCsdTrackDec *self, GstBuffer *buffer, csd::Tracks &tracks) {
-  const csd::PictureArea area = csd::picture_area(buffer, GST_VIDEO_FILTER(self)->in_info);
-  if (area.width < 1 || area.height < 1) return false;
-  const int width = tracks.width, height = tracks.height;
-  if (csd::scale_tracks(tracks, area.width, area.height)) return true;
-  if (!std::exchange(self->state->video.warned_aspect, true))
-    GST_ELEMENT_WARNING(self, STREAM, FORMAT,
-                        ("Frames pass without tracks: these are of a picture of %d×%d pixels, and the video, of %d×%d, "
-                         "has another aspect. Give csdtrackdec the video that was tracked, or scale it in proportion.",
-                         width, height, area.width, area.height),
-                        ("borders can't be told from distortion"));
-  return false;
-}
 
 /// Attaches the line's tracks to the frame and shows them.
 void put(GstCsdTrackDec *self, GstBuffer *buffer, csd::TrackLine &line, GstCsdTrackOverlay overlay) {
+  auto &video = self->state->video;
   GST_LOG_OBJECT(self, "frame at %" GST_TIME_FORMAT ": line of frame %" G_GUINT64_FORMAT ", %u features",
                  GST_TIME_ARGS(GST_BUFFER_PTS(buffer)), line.tracks.frame,
                  static_cast<unsigned>(line.tracks.features.size()));
   if (!line.numbered) return;  // the frame had no tracks when recorded
-  const int width = line.tracks.width, height = line.tracks.height;
-  if (!fit(self, buffer, line.tracks)) return;
-  GstCustomMeta *meta = csd::add_tracks(buffer, line.truth ? GST_CSD_TRUTH_META_NAME : GST_CSD_TRACK_META_NAME,
-                                        line.tracks, line.source.c_str(), line.algorithm.c_str());
-  if (meta)
-    gst_structure_set(gst_custom_meta_get_structure(meta), "tracked-width", G_TYPE_INT, width, "tracked-height",
-                      G_TYPE_INT, height, nullptr);
-  self->state->overlay.show(GST_VIDEO_FILTER(self)->in_info, buffer, line.tracks, overlay);
+  if (csd::attach_line(buffer, video.info, line)) {
+    self->state->overlay.show(video.info, buffer, line.tracks, overlay);
+  } else if (!std::exchange(video.warned_aspect, true)) {
+    const csd::PictureArea area = csd::picture_area(buffer, video.info);
+    GST_ELEMENT_WARNING(self, STREAM, FORMAT,
+                        ("Frames pass without tracks: these are of a picture of %d×%d pixels, and the video, of %d×%d, "
+                         "has another aspect. Give csdtrackdec the video that was tracked, or scale it in proportion.",
+                         line.tracks.width, line.tracks.height, area.width, area.height),
+                        ("borders can't be told from distortion; the aspect of the pixels is %d:%d, and of the video's "
+                         "%d:%d",
+                         line.pixel_aspect_n, line.pixel_aspect_d, GST_VIDEO_INFO_PAR_N(&video.info),
+                         GST_VIDEO_INFO_PAR_D(&video.info)));
+  }
 }
 
-// ---- GstBaseTransform, GstVideoFilter ------------------------------------------------------------------------------
+/// What may have been lost while downstream was flushed: sticky events can't be stored on a flushing pad.
+void renew_events(GstCsdTrackDec *self);
 
-GstFlowReturn gst_csd_track_dec_transform_ip(GstBaseTransform *trans, GstBuffer *buffer) {
-  auto *self = GST_CSD_TRACK_DEC(trans);
-  if (!GST_VIDEO_FILTER(trans)->negotiated) {
-    GST_ELEMENT_ERROR(self, CORE, NEGOTIATION, (nullptr), ("a buffer came before its caps"));
-    return GST_FLOW_NOT_NEGOTIATED;
-  }
-  const LiveSettings live = live_settings(self);
-  if (!self->state->overlay.can_show(live.overlay)) return GST_FLOW_NOT_NEGOTIATED;
-  bool flushing = false;
+/// A frame that a flush drops is no failure.
+void push_frame(GstCsdTrackDec *self, GstBuffer *buffer) {
+  auto &state = *self->state;
+  GstPad *src = GST_AGGREGATOR_SRC_PAD(self);
+  if (state.events_due.exchange(false)) renew_events(self);
+  const GstFlowReturn flow = gst_pad_push(src, buffer);
+  if (flow != GST_FLOW_FLUSHING || !GST_PAD_IS_FLUSHING(src)) state.flow = flow;
+}
+
+/// Handles the frame, whose line is known.
+GstFlowReturn handle_frame(GstCsdTrackDec *self, GstBuffer *buffer, std::optional<csd::TrackLine> &line) {
+  auto &state = *self->state;
+  const GstCsdTrackOverlay overlay = values_of(self).overlay;
+  if (!state.overlay.can_show(overlay)) return GST_FLOW_NOT_NEGOTIATED;
   const bool done = guard.posted(self, [&] {
-    self->state->overlay.settle(live.overlay);
-    auto found = find_line(self, buffer, live, flushing);
-    if (found)
-      put(self, buffer, found->line, live.overlay);
+    state.overlay.settle(overlay);
+    if (line)
+      put(self, buffer, *line, overlay);
     else
       GST_LOG_OBJECT(self, "frame at %" GST_TIME_FORMAT ": no line", GST_TIME_ARGS(GST_BUFFER_PTS(buffer)));
   });
-  return flushing ? GST_FLOW_FLUSHING : done ? GST_FLOW_OK : GST_FLOW_ERROR;
+  return done ? GST_FLOW_OK : GST_FLOW_ERROR;
 }
 
-GstCaps *gst_csd_track_dec_transform_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps,
-                                          GstCaps *filter) {
-  return GST_CSD_TRACK_DEC(trans)->state->overlay.transform_caps(direction, caps, filter);
-}
-
-GstCaps *gst_csd_track_dec_fixate_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps,
-                                       GstCaps *other) {
-  other = GST_CSD_TRACK_DEC(trans)->state->overlay.prefer(direction, other);
-  return GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->fixate_caps(trans, direction, caps, other);
-}
-
-/// Asks the base class about caps that include their interlace-mode.
-gboolean gst_csd_track_dec_accept_caps(GstBaseTransform *trans, GstPadDirection direction, GstCaps *caps) {
-  GstCaps *complete = csd::complete_caps(caps);
-  const gboolean accepted =
-      GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->accept_caps(trans, direction, complete);
-  gst_caps_unref(complete);
-  return accepted;
-}
-
-/// Updates controlled properties to the frame's stream time.
-void gst_csd_track_dec_before_transform(GstBaseTransform *trans, GstBuffer *buffer) {
-  csd::sync_properties(trans, trans->segment, buffer);
-}
-
-gboolean gst_csd_track_dec_src_event(GstBaseTransform *trans, GstEvent *event) {
-  auto *self = GST_CSD_TRACK_DEC(trans);
-  guard.logged(self, [&] { self->state->overlay.see_event(event); });
-  return GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->src_event(trans, event);
-}
-
-/// GstVideoFilter's set_caps refuses caps that GstVideoInfo can't fully represent.
-gboolean gst_csd_track_dec_set_caps(GstBaseTransform *trans, GstCaps *in, GstCaps *out) {
-  auto *filter = GST_VIDEO_FILTER(trans);
-  return filter->negotiated = csd::read_caps(in, filter->in_info) &&
-                              guard.posted(trans, [&] { GST_CSD_TRACK_DEC(trans)->state->overlay.set_caps(in, out); });
-}
-
-gboolean gst_csd_track_dec_sink_event(GstBaseTransform *trans, GstEvent *event) {
-  auto *self = GST_CSD_TRACK_DEC(trans);
-  guard.logged(self, [&] {
-    if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START) self->state->latency.expire();
-    csd::handle_frame_event(self->state->queue, event, GST_BASE_TRANSFORM(self)->segment,
-                            live_settings(self).ts_offset);
-  });
-  return GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->sink_event(trans, event);
-}
-
-/// The base class would query only the video pad.
-gboolean gst_csd_track_dec_query(GstBaseTransform *trans, GstPadDirection direction, GstQuery *query) {
-  auto *self = GST_CSD_TRACK_DEC(trans);
-  if (direction != GST_PAD_SRC || GST_QUERY_TYPE(query) != GST_QUERY_LATENCY)
-    return GST_BASE_TRANSFORM_CLASS(gst_csd_track_dec_parent_class)->query(trans, direction, query);
-  gboolean answered = FALSE;
-  guard.logged(self, [&] {
-    bool news = false;
-    const auto latency = self->state->latency.tell(GST_BASE_TRANSFORM_SINK_PAD(trans), text_pad(self).get(), news);
-    if (latency) gst_query_set_latency(query, latency->live, latency->min, latency->max);
-    answered = latency.has_value();
-    if (news) self->state->queue.rethink();
-  });
-  return answered;
-}
-
-// ---- The pad text --------------------------------------------------------------------------------------------------
-
-/// Once per stream.
-void warn_torn_once(GstCsdTrackDec *self) {
-  Text &text = self->state->text;
-  const auto dropped = text.lines.take_dropped();
-  if (!dropped || std::exchange(text.warned_torn, true)) return;
-  GST_ELEMENT_WARNING(self, STREAM, FAILED,
-                      ("What came to the pad text broke off in line %" G_GUINT64_FORMAT
-                       ": its frame passes without tracks. Look at what brings the text.",
-                       dropped->line),
-                      ("%s", dropped->why.c_str()));
-}
-
-/// Once per stream. The KLV in a transport stream may be the camera's rather than the tracks.
-void warn_others_once(GstCsdTrackDec *self) {
-  Text &text = self->state->text;
-  if (!text.lines.only_others() || std::exchange(text.warned_others, true)) return;
-  GST_ELEMENT_WARNING(self, STREAM, WRONG_TYPE,
-                      ("Frames pass without tracks: KLV comes to the pad text, but none of it is csdtrackenc's. Link "
-                       "another data stream of the demuxer."),
-                      (nullptr));
-}
-
-void text_begins_anew(GstCsdTrackDec *self) {
-  warn_torn_once(self);
-  Text &text = self->state->text;
-  text.flowing = text.refused = text.warned_torn = text.warned_others = false;
-}
-
-GstFlowReturn take_buffer(GstCsdTrackDec *self, GstBuffer *buffer) {
+/// The frame at the head of the video's queue: handles it, or leaves it there while its line isn't known.
+GstFlowReturn gst_csd_track_dec_aggregate(GstAggregator *aggregator, gboolean timeout) {
+  auto *self = GST_CSD_TRACK_DEC(aggregator);
   auto &state = *self->state;
-  Text &text = state.text;
-  if (state.file) {
-    if (!std::exchange(text.warned_unread, true))
-      GST_ELEMENT_WARNING(self, RESOURCE, SETTINGS,
-                          ("What is linked to the pad text is not read, for location is set. Use one of them."),
-                          (nullptr));
-    return GST_FLOW_OK;
+  if (state.seeking) return GST_AGGREGATOR_FLOW_NEED_DATA;
+  const std::lock_guard lock(state.frame_mutex);
+  const PadPtr video = pad_named(self, "sink"), text = pad_named(self, "text");
+  if (!gst_aggregator_pad_has_buffer(video.get())) return GST_AGGREGATOR_FLOW_NEED_DATA;
+  std::optional<csd::TrackLine> line;
+  bool known = true;
+  const bool read = guard.posted(self, [&] {
+    state.lines.frame(state.video.head);
+    known = state.lines.find(text.get(),
+                             {timeout != FALSE, state.video.overdue == state.frame, values_of(self).max_wait}, line);
+  });
+  if (!known) return GST_AGGREGATOR_FLOW_NEED_DATA;
+  ++state.frame;
+  state.patience.end();
+  GstBuffer *buffer = gst_aggregator_pad_pop_buffer(video.get());
+  if (!buffer) return GST_AGGREGATOR_FLOW_NEED_DATA;  // flushed meanwhile
+  csd::sync_properties(self, video->segment, buffer);
+  buffer = gst_buffer_make_writable(buffer);  // the memory is not copied
+  GstFlowReturn flow = state.flow;
+  if (flow == GST_FLOW_OK && !read) flow = GST_FLOW_ERROR;
+  if (flow == GST_FLOW_OK && !state.video.negotiated) {
+    GST_ELEMENT_ERROR(self, CORE, NEGOTIATION, (nullptr),
+                      ("%s", state.video.caps ? "downstream doesn't take the video" : "a buffer came before its caps"));
+    flow = GST_FLOW_NOT_NEGOTIATED;
   }
-  if (state.text_unlinked.exchange(false)) {
-    text.lines.begin_anew();
-    text_begins_anew(self);
+  if (flow == GST_FLOW_OK) flow = handle_frame(self, buffer, line);
+  if (flow == GST_FLOW_OK) {
+    push_frame(self, buffer);
+  } else {
+    state.flow = flow;
+    gst_buffer_unref(buffer);
   }
-  if (!std::exchange(text.flowing, true)) state.latency.expire();
-  if (text.refused) return GST_FLOW_ERROR;
-  if (text.lines.backwards()) return GST_FLOW_OK;  // frames played backwards don't ask for text
-  const csd::MappedBytes mapped(buffer);
-  try {
-    const bool flowing = text.lines.take(buffer, mapped.bytes(), state.queue);
-    warn_torn_once(self);
-    warn_others_once(self);
-    return flowing ? GST_FLOW_OK : GST_FLOW_FLUSHING;
-  } catch (const csd::LineError &error) {
-    text.refused = text.warned_torn = true;  // one reason is enough
-    throw csd::Refusal(GST_STREAM_ERROR_DECODE,
-                       "Line " + std::to_string(text.lines.count() + 1) +
-                           " of what came to the pad text: " + error.what() +
-                           ". Link what csdtrackenc has written; in a recording that is its text track.");
-  }
+  return GST_FLOW_OK;
 }
 
-GstFlowReturn gst_csd_track_dec_text_chain(GstPad *, GstObject *parent, GstBuffer *buffer) {
-  auto *self = GST_CSD_TRACK_DEC(parent);
-  const bool running = self->state->queue.running();
-  GstFlowReturn flow = running ? GST_FLOW_ERROR : GST_FLOW_FLUSHING;
-  if (running) guard.posted(self, [&] { flow = take_buffer(self, buffer); });
-  // Only after posting the error: a waiting frame may be the last, and an application may stop reading the bus at EOS.
-  if (running && self->state->text.refused) self->state->queue.end();
+/// Upstream hears what downstream said of the frame before.
+GstFlowReturn gst_csd_track_dec_chain(GstPad *pad, GstObject *parent, GstBuffer *buffer) {
+  auto &state = *GST_CSD_TRACK_DEC(parent)->state;
+  const bool text = is_text(GST_AGGREGATOR_PAD(pad));
+  const GstFlowReturn flow = text ? GST_FLOW_OK : state.flow.load();
+  if (flow == GST_FLOW_OK && !(text && state.video_ended)) return state.base_chain(pad, parent, buffer);
   gst_buffer_unref(buffer);
   return flow;
 }
 
-/// The text ends here: its events don't go downstream. Events that came before the start are sent again after it.
-GstFlowReturn gst_csd_track_dec_text_event(GstPad *, GstObject *parent, GstEvent *event) {
-  auto *self = GST_CSD_TRACK_DEC(parent);
-  const bool running = self->state->queue.running();
-  if (running)
-    guard.logged(self, [&] {
-      self->state->text.lines.handle(event, self->state->queue);
-      if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START || GST_EVENT_TYPE(event) == GST_EVENT_EOS)
-        text_begins_anew(self);
-    });
-  gst_event_unref(event);
-  return running ? GST_FLOW_OK : GST_FLOW_FLUSHING;
-}
+// ---- Caps ----------------------------------------------------------------------------------------------------------
 
-/// This pad answers caps queries itself. The default would forward the others to the video's downstream.
-gboolean gst_csd_track_dec_text_query(GstPad *pad, GstObject *parent, GstQuery *query) {
-  const GstQueryType type = GST_QUERY_TYPE(query);
-  return (type == GST_QUERY_CAPS || type == GST_QUERY_ACCEPT_CAPS) && gst_pad_query_default(pad, parent, query);
-}
-
-void set_text_linked(GstCsdTrackDec *self, bool linked) {
-  guard.logged(self, [&] {
-    self->state->queue.set_linked(linked);
-    self->state->latency.expire();
+/// Called when downstream has changed, and for new caps of the video.
+gboolean gst_csd_track_dec_negotiate(GstAggregator *aggregator) {
+  auto *self = GST_CSD_TRACK_DEC(aggregator);
+  auto &state = *self->state;
+  if (!state.video.caps) return TRUE;
+  bool negotiated = false;
+  guard.posted(self, [&] {
+    GstCaps *caps = state.overlay.choose_caps(state.video.caps);
+    if (!gst_caps_is_empty(caps)) {
+      GstPad *src = GST_AGGREGATOR_SRC_PAD(self);
+      GstCaps *current = gst_pad_get_current_caps(src);
+      // An unlinked pad keeps the event. The first push reports that it isn't linked.
+      negotiated = (current && gst_caps_is_equal(current, caps)) || gst_pad_push_event(src, gst_event_new_caps(caps)) ||
+                   !gst_pad_is_linked(src) || GST_PAD_IS_FLUSHING(src);
+      gst_clear_caps(&current);
+      if (negotiated) state.overlay.set_caps(state.video.caps, caps);
+    }
+    gst_caps_unref(caps);
   });
+  return state.video.negotiated = negotiated;
 }
+
+bool set_caps(GstCsdTrackDec *self, GstCaps *caps) {
+  auto &video = self->state->video;
+  gst_caps_replace(&video.caps, caps);
+  video.negotiated = false;
+  return csd::read_caps(caps, video.info) && gst_aggregator_negotiate(GST_AGGREGATOR(self));
+}
+
+// ---- Events --------------------------------------------------------------------------------------------------------
+
+void renew_events(GstCsdTrackDec *self) {
+  auto &video = self->state->video;
+  GstPad *src = GST_AGGREGATOR_SRC_PAD(self);
+  GstEvent *sent = gst_pad_get_sticky_event(src, GST_EVENT_STREAM_START, 0);
+  if (video.stream_start && sent != video.stream_start) gst_pad_push_event(src, gst_event_ref(video.stream_start));
+  gst_clear_event(&sent);
+  gst_csd_track_dec_negotiate(GST_AGGREGATOR(self));
+}
+
+/// The video's serialized events go downstream in order with its frames. The base class would make up its own.
+gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
+  auto &state = *self->state;
+  switch (GST_EVENT_TYPE(event)) {
+    case GST_EVENT_CAPS: {
+      GstCaps *caps = nullptr;
+      gst_event_parse_caps(event, &caps);
+      const bool set = set_caps(self, caps);
+      gst_event_unref(event);
+      return set;
+    }
+    case GST_EVENT_STREAM_START: {
+      const gchar *id = nullptr;
+      gst_event_parse_stream_start(event, &id);
+      gst_event_replace(&state.video.stream_start, event);
+      state.lines.frames_begin(id);
+      state.video_ended = false;
+      break;
+    }
+    case GST_EVENT_SEGMENT:
+      state.lines.frames_begin(nullptr);
+      state.video_ended = false;
+      // The base class measures the queue by it.
+      GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, gst_event_ref(event));
+      break;
+    case GST_EVENT_GAP: {
+      // The text goes along, as far as it is there.
+      const PadPtr text = pad_named(self, "text");
+      state.lines.skip(text.get(), shifted(csd::gap_moments(pad->segment, event), values_of(self).ts_offset));
+      break;
+    }
+    case GST_EVENT_EOS:
+      // Text that still comes is dropped from here on. One buffer of it may wait in the queue, another for it.
+      state.video_ended = true;
+      if (const PadPtr text = pad_named(self, "text")) gst_aggregator_pad_drop_buffer(text.get());
+      break;
+    default:
+      break;
+  }
+  return gst_pad_push_event(GST_AGGREGATOR_SRC_PAD(self), event);
+}
+
+/// The text ends here: its events don't go downstream.
+gboolean handle_text_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
+  auto &state = *self->state;
+  if (const auto frame = csd::wakes(event)) {
+    state.video.overdue = *frame;
+    return csd::take_wake(GST_AGGREGATOR(self), pad, event,
+                          GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event);
+  }
+  state.lines.text_event(event);
+  switch (GST_EVENT_TYPE(event)) {
+    case GST_EVENT_STREAM_START:
+    case GST_EVENT_EOS:
+      return GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, event);
+    case GST_EVENT_SEGMENT: {
+      // Not by the base class: it would give the text's sequence number to the video.
+      const csd::ObjectLock lock(pad);
+      gst_event_copy_segment(event, &pad->segment);
+      break;
+    }
+    default:
+      break;
+  }
+  gst_event_unref(event);
+  return TRUE;
+}
+
+/// A flush of the video goes downstream, also one of the video alone, which the base class keeps to itself.
+gboolean flush_video(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
+  auto &state = *self->state;
+  GstPad *src = GST_AGGREGATOR_SRC_PAD(self);
+  const bool start = GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START;
+  std::unique_lock<std::mutex> between_frames(state.frame_mutex, std::defer_lock);
+  if (!start) {
+    between_frames.lock();
+    ++state.frame;
+    state.patience.end();
+    state.lines.flush_frames();
+    state.flow = GST_FLOW_OK;
+    state.video_ended = false;
+    state.events_due = true;
+  }
+  gst_event_ref(event);
+  const gboolean done =
+      GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, event);
+  if ((GST_PAD_IS_FLUSHING(src) != 0) == start)
+    gst_event_unref(event);
+  else
+    gst_pad_push_event(src, event);
+  return done;
+}
+
+/// A flush of the text stays here. With the video's sequence number, the base class would flush everything.
+gboolean flush_text(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
+  auto &state = *self->state;
+  gboolean reset = TRUE;
+  const bool start = GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START;
+  if (!start) gst_event_parse_flush_stop(event, &reset);
+  gst_event_unref(event);
+  const gboolean done = GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)
+                            ->sink_event(GST_AGGREGATOR(self), pad,
+                                         start ? gst_event_new_flush_start() : gst_event_new_flush_stop(reset));
+  state.lines.flush_text();
+  state.text_flushed = true;
+  return done;
+}
+
+gboolean gst_csd_track_dec_sink_event(GstAggregator *aggregator, GstAggregatorPad *pad, GstEvent *event) {
+  auto *self = GST_CSD_TRACK_DEC(aggregator);
+  const bool flush = GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START || GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP;
+  gboolean done = FALSE;
+  guard.logged(self, [&] {
+    if (is_text(pad))
+      done = flush ? flush_text(self, pad, event) : handle_text_event(self, pad, event);
+    else
+      done = flush ? flush_video(self, pad, event) : handle_video_event(self, pad, event);
+  });
+  return done;
+}
+
+/// Sends a seek to both pads. Frames wait until both have been flushed: they must not find the old text.
+bool seek(GstCsdTrackDec *self, GstPad *video, GstPad *text, GstEvent *event) {
+  auto &state = *self->state;
+  GstSeekFlags flags = GST_SEEK_FLAG_NONE;
+  gst_event_parse_seek(event, nullptr, nullptr, &flags, nullptr, nullptr, nullptr, nullptr);
+  state.text_flushed = false;
+  // Without a flush the source may wait for us to take a frame.
+  state.seeking = (flags & GST_SEEK_FLAG_FLUSH) != 0;
+  const bool sought = gst_pad_push_event(video, gst_event_ref(event)) != FALSE;
+  // A demuxer of both has flushed the text already.
+  if (sought && text && !state.text_flushed) gst_pad_push_event(text, gst_event_ref(event));
+  gst_event_unref(event);
+  if (state.seeking.exchange(false)) wake(self, 0);
+  return sought;
+}
+
+/// To both pads, as GStreamer's text overlay does.
+gboolean gst_csd_track_dec_src_event(GstAggregator *aggregator, GstEvent *event) {
+  auto *self = GST_CSD_TRACK_DEC(aggregator);
+  guard.logged(self, [&] { self->state->overlay.see_event(event); });
+  const PadPtr video = pad_named(self, "sink"), text = pad_named(self, "text");
+  if (GST_EVENT_TYPE(event) == GST_EVENT_SEEK) return seek(self, GST_PAD(video.get()), GST_PAD(text.get()), event);
+  if (text) gst_pad_push_event(GST_PAD(text.get()), gst_event_ref(event));
+  return gst_pad_push_event(GST_PAD(video.get()), event);
+}
+
+// ---- Queries -------------------------------------------------------------------------------------------------------
+
+gboolean gst_csd_track_dec_sink_query(GstAggregator *aggregator, GstAggregatorPad *pad, GstQuery *query) {
+  auto *self = GST_CSD_TRACK_DEC(aggregator);
+  const GstQueryType type = GST_QUERY_TYPE(query);
+  // The default would forward the text's queries to the video's downstream.
+  if (is_text(pad))
+    return (type == GST_QUERY_CAPS || type == GST_QUERY_ACCEPT_CAPS) &&
+           gst_pad_query_default(GST_PAD(pad), GST_OBJECT(self), query);
+  if (type != GST_QUERY_CAPS && type != GST_QUERY_ACCEPT_CAPS)
+    return gst_pad_peer_query(GST_AGGREGATOR_SRC_PAD(self), query);
+  return guard.logged(self, [&] { self->state->overlay.answer_caps(GST_PAD_SINK, query); });
+}
+
+gboolean gst_csd_track_dec_src_query(GstAggregator *aggregator, GstQuery *query) {
+  auto *self = GST_CSD_TRACK_DEC(aggregator);
+  switch (GST_QUERY_TYPE(query)) {
+    case GST_QUERY_LATENCY:
+      return GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->src_query(aggregator, query);
+    case GST_QUERY_CAPS:
+    case GST_QUERY_ACCEPT_CAPS:
+      return guard.logged(self, [&] { self->state->overlay.answer_caps(GST_PAD_SRC, query); });
+    default: {
+      const PadPtr video = pad_named(self, "sink");
+      return gst_pad_peer_query(GST_PAD(video.get()), query);
+    }
+  }
+}
+
+// ---- The pad text --------------------------------------------------------------------------------------------------
 
 GstPadLinkReturn gst_csd_track_dec_text_link(GstPad *, GstObject *parent, GstPad *) {
-  set_text_linked(GST_CSD_TRACK_DEC(parent), true);
+  GST_CSD_TRACK_DEC(parent)->state->lines.set_linked(true);
   return GST_PAD_LINK_OK;
 }
 
+/// Nothing will come: a frame that waits goes on. Not at once, as GStreamer holds the pad's lock here.
 void gst_csd_track_dec_text_unlink(GstPad *, GstObject *parent) {
-  GST_CSD_TRACK_DEC(parent)->state->text_unlinked = true;
-  set_text_linked(GST_CSD_TRACK_DEC(parent), false);
+  auto &state = *GST_CSD_TRACK_DEC(parent)->state;
+  state.lines.set_linked(false);
+  guard.logged(parent, [&] { state.patience.begin(state.frame, 0); });
 }
 
-GstPad *gst_csd_track_dec_request_new_pad(GstElement *element, GstPadTemplate *templ, const gchar *, const GstCaps *) {
-  // Pad names are unique in an element: of two simultaneous requests the second gets none.
-  GstPad *pad = gst_pad_new_from_template(templ, "text");
-  gst_pad_set_chain_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_chain));
-  gst_pad_set_event_full_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_event));
-  gst_pad_set_query_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_query));
-  gst_pad_set_link_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_link));
-  gst_pad_set_unlink_function(pad, GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_unlink));
-  if (GstPad *other = gst_element_get_static_pad(element, "text")) {
-    GST_WARNING_OBJECT(element, "there is one pad text only");
-    gst_object_unref(other);
-    gst_object_unref(gst_object_ref_sink(pad));
+GstAggregatorPad *gst_csd_track_dec_create_new_pad(GstAggregator *aggregator, GstPadTemplate *templ, const gchar *,
+                                                   const GstCaps *) {
+  if (pad_named(GST_CSD_TRACK_DEC(aggregator), "text")) {
+    GST_WARNING_OBJECT(aggregator, "there is one pad text only");
     return nullptr;
   }
-  // Becomes active when the element runs or starts. Data that comes earlier is refused.
-  return gst_element_add_pad(element, pad) ? pad : nullptr;
+  auto *pad = GST_AGGREGATOR_PAD(
+      g_object_new(GST_TYPE_AGGREGATOR_PAD, "name", "text", "direction", GST_PAD_SINK, "template", templ, nullptr));
+  gst_pad_set_chain_function(GST_PAD(pad), GST_DEBUG_FUNCPTR(gst_csd_track_dec_chain));
+  gst_pad_set_link_function(GST_PAD(pad), GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_link));
+  gst_pad_set_unlink_function(GST_PAD(pad), GST_DEBUG_FUNCPTR(gst_csd_track_dec_text_unlink));
+  return pad;
 }
 
 void gst_csd_track_dec_release_pad(GstElement *element, GstPad *pad) {
   auto *self = GST_CSD_TRACK_DEC(element);
-  guard.logged(self, [&] { self->state->queue.flush_lines(true); });
-  gst_pad_set_active(pad, FALSE);
-  gst_element_remove_pad(element, pad);
-  guard.logged(self, [&] { self->state->queue.flush_lines(false); });
+  GST_ELEMENT_CLASS(gst_csd_track_dec_parent_class)->release_pad(element, pad);
+  guard.logged(self, [&] { self->state->lines.flush_text(); });
 }
 
-// ---- GstElement ----------------------------------------------------------------------------------------------------
+// ---- States --------------------------------------------------------------------------------------------------------
 
 /// Opens the file named by location; none if it is empty.
 bool open_file(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> &file) {
   return guard.posted(self, [&] {
-    std::string location;
-    {
-      const csd::ObjectLock lock(self);
-      location = self->state->location;
-    }
-    GST_DEBUG_OBJECT(self, "location is '%s'", location.c_str());
+    const std::string location = values_of(self).location;
     if (!location.empty()) file = std::make_unique<csd::TrackFile>(location);
   });
 }
 
-bool start(GstCsdTrackDec *self) {
+/// Before the element's thread starts, or after it has stopped.
+void start_anew(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> file) {
   auto &state = *self->state;
-  if (!open_file(self, state.file)) return false;
-  return guard.posted(self, [&] {
-    state.video = {};
-    state.text = {};
-    state.latency.start();
-    {
-      const csd::ObjectLock lock(self);
-      state.running = true;
-    }
-    state.queue.start();  // last: after this the text thread reads the state set above
-  });
+  state.patience.end();
+  gst_clear_caps(&state.video.caps);
+  gst_clear_event(&state.video.stream_start);
+  state.video = {};
+  state.flow = GST_FLOW_OK;
+  state.video_ended = state.events_due = false;
+  state.lines.start(std::move(file));
 }
 
-/// Runs after the streaming threads have stopped. Waits for the thread of a pad that is being released.
-void stop(GstCsdTrackDec *self) {
-  if (GstPad *text = gst_element_get_static_pad(GST_ELEMENT(self), "text")) {
-    GST_PAD_STREAM_LOCK(text);
-    GST_PAD_STREAM_UNLOCK(text);
-    gst_object_unref(text);
-  }
-  self->state->file.reset();
+gboolean gst_csd_track_dec_start(GstAggregator *aggregator) {
+  auto *self = GST_CSD_TRACK_DEC(aggregator);
+  std::unique_ptr<csd::TrackFile> file;
+  if (!open_file(self, file) || !guard.posted(self, [&] { start_anew(self, std::move(file)); })) return FALSE;
+  const csd::ObjectLock lock(self);
+  return self->state->running = true;
+}
+
+gboolean gst_csd_track_dec_stop(GstAggregator *aggregator) {
+  auto *self = GST_CSD_TRACK_DEC(aggregator);
+  guard.logged(self, [&] { start_anew(self, nullptr); });
   const csd::ObjectLock lock(self);
   self->state->running = false;
-}
-
-/// While paused, the clock doesn't measure how long a frame may wait.
-void set_playing(GstCsdTrackDec *self, bool playing) {
-  self->state->playing = playing;
-  guard.logged(self, [&] { self->state->queue.rethink(); });
+  return TRUE;
 }
 
 GstStateChangeReturn gst_csd_track_dec_change_state(GstElement *element, GstStateChange transition) {
-  auto *self = GST_CSD_TRACK_DEC(element);
-  if (transition == GST_STATE_CHANGE_NULL_TO_READY) {
-    std::unique_ptr<csd::TrackFile> unused;  // opened now only to report errors
-    if (!open_file(self, unused)) return GST_STATE_CHANGE_FAILURE;
-  }
-  if (transition == GST_STATE_CHANGE_READY_TO_PAUSED && !start(self)) return GST_STATE_CHANGE_FAILURE;
-  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) guard.logged(self, [&] { self->state->queue.stop(); });
-  if (transition == GST_STATE_CHANGE_PLAYING_TO_PAUSED) set_playing(self, false);
-  const auto result = GST_ELEMENT_CLASS(gst_csd_track_dec_parent_class)->change_state(element, transition);
-  if (transition == GST_STATE_CHANGE_PAUSED_TO_PLAYING && result != GST_STATE_CHANGE_FAILURE) set_playing(self, true);
-  if (transition == GST_STATE_CHANGE_READY_TO_PAUSED && result == GST_STATE_CHANGE_FAILURE)
-    guard.logged(self, [&] { self->state->queue.stop(); });
-  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY ||
-      (transition == GST_STATE_CHANGE_READY_TO_PAUSED && result == GST_STATE_CHANGE_FAILURE))
-    guard.logged(self, [&] { stop(self); });
-  return result;
+  std::unique_ptr<csd::TrackFile> unused;  // opened now only to report errors
+  if (transition == GST_STATE_CHANGE_NULL_TO_READY && !open_file(GST_CSD_TRACK_DEC(element), unused))
+    return GST_STATE_CHANGE_FAILURE;
+  return GST_ELEMENT_CLASS(gst_csd_track_dec_parent_class)->change_state(element, transition);
 }
 
-// ---- GObject -------------------------------------------------------------------------------------------------------
+// ---- Properties ----------------------------------------------------------------------------------------------------
 
-void gst_csd_track_dec_set_property(GObject *object, guint id, const GValue *value, GParamSpec *spec) {
-  auto *self = GST_CSD_TRACK_DEC(object);
-  auto &state = *self->state;
-  bool refused = false;
-  guard.logged(self, [&] {
-    const csd::ObjectLock lock(self);
-    switch (id) {
-      case prop_location:
-        refused = state.running;
-        if (!refused) state.location = g_value_get_string(value) ? g_value_get_string(value) : "";
-        break;
-      case prop_overlay:
-        state.live.overlay = static_cast<GstCsdTrackOverlay>(g_value_get_enum(value));
-        break;
-      case prop_max_wait:
-        state.live.max_wait = g_value_get_uint64(value);
-        break;
-      case prop_ts_offset:
-        state.live.ts_offset = g_value_get_int64(value);
-        break;
-      case prop_min_upstream_latency:
-        state.latency.set_least(g_value_get_uint64(value));
-        break;
-      default:
-        G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
-    }
-  });
-  // Not under the object lock: the negotiation has its own. A controller sets this property on every frame.
-  if (id == prop_overlay) guard.logged(self, [&] { state.overlay.see_value(state.live.overlay); });
-  if (refused) GST_WARNING_OBJECT(self, "%s can be set in NULL and READY only: it stays as it was", spec->name);
+void overlay_changed(gpointer object) {
+  auto &state = *GST_CSD_TRACK_DEC(object)->state;
+  state.overlay.see_value(state.values.overlay);
 }
 
-void gst_csd_track_dec_get_property(GObject *object, guint id, GValue *value, GParamSpec *spec) {
-  auto *self = GST_CSD_TRACK_DEC(object);
-  auto &state = *self->state;
-  guard.logged(self, [&] {
-    const csd::ObjectLock lock(self);
-    switch (id) {
-      case prop_location:
-        g_value_set_string(value, state.location.c_str());
-        break;
-      case prop_overlay:
-        g_value_set_enum(value, state.live.overlay);
-        break;
-      case prop_max_wait:
-        g_value_set_uint64(value, state.live.max_wait);
-        break;
-      case prop_ts_offset:
-        g_value_set_int64(value, state.live.ts_offset);
-        break;
-      case prop_min_upstream_latency:
-        g_value_set_uint64(value, state.latency.least());
-        break;
-      default:
-        G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
-    }
+/// Made, and installed, by the first call, in class_init.
+const csd::PropertyTable<csd::DecValues> &properties_of(gpointer klass) {
+  static const csd::PropertyTable<csd::DecValues> table(G_OBJECT_CLASS(klass), csd::dec_properties(overlay_changed),
+                                                        gst_csd_track_dec_debug);
+  return table;
+}
+
+void gst_csd_track_dec_set_property(GObject *object, guint id, const GValue *value, GParamSpec *) {
+  auto &state = *GST_CSD_TRACK_DEC(object)->state;
+  guard.logged(object,
+               [&] { properties_of(G_OBJECT_GET_CLASS(object)).set(object, state.values, state.running, id, value); });
+}
+
+void gst_csd_track_dec_get_property(GObject *object, guint id, GValue *value, GParamSpec *) {
+  guard.logged(object, [&] {
+    properties_of(G_OBJECT_GET_CLASS(object)).get(object, GST_CSD_TRACK_DEC(object)->state->values, id, value);
   });
 }
 
@@ -581,12 +614,19 @@ void gst_csd_track_dec_finalize(GObject *object) {
   G_OBJECT_CLASS(gst_csd_track_dec_parent_class)->finalize(object);
 }
 
+GstStaticPadTemplate text_template =
+    GST_STATIC_PAD_TEMPLATE("text", GST_PAD_SINK, GST_PAD_REQUEST,
+                            GST_STATIC_CAPS("application/x-ndjson; text/x-raw, format=(string){ utf8, pango-markup }; "
+                                            "meta/x-klv"));
+
 void add_pad_templates(GstElementClass *klass) {
   GstCaps *caps = csd::any_memory_caps();
-  gst_element_class_add_pad_template(klass, gst_pad_template_new("sink", GST_PAD_SINK, GST_PAD_ALWAYS, caps));
-  gst_element_class_add_pad_template(klass, gst_pad_template_new("src", GST_PAD_SRC, GST_PAD_ALWAYS, caps));
+  gst_element_class_add_pad_template(
+      klass, gst_pad_template_new_with_gtype("sink", GST_PAD_SINK, GST_PAD_ALWAYS, caps, GST_TYPE_AGGREGATOR_PAD));
+  gst_element_class_add_pad_template(
+      klass, gst_pad_template_new_with_gtype("src", GST_PAD_SRC, GST_PAD_ALWAYS, caps, GST_TYPE_AGGREGATOR_PAD));
   gst_caps_unref(caps);
-  gst_element_class_add_static_pad_template(klass, &text_template);
+  gst_element_class_add_static_pad_template_with_gtype(klass, &text_template, GST_TYPE_AGGREGATOR_PAD);
 }
 
 }  // namespace
@@ -594,107 +634,36 @@ void add_pad_templates(GstElementClass *klass) {
 static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
   auto *object_class = G_OBJECT_CLASS(klass);
   auto *element_class = GST_ELEMENT_CLASS(klass);
-  auto *trans_class = GST_BASE_TRANSFORM_CLASS(klass);
-
+  auto *aggregator_class = GST_AGGREGATOR_CLASS(klass);
   object_class->set_property = gst_csd_track_dec_set_property;
   object_class->get_property = gst_csd_track_dec_get_property;
   object_class->finalize = gst_csd_track_dec_finalize;
-  /**
-   * GstCsdTrackDec:location:
-   *
-   * A file of JSON lines (.jsonl) that csdtrackenc wrote. It is read along with the frames and follows seeks. Data on
-   * the pad `text` is then ignored.
-   *
-   * Since: 0.1
-   */
-  g_object_class_install_property(
-      object_class, prop_location,
-      g_param_spec_string(
-          "location", "Location", "File of JSON lines from csdtrackenc (empty = lines arrive on the pad text)", "",
-          static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_READY)));
-  /**
-   * GstCsdTrackDec:overlay:
-   *
-   * How tracks are shown: drawn into the pixels, or as a #GstVideoOverlayComposition beside them. If downstream can't
-   * show the latter, the element posts one WARNING and leaves the pixels as they are.
-   *
-   * Since: 0.1
-   */
-  g_object_class_install_property(object_class, prop_overlay, csd::Overlay::param_spec());
-  /**
-   * GstCsdTrackDec:max-wait:
-   *
-   * A frame waits until the pad `text` has brought its line, a later one, a GAP or EOS. After this time it goes on
-   * without tracks, the element posts one WARNING, and no frame waits until text is in time again. Live, every frame
-   * waits, but no longer than the latency in the answer to the LATENCY query.
-   *
-   * Since: 0.1
-   */
-  g_object_class_install_property(
-      object_class, prop_max_wait,
-      g_param_spec_uint64(
-          "max-wait", "Maximum wait",
-          "How many nanoseconds a frame waits for its line from the pad text before it goes on without (0 = it never "
-          "waits)",
-          0, G_MAXINT64, default_max_wait,
-          static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
-  /**
-   * GstCsdTrackDec:ts-offset:
-   *
-   * Added to the time of each line. Use it when a part of a recording plays on its own from 0, while its lines have the
-   * time of the whole: set it to minus the time at which the part begins.
-   *
-   * Since: 0.1
-   */
-  g_object_class_install_property(
-      object_class, prop_ts_offset,
-      g_param_spec_int64(
-          "ts-offset", "Timestamp offset", "Nanoseconds to add to the time of each line", -max_offset, max_offset, 0,
-          static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
-
-  /**
-   * GstCsdTrackDec:min-upstream-latency:
-   *
-   * Like GstAggregator's: live, the latency is at least this, even if both upstreams report less. For text that comes
-   * later than that, or a branch linked while the pipeline plays.
-   *
-   * Since: 0.1
-   */
-  g_object_class_install_property(
-      object_class, prop_min_upstream_latency,
-      g_param_spec_uint64(
-          "min-upstream-latency", "Minimum upstream latency",
-          "Minimum upstream latency to assume for live streams, in nanoseconds, even if upstream reports less", 0,
-          G_MAXINT64, 0,
-          static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING)));
+  properties_of(klass);
 
   gst_element_class_set_static_metadata(element_class, "Track decoder", "Filter/Metadata/Video",
                                         "Puts recorded tracks back on video frames, and shows them if wanted",
                                         "The csdtrack authors");
   add_pad_templates(element_class);
   element_class->change_state = GST_DEBUG_FUNCPTR(gst_csd_track_dec_change_state);
-  element_class->request_new_pad = GST_DEBUG_FUNCPTR(gst_csd_track_dec_request_new_pad);
   element_class->release_pad = GST_DEBUG_FUNCPTR(gst_csd_track_dec_release_pad);
-
-  // GstVideoFilter's transform_ip maps read-write, which copies every frame's pixels behind a tee.
-  trans_class->transform_ip = GST_DEBUG_FUNCPTR(gst_csd_track_dec_transform_ip);
-  trans_class->before_transform = GST_DEBUG_FUNCPTR(gst_csd_track_dec_before_transform);
-  trans_class->sink_event = GST_DEBUG_FUNCPTR(gst_csd_track_dec_sink_event);
-  trans_class->query = GST_DEBUG_FUNCPTR(gst_csd_track_dec_query);
-  trans_class->src_event = GST_DEBUG_FUNCPTR(gst_csd_track_dec_src_event);
-  trans_class->transform_caps = GST_DEBUG_FUNCPTR(gst_csd_track_dec_transform_caps);
-  trans_class->fixate_caps = GST_DEBUG_FUNCPTR(gst_csd_track_dec_fixate_caps);
-  trans_class->accept_caps = GST_DEBUG_FUNCPTR(gst_csd_track_dec_accept_caps);
-  trans_class->set_caps = GST_DEBUG_FUNCPTR(gst_csd_track_dec_set_caps);
+  aggregator_class->create_new_pad = GST_DEBUG_FUNCPTR(gst_csd_track_dec_create_new_pad);
+  aggregator_class->clip = GST_DEBUG_FUNCPTR(gst_csd_track_dec_clip);
+  aggregator_class->get_next_time = GST_DEBUG_FUNCPTR(gst_csd_track_dec_get_next_time);
+  aggregator_class->aggregate = GST_DEBUG_FUNCPTR(gst_csd_track_dec_aggregate);
+  aggregator_class->negotiate = GST_DEBUG_FUNCPTR(gst_csd_track_dec_negotiate);
+  aggregator_class->sink_event = GST_DEBUG_FUNCPTR(gst_csd_track_dec_sink_event);
+  aggregator_class->src_event = GST_DEBUG_FUNCPTR(gst_csd_track_dec_src_event);
+  aggregator_class->sink_query = GST_DEBUG_FUNCPTR(gst_csd_track_dec_sink_query);
+  aggregator_class->src_query = GST_DEBUG_FUNCPTR(gst_csd_track_dec_src_query);
+  aggregator_class->start = GST_DEBUG_FUNCPTR(gst_csd_track_dec_start);
+  aggregator_class->stop = GST_DEBUG_FUNCPTR(gst_csd_track_dec_stop);
 }
 
 static void gst_csd_track_dec_init(GstCsdTrackDec *self) {
-  auto *trans = GST_BASE_TRANSFORM(self);
-  self->state = new GstCsdTrackDecState(trans);
-  gst_base_transform_set_in_place(trans, TRUE);
-  gst_base_transform_set_gap_aware(trans, TRUE);
-  // Otherwise the base class tries the input's caps first and never offers the feature that overlay=meta needs.
-  gst_base_transform_set_prefer_passthrough(trans, FALSE);
-  // GstVideoFilter turns it on, which drops late frames before they get here and leaves a hole in a recording.
-  gst_base_transform_set_qos_enabled(trans, FALSE);
+  GstPadTemplate *templ = gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(self), "sink");
+  auto *sink = GST_PAD(
+      g_object_new(GST_TYPE_AGGREGATOR_PAD, "name", "sink", "direction", GST_PAD_SINK, "template", templ, nullptr));
+  gst_element_add_pad(GST_ELEMENT(self), sink);
+  self->state = new GstCsdTrackDecState(GST_ELEMENT(self), sink);
+  gst_pad_set_chain_function(sink, GST_DEBUG_FUNCPTR(gst_csd_track_dec_chain));
 }

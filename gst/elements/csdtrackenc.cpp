@@ -105,6 +105,7 @@ struct Stream {
   bool discont_due = false;                           ///< of a frame that became a GAP event
   bool tags_due = true;                               ///< title and language, until the video brings tags
   int width = 0, height = 0;                          ///< from the caps; 0: unknown
+  int pixel_aspect_n = 1, pixel_aspect_d = 1;         ///< from the caps
   GstClockTime frame_duration = GST_CLOCK_TIME_NONE;  ///< from the framerate
   std::string line;                                   ///< reused to avoid allocations
   std::uint64_t count = 0;                            ///< frames so far, for KLV
@@ -247,6 +248,8 @@ bool set_caps(GstCsdTrackEnc *self, const GstCaps *caps) {
   const GstStructure *s = gst_caps_get_structure(caps, 0);
   if (!gst_structure_get_int(s, "width", &stream.width)) stream.width = 0;
   if (!gst_structure_get_int(s, "height", &stream.height)) stream.height = 0;
+  if (!gst_structure_get_fraction(s, "pixel-aspect-ratio", &stream.pixel_aspect_n, &stream.pixel_aspect_d))
+    stream.pixel_aspect_n = stream.pixel_aspect_d = 1;
   int n = 0, d = 0;
   const bool known = gst_structure_get_fraction(s, "framerate", &n, &d) && n > 0 && d > 0;
   stream.frame_duration = known ? gst_util_uint64_scale_int(GST_SECOND, d, n) : GST_CLOCK_TIME_NONE;
@@ -281,6 +284,8 @@ void write_frame(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
   lay_crop(record, frame);
   record.width = stream.width;
   record.height = stream.height;
+  record.pixel_aspect_n = stream.pixel_aspect_n;
+  record.pixel_aspect_d = stream.pixel_aspect_d;
   record.pts = GST_BUFFER_PTS(frame);
   record.duration = GST_BUFFER_DURATION(frame);
   if (stream.segment.format == GST_FORMAT_TIME && GST_CLOCK_TIME_IS_VALID(record.pts)) {

@@ -279,16 +279,22 @@ std::optional<std::vector<StartPoint>> visible_truth(GstBuffer *buffer, int widt
   return points;
 }
 
-bool scale_tracks(Tracks &tracks, int width, int height) {
-  if (tracks.width == width && tracks.height == height) return true;  // exact, without rounding
+bool scale_tracks(Tracks &tracks, const PixelAspect &from, int width, int height, const PixelAspect &to) {
+  const bool same_shape = from.n == to.n && from.d == to.d;
+  if (same_shape && tracks.width == width && tracks.height == height) return true;  // exact, without rounding
   GstVideoInfo in, out;
   gst_video_info_init(&in);
   gst_video_info_init(&out);
   in.width = tracks.width;
   in.height = tracks.height;
+  in.par_n = from.n;
+  in.par_d = from.d;
   out.width = width;
   out.height = height;
-  if (!fills(in, out)) return false;
+  out.par_n = to.n;
+  out.par_d = to.d;
+  // Either picture may be a copy of the other.
+  if (!fills(in, out) && !fills(out, in)) return false;
   const Map map = Map::scale(double(width) / tracks.width, double(height) / tracks.height);
   for (Feature &feature : tracks.features) map.apply(feature.x, feature.y);
   tracks.width = width;

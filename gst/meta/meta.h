@@ -36,8 +36,14 @@ GstCustomMeta *add_truth_meta(GstBuffer *buffer, const Tracks &truth, const char
 /// The visible points in the buffer's truth meta, with their ids; nothing without a truth meta for this picture size.
 std::optional<std::vector<StartPoint>> visible_truth(GstBuffer *buffer, int width, int height);
 
+/// The shape of a picture's pixels, width to height.
+struct PixelAspect {
+  int n = 1, d = 1;
+};
+
 /// Scales positions and size to a picture of width×height pixels, like the metas' transform. Returns false and changes
-/// nothing if the aspects differ: borders and distortion look alike. Assumes the same pixel aspect ratio.
-bool scale_tracks(Tracks &tracks, int width, int height);
+/// nothing if the display aspects differ by more than rounding the size of either picture explains: borders and
+/// distortion look alike.
+bool scale_tracks(Tracks &tracks, const PixelAspect &from, int width, int height, const PixelAspect &to);
 
 }  // namespace csd

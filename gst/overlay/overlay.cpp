@@ -46,6 +46,38 @@ GstCaps *Overlay::transform_caps(GstPadDirection direction, GstCaps *caps, GstCa
   return other;
 }
 
+void Overlay::answer_caps(GstPadDirection direction, GstQuery *query) const {
+  const bool at_sink = direction == GST_PAD_SINK;
+  if (GST_QUERY_TYPE(query) == GST_QUERY_ACCEPT_CAPS) {
+    GstCaps *caps = nullptr;
+    gst_query_parse_accept_caps(query, &caps);
+    GstCaps *complete = complete_caps(caps), *possible = gst_pad_query_caps(at_sink ? sink_ : src_, complete);
+    gst_query_set_accept_caps_result(query, gst_caps_is_subset(complete, possible));
+    gst_caps_unref(complete);
+    gst_caps_unref(possible);
+    return;
+  }
+  GstCaps *filter = nullptr;
+  gst_query_parse_caps(query, &filter);
+  GstCaps *their_filter = filter ? transform_caps(direction, filter, nullptr) : nullptr;
+  GstCaps *theirs = gst_pad_peer_query_caps(at_sink ? src_ : sink_, their_filter);
+  GstCaps *whole = gst_pad_get_pad_template_caps(at_sink ? sink_ : src_);
+  GstCaps *known = gst_caps_intersect_full(theirs, whole, GST_CAPS_INTERSECT_FIRST);
+  GstCaps *ours = transform_caps(at_sink ? GST_PAD_SRC : GST_PAD_SINK, known, filter);
+  gst_query_set_caps_result(query, ours);
+  gst_clear_caps(&their_filter);
+  for (GstCaps *each : {theirs, whole, known, ours}) gst_caps_unref(each);
+}
+
+GstCaps *Overlay::choose_caps(GstCaps *in) const {
+  GstCaps *possible = transform_caps(GST_PAD_SINK, in, nullptr);
+  GstCaps *theirs = gst_pad_peer_query_caps(src_, possible);
+  GstCaps *both = prefer(GST_PAD_SINK, gst_caps_intersect_full(possible, theirs, GST_CAPS_INTERSECT_FIRST));
+  gst_caps_unref(possible);
+  gst_caps_unref(theirs);
+  return gst_caps_is_empty(both) ? both : gst_caps_fixate(both);
+}
+
 void Overlay::see_event(GstEvent *event) {
   if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE) negotiation_.restart();
 }

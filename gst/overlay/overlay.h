@@ -18,7 +18,8 @@ namespace csd {
 class Overlay {
  public:
   /// The pads of `element`, which outlive this object.
-  Overlay(GstElement *element, GstPad *sink, GstPad *src) : element_(element), sink_(sink), negotiation_(src) {}
+  Overlay(GstElement *element, GstPad *sink, GstPad *src)
+      : element_(element), sink_(sink), src_(src), negotiation_(src) {}
   static GParamSpec *param_spec();
 
   /// Call after setting the property, from any thread. `overlay` is the element's copy of the value, guarded by its
@@ -31,7 +32,14 @@ class Overlay {
   GstCaps *prefer(GstPadDirection direction, GstCaps *other) const noexcept {
     return direction == GST_PAD_SINK ? negotiation_.prefer(other) : other;
   }
-  /// For src_event, from any thread.
+  // For an element that isn't a GstBaseTransform, which does this itself. From any thread.
+
+  /// Answers a CAPS or ACCEPT_CAPS query to the video's pad of that direction.
+  void answer_caps(GstPadDirection direction, GstQuery *query) const;
+  /// The caps to send for those of the video; empty if downstream takes none. The caller owns them.
+  GstCaps *choose_caps(GstCaps *in) const;
+
+  /// For upstream events, from any thread.
   void see_event(GstEvent *event);
   /// For set_info, or set_caps.
   void set_caps(GstCaps *in, GstCaps *out);
@@ -46,7 +54,7 @@ class Overlay {
 
  private:
   GstElement *const element_;
-  GstPad *const sink_;
+  GstPad *const sink_, *const src_;
   std::mutex values_;               ///< held from reading the value until its negotiation is done
   OverlayNegotiation negotiation_;  ///< thread-safe
   std::atomic<bool> draws_ = false;

@@ -7,11 +7,9 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <system_error>
 #include <utility>
 
-#include "caps/frame_time.h"
 #include "record/file_name.h"
 #include "support/guard.h"
 
@@ -28,52 +26,6 @@ std::string system_words(int error) {
 }
 
 }  // namespace
-
-const TimedLine *nearest(const TimedLine *before, const TimedLine *after, std::int64_t time, std::int64_t reach) {
-  const bool first = before && time - before->time <= reach;
-  const bool second = after && after->time - time <= reach;
-  if (first && second) return time - before->time <= after->time - time ? before : after;
-  return first ? before : second ? after : nullptr;
-}
-
-bool LineSplitter::unfinished() const {
-  return !line_text(rest_).empty();
-}
-
-std::string unescape_markup(std::string_view markup) {
-  constexpr std::pair<std::string_view, char> names[] = {
-      {"quot", '"'}, {"amp", '&'}, {"lt", '<'}, {"gt", '>'}, {"apos", '\''}};
-  std::string text;
-  text.reserve(markup.size());
-  while (!markup.empty()) {
-    const std::size_t end = markup[0] == '&' ? markup.substr(0, 12).find(';') : std::string_view::npos;
-    if (end == std::string_view::npos) {
-      text += markup[0];
-      markup.remove_prefix(1);
-      continue;
-    }
-    const std::string_view name = markup.substr(1, end - 1);
-    const auto *const known =
-        std::find_if(std::begin(names), std::end(names), [&](const auto &entity) { return entity.first == name; });
-    unsigned code = 0;
-    bool is_code = name.size() > 1 && name[0] == '#';
-    if (is_code) {
-      const bool hex = name[1] == 'x';
-      const char *const last = name.data() + name.size();
-      const auto read = std::from_chars(name.data() + (hex ? 2 : 1), last, code, hex ? 16 : 10);
-      // Only the codes GLib escapes: characters that XML can't hold, one byte each.
-      is_code = read.ec == std::errc() && read.ptr == last && code > 0 && code < 0x80;
-    }
-    if (known != std::end(names))
-      text += known->second;
-    else if (is_code)
-      text += static_cast<char>(code);
-    else
-      text += markup.substr(0, end + 1);
-    markup.remove_prefix(end + 1);
-  }
-  return text;
-}
 
 TrackFile::TrackFile(const std::string &path) : path_(path) {
   // Non-blocking: opening a pipe would wait for its writer.
@@ -209,20 +161,24 @@ void TrackFile::seek(std::int64_t time) {
   after_.reset();
 }
 
-std::optional<TimedLine> TrackFile::at(std::int64_t time, std::int64_t reach) {
-  if (asked_ && (time < *asked_ || time > *asked_ + jump)) seek(time - reach);
-  asked_ = time;
-  while (!after_ || after_->time < time) {
+std::optional<TrackLine> TrackFile::at(const FrameMoment &frame) {
+  const std::int64_t begin = frame.time - frame.clipped;
+  if (asked_ && (begin < *asked_ || begin > *asked_ + jump)) seek(begin - frame.reach);
+  asked_ = begin;
+  while (!after_ || after_->time < begin) {
     if (after_) before_ = std::exchange(after_, std::nullopt);
     if (!next_line(after_.emplace())) {
       after_.reset();
       break;
     }
   }
-  const TimedLine *const found = nearest(before_ ? &*before_ : nullptr, after_ ? &*after_ : nullptr, time, reach);
-  if (!found) return std::nullopt;
-  std::optional<TimedLine> &taken = before_ && found == &*before_ ? before_ : after_;
-  return std::exchange(taken, std::nullopt);
+  const auto near = [&](const std::optional<TimedLine> &line) {
+    return line && frame.distance(line->time) <= frame.reach;
+  };
+  const bool later = near(after_) && !(near(before_) && frame.distance(before_->time) <= frame.distance(after_->time));
+  std::optional<TimedLine> &found = later ? after_ : before_;
+  if (!near(found)) return std::nullopt;
+  return std::move(std::exchange(found, std::nullopt)->line);
 }
 
 }  // namespace csd

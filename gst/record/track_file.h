@@ -6,19 +6,10 @@
 #include <string>
 #include <string_view>
 
-#include "text/read_line.h"
+#include "caps/frame_time.h"
+#include "record/timed_line.h"
 
 namespace csd {
-
-/// A line and its stream time in ns.
-struct TimedLine {
-  std::int64_t time = 0;
-  TrackLine line;
-};
-
-/// Chooses the line of a frame from `before` (the last line before it) and `after` (the first that is not), which may
-/// be null: the nearer one within `reach` ns. The earlier one if both are equally near.
-const TimedLine *nearest(const TimedLine *before, const TimedLine *after, std::int64_t time, std::int64_t reach);
 
 /// Tracks in a file of JSON lines (docs/metadata.md), by stream time. Reads forward line by line; finds the place of a
 /// time jump by bisection, so seeking in an hour is as fast as in a minute. Holds two lines and the bytes of one.
@@ -33,9 +24,10 @@ class TrackFile {
   TrackFile(const TrackFile &) = delete;
   TrackFile &operator=(const TrackFile &) = delete;
 
-  /// The line of the frame at `time`, at most `reach` ns away; returns each line once, unless time goes back. Throws
-  /// Refusal, with the line's number, for the first line on the way that is invalid, or earlier than the one before it.
-  std::optional<TimedLine> at(std::int64_t time, std::int64_t reach);
+  /// The line nearest to the frame, within its reach; the earlier of two equally near. Returns each line once, unless
+  /// time goes back. Throws Refusal, with the line's number, for the first line on the way that is invalid, or earlier
+  /// than the one before it.
+  std::optional<TrackLine> at(const FrameMoment &frame);
 
  private:
   [[noreturn]] void refuse(std::int64_t offset, const std::string &what) const;
@@ -60,35 +52,5 @@ class TrackFile {
   std::optional<std::int64_t> last_time_;  ///< of the last line since the last seek
   std::optional<std::int64_t> asked_;      ///< the last time passed to at()
 };
-
-/// Splits chunks of bytes into lines. Holds one unfinished line.
-class LineSplitter {
- public:
-  /// Appends `piece` and calls `take(text, whole)` for each line that it completes; `whole`: the piece is exactly that
-  /// line. Throws LineError if a line is longer than allowed.
-  template <class Take>
-  void add(std::string_view piece, Take take) {
-    const bool whole = rest_.empty() && piece.find('\n') == piece.size() - 1;
-    for (std::size_t end; (end = piece.find('\n')) != std::string_view::npos; piece.remove_prefix(end + 1)) {
-      append(piece.substr(0, end));
-      take(std::string_view(rest_), whole);
-      rest_.clear();
-    }
-    append(piece);
-  }
-  void clear() { rest_ = {}; }
-  /// Whether a non-empty line has begun.
-  bool unfinished() const;
-
- private:
-  void append(std::string_view text) {
-    if (rest_.size() + text.size() > max_line_bytes) throw LineError("is longer than 8 MiB");
-    rest_.append(text);
-  }
-  std::string rest_;
-};
-
-/// Unescapes Pango markup: &quot; &amp; &lt; &gt; &apos; and numbers, &#39; &#x27;. Anything else stays.
-std::string unescape_markup(std::string_view markup);
 
 }  // namespace csd

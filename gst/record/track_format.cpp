@@ -28,6 +28,8 @@ LineHead head_of(const FrameRecord &record, guint &n_features) {
   head.reference_time = known(record.reference_time);
   head.width = record.width;
   head.height = record.height;
+  head.pixel_aspect_n = record.pixel_aspect_n;
+  head.pixel_aspect_d = record.pixel_aspect_d;
   n_features = 0;
   GstCsdHeader header{};
   if (!record.tracks || !gst_csd_structure_get_header(record.tracks, &header)) return head;

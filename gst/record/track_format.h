@@ -21,7 +21,8 @@ struct FrameRecord {
                stream_time = GST_CLOCK_TIME_NONE;
   const char *reference_caps = nullptr;  ///< of a GstReferenceTimestampMeta; null: none
   GstClockTime reference_time = GST_CLOCK_TIME_NONE;
-  int width = 0, height = 0;  ///< of the frame if `tracks` is null; 0: unknown
+  int width = 0, height = 0;                   ///< of the frame if `tracks` is null; 0: unknown
+  int pixel_aspect_n = 0, pixel_aspect_d = 0;  ///< from the frame's caps; 0: unknown
 };
 
 /// Appends the frame as a JsonLine.

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <gst/video/video.h>
+
+#include "text/read_line.h"
+
+namespace csd {
+
+/// Attaches a numbered line's tracks to a frame of caps `info` as a meta, and scales them to its picture. Returns false
+/// and changes nothing if they can't fit it: scale_tracks(). A line that doesn't say the shape of its pixels has the
+/// frame's. The buffer must be writable; its memory is not touched.
+bool attach_line(GstBuffer *buffer, const GstVideoInfo &info, TrackLine &line);
+
+}  // namespace csd

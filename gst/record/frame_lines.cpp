@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "record/frame_lines.h"
+
+#include <utility>
+
+#include "caps/frame_mapping.h"
+
+namespace csd {
+
+namespace {
+
+struct UnrefBuffer {
+  void operator()(GstBuffer *buffer) const { gst_buffer_unref(buffer); }
+};
+using BufferPtr = std::unique_ptr<GstBuffer, UnrefBuffer>;
+
+}  // namespace
+
+void FrameLines::warn_late_once(const Given &given, GstClockTime latency) {
+  const GstClockTime limit = given.due ? latency : given.max_wait;
+  if ((limit == 0 && !given.due) || std::exchange(warned_late_, true)) return;
+  GST_ELEMENT_WARNING(
+      element_, STREAM, FAILED,
+      ("Frames pass without tracks: no text has come within %" G_GUINT64_FORMAT
+       " ms%s. Put a queue before each pad of csdtrackdec, or set %s higher.",
+       limit / GST_MSECOND, given.due ? ", the latency" : "", given.due ? "min-upstream-latency" : "max-wait"),
+      ("what comes later is left out"));
+}
+
+void FrameLines::warn_back_once() {
+  if (std::exchange(warned_back_, true)) return;
+  GST_ELEMENT_WARNING(element_, STREAM, FAILED,
+                      ("Frames pass without tracks: the text has begun again at an earlier time, and the video has not "
+                       "yet. If it won't, flush the pad text, end its stream, or link it anew."),
+                      (nullptr));
+}
+
+void FrameLines::warn_nothing_once() {
+  if (std::exchange(warned_nothing_, true)) return;
+  GST_ELEMENT_WARNING(
+      element_, RESOURCE, SETTINGS,
+      ("There are no tracks to put on the frames. Set location to a .jsonl file of csdtrackenc, or link "
+       "a stream of its lines to the pad text."),
+      (nullptr));
+}
+
+void FrameLines::start(std::unique_ptr<TrackFile> file) {
+  file_ = std::move(file);
+  first_stream_.clear();
+  another_stream_ = late_ = false;
+  warned_late_ = warned_nothing_ = warned_unread_ = warned_another_ = warned_back_ = false;
+  now_ = {};
+  const std::lock_guard lock(mutex_);
+  pad_ = PadLines(element_);
+  matcher_ = {};
+}
+
+void FrameLines::frames_begin(const char *stream_id) {
+  if (stream_id && first_stream_.empty()) first_stream_ = stream_id;
+  if (stream_id) another_stream_ = first_stream_ != stream_id;
+  const std::lock_guard lock(mutex_);
+  matcher_.frames_begin();
+}
+
+void FrameLines::flush_frames() {
+  const std::lock_guard lock(mutex_);
+  matcher_.frames_begin_anew();
+}
+
+void FrameLines::frame(const FrameMoments &moments) {
+  now_ = moments;
+  const std::lock_guard lock(mutex_);
+  matcher_.frame(moments);
+}
+
+bool FrameLines::need_not_wait() {
+  if (file_ || late_ || !linked_) return true;
+  const std::lock_guard lock(mutex_);
+  return matcher_.decided() || pad_.over();
+}
+
+/// Reads what is on the pad, up to the current frame's line.
+void FrameLines::read(GstAggregatorPad *text) {
+  std::optional<Failure> failure;
+  {
+    // Takes the buffer under the lock: a flush that empties the pad must not find us with an old line in hand.
+    const std::lock_guard lock(mutex_);
+    while (!matcher_.decided()) {
+      const BufferPtr buffer(gst_aggregator_pad_pop_buffer(text));
+      if (!buffer) break;
+      if (is_empty_gap(buffer.get())) continue;
+      if (relinked_.exchange(false)) pad_.relinked(matcher_);
+      if (auto its = guarded([&] { pad_.take(buffer.get(), matcher_); })) failure = std::move(its);
+    }
+  }
+  if (failure) guard_.post(element_, *failure);
+}
+
+/// What is linked to the pad flows, but is not read.
+void FrameLines::leave(GstAggregatorPad *text) {
+  while (const BufferPtr buffer{gst_aggregator_pad_pop_buffer(text)}) {
+    if (is_empty_gap(buffer.get()) || std::exchange(warned_unread_, true)) continue;
+    GST_ELEMENT_WARNING(element_, RESOURCE, SETTINGS,
+                        ("What is linked to the pad text is not read, for location is set. Use one of them."),
+                        (nullptr));
+  }
+}
+
+bool FrameLines::find_in_file(std::optional<TrackLine> &line) {
+  if (!another_stream_) {
+    if (now_.stream) line = file_->at(*now_.stream);
+    return true;
+  }
+  if (!std::exchange(warned_another_, true))
+    GST_ELEMENT_WARNING(element_, STREAM, FAILED,
+                        ("Frames pass without tracks: another video follows the one that location is for. Play it in "
+                         "a pipeline of its own, or link the text of both to the pad text."),
+                        ("the first stream-id was '%s'", first_stream_.c_str()));
+  return true;
+}
+
+bool FrameLines::find_on_pad(GstAggregatorPad *text, const Given &given, std::optional<TrackLine> &line) {
+  if (text) read(text);
+  const bool more = text && linked_ && !gst_aggregator_pad_is_eos(text);
+  bool known = false, back = false;
+  {
+    const std::lock_guard lock(mutex_);
+    known = matcher_.decided() || pad_.over() || !more;
+    if (!known && !given.due && !given.overdue) return false;
+    line = matcher_.take();
+    back = matcher_.lines_ahead();
+  }
+  if (back) warn_back_once();
+  late_ = false;
+  if (known) return true;
+  const GstClockTime latency = gst_aggregator_get_latency(GST_AGGREGATOR(element_));
+  // Live, each frame waits as long as the latency allows. Else one after the other would wait in vain.
+  late_ = !GST_CLOCK_TIME_IS_VALID(latency);
+  if (!line) warn_late_once(given, latency);
+  return true;
+}
+
+bool FrameLines::find(GstAggregatorPad *text, const Given &given, std::optional<TrackLine> &line) {
+  if (!file_) {
+    if (!linked_) warn_nothing_once();
+    return find_on_pad(text, given, line);
+  }
+  if (text) leave(text);
+  return find_in_file(line);
+}
+
+void FrameLines::skip(GstAggregatorPad *text, const FrameMoments &moments) {
+  if (file_ || !text) return;
+  frame(moments);
+  read(text);
+}
+
+void FrameLines::text_event(GstEvent *event) {
+  const std::lock_guard lock(mutex_);
+  if (relinked_.exchange(false)) pad_.relinked(matcher_);
+  pad_.handle(event, matcher_);
+}
+
+void FrameLines::flush_text() {
+  const std::lock_guard lock(mutex_);
+  pad_.flush(matcher_);
+}
+
+void FrameLines::set_linked(bool linked) {
+  linked_ = linked;
+  if (!linked) relinked_ = true;
+}
+
+}  // namespace csd

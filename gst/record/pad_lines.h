@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <gst/gst.h>
+
+#include "record/line_matcher.h"
+#include "record/text_reader.h"
+
+namespace csd {
+
+/// The lines that a pad brings, from its buffers and events to a LineMatcher. Reports on the bus of `element` what the
+/// user must know. Not thread-safe.
+class PadLines {
+ public:
+  explicit PadLines(GstElement *element) : element_(element) {}
+
+  /// A buffer. Throws Refusal for an invalid line; then what comes is ignored until a new stream begins.
+  void take(GstBuffer *buffer, LineMatcher &matcher);
+  /// A serialized event.
+  void handle(GstEvent *event, LineMatcher &matcher);
+  void flush(LineMatcher &matcher);
+  /// What comes next comes over another link.
+  void relinked(LineMatcher &matcher);
+
+  /// Whether no frame need wait: no line can come.
+  bool over() const { return ended_ || refused_ || reader_.hopeless(); }
+
+ private:
+  void begin_stream(LineMatcher &matcher);
+  void begin_segment(GstEvent *event, LineMatcher &matcher);
+  void gap(GstEvent *event, LineMatcher &matcher);
+  void warn_torn_once();
+  void warn_others_once();
+
+  GstElement *element_;
+  TextReader reader_;
+  bool ended_ = false;    ///< by EOS
+  bool refused_ = false;  ///< a line
+  // Once per stream.
+  bool warned_torn_ = false, warned_others_ = false;
+};
+
+}  // namespace csd

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <gst/gst.h>
+
+#include <cstdint>
+#include <mutex>
+
+namespace csd {
+
+/// Tells an element when it has waited long enough for something. Thread-safe.
+class Patience {
+ public:
+  /// Called by the system clock's thread. It must not block.
+  using Over = void (*)(GstElement *element, std::uint64_t what);
+
+  Patience(GstElement *element, Over over) : element_(element), over_(over) {}
+  ~Patience() { end(); }
+  Patience(const Patience &) = delete;
+  Patience &operator=(const Patience &) = delete;
+
+  /// Calls `over` for `what` after `wait` ns. Waits for one thing at a time: changes nothing if it has already begun to
+  /// wait as long, or less, for the same.
+  void begin(std::uint64_t what, GstClockTime wait);
+  /// Ends the wait. A call may still be under way.
+  void end();
+
+ private:
+  void end_locked();
+
+  GstElement *const element_;
+  const Over over_;
+  std::mutex mutex_;
+  // Guarded by mutex_.
+  GstClockID alarm_ = nullptr;
+  std::uint64_t what_ = 0;
+  GstClockTime wait_ = 0;
+};
+
+}  // namespace csd
