@@ -27,6 +27,27 @@ bool has_strides(const GstVideoFormatInfo &format) {
   return true;
 }
 
+GstVideoInfo layout_of(const GstVideoFormatInfo &format, gint64 width, int height) {
+  GstVideoInfo info;
+  if (width > G_MAXINT ||
+      !gst_video_info_set_format(&info, format.format, static_cast<guint>(width), static_cast<guint>(height)))
+    throw std::runtime_error("a frame's pixels can't be mapped: its lines are too long");
+  return info;
+}
+
+/// Pixels that fill whole groups of all formats without pixel strides, and whole words of 32 bits.
+constexpr int group = 48;
+
+/// The bytes of so many pixels in a line of the plane; 0 if they are no fixed number.
+int group_bytes(const GstVideoFormatInfo &format, guint plane) {
+  const auto bytes = [&](int groups) {
+    const GstVideoInfo info = layout_of(format, gint64{groups} * group, 16);
+    return static_cast<int>(GST_VIDEO_INFO_PLANE_STRIDE(&info, plane));
+  };
+  const int one = bytes(1);
+  return bytes(2) == 2 * one && bytes(7) == 7 * one && bytes(30) == 30 * one ? one : 0;
+}
+
 /// Unpacking may start at multiples of this column; 0: only at a line's start. The functions' own argument x can't be
 /// relied on: in 1.22 it is wrong for v210, UYVP, IYU1, for BGRA64_LE and its kin, and in tiles but for a tile's start.
 int unpack_grain(const GstVideoFormatInfo &format) {
@@ -34,15 +55,10 @@ int unpack_grain(const GstVideoFormatInfo &format) {
     const int width = static_cast<int>(GST_VIDEO_FORMAT_INFO_TILE_WIDTH(&format, 0));
     return has_strides(format) && width <= block / 4 ? width : 0;
   }
-  return has_strides(format) ? 4 : 0;
-}
-
-GstVideoInfo layout_of(const GstVideoFormatInfo &format, gint64 width, int height) {
-  GstVideoInfo info;
-  if (width > G_MAXINT ||
-      !gst_video_info_set_format(&info, format.format, static_cast<guint>(width), static_cast<guint>(height)))
-    throw std::runtime_error("a frame's pixels can't be mapped: its lines are too long");
-  return info;
+  if (has_strides(format)) return 4;
+  for (guint plane = 0; plane < format.n_planes; ++plane)
+    if (group_bytes(format, plane) == 0) return 0;
+  return group;
 }
 
 guint component_of(const GstVideoFormatInfo &format, guint plane) {
@@ -172,6 +188,13 @@ RowUnpacker::RowUnpacker(const GstVideoFrame &frame, int x, int width, int rows,
   if (fields) flags |= GST_VIDEO_PACK_FLAG_INTERLACED;
   flags_ = static_cast<GstVideoPackFlags>(flags);
   for (std::size_t k = 0; k < 3; ++k) sub_x_[k] = grids[k].sub_x;
+  for (guint p = 0; p < format_.n_planes && grain_ > 0 && !frame_lines_.tiled(); ++p) {
+    const guint c = component_of(format_, p);
+    const bool strides = !is_palette(format_, p) && has_strides(format_);
+    grain_bytes_[p] = strides                  ? (grain_ >> format_.w_sub[c]) * format_.pixel_stride[c]
+                      : is_palette(format_, p) ? 0
+                                               : group_bytes(format_, p);
+  }
 }
 
 void RowUnpacker::read(int row, int first, int n, const std::array<std::uint8_t *, 3> &out) const {
@@ -209,11 +232,8 @@ void RowUnpacker::read_part(const FrameLines::Line &line, int begin, int n, int 
     unpacked = reinterpret_cast<guint8 *>(large.data());
   }
   FrameLines::Line part = line;
-  if (!frame_lines_.tiled())
-    for (guint c = 0; c < format_.n_components && from > 0; ++c)
-      part.data[format_.plane[c]] =
-          static_cast<guint8 *>(line.data[format_.plane[c]]) +
-          (is_palette(format_, format_.plane[c]) ? 0 : (from >> format_.w_sub[c]) * format_.pixel_stride[c]);
+  for (guint p = 0; p < format_.n_planes && from > 0 && !frame_lines_.tiled(); ++p)
+    part.data[p] = static_cast<guint8 *>(line.data[p]) + from / grain_ * grain_bytes_[p];
   format_.unpack_func(&format_, flags_, unpacked, part.data, part.stride, frame_lines_.tiled() ? from : 0, part.y,
                       pixels);
   const int bytes = deep_ ? 2 : 1;

@@ -85,6 +85,7 @@ class RowUnpacker : public PixelReader {
   const GstVideoFormatInfo &format_;
   FrameLines frame_lines_;
   int x_, rows_, grain_;
+  int grain_bytes_[GST_VIDEO_MAX_PLANES] = {};
   bool deep_;
   GstVideoPackFlags flags_;
   std::array<ComponentLines, GST_VIDEO_MAX_COMPONENTS> lines_;
