@@ -94,7 +94,9 @@ void ChromaLeast(const YuvCoefficients &c, const std::uint8_t *u, const std::uin
     const auto vv = hn::ShiftLeft<7>(hn::Sub(hn::PromoteTo(i16, hn::LoadU(u8, v + i)), grey));
     const auto green = hn::Neg(hn::Add(hn::MulHigh(uu, gu), hn::MulHigh(vv, gv)));
     const auto least = hn::Min(hn::Min(hn::MulHigh(vv, rv), hn::MulHigh(uu, bu)), green);
-    if (copies == 2)
+    if (copies == 4)
+      hn::StoreInterleaved4(least, least, least, least, i16, out + 4 * i);
+    else if (copies == 2)
       hn::StoreInterleaved2(least, least, i16, out + 2 * i);
     else
       hn::StoreU(least, i16, out + i);

@@ -37,7 +37,7 @@ void rgb_to_space(const ColourSpace &space, const std::uint8_t *r, const std::ui
 void rgb_to_luma(const LumaCoefficients &c, const std::uint8_t *r, const std::uint8_t *g, const std::uint8_t *b, int n,
                  std::uint8_t *out);
 /// The smallest of R, G and B as yuv_to_rgb() gives them, in two steps: chroma_least() computes the smallest
-/// contribution of U and V, in 1/16 of a step, each value repeated `copies` (1 or 2) times; yuv_least() adds Y.
+/// contribution of U and V, in 1/16 of a step, each value repeated `copies` (1, 2 or 4) times; yuv_least() adds Y.
 void chroma_least(const YuvCoefficients &c, const std::uint8_t *u, const std::uint8_t *v, int n, int copies,
                   std::int16_t *out);
 void yuv_least(const YuvCoefficients &c, const std::uint8_t *y, const std::int16_t *chroma, int n, std::uint8_t *out);

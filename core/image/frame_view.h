@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 
 namespace csd {
 
@@ -28,7 +29,16 @@ enum class ColourModel : std::uint8_t { gray, yuv, rgb };
 /// other formats are components with strides.
 enum class Packing : std::uint8_t { components, v210, gray10 };
 
-/// A view of a picture or one of its fields; copies and owns nothing.
+/// Reads the samples of a picture that no Component describes.
+class PixelReader {
+ public:
+  virtual ~PixelReader() = default;
+  /// Reads `n` ≥ 1 samples from column `first` of row `row` as 8 bit: component k into out[k], unless that is null. Row
+  /// and column are in the grid of these components, which must have the same. May be called by several threads.
+  virtual void read(int row, int first, int n, const std::array<std::uint8_t *, 3> &out) const = 0;
+};
+
+/// A view of a picture or one of its fields; copies no pixel and owns none.
 ///
 /// Coordinates of features are the *picture's* (pixel centres at integers, top left 0,0): row r of the view is the
 /// picture's line `row_step * r + row_offset`. A progressive picture has rows == height, row_step 1, row_offset 0.
@@ -45,11 +55,15 @@ struct FrameView {
   int x_offset = 0;
   /// Y · Y,U,V · R,G,B. With Packing::v210 or gray10 only component[0].data and .row_stride are used.
   std::array<Component, 3> component{};
+  /// Not null: it reads all samples. Of the components only sub_x and sub_y are then used, and no Packing.
+  std::shared_ptr<const PixelReader> reader{};
   double kr = 0.2126;       ///< Y'CbCr matrix (BT.709 unless the stream says otherwise)
   double kb = 0.0722;       ///< Y'CbCr matrix
   bool full_range = false;  ///< Y'CbCr in 0…255 instead of 16…235/240
-  /// Little-endian 16-bit gray that may use any part of its range: GrayWindow finds that part and sets black and gain.
+  /// 16-bit gray that may use any part of its range: GrayWindow finds that part and sets black and gain.
   bool open_range = false;
+
+  bool has_pixels() const { return width > 0 && rows > 0 && (reader || component[0].data); }
 };
 
 }  // namespace csd

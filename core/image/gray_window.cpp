@@ -23,7 +23,7 @@ constexpr double brightest = 65535;
 }  // namespace
 
 FrameView GrayWindow::look(const FrameView &view, std::int64_t time) {
-  if (!view.open_range || view.width < 1 || view.rows < 1 || !view.component[0].data) return view;
+  if (!view.open_range || !view.has_pixels()) return view;
   if (view.width != width_ || view.rows != rows_) reset();
   width_ = view.width;
   rows_ = view.rows;
@@ -48,9 +48,10 @@ GrayWindow::Seen GrayWindow::measure(const FrameView &view) {
   for (int y = std::min(every, view.rows) / 2; y < view.rows; y += every)
     for (int x = std::min(every, view.width) / 2; x < view.width; x += every, ++count) {
       const std::uint8_t *p = c.data + y * c.row_stride + x * c.pixel_stride;
-      ++fine_[static_cast<std::size_t>(p[0] | p[1] << 8)];
-      ++coarse_[p[1]];
-      all |= p[0];
+      const std::uint8_t low = p[c.big_endian], high = p[!c.big_endian];
+      ++fine_[static_cast<std::size_t>(low | high << 8)];
+      ++coarse_[high];
+      all |= low;
     }
   const int step = 1 << std::countr_zero(all);
   known_ &= step >= step_;

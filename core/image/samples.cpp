@@ -229,7 +229,18 @@ void read_slowly(const FrameView &view, int component, int row, int first, int n
 
 }  // namespace
 
+void read_samples(const FrameView &view, int row, int first, int n, const std::array<std::uint8_t *, 3> &out) {
+  if (view.reader) return view.reader->read(row, first, n, out);
+  for (int k = 0; k < 3; ++k)
+    if (std::uint8_t *to = out[static_cast<std::size_t>(k)]) read_samples(view, k, row, first, n, to);
+}
+
 void read_samples(const FrameView &view, int component, int row, int first, int n, std::uint8_t *out) {
+  if (view.reader) {
+    std::array<std::uint8_t *, 3> one{};
+    one[static_cast<std::size_t>(component)] = out;
+    return view.reader->read(row, first, n, one);
+  }
   int done = 0;
   if (view.packing != Packing::components) {
     const Component &c = view.component[0];

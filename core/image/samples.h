@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "image/frame_view.h"
@@ -22,7 +23,11 @@ inline int component_rows(const FrameView &view, int component) {
 /// their Component's `black` and `gain`.
 void read_samples(const FrameView &view, int component, int row, int first, int n, std::uint8_t *out);
 
-/// The same without SIMD, the bit-exact reference for tests.
+/// The same for all components whose `out` is not null, which must have the same grid: a PixelReader reads them at
+/// once.
+void read_samples(const FrameView &view, int row, int first, int n, const std::array<std::uint8_t *, 3> &out);
+
+/// The same without SIMD, the bit-exact reference for tests. A PixelReader has no such reference.
 namespace scalar {
 void read_samples(const FrameView &view, int component, int row, int first, int n, std::uint8_t *out);
 }

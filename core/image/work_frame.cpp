@@ -22,7 +22,7 @@ constexpr int band = 32;
 // Whether a plane of bytes can be read in place.
 bool is_plane(const FrameView &view, int k) {
   const Component &c = view.component[k];
-  return view.packing == Packing::components && c.bytes == 1 && c.shift == 0 && c.pixel_stride == 1;
+  return !view.reader && view.packing == Packing::components && c.bytes == 1 && c.shift == 0 && c.pixel_stride == 1;
 }
 
 int sub_x(const FrameView &view, int k) {
@@ -48,7 +48,7 @@ RowReader rgb_luma_reader(const FrameView &view) {
     std::uint8_t rgb[3][block];
     for (int x = 0; x < n; x += block) {
       const int part = std::min(block, n - x);
-      for (int k = 0; k < 3; ++k) read_samples(view, k, row, first + x, part, rgb[k]);
+      read_samples(view, row, first + x, part, {rgb[0], rgb[1], rgb[2]});
       rgb_to_luma(c, rgb[0], rgb[1], rgb[2], part, out + x);
     }
     return static_cast<const std::uint8_t *>(out);
@@ -58,8 +58,7 @@ RowReader rgb_luma_reader(const FrameView &view) {
 }  // namespace
 
 void WorkFrame::load(const FrameView &view, int most) {
-  if (view.width < 1 || view.rows < 1 || view.row_step < 1 || !view.component[0].data)
-    throw std::invalid_argument("WorkFrame: a view without pixels");
+  if (!view.has_pixels() || view.row_step < 1) throw std::invalid_argument("WorkFrame: a view without pixels");
   view_ = source_ = view;
   yuv_ = YuvCoefficients::make(view.kr, view.kb, view.full_range);
 
@@ -224,14 +223,12 @@ void WorkFrame::gather_least(cv::Mat &out) const {
   const auto luma_of = LumaCoefficients::make(view_.kr, view_.kb);
   const auto slots = static_cast<std::size_t>(samples);
   std::vector<std::uint8_t> first(slots), second(slots), third(slots), bright(slots), least(slots);
-  std::vector<std::int16_t> sampled(slots), chroma(static_cast<std::size_t>(n) + 1);
+  std::vector<std::int16_t> sampled(slots), chroma(slots << right);
   for (int y = 0, last = -1; y < luma_.rows; ++y) {
     const int row = static_cast<int>((y + 0.5) * scale_y_) >> down;
     if (row != last) {
       last = row;
-      read_samples(view_, 1, row, 0, samples, second.data());
-      read_samples(view_, 2, row, 0, samples, third.data());
-      if (rgb) read_samples(view_, 0, row, 0, samples, first.data());
+      read_samples(view_, row, 0, samples, {rgb ? first.data() : nullptr, second.data(), third.data()});
       if (!rgb && !scaled) chroma_least(yuv_, second.data(), third.data(), samples, 1 << right, chroma.data());
       if (!rgb && scaled) {
         chroma_least(yuv_, second.data(), third.data(), samples, 1, sampled.data());

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "caps/row_unpacker.h"
+
 namespace csd {
 
 namespace {
@@ -25,62 +27,6 @@ void set_colour(FrameView &view, const GstVideoInfo &info) {
 
 }  // namespace
 
-#define CSD_VIDEO_FIELDS ", interlace-mode = (string) { progressive, interleaved, mixed }"
-
-GstCaps *template_caps() {
-  static constexpr char rest[] = ", width = " GST_VIDEO_SIZE_RANGE ", height = " GST_VIDEO_SIZE_RANGE
-                                 ", framerate = " GST_VIDEO_FPS_RANGE CSD_VIDEO_FIELDS;
-  static constexpr char composition[] = "(" GST_CAPS_FEATURE_META_GST_VIDEO_OVERLAY_COMPOSITION ")";
-  // Features with and without SystemMemory don't intersect, and elements use both spellings.
-  static constexpr char system_composition[] =
-      "(" GST_CAPS_FEATURE_MEMORY_SYSTEM_MEMORY ", " GST_CAPS_FEATURE_META_GST_VIDEO_OVERLAY_COMPOSITION ")";
-  GstCaps *caps = gst_caps_new_empty();
-  for (const char *features : {"", composition, system_composition})
-    for (const char *formats : {"{ " CSD_USUAL_FORMATS " }", "{ " CSD_OTHER_FORMATS " }"}) {
-      gchar *text = g_strconcat("video/x-raw", features, ", format = (string) ", formats, rest, nullptr);
-      gst_caps_append(caps, gst_caps_from_string(text));
-      g_free(text);
-    }
-  return caps;
-}
-
-GstCaps *any_memory_caps() {
-  // The common formats first: a source that supports all would pick one that nothing else accepts.
-  GstCaps *caps = template_caps();
-  gst_caps_append(caps, gst_caps_from_string("video/x-raw(ANY)" CSD_VIDEO_FIELDS));
-  return caps;
-}
-
-bool can_map(GstCaps *caps) {
-  GstCaps *mappable = template_caps();
-  const bool can = gst_caps_can_intersect(caps, mappable);
-  gst_caps_unref(mappable);
-  return can;
-}
-
-bool read_caps(GstCaps *caps, GstVideoInfo &info) {
-  if (can_map(caps)) return gst_video_info_from_caps(&info, caps);
-  const GstStructure *structure = gst_caps_get_structure(caps, 0);
-  int width = 0, height = 0;
-  if (!gst_structure_get_int(structure, "width", &width) || !gst_structure_get_int(structure, "height", &height) ||
-      width < 1 || height < 1)
-    return false;
-  gst_video_info_set_format(&info, GST_VIDEO_FORMAT_ENCODED, static_cast<guint>(width), static_cast<guint>(height));
-  gst_structure_get_fraction(structure, "framerate", &info.fps_n, &info.fps_d);
-  gst_structure_get_fraction(structure, "pixel-aspect-ratio", &info.par_n, &info.par_d);
-  return true;
-}
-
-GstCaps *complete_caps(GstCaps *caps) {
-  GstCaps *complete = gst_caps_copy(caps);
-  for (guint i = 0; i < gst_caps_get_size(complete); ++i) {
-    GstStructure *structure = gst_caps_get_structure(complete, i);
-    if (!gst_structure_has_field(structure, "interlace-mode"))
-      gst_structure_set(structure, "interlace-mode", G_TYPE_STRING, "progressive", nullptr);
-  }
-  return complete;
-}
-
 /// gst_video_frame_map() would treat this as a programming error.
 static bool contradicts(const GstVideoMeta &meta, const GstVideoInfo &info) {
   return meta.format != GST_VIDEO_INFO_FORMAT(&info) || meta.n_planes != GST_VIDEO_INFO_N_PLANES(&info) ||
@@ -93,6 +39,10 @@ static gint64 line_bytes(const GstVideoFrame &frame, guint c) {
   const GstVideoFormatInfo &format = *frame.info.finfo;
   if (const SampleGroups *groups = sample_groups(format))
     return (gint64{frame.info.width} + groups->pixels - 1) / groups->pixels * groups->bytes;
+  if (!is_native(format.format)) {
+    const gint64 bytes = plane_line_bytes(format, format.plane[c], frame.info.width);
+    return format.pixel_stride[c] > 0 ? bytes : std::max<gint64>(bytes - 3, 1);  // without padding
+  }
   const gint64 width = GST_VIDEO_FORMAT_INFO_SCALE_WIDTH(&format, c, gint64{frame.info.width});
   const SamplePlace place = sample_place(format, c);
   return place.offset + (width - 1) * format.pixel_stride[c] + place.bytes;
@@ -101,14 +51,17 @@ static gint64 line_bytes(const GstVideoFrame &frame, guint c) {
 /// Whether all lines lie in the mapped memory. GStreamer (1.22) takes offsets and strides from the GstVideoMeta but
 /// only checks that a plane's first byte is mapped.
 static bool holds_its_lines(const GstVideoFrame &frame) {
+  const GstVideoFormatInfo &format = *frame.info.finfo;
+  if (GST_VIDEO_FORMAT_INFO_IS_TILED(&format)) return holds_its_tiles(frame);
   for (guint c = 0; c < GST_VIDEO_FRAME_N_COMPONENTS(&frame); ++c) {
     const guint plane = GST_VIDEO_FRAME_COMP_PLANE(&frame, c);
-    const GstMapInfo &map = frame.map[plane];
+    const bool palette = is_palette(format, plane);
+    const GstMapInfo &map = frame.map[frame.meta ? plane : 0];
     const gint64 begin = static_cast<const guint8 *>(frame.data[plane]) - map.data;
-    const gint64 height = GST_VIDEO_FORMAT_INFO_SCALE_HEIGHT(frame.info.finfo, c, gint64{frame.info.height});
+    const gint64 height = palette ? 1 : GST_VIDEO_FORMAT_INFO_SCALE_HEIGHT(&format, c, gint64{frame.info.height});
     const gint64 last = begin + (height - 1) * GST_VIDEO_FRAME_PLANE_STRIDE(&frame, plane);
-    if (std::min(begin, last) < 0 || std::max(begin, last) + line_bytes(frame, c) > static_cast<gint64>(map.size))
-      return false;
+    const gint64 bytes = palette ? palette_bytes : line_bytes(frame, c);
+    if (std::min(begin, last) < 0 || std::max(begin, last) + bytes > static_cast<gint64>(map.size)) return false;
   }
   return true;
 }
@@ -121,7 +74,13 @@ MappedFrame::MappedFrame(const GstVideoInfo &info, GstBuffer *buffer, GstMapFlag
   const auto flags = static_cast<GstMapFlags>(access | static_cast<int>(GST_VIDEO_FRAME_MAP_FLAG_NO_REF));
   if (!gst_video_frame_map(&frame_, &info, buffer, flags))
     throw std::runtime_error("a frame's pixels can't be mapped: it is damaged, or smaller than its caps say");
-  if (frame_.meta && !holds_its_lines(frame_)) {
+  bool holds = false;
+  try {
+    // GStreamer's own layout needs no check where we read it in place.
+    holds = (!frame_.meta && is_native(GST_VIDEO_INFO_FORMAT(&info))) || holds_its_lines(frame_);
+  } catch (const std::runtime_error &) {
+  }
+  if (!holds) {
     gst_video_frame_unmap(&frame_);
     throw std::runtime_error("a frame's pixels can't be mapped: its GstVideoMeta tells of lines that it doesn't hold");
   }
@@ -212,11 +171,10 @@ SamplePlace sample_place(const GstVideoFormatInfo &format, guint c) {
   const int offset = format.poffset[c], shift = static_cast<int>(format.shift[c]);
   if (format.depth[c] <= 8) return {.offset = offset, .shift = shift};
   // GStreamer declares V of P010 and P012 at byte 1 (seen, 1.22). A 16-bit word can't start there: it is word 1.
-  const bool host_endian = GST_VIDEO_FORMAT_INFO_FORMAT(&format) == GST_VIDEO_FORMAT_ARGB64;
   return {.offset = offset % 2 == 1 ? 2 * offset : offset,
           .bytes = 2,
           .shift = shift,
-          .big_endian = host_endian && G_BYTE_ORDER == G_BIG_ENDIAN};
+          .big_endian = !GST_VIDEO_FORMAT_INFO_IS_LE(&format)};
 }
 
 const SampleGroups *sample_groups(const GstVideoFormatInfo &format) {
@@ -251,7 +209,34 @@ static Component whole_component(const GstVideoFrame &frame, guint c) {
   return out;
 }
 
-FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop) {
+namespace {
+
+/// The lines of the picture, or of its field.
+struct Rows {
+  int first_line = 0, line_step = 1;  // in the frame
+  bool progressive = true;            // the frame, even if the view is a field
+};
+
+ComponentLines component_lines(const GstVideoFrame &frame, guint c, const Rows &rows, int count) {
+  const GstVideoFormatInfo &format = *frame.info.finfo;
+  const int sub_y = static_cast<int>(format.h_sub[c]);
+  if (rows.line_step == 1 || sub_y == 0) return {rows.first_line >> sub_y, rows.line_step, sub_y};
+  // Progressive 4:2:0: each chroma line belongs to a line of both fields.
+  const ComponentLines of_both{rows.first_line >> sub_y, 1, sub_y - 1};
+  if (rows.progressive) return of_both;
+  // Interlaced 4:2:0: chroma lines alternate between the fields like luma lines.
+  const ComponentLines lines{((rows.first_line >> 1) >> sub_y) * 2 + (rows.first_line & 1), 2, sub_y};
+  if (GST_VIDEO_FORMAT_INFO_IS_TILED(&format)) return lines;
+  // With 4n+2 lines the bottom field's last chroma line is one more than the picture needs. GStreamer's default layout
+  // has it; a GstVideoMeta's may not: the view then uses the chroma lines of both fields.
+  const int last = lines.first + 2 * ((count - 1) >> sub_y);
+  const guint8 *end = static_cast<const guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, format.plane[c])) +
+                      std::ptrdiff_t{last} * GST_VIDEO_FRAME_PLANE_STRIDE(&frame, format.plane[c]) +
+                      line_bytes(frame, c);
+  return last >= GST_VIDEO_FRAME_COMP_HEIGHT(&frame, c) && end > plane_end(frame, format.plane[c]) ? of_both : lines;
+}
+
+FrameView make_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop, bool native) {
   const GstVideoFormatInfo &format = *frame.info.finfo;
   const PictureArea area = picture_area(frame, caps, crop);
   const Fields fields = frame_fields(frame);
@@ -261,13 +246,12 @@ FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const
                : GST_VIDEO_FORMAT_INFO_IS_RGB(&format) ? ColourModel::rgb
                                                        : ColourModel::yuv;
   set_colour(view, caps);
-  view.open_range = GST_VIDEO_FORMAT_INFO_FORMAT(&format) == GST_VIDEO_FORMAT_GRAY16_LE;
+  view.open_range = native && view.model == ColourModel::gray && format.depth[0] == 16;
   view.width = area.width;
   view.height = view.rows = area.height;
   if (area.width == 0) return view;
 
-  int first_line = area.y;  // in the frame
-  int line_step = 1;
+  Rows rows{area.y, 1, fields == Fields::progressive};
   // In a mixed stream the view of a progressive frame is its top field, because the tracker can't change the frame size
   // between frames.
   const bool as_field =
@@ -276,61 +260,54 @@ FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const
     // A field's lines have its parity in the frame; a crop that starts on an odd line swaps the parities.
     view.row_offset = (area.y & 1) == (fields == Fields::bottom_first ? 1 : 0) ? 0 : 1;
     if (view.row_offset < area.height) {
-      view.row_step = line_step = 2;
+      view.row_step = rows.line_step = 2;
       // The same count for both parities, for the same reason: with an odd height the last line is dropped.
       view.rows = std::max(area.height / 2, 1);
-      first_line += view.row_offset;
+      rows.first_line += view.row_offset;
     } else {
       view.row_offset = 0;  // a single line, of the other field: better than none
     }
   }
 
-  if (const SampleGroups *groups = sample_groups(format)) {
+  if (const SampleGroups *groups = native ? sample_groups(format) : nullptr) {
     view.packing = groups->packing;
     const std::ptrdiff_t stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0);
     view.x_offset = area.x % groups->pixels;
-    view.component[0].data = static_cast<const guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0)) + first_line * stride +
-                             area.x / groups->pixels * groups->bytes;
-    view.component[0].row_stride = stride * line_step;
+    view.component[0].data = static_cast<const guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0)) +
+                             rows.first_line * stride + area.x / groups->pixels * groups->bytes;
+    view.component[0].row_stride = stride * rows.line_step;
     return view;
   }
 
+  std::array<ComponentLines, GST_VIDEO_MAX_COMPONENTS> lines;
+  for (guint c = 0; c < GST_VIDEO_FRAME_N_COMPONENTS(&frame); ++c)
+    if (!is_palette(format, format.plane[c])) lines[c] = component_lines(frame, c, rows, view.rows);
   const guint colours = view.model == ColourModel::gray ? 1 : 3;  // alpha isn't used
   for (guint c = 0; c < colours; ++c) {
     Component &out = view.component[c];
-    out = whole_component(frame, c);
-    const std::uint8_t *base = out.data;
-    const std::ptrdiff_t stride = out.row_stride;
-
-    int line = first_line >> out.sub_y;
-    const bool in_both_fields = line_step == 2 && out.sub_y > 0 && fields == Fields::progressive;
-    if (line_step == 2 && out.sub_y > 0 && !in_both_fields) {
-      // Interlaced 4:2:0: chroma lines alternate between the fields like luma lines.
-      line = ((first_line >> 1) >> out.sub_y) * 2 + (first_line & 1);
+    if (native) {
+      out = whole_component(frame, c);
+      out.data += lines[c].first * out.row_stride + (area.x >> out.sub_x) * out.pixel_stride;
+      out.row_stride *= lines[c].step;
+    } else {
+      out.sub_x = static_cast<std::uint8_t>(format.w_sub[c]);
     }
-    const std::ptrdiff_t column = (area.x >> out.sub_x) * out.pixel_stride;
-    out.data = base + line * stride + column;
-    out.row_stride = stride * line_step;
-
-    if (in_both_fields) {
-      // Progressive 4:2:0: each chroma line belongs to a line of both fields.
-      out.row_stride = stride;
-      out.sub_y = 0;
-    } else if (line_step == 2 && out.sub_y > 0) {
-      // With 4n+2 lines the bottom field's last chroma line is one more than the picture needs. GStreamer's default
-      // layout has it; a GstVideoMeta's may not: the view then uses the chroma lines of both fields, one per row.
-      const int last = line + 2 * ((view.rows - 1) >> out.sub_y);
-      const int needed = GST_VIDEO_FRAME_COMP_HEIGHT(&frame, c);
-      const guint8 *last_byte =
-          base + last * stride + ((area.x + area.width - 1) >> out.sub_x) * out.pixel_stride + out.bytes;
-      if (last >= needed && last_byte > plane_end(frame, format.plane[c])) {
-        out.data = base + (first_line >> 1) * stride + column;
-        out.row_stride = stride;
-        out.sub_y = 0;
-      }
-    }
+    out.sub_y = static_cast<std::uint8_t>(lines[c].sub_y);
   }
+  if (!native)
+    view.reader = std::make_shared<RowUnpacker>(frame, area.x, area.width, view.rows,
+                                                !rows.progressive && rows.line_step == 2, lines, view.component);
   return view;
+}
+
+}  // namespace
+
+FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop) {
+  return make_view(frame, caps, crop, is_native(GST_VIDEO_FRAME_FORMAT(&frame)));
+}
+
+FrameView unpacked_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop) {
+  return make_view(frame, caps, crop, false);
 }
 
 }  // namespace csd

@@ -5,40 +5,10 @@
 
 #include <string_view>
 
+#include "caps/formats.h"
 #include "image/frame_view.h"
 
 namespace csd {
-
-/// The raw formats that decoders and capture cards usually produce, as a caps list. A test iterates over it. They have
-/// a structure of their own, which comes first: within a structure the source's order decides, and videotestsrc prefers
-/// the deepest format.
-#define CSD_USUAL_FORMATS                                                                                       \
-  "I420, YV12, NV12, NV21, Y42B, Y444, YUY2, UYVY, GRAY8, RGB, BGR, RGBx, BGRx, xRGB, xBGR, RGBA, BGRA, ARGB, " \
-  "ABGR, v210, I420_10LE, I422_10LE, Y444_10LE, P010_10LE"
-#define CSD_OTHER_FORMATS \
-  "NV16, VUYA, P012_LE, I420_12LE, RGBA64_LE, ARGB64, Y210, Y410, r210, BGR10A2_LE, GRAY10_LE32, GRAY16_LE"
-#define CSD_VIDEO_FORMATS "{ " CSD_USUAL_FORMATS ", " CSD_OTHER_FORMATS " }"
-
-/// Caps of both pad templates: every format, the usual ones first, plain and with the feature
-/// meta:GstVideoOverlayComposition; progressive, interleaved and mixed, but neither fields nor alternate (a field alone
-/// is no picture). The caller owns the result.
-GstCaps *template_caps();
-
-/// The same for elements that don't map: followed by every format in every memory, with every feature. The caller owns
-/// the result.
-GstCaps *any_memory_caps();
-
-/// Whether frames of these caps can be mapped: they are a subset of template_caps().
-bool can_map(GstCaps *caps);
-
-/// Parses caps. Caps that can't be mapped give only size and framerate: GstVideoInfo may not know their formats.
-/// Returns false if even these are missing.
-bool read_caps(GstCaps *caps, GstVideoInfo &info);
-
-/// Adds interlace-mode=progressive to the structures of `caps` that lack the field, which is what the lack means.
-/// Without it they are no subset of the template's caps and would be refused, so GstBaseTransformClass.accept_caps
-/// checks these instead. The caller owns the result.
-GstCaps *complete_caps(GstCaps *caps);
 
 /// Maps a buffer's pixels for its lifetime.
 class MappedFrame {
@@ -96,12 +66,15 @@ Fields frame_fields(const GstVideoFrame &frame);
 
 /// A view of the picture in `frame`, or of the field that comes first in time. `frame` must be mapped for reading (its
 /// plane pointers and strides then follow its GstVideoMeta, if any) and outlive the view; `caps` is what it was mapped
-/// with, in one of CSD_VIDEO_FORMATS. Copies nothing. Coordinates are those of picture_area(); if that is empty, the
-/// view has width, height and rows 0.
+/// with. Copies no frame: in formats that are not is_native() the view has a reader that unpacks rows. Coordinates are
+/// those of picture_area(); if that is empty, the view has width, height and rows 0.
 ///
 /// If a crop or a field starts within a chroma sample, that sample's origin is rounded down: colour is then off by at
 /// most one chroma sample, luma never.
 FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop = nullptr);
+
+/// The same with a reader in every format, to measure and to test. A reader shows the same samples.
+FrameView unpacked_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop = nullptr);
 
 /// The end of the memory of plane `plane`: the next plane, or the end of the mapped memory.
 const guint8 *plane_end(const GstVideoFrame &frame, guint plane);

@@ -1,11 +1,19 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "overlay/overlay.h"
 
+#include <stdexcept>
+#include <utility>
+
 #include "caps/frame_mapping.h"
+#include "overlay/row_painter.h"
 #include "support/guard.h"
 #include "support/lock.h"
 
 namespace csd {
+
+static constexpr char no_drawing[] =
+    "overlay=draw can't draw into these frames, for they are not in system memory, or of a format that can't be drawn "
+    "into. Use overlay=meta or none, or download and convert the frames before.";
 
 GParamSpec *Overlay::param_spec() {
   return g_param_spec_enum("overlay", "Overlay", "How features are shown in the picture", GST_TYPE_CSD_TRACK_OVERLAY,
@@ -38,9 +46,9 @@ GstCaps *Overlay::transform_caps(GstPadDirection direction, GstCaps *caps, GstCa
   };
   // Offers upstream only what can be drawn into. Other caps aren't refused here: can_show() reports why.
   if (draws_ && direction == GST_PAD_SRC) {
-    GstCaps *mappable = template_caps();
-    narrow(other, mappable);
-    gst_caps_unref(mappable);
+    GstCaps *drawable = caps_of(drawable_formats());
+    narrow(other, drawable);
+    gst_caps_unref(drawable);
   }
   if (filter) narrow(filter, other);
   return other;
@@ -83,18 +91,18 @@ void Overlay::see_event(GstEvent *event) {
 }
 
 void Overlay::set_caps(GstCaps *in, GstCaps *out) {
-  can_map_ = can_map(in);
+  GstCaps *drawable = caps_of(drawable_formats());
+  can_draw_ = gst_caps_can_intersect(in, drawable);
+  gst_caps_unref(drawable);
+  told_of_rows_ = false;
   negotiation_.set_caps(in, out);
 }
 
 bool Overlay::can_show(GstCsdTrackOverlay overlay) const {
-  if (can_map_ || overlay != GST_CSD_TRACK_OVERLAY_DRAW) return true;
+  if (can_draw_ || overlay != GST_CSD_TRACK_OVERLAY_DRAW) return true;
   GstCaps *caps = gst_pad_get_current_caps(sink_);
   gchar *text = caps ? gst_caps_to_string(caps) : g_strdup("not known");
-  GST_ELEMENT_ERROR(element_, STREAM, WRONG_TYPE,
-                    ("overlay=draw can't draw into these frames, for they are not in system memory, or not of a format "
-                     "that csdtrack takes. Use overlay=meta or none, or download and convert the frames before."),
-                    ("their caps are %s", text));
+  GST_ELEMENT_ERROR(element_, STREAM, WRONG_TYPE, ("%s", no_drawing), ("their caps are %s", text));
   g_free(text);
   gst_clear_caps(&caps);
   return false;
@@ -108,8 +116,13 @@ void Overlay::show(const GstVideoInfo &info, GstBuffer *buffer, const Tracks &tr
   if (overlay == GST_CSD_TRACK_OVERLAY_NONE || is_empty_gap(buffer)) return;
   const GstVideoCropMeta *crop = gst_buffer_get_video_crop_meta(buffer);
   if (overlay == GST_CSD_TRACK_OVERLAY_DRAW) {
+    if (!can_draw_) throw std::runtime_error(no_drawing);
     MappedFrame frame(info, buffer, GST_MAP_READWRITE);
-    painter_.draw(*frame, info, crop, tracks);
+    if (painter_.draw(*frame, info, crop, tracks) > 0 && !std::exchange(told_of_rows_, true))
+      GST_ELEMENT_WARNING(element_, STREAM, FAILED,
+                          ("overlay=draw leaves some lines as they are: packing them would change other pixels, for "
+                           "they have bits that belong to no sample. Use overlay=meta, or convert the frames before."),
+                          ("the format is %s", GST_VIDEO_INFO_NAME(&info)));
   } else if (negotiation_.may_attach()) {
     composition_.attach(buffer, tracks, crop ? static_cast<int>(crop->x) : 0, crop ? static_cast<int>(crop->y) : 0,
                         tracks.height);

@@ -43,13 +43,14 @@ class Overlay {
   void see_event(GstEvent *event);
   /// For set_info, or set_caps.
   void set_caps(GstCaps *in, GstCaps *out);
-  /// Whether the overlay works on frames of these caps; if not, it has posted an ERROR. Only needed by elements that
-  /// accept more than template_caps().
+  /// Whether the overlay works on frames of these caps; if not, it has posted an ERROR. Without this question, show()
+  /// throws.
   bool can_show(GstCsdTrackOverlay overlay) const;
   /// Call first for each frame.
   void settle(GstCsdTrackOverlay overlay);
   /// Shows `tracks` on a frame of caps `info`. Only drawing maps for writing, which copies the pixels of a shared
-  /// buffer. If a composition isn't possible, posts one WARNING.
+  /// buffer. If a composition isn't possible, or lines could not be drawn into, posts one WARNING. Throws
+  /// std::runtime_error if frames of these caps can't be drawn into.
   void show(const GstVideoInfo &info, GstBuffer *buffer, const Tracks &tracks, GstCsdTrackOverlay overlay);
 
  private:
@@ -59,7 +60,8 @@ class Overlay {
   OverlayNegotiation negotiation_;  ///< thread-safe
   std::atomic<bool> draws_ = false;
   // Streaming thread only.
-  bool can_map_ = true;  ///< frames of the current caps
+  bool can_draw_ = true;       ///< into frames of the current caps
+  bool told_of_rows_ = false;  ///< that some can't be drawn into
   OverlayPainter painter_;
   OverlayComposition composition_;
 };

@@ -7,28 +7,14 @@
 #include <optional>
 
 #include "caps/frame_mapping.h"
+#include "overlay/blending.h"
 #include "overlay/markers.h"
+#include "overlay/row_painter.h"
 #include "overlay/sprite_cache.h"
 
 namespace csd {
 
 namespace {
-
-/// A sprite in the picture's colour model: alpha, and per component 16 times the 8-bit code value times alpha/255, row
-/// by row. A linear map of a premultiplied colour stays premultiplied.
-struct NativeSprite {
-  int width = 0, height = 0;
-  cv::Point origin;
-  std::vector<cv::Range> covered;
-  std::vector<std::uint8_t> alpha;
-  std::array<std::vector<std::uint16_t>, 4> value;
-
-  std::size_t bytes() const {
-    return alpha.size() * (1 + value.size() * sizeof(std::uint16_t)) + covered.size() * sizeof covered[0];
-  }
-};
-
-constexpr int fraction = 16;
 
 NativeSprite to_native(const Sprite &sprite, const FrameView &view) {
   NativeSprite out;
@@ -133,74 +119,14 @@ struct V210Row {
 };
 
 /// A component of the whole frame, to write to.
-struct Target {
+struct Target : Grid {
   guint8 *data = nullptr;
   const guint8 *end = nullptr;
   std::ptrdiff_t stride = 0;
   SamplePlace place;
-  int pixel_stride = 0, sub_x = 0, sub_y = 0;
+  int pixel_stride = 0;
   int columns = 0;
-  unsigned most = 255;  ///< maximum of a sample
-  unsigned one = 255;   ///< 8-bit 255 in the sample's depth
-  bool fields = false;  ///< chroma lines alternate between the fields
-
-  /// The component line for frame line `y`.
-  int line_of(int y) const {
-    if (sub_y == 0) return y;
-    return fields ? (y >> 2) * 2 + (y & 1) : y >> 1;
-  }
-  /// The `n`-th frame line that component line `line` covers.
-  int frame_line(int line, int n) const {
-    if (sub_y == 0) return line;
-    return fields ? (line >> 1) * 4 + (line & 1) + 2 * n : 2 * line + n;
-  }
 };
-
-/// Where a sprite lies and its drawable part, in pixels of the frame.
-struct Placement {
-  int x, y;
-  cv::Rect clip;
-};
-
-/// Blends component line `line`. Instantiated for each subsampling, so divisors are constants.
-template <int sub_x, int sub_y, class Row>
-void blend_line(const Row &row, const Target &target, const NativeSprite &sprite, std::size_t component, int line,
-                const Placement &at) {
-  constexpr int across = 1 << sub_x, down = 1 << sub_y;
-  constexpr unsigned whole = 255u * across * down;
-  int begin = at.clip.x + at.clip.width, end = at.clip.x;
-  std::array<const std::uint8_t *, down> alpha{};
-  std::array<const std::uint16_t *, down> value{};
-  for (int n = 0; n < down; ++n) {
-    const int y = target.frame_line(line, n);
-    if (y < at.clip.y || y >= at.clip.y + at.clip.height) continue;
-    const cv::Range covered = sprite.covered[static_cast<std::size_t>(y - at.y)];
-    if (covered.empty()) continue;
-    begin = std::min(begin, std::max(at.clip.x, at.x + covered.start));
-    end = std::max(end, std::min(at.clip.x + at.clip.width, at.x + covered.end));
-    alpha[static_cast<std::size_t>(n)] = sprite.alpha.data() + (y - at.y) * sprite.width;
-    value[static_cast<std::size_t>(n)] = sprite.value[component].data() + (y - at.y) * sprite.width;
-  }
-  if (begin >= end) return;
-  const unsigned most = target.most, one = target.one;  // local, because written bytes might alias the target
-  for (int column = begin >> sub_x; column <= (end - 1) >> sub_x; ++column) {
-    unsigned a = 0, v = 0;
-    for (std::size_t n = 0; n < down; ++n) {
-      if (!alpha[n]) continue;
-      for (int i = 0; i < across; ++i) {
-        const int x = column * across + i;
-        if (x < begin || x >= end) continue;
-        a += alpha[n][x - at.x];
-        v += value[n][x - at.x];
-      }
-    }
-    if (a == 0) continue;
-    // old·(1 − a) + v, rounded, with v's 16ths and the pixels per sample divided out.
-    const unsigned old = row.get(column) * (whole - a) * fraction;
-    const unsigned sum = old + v * one;
-    row.set(column, std::min((sum + whole * fraction / 2) / (whole * fraction), most));
-  }
-}
 
 template <class Row>
 void blend(const Target &target, const NativeSprite &sprite, std::size_t component, const Placement &at) {
@@ -211,12 +137,44 @@ void blend(const Target &target, const NativeSprite &sprite, std::size_t compone
     const Row row{target.data + line * target.stride, target.pixel_stride, target.place.shift, target.most};
     // A GstVideoMeta's plane may lack the last chroma line of an odd pair of fields.
     if (row.line + std::ptrdiff_t{target.columns - 1} * target.pixel_stride + target.place.bytes > target.end) break;
-    if (target.sub_x == 0)
-      blend_line<0, 0>(row, target, sprite, component, line, at);
-    else if (target.sub_y == 0)
-      blend_line<1, 0>(row, target, sprite, component, line, at);
+    blend_line(row, target, sprite, component, line, at);
+  }
+}
+
+/// Blends a sprite into all components of a frame in a native format.
+void blend(GstVideoFrame &frame, const PictureArea &area, const NativeSprite &sprite, const Placement &at) {
+  const GstVideoFormatInfo &format = *frame.info.finfo;
+  const SampleGroups *groups = sample_groups(format);
+  for (guint c = 0; c < GST_VIDEO_FORMAT_INFO_N_COMPONENTS(&format); ++c) {
+    Target t;
+    const guint plane = format.plane[c], depth = format.depth[c];
+    if (!groups) t.place = sample_place(format, c);
+    t.data = static_cast<guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, plane)) + t.place.offset;
+    t.end = plane_end(frame, plane);
+    t.stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, plane);
+    t.pixel_stride = format.pixel_stride[c];
+    t.most = (1u << depth) - 1;
+    t.one = c == 3 || GST_VIDEO_FORMAT_INFO_IS_RGB(&format) ? t.most : 255u << (depth - 8);
+    t.sub_x = static_cast<int>(format.w_sub[c]);
+    t.sub_y = static_cast<int>(format.h_sub[c]);
+    t.columns = (area.x + area.width + (1 << t.sub_x) - 1) >> t.sub_x;
+    t.fields = frame_fields(frame) != Fields::progressive;
+    if (groups && groups->packing == Packing::gray10)
+      blend<Gray10Row>(t, sprite, c, at);
+    else if (groups && c == 0)
+      blend<V210Row<0>>(t, sprite, c, at);
+    else if (groups && c == 1)
+      blend<V210Row<1>>(t, sprite, c, at);
+    else if (groups)
+      blend<V210Row<2>>(t, sprite, c, at);
+    else if (t.place.bytes == 4)
+      t.place.big_endian ? blend<WordRow<guint32, true>>(t, sprite, c, at)
+                         : blend<WordRow<guint32, false>>(t, sprite, c, at);
+    else if (t.place.bytes == 2)
+      t.place.big_endian ? blend<WordRow<guint16, true>>(t, sprite, c, at)
+                         : blend<WordRow<guint16, false>>(t, sprite, c, at);
     else
-      blend_line<1, 1>(row, target, sprite, component, line, at);
+      blend<ByteRow>(t, sprite, c, at);
   }
 }
 
@@ -242,6 +200,7 @@ struct OverlayPainter::Impl {
     sprites.clear();
     colours = view;
     colours.component = {};
+    colours.reader = nullptr;
     if (!same_look) markers.emplace(view.height);
   }
 };
@@ -249,32 +208,13 @@ struct OverlayPainter::Impl {
 OverlayPainter::OverlayPainter() : impl_(std::make_unique<Impl>()) {}
 OverlayPainter::~OverlayPainter() = default;
 
-void OverlayPainter::draw(GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop,
-                          const Tracks &tracks) {
+int OverlayPainter::draw(GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop,
+                         const Tracks &tracks) {
   const PictureArea area = picture_area(frame, caps, crop);
-  if (area.width == 0) return;
+  if (area.width == 0) return 0;
   impl_->prepare(frame_view(frame, caps, crop));
 
-  const GstVideoFormatInfo &format = *frame.info.finfo;
-  const SampleGroups *groups = sample_groups(format);
-  const guint components = GST_VIDEO_FORMAT_INFO_N_COMPONENTS(&format);
-  std::array<Target, 4> targets;
-  for (guint c = 0; c < components; ++c) {
-    Target &t = targets[c];
-    const guint plane = format.plane[c], depth = format.depth[c];
-    if (!groups) t.place = sample_place(format, c);
-    t.data = static_cast<guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, plane)) + t.place.offset;
-    t.end = plane_end(frame, plane);
-    t.stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, plane);
-    t.pixel_stride = format.pixel_stride[c];
-    t.most = (1u << depth) - 1;
-    t.one = c == 3 || GST_VIDEO_FORMAT_INFO_IS_RGB(&format) ? t.most : 255u << (depth - 8);
-    t.sub_x = static_cast<int>(format.w_sub[c]);
-    t.sub_y = static_cast<int>(format.h_sub[c]);
-    t.columns = (area.x + area.width + (1 << t.sub_x) - 1) >> t.sub_x;
-    t.fields = frame_fields(frame) != Fields::progressive;
-  }
-
+  std::vector<PlacedSprite> sprites;
   const cv::Rect picture(area.x, area.y, area.width, area.height);
   for (const Feature &feature : tracks.features) {
     // Markers far outside are invisible, and would overflow the sums below.
@@ -285,26 +225,12 @@ void OverlayPainter::draw(GstVideoFrame &frame, const GstVideoInfo &caps, const 
     at.y = area.y + static_cast<int>(std::lround(feature.y)) - sprite.origin.y;
     at.clip = cv::Rect(at.x, at.y, sprite.width, sprite.height) & picture;
     if (at.clip.empty()) continue;
-    for (guint c = 0; c < components; ++c) {
-      const Target &t = targets[c];
-      if (groups && groups->packing == Packing::gray10)
-        blend<Gray10Row>(t, sprite, c, at);
-      else if (groups && c == 0)
-        blend<V210Row<0>>(t, sprite, c, at);
-      else if (groups && c == 1)
-        blend<V210Row<1>>(t, sprite, c, at);
-      else if (groups)
-        blend<V210Row<2>>(t, sprite, c, at);
-      else if (t.place.bytes == 4)
-        t.place.big_endian ? blend<WordRow<guint32, true>>(t, sprite, c, at)
-                           : blend<WordRow<guint32, false>>(t, sprite, c, at);
-      else if (t.place.bytes == 2)
-        t.place.big_endian ? blend<WordRow<guint16, true>>(t, sprite, c, at)
-                           : blend<WordRow<guint16, false>>(t, sprite, c, at);
-      else
-        blend<ByteRow>(t, sprite, c, at);
-    }
+    if (is_native(GST_VIDEO_FRAME_FORMAT(&frame)))
+      blend(frame, area, sprite, at);
+    else
+      sprites.push_back({sprite, at});
   }
+  return sprites.empty() ? 0 : paint_rows(frame, sprites);
 }
 
 }  // namespace csd

@@ -318,15 +318,19 @@ std::vector<Case> pairwise(const Case &counts) {
   return cases;
 }
 
+/// The usual formats, and of the others those that are read and drawn into in a way of their own.
+constexpr char frame_formats[] = CSD_USUAL_FORMATS
+    ", NV16, Y210, r210, GRAY10_LE32, GRAY16_LE, Y41B, GBR, GBRA_12BE, AYUV64, RGB15, UYVP, NV12_64Z32";
+
 std::vector<Case> cases() {
   const char *wanted = g_getenv("CSDTRACK_SIZES");
   const std::size_t most = !wanted ? usual_sizes : std::strcmp(wanted, "all") == 0 ? std::size(sizes) : small_sizes;
-  return pairwise({scene::formats(CSD_VIDEO_FORMATS).size(), most, std::size(paddings), std::size(algorithms),
+  return pairwise({scene::formats(frame_formats).size(), most, std::size(paddings), std::size(algorithms),
                    std::size(overlays), std::size(fields), std::size(events)});
 }
 
 void run(const Case &c) {
-  static const auto formats = scene::formats(CSD_VIDEO_FORMATS);
+  static const auto formats = scene::formats(frame_formats);
   const GstVideoInfo info =
       scene::info_of(formats[c[format]], sizes[c[size]].width, sizes[c[size]].height, fields[c[field]]);
   GST_INFO("%s %dx%d, %u padded, %s, %s, %s, %s", gst_video_format_to_string(formats[c[format]]), info.width,

@@ -20,7 +20,7 @@ constexpr const char *not_mapped[] = {
     "video/x-raw(memory:D3D11Memory),format=NV12",
     "video/x-raw(memory:NVMM,meta:Another),format=NV12",
     "video/x-raw(memory:OfTomorrow),format=OF_TOMORROW",
-    "video/x-raw,format=AYUV64",
+    "video/x-raw,format=RGB8P",
 };
 constexpr char size[] = ",width=128,height=96,framerate=25/1";
 constexpr char composition[] = GST_CAPS_FEATURE_META_GST_VIDEO_OVERLAY_COMPOSITION;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
 #include <set>
@@ -10,6 +11,7 @@
 
 #include "caps/frame_mapping.h"
 #include "overlay/markers.h"
+#include "overlay/row_painter.h"
 #include "overlay/sprite_cache.h"
 #include "scene.h"
 
@@ -85,10 +87,14 @@ std::string format_name(const testing::TestParamInfo<GstVideoFormat> &info) {
 }
 
 TEST_P(EveryFormat, ChangesOnlyTheMarkers) {
+  const std::string name = gst_video_format_to_string(GetParam());
   for (const auto mode : {GST_VIDEO_INTERLACE_MODE_PROGRESSIVE, GST_VIDEO_INTERLACE_MODE_INTERLEAVED})
     for (const auto &[width, height] : {std::pair{160, 120}, {161, 121}, {163, 118}})
       for (const unsigned padding : {0u, 12u})
         for (const bool cropped : {false, true}) {
+          if (!csd::is_native(GetParam()) && width == 160) continue;  // odd sizes are enough
+          // In GStreamer's own layout (1.22) some lines end in the next one, or in the next plane.
+          if ((name == "UYVP" && width % 2 == 1) || (name == "AV12" && height % 4 == 2)) continue;
           const GstVideoInfo info = scene::info_of(GetParam(), width, height, mode);
           const scene::Buffer buffer = scene::make(info, padding);
           GstVideoCropMeta crop{};
@@ -114,7 +120,8 @@ TEST_P(EveryFormat, ChangesOnlyTheMarkers) {
           const cv::Mat1b mask = touched(width, height, area, tracks);
           const GstVideoFormatInfo *format = info.finfo;
           const bool yuv = GST_VIDEO_FORMAT_INFO_IS_YUV(format);
-          const bool fields = mode == GST_VIDEO_INTERLACE_MODE_INTERLEAVED;
+          // This format's chroma is that of both fields.
+          const bool fields = mode == GST_VIDEO_INTERLACE_MODE_INTERLEAVED && name != "NV12_10BE_8L128";
           std::size_t outside = 0, luma_changed = 0, covered = 0;
           for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
@@ -128,9 +135,12 @@ TEST_P(EveryFormat, ChangesOnlyTheMarkers) {
                 bool shared = false;
                 if (yuv && k >= 2) {
                   const int sx = static_cast<int>(format->w_sub[1]), sy = static_cast<int>(format->h_sub[1]);
-                  for (int yy = std::max(0, y - 3); yy <= std::min(height - 1, y + 3); ++yy)
-                    for (int xx = std::max(0, x - 1); xx <= std::min(width - 1, x + 1); ++xx) {
-                      const auto line = [&](int l) { return sy == 0 ? l : fields ? (l >> 2) * 2 + (l & 1) : l >> 1; };
+                  const int above = (2 << sy) - 1, beside = (1 << sx) - 1;
+                  for (int yy = std::max(0, y - above); yy <= std::min(height - 1, y + above); ++yy)
+                    for (int xx = std::max(0, x - beside); xx <= std::min(width - 1, x + beside); ++xx) {
+                      const auto line = [&](int l) {
+                        return sy == 0 ? l : fields ? (l >> (1 + sy)) * 2 + (l & 1) : l >> sy;
+                      };
                       shared |= mask(yy, xx) && line(yy) == line(y) && xx >> sx == x >> sx;
                     }
                 }
@@ -151,7 +161,8 @@ TEST_P(EveryFormat, DrawsTheStatesColour) {
   if (GST_VIDEO_FORMAT_INFO_IS_GRAY(gst_video_format_get_info(GetParam()))) return;
   const GstVideoInfo info = scene::info_of(GetParam(), 1920, 1080);
   const GstVideoInfo rgb = scene::info_of(GST_VIDEO_FORMAT_xRGB, 1920, 1080);
-  const scene::Buffer buffer = scene::allocate(info, 0, 0x40), shown = scene::allocate(rgb);
+  const scene::Buffer buffer = scene::allocate(info, 0, csd::is_native(GetParam()) ? 0x40 : 0),
+                      shown = scene::allocate(rgb);
   csd::Tracks tracks;
   tracks.features = {feature(1, 960, 540, csd::FeatureState::tracked)};
   {
@@ -167,11 +178,12 @@ TEST_P(EveryFormat, DrawsTheStatesColour) {
   for (int x = 960 - 17; x <= 960 - 11; ++x)
     nearest = std::min(
         nearest, std::abs(line[4 * x + 1] - 86) + std::abs(line[4 * x + 2] - 180) + std::abs(line[4 * x + 3] - 233));
-  EXPECT_LE(nearest, 8);
+  // The stroke is narrower than the chroma sample of four pixels; 5 bits are steps of 8.
+  const GstVideoFormatInfo *format = info.finfo;
+  EXPECT_LE(nearest, format->w_sub[1] > 1 ? 60 : format->depth[0] < 8 ? 16 : 8);
 }
 
-INSTANTIATE_TEST_SUITE_P(OverlayPainter, EveryFormat, testing::ValuesIn(scene::formats(CSD_VIDEO_FORMATS)),
-                         format_name);
+INSTANTIATE_TEST_SUITE_P(OverlayPainter, EveryFormat, testing::ValuesIn(csd::drawable_formats()), format_name);
 
 /// Alpha may have two bits or sixteen; an opaque pixel has all of them set.
 TEST(OverlayPainter, IsOpaqueWithAlphaOfAnyDepth) {
@@ -191,6 +203,32 @@ TEST(OverlayPainter, IsOpaqueWithAlphaOfAnyDepth) {
     // GStreamer unpacks two bits to the upper two of 16.
     const int unpacked = GST_VIDEO_INFO_COMP_DEPTH(&info, 0) > 8 ? 16 : 8, depth = GST_VIDEO_INFO_COMP_DEPTH(&info, 3);
     EXPECT_EQ(most >> (unpacked - depth), (1u << depth) - 1) << name;
+  }
+}
+
+/// Bits that belong to no sample: packing would clear them. Such lines stay as they are, and are counted.
+TEST(OverlayPainter, LeavesLinesThatPackingWouldChange) {
+  const GstVideoInfo info = scene::info_of(GST_VIDEO_FORMAT_I420_10BE, 64, 48);
+  const scene::Buffer buffer = scene::allocate(info, 0, 0);
+  csd::Tracks tracks;
+  tracks.features = {feature(1, 20, 24, csd::FeatureState::tracked)};
+  scene::Frame frame(info, buffer.get(), GST_MAP_READWRITE);
+  auto *line = static_cast<std::uint8_t *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0)) + 24 * info.stride[0];
+  line[2 * 60] = 0x80;  // the upper byte of a sample far from the marker
+  const std::vector<std::uint8_t> before(line, line + info.stride[0]);
+  EXPECT_EQ(csd::OverlayPainter().draw(frame, info, nullptr, tracks), 1);
+  EXPECT_EQ(before, std::vector<std::uint8_t>(line, line + info.stride[0]));
+  const auto pixels = unpack(frame);
+  EXPECT_TRUE(std::any_of(pixels.begin() + 25 * 64, pixels.begin() + 26 * 64, [](const auto &p) { return p[1] > 0; }));
+}
+
+/// An index into a palette has no neighbour to blend with.
+TEST(OverlayPainter, DrawsIntoAllButAPalette) {
+  const auto all = csd::pixel_formats();
+  for (const GstVideoFormat format : all) {
+    const auto &drawable = csd::drawable_formats();
+    const bool draws = std::find(drawable.begin(), drawable.end(), format) != drawable.end();
+    EXPECT_EQ(draws, format != GST_VIDEO_FORMAT_RGB8P) << gst_video_format_to_string(format);
   }
 }
 

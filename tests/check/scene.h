@@ -46,7 +46,7 @@ struct Frame : GstVideoFrame {
   bool mapped = false;
 };
 
-/// Formats of CSD_VIDEO_FORMATS by name, in that order.
+/// Formats of CSD_NATIVE_FORMATS by name, in that order.
 inline std::vector<GstVideoFormat> formats(const char *list) {
   std::vector<GstVideoFormat> out;
   gchar **names = g_strsplit_set(list, "{}, ", -1);
@@ -67,7 +67,7 @@ inline GstVideoInfo info_of(GstVideoFormat format, int width, int height,
 /// pixels and lines on all sides, for unusual strides and offsets.
 inline Buffer allocate(const GstVideoInfo &info, unsigned padding = 0, std::uint8_t fill = 0xa5) {
   GstVideoInfo layout = info;
-  if (padding > 0) {
+  if (padding > 0 && !GST_VIDEO_FORMAT_INFO_IS_TILED(info.finfo)) {
     GstVideoAlignment align;
     gst_video_alignment_reset(&align);
     align.padding_left = align.padding_right = align.padding_top = align.padding_bottom = padding;

@@ -97,7 +97,8 @@ std::string text(Numbers &from, std::size_t most) {
 static const std::string &format_of(unsigned byte) {
   static const std::vector<std::string> formats = [] {
     std::vector<std::string> names;
-    gchar **list = g_strsplit_set(CSD_VIDEO_FORMATS, "{}, ", -1);
+    gchar **list = g_strsplit_set(
+        CSD_NATIVE_FORMATS ", AYUV64, v216, RGB15, UYVP, NV12_10LE32, NV12_64Z32, IYU1, YUV9, RGB8P", "{}, ", -1);
     for (gchar **name = list; *name; ++name)
       if (**name) names.emplace_back(*name);
     g_strfreev(list);

@@ -44,8 +44,8 @@ void kernels_are_their_scalar_twins() {
       rgb_least(p, q, r, n, fast.data());
       scalar::rgb_least(p, q, r, n, slow.data());
       ASSERT_EQ(fast, slow) << n;
-      std::vector<std::int16_t> chroma(2 * size + 1, 9), slow_chroma(chroma);
-      for (const int copies : {1, 2}) {
+      std::vector<std::int16_t> chroma(4 * size + 1, 9), slow_chroma(chroma);
+      for (const int copies : {1, 2, 4}) {
         chroma_least(m, q, r, n, copies, chroma.data());
         scalar::chroma_least(m, q, r, n, copies, slow_chroma.data());
         ASSERT_EQ(chroma, slow_chroma) << n;

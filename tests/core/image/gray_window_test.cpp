@@ -65,6 +65,17 @@ TEST(GrayWindow, IsThePicturesRangePlusATwelfthOnEitherSide) {
   }
 }
 
+TEST(GrayWindow, ReadsWordsOfEitherOrder) {
+  Gray16 little = hundred(1000, 10), big = hundred(1000, 10);
+  for (std::size_t i = 0; i < big.bytes.size(); i += 2) std::swap(big.bytes[i], big.bytes[i + 1]);
+  big.view.component[0].big_endian = true;
+  GrayWindow one, other;
+  const FrameView a = one.look(little.view, 0), b = other.look(big.view, 0);
+  EXPECT_EQ(one.black(), other.black());
+  EXPECT_EQ(one.white(), other.white());
+  EXPECT_EQ(little.seen(a), big.seen(b));
+}
+
 TEST(GrayWindow, LeavesOtherPicturesAlone) {
   Gray16 picture = hundred(1000, 10);
   picture.view.open_range = false;
