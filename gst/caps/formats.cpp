@@ -77,12 +77,18 @@ GstCaps *caps_of(const std::vector<GstVideoFormat> &formats) {
 }
 
 GstCaps *template_caps() {
-  return caps_of(pixel_formats());
+  // Each frame's caps are compared with these, and they are not allowed to fail then.
+  static GstCaps *const caps = [] {
+    GstCaps *all = caps_of(pixel_formats());
+    GST_MINI_OBJECT_FLAG_SET(all, GST_MINI_OBJECT_FLAG_MAY_BE_LEAKED);
+    return all;
+  }();
+  return gst_caps_ref(caps);
 }
 
 GstCaps *any_memory_caps() {
   // The common formats first: a source that supports all would pick one that nothing else accepts.
-  GstCaps *caps = template_caps();
+  GstCaps *caps = gst_caps_make_writable(template_caps());
   gst_caps_append(caps, gst_caps_from_string("video/x-raw(ANY)" CSD_VIDEO_FIELDS));
   return caps;
 }

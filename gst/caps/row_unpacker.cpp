@@ -119,7 +119,7 @@ bool holds_its_tiles(const GstVideoFrame &frame) {
   return true;
 }
 
-FrameLines::FrameLines(const GstVideoFrame &frame, int width)
+MappedLines::MappedLines(const GstVideoFrame &frame, int width)
     : frame_(frame),
       tiled_(GST_VIDEO_FORMAT_INFO_IS_TILED(frame.info.finfo)),
       planes_(static_cast<int>(GST_VIDEO_FRAME_N_PLANES(&frame))) {
@@ -133,14 +133,14 @@ FrameLines::FrameLines(const GstVideoFrame &frame, int width)
   }
 }
 
-guint8 *FrameLines::place(int plane, int line) const {
+guint8 *MappedLines::place(int plane, int line) const {
   auto *data = static_cast<guint8 *>(frame_.data[plane]);
   if (is_palette(*frame_.info.finfo, static_cast<guint>(plane))) return data;
   return data + std::ptrdiff_t{line} * GST_VIDEO_FRAME_PLANE_STRIDE(&frame_, plane);
 }
 
-FrameLines::Line FrameLines::line(const std::array<int, GST_VIDEO_MAX_PLANES> &lines, int y, bool copy,
-                                  Room &room) const {
+MappedLines::Line MappedLines::line(const std::array<int, GST_VIDEO_MAX_PLANES> &lines, int y, bool copy,
+                                    Room &room) const {
   Line out;
   if (tiled_) {
     std::copy_n(frame_.data, planes_, out.data);
@@ -163,7 +163,7 @@ FrameLines::Line FrameLines::line(const std::array<int, GST_VIDEO_MAX_PLANES> &l
   return out;
 }
 
-void FrameLines::put(const std::array<int, GST_VIDEO_MAX_PLANES> &lines, const Room &room) const {
+void MappedLines::put(const std::array<int, GST_VIDEO_MAX_PLANES> &lines, const Room &room) const {
   for (int p = 0; p < planes_; ++p) {
     guint8 *to = place(p, lines[static_cast<std::size_t>(p)]);
     const GstMapInfo &map = frame_.map[frame_.meta ? p : 0];
@@ -205,8 +205,8 @@ void RowUnpacker::read(int row, int first, int n, const std::array<std::uint8_t 
     const ComponentLines &of = lines_[component_of(format_, static_cast<guint>(p))];
     lines[static_cast<std::size_t>(p)] = of.first + (luma_row >> of.sub_y) * of.step;
   }
-  FrameLines::Room room;
-  const FrameLines::Line line = frame_lines_.line(lines, lines_[0].first + luma_row * lines_[0].step, false, room);
+  MappedLines::Room room;
+  const MappedLines::Line line = frame_lines_.line(lines, lines_[0].first + luma_row * lines_[0].step, false, room);
   const int sub_x = sub_x_[k], begin = (x_ >> sub_x) + first;
   const int most = grain_ > 0 ? std::max(1, (block - grain_) >> sub_x) : n;
   for (int done = 0; done < n; done += most) {
@@ -218,11 +218,11 @@ void RowUnpacker::read(int row, int first, int n, const std::array<std::uint8_t 
 }
 
 /// `n` samples from pixel `begin` of the frame on.
-void RowUnpacker::read_part(const FrameLines::Line &line, int begin, int n, int sub_x,
+void RowUnpacker::read_part(const MappedLines::Line &line, int begin, int n, int sub_x,
                             const std::array<std::uint8_t *, 3> &out) const {
   const int from = grain_ > 0 ? begin / grain_ * grain_ : 0;
   int pixels = begin + ((n - 1) << sub_x) + 1 - from;
-  // In 1.22 the last pixel of an odd number has U for V and V for U in VYUY. FrameLines has room for more.
+  // In 1.22 the last pixel of an odd number has U for V and V for U in VYUY. MappedLines has room for more.
   if (!frame_lines_.tiled()) pixels = (pixels + 3) / 4 * 4;
   alignas(16) guint8 own[(block + slack) * 8];
   std::vector<guint16> large;
@@ -231,7 +231,7 @@ void RowUnpacker::read_part(const FrameLines::Line &line, int begin, int n, int 
     large.resize(static_cast<std::size_t>(pixels + slack) * 4);
     unpacked = reinterpret_cast<guint8 *>(large.data());
   }
-  FrameLines::Line part = line;
+  MappedLines::Line part = line;
   for (guint p = 0; p < format_.n_planes && from > 0 && !frame_lines_.tiled(); ++p)
     part.data[p] = static_cast<guint8 *>(line.data[p]) + from / grain_ * grain_bytes_[p];
   format_.unpack_func(&format_, flags_, unpacked, part.data, part.stride, frame_lines_.tiled() ? from : 0, part.y,

@@ -32,11 +32,11 @@ constexpr gint64 palette_bytes = 1024;
 
 /// Lines of a mapped frame in a form that the format's own unpack and pack functions take, never with a byte outside
 /// the mapped memory.
-class FrameLines {
+class MappedLines {
  public:
   /// For a frame that MappedFrame has found to hold its lines, and pixels up to column `width`. `frame` must outlive
   /// this object.
-  FrameLines(const GstVideoFrame &frame, int width);
+  MappedLines(const GstVideoFrame &frame, int width);
 
   /// What a line needs besides the frame: reused from line to line.
   struct Room {
@@ -79,11 +79,11 @@ class RowUnpacker : public PixelReader {
   void read(int row, int first, int n, const std::array<std::uint8_t *, 3> &out) const override;
 
  private:
-  void read_part(const FrameLines::Line &line, int begin, int n, int sub_x,
+  void read_part(const MappedLines::Line &line, int begin, int n, int sub_x,
                  const std::array<std::uint8_t *, 3> &out) const;
 
   const GstVideoFormatInfo &format_;
-  FrameLines frame_lines_;
+  MappedLines frame_lines_;
   int x_, rows_, grain_;
   int grain_bytes_[GST_VIDEO_MAX_PLANES] = {};
   bool deep_;

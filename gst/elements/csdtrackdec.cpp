@@ -126,9 +126,9 @@ struct Unref {
 };
 using PadPtr = std::unique_ptr<GstAggregatorPad, Unref>;
 
-csd::DecValues values_of(GstCsdTrackDec *self) {
+csd::DecLive live_of(GstCsdTrackDec *self) {
   const csd::ObjectLock lock(self);
-  return self->state->values;
+  return self->state->values.live;
 }
 
 PadPtr pad_named(GstCsdTrackDec *self, const char *name) {
@@ -166,7 +166,7 @@ GstBuffer *gst_csd_track_dec_clip(GstAggregator *aggregator, GstAggregatorPad *p
   auto *self = GST_CSD_TRACK_DEC(aggregator);
   if (is_text(pad)) return buffer;
   auto &state = *self->state;
-  state.video.head = shifted(csd::frame_moments(pad->segment, state.video.info, buffer), values_of(self).ts_offset);
+  state.video.head = shifted(csd::frame_moments(pad->segment, state.video.info, buffer), live_of(self).ts_offset);
   return buffer;
 }
 
@@ -180,7 +180,7 @@ GstClockTime gst_csd_track_dec_get_next_time(GstAggregator *aggregator) {
   if (text)
     guard.logged(self, [&] {
       state.lines.frame(state.video.head);
-      state.patience.begin(state.frame, state.lines.need_not_wait() ? 0 : values_of(self).max_wait);
+      state.patience.begin(state.frame, state.lines.need_not_wait() ? 0 : live_of(self).max_wait);
     });
   const auto &running = state.video.head.running;
   return running && running->time >= 0 ? static_cast<GstClockTime>(running->time) : GST_CLOCK_TIME_NONE;
@@ -225,7 +225,7 @@ void push_frame(GstCsdTrackDec *self, GstBuffer *buffer) {
 /// Handles the frame, whose line is known.
 GstFlowReturn handle_frame(GstCsdTrackDec *self, GstBuffer *buffer, std::optional<csd::TrackLine> &line) {
   auto &state = *self->state;
-  const GstCsdTrackOverlay overlay = values_of(self).overlay;
+  const GstCsdTrackOverlay overlay = live_of(self).overlay;
   if (!state.overlay.can_show(overlay)) return GST_FLOW_NOT_NEGOTIATED;
   const bool done = guard.posted(self, [&] {
     state.overlay.settle(overlay);
@@ -249,8 +249,8 @@ GstFlowReturn gst_csd_track_dec_aggregate(GstAggregator *aggregator, gboolean ti
   bool known = true;
   const bool read = guard.posted(self, [&] {
     state.lines.frame(state.video.head);
-    known = state.lines.find(text.get(),
-                             {timeout != FALSE, state.video.overdue == state.frame, values_of(self).max_wait}, line);
+    known = state.lines.find(text.get(), {timeout != FALSE, state.video.overdue == state.frame, live_of(self).max_wait},
+                             line);
   });
   if (!known) return GST_AGGREGATOR_FLOW_NEED_DATA;
   ++state.frame;
@@ -294,7 +294,7 @@ gboolean gst_csd_track_dec_negotiate(GstAggregator *aggregator) {
   auto &state = *self->state;
   if (!state.video.caps) return TRUE;
   bool negotiated = false;
-  guard.posted(self, [&] {
+  const bool posted = !guard.posted(self, [&] {
     GstCaps *caps = state.overlay.choose_caps(state.video.caps);
     if (!gst_caps_is_empty(caps)) {
       GstPad *src = GST_AGGREGATOR_SRC_PAD(self);
@@ -307,6 +307,7 @@ gboolean gst_csd_track_dec_negotiate(GstAggregator *aggregator) {
     }
     gst_caps_unref(caps);
   });
+  if (posted) state.flow = GST_FLOW_ERROR;  // one error is enough
   return state.video.negotiated = negotiated;
 }
 
@@ -356,7 +357,7 @@ gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEven
     case GST_EVENT_GAP: {
       // The text goes along, as far as it is there.
       const PadPtr text = pad_named(self, "text");
-      state.lines.skip(text.get(), shifted(csd::gap_moments(pad->segment, event), values_of(self).ts_offset));
+      state.lines.skip(text.get(), shifted(csd::gap_moments(pad->segment, event), live_of(self).ts_offset));
       break;
     }
     case GST_EVENT_EOS:
@@ -543,7 +544,11 @@ void gst_csd_track_dec_release_pad(GstElement *element, GstPad *pad) {
 /// Opens the file named by location; none if it is empty.
 bool open_file(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> &file) {
   return guard.posted(self, [&] {
-    const std::string location = values_of(self).location;
+    std::string location;
+    {
+      const csd::ObjectLock lock(self);
+      location = self->state->values.location;
+    }
     if (!location.empty()) file = std::make_unique<csd::TrackFile>(location);
   });
 }
@@ -587,7 +592,7 @@ GstStateChangeReturn gst_csd_track_dec_change_state(GstElement *element, GstStat
 
 void overlay_changed(gpointer object) {
   auto &state = *GST_CSD_TRACK_DEC(object)->state;
-  state.overlay.see_value(state.values.overlay);
+  state.overlay.see_value(state.values.live.overlay);
 }
 
 /// Made, and installed, by the first call, in class_init.

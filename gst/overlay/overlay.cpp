@@ -29,6 +29,8 @@ void Overlay::see_value(const GstCsdTrackOverlay &overlay) {
     const ObjectLock object_lock(element_);
     value = overlay;
   }
+  // Later, with a caps query, there is nobody to tell a failure to.
+  if (value == GST_CSD_TRACK_OVERLAY_DRAW) gst_caps_unref(drawable_caps());
   draws_ = value == GST_CSD_TRACK_OVERLAY_DRAW;
   negotiation_.set_wanted(value == GST_CSD_TRACK_OVERLAY_META);
 }
@@ -46,7 +48,7 @@ GstCaps *Overlay::transform_caps(GstPadDirection direction, GstCaps *caps, GstCa
   };
   // Offers upstream only what can be drawn into. Other caps aren't refused here: can_show() reports why.
   if (draws_ && direction == GST_PAD_SRC) {
-    GstCaps *drawable = caps_of(drawable_formats());
+    GstCaps *drawable = drawable_caps();
     narrow(other, drawable);
     gst_caps_unref(drawable);
   }
@@ -91,7 +93,7 @@ void Overlay::see_event(GstEvent *event) {
 }
 
 void Overlay::set_caps(GstCaps *in, GstCaps *out) {
-  GstCaps *drawable = caps_of(drawable_formats());
+  GstCaps *drawable = drawable_caps();
   can_draw_ = gst_caps_can_intersect(in, drawable);
   gst_caps_unref(drawable);
   told_of_rows_ = false;

@@ -71,7 +71,7 @@ class RowPainter {
  public:
   explicit RowPainter(GstVideoFrame &frame)
       : frame_(frame), format_(*frame.info.finfo), lines_(frame, frame.info.width), deep_(unpacks_deep(format_)) {
-    // Whole groups of pixels: some functions take the last of an odd number for another. FrameLines has room for them.
+    // Whole groups of pixels: some functions take the last of an odd number for another. MappedLines has room for them.
     width_ = lines_.tiled() ? frame.info.width : (frame.info.width + 3) / 4 * 4;
     pixels_.resize(static_cast<std::size_t>(width_ + 16));
     // Samples of less than 8 bits need all bits, so that white is 255.
@@ -96,11 +96,11 @@ class RowPainter {
     std::array<int, GST_VIDEO_MAX_PLANES> lines{};
     for (guint c = 0; c < format_.n_components; ++c) lines[format_.plane[c]] = grids_[c].line_of(y);
     if (!in_frame(lines)) return false;
-    FrameLines::Line line = lines_.line(lines, y, true, before_);
+    MappedLines::Line line = lines_.line(lines, y, true, before_);
     // With a stride of 0 the number of the line tells only whether its chroma is packed, too.
     if (!lines_.tiled()) line.y = packs_chroma(y) ? 0 : 1;
     format_.unpack_func(&format_, flags_, pixels_.data(), line.data, line.stride, 0, line.y, width_);
-    FrameLines::Line to = line;
+    MappedLines::Line to = line;
     if (!lines_.tiled()) {
       for (int p = 0; p < lines_.planes(); ++p) {
         after_.planes[p] = before_.planes[p];
@@ -123,7 +123,7 @@ class RowPainter {
   }
 
  private:
-  void pack(FrameLines::Line &to) {
+  void pack(MappedLines::Line &to) {
     format_.pack_func(&format_, flags_, pixels_.data(), 0, to.data, to.stride, GST_VIDEO_CHROMA_SITE_NONE, to.y,
                       width_);
   }
@@ -162,13 +162,13 @@ class RowPainter {
 
   GstVideoFrame &frame_;
   const GstVideoFormatInfo &format_;
-  const FrameLines lines_;
+  const MappedLines lines_;
   const bool deep_;
   int width_;
   GstVideoPackFlags flags_;
   std::array<Grid, GST_VIDEO_MAX_COMPONENTS> grids_;
   std::vector<std::uint64_t> pixels_;  ///< of four components, 16 bit or less
-  FrameLines::Room before_, after_;
+  MappedLines::Room before_, after_;
 };
 
 }  // namespace
@@ -185,6 +185,15 @@ const std::vector<GstVideoFormat> &drawable_formats() {
     return out;
   }();
   return formats;
+}
+
+GstCaps *drawable_caps() {
+  static GstCaps *const caps = [] {
+    GstCaps *all = caps_of(drawable_formats());
+    GST_MINI_OBJECT_FLAG_SET(all, GST_MINI_OBJECT_FLAG_MAY_BE_LEAKED);
+    return all;
+  }();
+  return gst_caps_ref(caps);
 }
 
 int paint_rows(GstVideoFrame &frame, const std::vector<PlacedSprite> &sprites) {

@@ -13,6 +13,9 @@ namespace csd {
 /// packing does not give back what was unpacked.
 const std::vector<GstVideoFormat> &drawable_formats();
 
+/// Their caps: caps_of(). Fails only in the first call. The caller owns the result.
+GstCaps *drawable_caps();
+
 struct PlacedSprite {
   const NativeSprite &sprite;
   Placement at;

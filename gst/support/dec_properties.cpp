@@ -16,7 +16,8 @@ std::vector<Property<DecValues>> dec_properties(void (*overlay_changed)(gpointer
   constexpr auto ready = static_cast<GParamFlags>(flags | GST_PARAM_MUTABLE_READY);
   constexpr auto playing = static_cast<GParamFlags>(flags | GST_PARAM_MUTABLE_PLAYING);
   using V = DecValues;
-  auto overlay = member_property<V, &V::overlay>(Overlay::param_spec());
+  using L = DecLive;
+  auto overlay = member_property<V, &V::live, &L::overlay>(Overlay::param_spec());
   overlay.changed = overlay_changed;
   return {
       /**
@@ -49,11 +50,11 @@ std::vector<Property<DecValues>> dec_properties(void (*overlay_changed)(gpointer
        *
        * Since: 0.1
        */
-      member_property<V, &V::max_wait>(
+      member_property<V, &V::live, &L::max_wait>(
           g_param_spec_uint64("max-wait", "Maximum wait",
                               "How many nanoseconds a frame waits for its line from the pad text before it goes on "
                               "without (0 = it never waits)",
-                              0, G_MAXINT64, V().max_wait, playing)),
+                              0, G_MAXINT64, L().max_wait, playing)),
       /**
        * GstCsdTrackDec:ts-offset:
        *
@@ -62,9 +63,9 @@ std::vector<Property<DecValues>> dec_properties(void (*overlay_changed)(gpointer
        *
        * Since: 0.1
        */
-      member_property<V, &V::ts_offset>(g_param_spec_int64("ts-offset", "Timestamp offset",
-                                                           "Nanoseconds to add to the time of each line", -max_offset,
-                                                           max_offset, 0, playing)),
+      member_property<V, &V::live, &L::ts_offset>(g_param_spec_int64("ts-offset", "Timestamp offset",
+                                                                     "Nanoseconds to add to the time of each line",
+                                                                     -max_offset, max_offset, 0, playing)),
   };
 }
 

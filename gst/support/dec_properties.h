@@ -11,12 +11,17 @@
 
 namespace csd {
 
-/// The values of csdtrackdec's properties.
-struct DecValues {
-  std::string location;
+/// Values that may change with every frame; without text, so that copying them can't fail.
+struct DecLive {
   GstCsdTrackOverlay overlay = GST_CSD_TRACK_OVERLAY_NONE;
   GstClockTime max_wait = 5 * GST_SECOND;
   gint64 ts_offset = 0;
+};
+
+/// The values of csdtrackdec's properties.
+struct DecValues {
+  std::string location;
+  DecLive live;
 };
 
 /// csdtrackdec's own properties. Call it once, in class_init. `overlay_changed`: Property::changed.
