@@ -73,7 +73,11 @@ struct Video {
   Video() { gst_video_info_init(&info); }
 };
 
+/// What has no frame's number.
+constexpr std::uint64_t relink_mark = UINT64_MAX;
+
 void on_impatience(GstElement *element, std::uint64_t frame);
+void on_unlink(GstElement *element, std::uint64_t);
 
 const csd::Guard guard(gst_csd_track_dec_debug,
                        "Out of memory for recorded tracks. Use overlay=none, or smaller pictures.",
@@ -86,6 +90,7 @@ struct GstCsdTrackDecState {
   GstCsdTrackDecState(GstElement *element, GstPad *sink)
       : overlay(element, sink, GST_AGGREGATOR_SRC_PAD(element)),
         patience(element, on_impatience),
+        look_again(element, on_unlink),
         lines(element, guard),
         base_chain(GST_PAD_CHAINFUNC(sink)) {}
 
@@ -93,9 +98,10 @@ struct GstCsdTrackDecState {
   csd::DecValues values;
   bool running = false;  ///< since READY→PAUSED; location is then read-only
 
-  csd::Overlay overlay;    ///< documents which thread may call what
-  csd::Patience patience;  ///< thread-safe
-  csd::FrameLines lines;   ///< documents which thread may call what
+  csd::Overlay overlay;  ///< documents which thread may call what
+  // Both are thread-safe.
+  csd::Patience patience, look_again;
+  csd::FrameLines lines;  ///< documents which thread may call what
   Video video;
   const GstPadChainFunction base_chain;  ///< of the base class's pads
 
@@ -153,6 +159,10 @@ void wake(GstCsdTrackDec *self, std::uint64_t frame) {
 void on_impatience(GstElement *element, std::uint64_t frame) {
   auto *self = GST_CSD_TRACK_DEC(element);
   if (frame == self->state->frame) wake(self, frame);
+}
+
+void on_unlink(GstElement *element, std::uint64_t) {
+  wake(GST_CSD_TRACK_DEC(element), 0);
 }
 
 csd::FrameMoments shifted(csd::FrameMoments times, std::int64_t offset) {
@@ -248,6 +258,7 @@ GstFlowReturn gst_csd_track_dec_aggregate(GstAggregator *aggregator, gboolean ti
   std::optional<csd::TrackLine> line;
   bool known = true;
   const bool read = guard.posted(self, [&] {
+    if (state.flow != GST_FLOW_OK) return;  // upstream hears of it with its next frame
     state.lines.frame(state.video.head);
     known = state.lines.find(text.get(), {timeout != FALSE, state.video.overdue == state.frame, live_of(self).max_wait},
                              line);
@@ -276,12 +287,26 @@ GstFlowReturn gst_csd_track_dec_aggregate(GstAggregator *aggregator, gboolean ti
   return GST_FLOW_OK;
 }
 
+/// Between what came over the old link, some of which may still be in the queue, and what comes over the new one.
+void mark_new_link(GstCsdTrackDec *self, GstAggregatorPad *text) {
+  if (self->state->lines.take_relinked()) csd::queue_wake(GST_AGGREGATOR(self), text, relink_mark);
+}
+
+GstFlowReturn gst_csd_track_dec_sink_event_pre_queue(GstAggregator *aggregator, GstAggregatorPad *pad,
+                                                     GstEvent *event) {
+  if (is_text(pad) && GST_EVENT_IS_SERIALIZED(event) && !csd::wakes(event))
+    mark_new_link(GST_CSD_TRACK_DEC(aggregator), pad);
+  return GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event_pre_queue(aggregator, pad, event);
+}
+
 /// Upstream hears what downstream said of the frame before.
 GstFlowReturn gst_csd_track_dec_chain(GstPad *pad, GstObject *parent, GstBuffer *buffer) {
   auto &state = *GST_CSD_TRACK_DEC(parent)->state;
   const bool text = is_text(GST_AGGREGATOR_PAD(pad));
   const GstFlowReturn flow = text ? GST_FLOW_OK : state.flow.load();
-  if (flow == GST_FLOW_OK && !(text && state.video_ended)) return state.base_chain(pad, parent, buffer);
+  if (text) mark_new_link(GST_CSD_TRACK_DEC(parent), GST_AGGREGATOR_PAD(pad));
+  const bool left = text && (state.video_ended || state.lines.leave_text());
+  if (flow == GST_FLOW_OK && !left) return state.base_chain(pad, parent, buffer);
   gst_buffer_unref(buffer);
   return flow;
 }
@@ -375,6 +400,11 @@ gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEven
 gboolean handle_text_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
   auto &state = *self->state;
   if (const auto frame = csd::wakes(event)) {
+    if (*frame == relink_mark) {
+      state.lines.text_relinked();
+      gst_event_unref(event);
+      return TRUE;
+    }
     state.video.overdue = *frame;
     return csd::take_wake(GST_AGGREGATOR(self), pad, event,
                           GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event);
@@ -516,7 +546,7 @@ GstPadLinkReturn gst_csd_track_dec_text_link(GstPad *, GstObject *parent, GstPad
 void gst_csd_track_dec_text_unlink(GstPad *, GstObject *parent) {
   auto &state = *GST_CSD_TRACK_DEC(parent)->state;
   state.lines.set_linked(false);
-  guard.logged(parent, [&] { state.patience.begin(state.frame, 0); });
+  guard.logged(parent, [&] { state.look_again.begin(state.frame, 0); });
 }
 
 GstAggregatorPad *gst_csd_track_dec_create_new_pad(GstAggregator *aggregator, GstPadTemplate *templ, const gchar *,
@@ -557,6 +587,7 @@ bool open_file(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> &file) {
 void start_anew(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> file) {
   auto &state = *self->state;
   state.patience.end();
+  state.look_again.end();
   gst_clear_caps(&state.video.caps);
   gst_clear_event(&state.video.stream_start);
   state.video = {};
@@ -656,6 +687,7 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
   aggregator_class->get_next_time = GST_DEBUG_FUNCPTR(gst_csd_track_dec_get_next_time);
   aggregator_class->aggregate = GST_DEBUG_FUNCPTR(gst_csd_track_dec_aggregate);
   aggregator_class->negotiate = GST_DEBUG_FUNCPTR(gst_csd_track_dec_negotiate);
+  aggregator_class->sink_event_pre_queue = GST_DEBUG_FUNCPTR(gst_csd_track_dec_sink_event_pre_queue);
   aggregator_class->sink_event = GST_DEBUG_FUNCPTR(gst_csd_track_dec_sink_event);
   aggregator_class->src_event = GST_DEBUG_FUNCPTR(gst_csd_track_dec_src_event);
   aggregator_class->sink_query = GST_DEBUG_FUNCPTR(gst_csd_track_dec_sink_query);

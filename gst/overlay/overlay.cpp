@@ -61,7 +61,9 @@ void Overlay::answer_caps(GstPadDirection direction, GstQuery *query) const {
   if (GST_QUERY_TYPE(query) == GST_QUERY_ACCEPT_CAPS) {
     GstCaps *caps = nullptr;
     gst_query_parse_accept_caps(query, &caps);
-    GstCaps *complete = complete_caps(caps), *possible = gst_pad_query_caps(at_sink ? sink_ : src_, complete);
+    // Upstream's caps aren't refused here, which says nothing to the user: can_show() and the negotiation say why.
+    GstCaps *complete = complete_caps(caps),
+            *possible = at_sink ? gst_pad_get_pad_template_caps(sink_) : gst_pad_query_caps(src_, complete);
     gst_query_set_accept_caps_result(query, gst_caps_is_subset(complete, possible));
     gst_caps_unref(complete);
     gst_caps_unref(possible);

@@ -46,6 +46,7 @@ void FrameLines::warn_nothing_once() {
 
 void FrameLines::start(std::unique_ptr<TrackFile> file) {
   file_ = std::move(file);
+  from_file_ = file_ != nullptr;
   first_stream_.clear();
   another_stream_ = late_ = false;
   warned_late_ = warned_nothing_ = warned_unread_ = warned_another_ = warned_back_ = false;
@@ -89,21 +90,19 @@ void FrameLines::read(GstAggregatorPad *text) {
       const BufferPtr buffer(gst_aggregator_pad_pop_buffer(text));
       if (!buffer) break;
       if (is_empty_gap(buffer.get())) continue;
-      if (relinked_.exchange(false)) pad_.relinked(matcher_);
       if (auto its = guarded([&] { pad_.take(buffer.get(), matcher_); })) failure = std::move(its);
     }
   }
   if (failure) guard_.post(element_, *failure);
 }
 
-/// What is linked to the pad flows, but is not read.
-void FrameLines::leave(GstAggregatorPad *text) {
-  while (const BufferPtr buffer{gst_aggregator_pad_pop_buffer(text)}) {
-    if (is_empty_gap(buffer.get()) || std::exchange(warned_unread_, true)) continue;
+bool FrameLines::leave_text() {
+  if (!from_file_) return false;
+  if (!warned_unread_.exchange(true))
     GST_ELEMENT_WARNING(element_, RESOURCE, SETTINGS,
                         ("What is linked to the pad text is not read, for location is set. Use one of them."),
                         (nullptr));
-  }
+  return true;
 }
 
 bool FrameLines::find_in_file(std::optional<TrackLine> &line) {
@@ -142,10 +141,9 @@ bool FrameLines::find_on_pad(GstAggregatorPad *text, const Given &given, std::op
 
 bool FrameLines::find(GstAggregatorPad *text, const Given &given, std::optional<TrackLine> &line) {
   if (!file_) {
-    if (!linked_) warn_nothing_once();
+    if (!linked_ && !relinked_) warn_nothing_once();
     return find_on_pad(text, given, line);
   }
-  if (text) leave(text);
   return find_in_file(line);
 }
 
@@ -157,8 +155,12 @@ void FrameLines::skip(GstAggregatorPad *text, const FrameMoments &moments) {
 
 void FrameLines::text_event(GstEvent *event) {
   const std::lock_guard lock(mutex_);
-  if (relinked_.exchange(false)) pad_.relinked(matcher_);
   pad_.handle(event, matcher_);
+}
+
+void FrameLines::text_relinked() {
+  const std::lock_guard lock(mutex_);
+  pad_.relinked(matcher_);
 }
 
 void FrameLines::flush_text() {

@@ -57,16 +57,22 @@ class FrameLines {
   // The pad text.
 
   void text_event(GstEvent *event);
+  /// What comes next comes over another link than what came before.
+  void text_relinked();
   /// From any thread.
   void flush_text();
   void set_linked(bool linked);
   bool linked() const { return linked_; }
+  /// Whether the link is another one than at the last call. Linking the same pads again brings no STREAM_START. From
+  /// any thread.
+  bool take_relinked() { return relinked_.exchange(false); }
+  /// Whether to drop what comes to the pad, as there is a file. Reports it once. From any thread.
+  bool leave_text();
 
  private:
   bool find_in_file(std::optional<TrackLine> &line);
   bool find_on_pad(GstAggregatorPad *text, const Given &given, std::optional<TrackLine> &line);
   void read(GstAggregatorPad *text);
-  void leave(GstAggregatorPad *text);
   void warn_late_once(const Given &given, GstClockTime latency);
   void warn_back_once();
   void warn_nothing_once();
@@ -77,12 +83,12 @@ class FrameLines {
   std::string first_stream_;     ///< its id: the one that the file is for
   bool another_stream_ = false;  ///< the current one is not the first
   bool late_ = false;            ///< a frame has waited in vain, and no line has come in time since
-  bool warned_late_ = false, warned_nothing_ = false, warned_unread_ = false, warned_another_ = false,
-       warned_back_ = false;
+  bool warned_late_ = false, warned_nothing_ = false, warned_another_ = false, warned_back_ = false;
   FrameMoments now_;
 
   std::atomic<bool> linked_ = false;
-  std::atomic<bool> relinked_ = false;  ///< linking the same pads again brings no STREAM_START
+  std::atomic<bool> relinked_ = false;  ///< or unlinked, and linked before
+  std::atomic<bool> from_file_ = false, warned_unread_ = false;
 
   std::mutex mutex_;  ///< of the rest; held only for a short while
   PadLines pad_;

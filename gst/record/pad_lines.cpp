@@ -68,12 +68,15 @@ void PadLines::gap(GstEvent *event, LineMatcher &matcher) {
   if (reader_.unfinished()) return;
   GstClockTime begin = 0, duration = GST_CLOCK_TIME_NONE;
   gst_event_parse_gap(event, &begin, &duration);
-  const auto from = running_time(reader_.segment(), begin);
+  const GstSegment &segment = reader_.segment();
+  auto from = running_time(segment, begin);
+  // Beyond all time. Nothing comes before it.
+  if (!from && segment.format == GST_FORMAT_TIME && segment.rate > 0 && begin > segment.start) from = max_time;
   if (!from) return;
   // Without a duration it only says that nothing comes before its beginning.
   std::optional<std::int64_t> until = from;
   if (GST_CLOCK_TIME_IS_VALID(duration)) {
-    until = duration < GST_CLOCK_TIME_NONE - begin ? running_time(reader_.segment(), begin + duration) : std::nullopt;
+    until = duration < GST_CLOCK_TIME_NONE - begin ? running_time(segment, begin + duration) : std::nullopt;
     if (!until) until = max_time;
   }
   matcher.no_line(std::min(*from, *until), std::max(*from, *until));

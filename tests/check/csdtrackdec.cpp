@@ -48,9 +48,10 @@ GST_START_TEST(positions_are_scaled_with_the_picture) {
     double x, y;
   } cases[] = {
       {"width=64,height=48", 0, 10.25, 20},
-      {"width=128,height=96", 0, 21, 40.5},    // (10.25 + ½)·2 − ½, (20 + ½)·2 − ½
-      {"width=32,height=24", 0, 4.875, 9.75},  // (10.25 + ½)/2 − ½, (20 + ½)/2 − ½
-      {"width=128,height=97", -1, 0, 0},       // another aspect ratio
+      {"width=128,height=96", 0, 21, 40.5},                  // (10.25 + ½)·2 − ½, (20 + ½)·2 − ½
+      {"width=32,height=24", 0, 4.875, 9.75},                // (10.25 + ½)/2 − ½, (20 + ½)/2 − ½
+      {"width=128,height=97", 0, 21, 20.5 * 97 / 48 - 0.5},  // the same, rounded
+      {"width=128,height=99", -1, 0, 0},                     // another aspect
       {"width=128,height=48", -1, 0, 0},
   };
   for (const auto &c : cases) {
@@ -271,13 +272,15 @@ GST_START_TEST(invalid_lines_are_refused_with_their_number_and_a_reason) {
   };
   for (const auto &c : cases) {
     Harness harness(write_file("hostile.jsonl", c.content));
+    // A frame is handled in another thread: the one after it, or after that, hears of it. Two fit in before.
     GstFlowReturn flow = GST_FLOW_OK;
-    for (guint64 n = 0; n < 5 && flow == GST_FLOW_OK; ++n) flow = gst_harness_push(harness.h, frame_at(n * frame_time));
+    for (guint64 n = 0; n < 8 && flow == GST_FLOW_OK; ++n) flow = gst_harness_push(harness.h, frame_at(n * frame_time));
     fail_unless_equals_int(flow, GST_FLOW_ERROR);
     const std::string text = harness.said(GST_MESSAGE_ERROR);
     assert_holds(text, c.reason);
     assert_holds(text, "hostile.jsonl\"");
     assert_holds(text, "Set location to a .jsonl file that csdtrackenc has written.");
+    assert_silent(harness);
   }
 }
 GST_END_TEST

@@ -6,10 +6,17 @@
 #include <gst/check/gstharness.h>
 #include <gst/video/video.h>
 
+#include <atomic>
+#include <condition_variable>
+#include <deque>
 #include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "attach.h"
@@ -185,32 +192,139 @@ inline GstBuffer *bytes(const std::string &text, GstClockTime pts = GST_CLOCK_TI
   return buffer;
 }
 
+/// Sends text to a pad in order, from a thread of its own. Not live, csdtrackdec's pad holds one buffer: the next one
+/// blocks until frames have used it.
+class TextThread {
+ public:
+  explicit TextThread(GstPad *pad) : pad_(pad), thread_([this] { run(); }) {}
+  /// Deactivate the pad, or its peer, first: else this blocks too.
+  ~TextThread() {
+    {
+      const std::lock_guard lock(mutex_);
+      steps_.clear();
+      over_ = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+  }
+  TextThread(const TextThread &) = delete;
+  TextThread &operator=(const TextThread &) = delete;
+
+  void push(GstBuffer *buffer) {
+    const std::shared_ptr<GstBuffer> held(buffer, gst_buffer_unref);
+    then([this, held] {
+      flow_ = gst_pad_push(pad_, gst_buffer_ref(held.get()));
+      ++taken_;
+    });
+  }
+  void push(GstEvent *event) {
+    const std::shared_ptr<GstEvent> held(event, gst_event_unref);
+    then([this, held] { gst_pad_push_event(pad_, gst_event_ref(held.get())); });
+  }
+  void then(std::function<void()> step) {
+    {
+      const std::lock_guard lock(mutex_);
+      steps_.push_back(std::move(step));
+    }
+    changed_.notify_all();
+  }
+  /// Until the element has taken everything, or has it in the pad's queue.
+  void wait() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return steps_.empty() && !busy_; });
+  }
+  /// Drops what the element has not taken, as a source does that is flushed.
+  void drop() {
+    {
+      const std::lock_guard lock(mutex_);
+      steps_.clear();
+    }
+    wait();
+  }
+  guint64 taken() const { return taken_; }
+  GstFlowReturn flow() const { return flow_; }  ///< of the last buffer
+
+ private:
+  void run() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      changed_.wait(lock, [this] { return over_ || !steps_.empty(); });
+      if (over_) return;
+      busy_ = true;
+      auto step = std::move(steps_.front());
+      steps_.pop_front();
+      lock.unlock();
+      step();
+      step = nullptr;
+      lock.lock();
+      busy_ = false;
+      changed_.notify_all();
+    }
+  }
+
+  GstPad *const pad_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::function<void()>> steps_;
+  bool busy_ = false, over_ = false;
+  std::atomic<guint64> taken_ = 0;
+  std::atomic<GstFlowReturn> flow_ = GST_FLOW_OK;
+  std::thread thread_;
+};
+
 /// csdtrackdec with both sink pads, not live. By default it waits for its text as long as a test may last.
 struct TextHarness : Harness {
   GstHarness *text;
+  std::unique_ptr<TextThread> thread;
 
   explicit TextHarness(const char *caps = utf8, guint64 max_wait = 3600 * GST_SECOND) {
     g_object_set(element, "max-wait", max_wait, nullptr);
     text = gst_harness_new_with_element(element, "text", nullptr);
     gst_harness_set_src_caps_str(text, caps);
     for (GstHarness *side : {h, text}) gst_harness_set_live(side, FALSE);
+    thread = std::make_unique<TextThread>(text->srcpad);
   }
-  ~TextHarness() { gst_harness_teardown(text); }
-
-  GstFlowReturn push_line(guint64 n) { return push_line(line(n), n * frame_time); }
-  GstFlowReturn push_line(const std::string &line, GstClockTime pts) {
-    return gst_harness_push(text, bytes(line, pts));
+  ~TextHarness() {
+    gst_element_set_state(element, GST_STATE_NULL);
+    thread.reset();
+    gst_harness_teardown(text);
   }
-  void end() { fail_unless(gst_harness_push_event(text, gst_event_new_eos())); }
-};
 
-/// A frame pushed by another thread. Tests check the result, not its time.
-class Waiting {
- public:
-  Waiting(TextHarness &harness, GstClockTime pts)
-      : thread_([this, &harness, pts] { flow_ = gst_harness_push(harness.h, frame_at(pts)); }) {
+  void push_text(const std::string &its, GstClockTime pts = GST_CLOCK_TIME_NONE) { thread->push(bytes(its, pts)); }
+  void push_line(guint64 n) { push_line(line(n), n * frame_time); }
+  void push_line(const std::string &its, GstClockTime pts) { push_text(its, pts); }
+  void text_event(GstEvent *event) { thread->push(event); }
+  void end() { text_event(gst_event_new_eos()); }
+  /// Until the text so far is there; at most one buffer of it can be in the pad's queue.
+  void wait_text() { thread->wait(); }
+  void flush_text() {
+    gst_harness_push_event(text, gst_event_new_flush_start());
+    thread->drop();
+    gst_harness_push_event(text, gst_event_new_flush_stop(TRUE));
+  }
+
+  /// A frame that waits for its text. Tests check the result, not its time.
+  void push_waiting(GstClockTime pts) {
+    fail_unless_equals_int(gst_harness_push(h, frame_at(pts)), GST_FLOW_OK);
     // By now it has most probably begun to wait. If not, the test finds less than it could.
     g_usleep(20000);
+    fail_unless(gst_harness_try_pull(h) == nullptr, "it didn't wait");
+  }
+  int pull_number() {
+    GstBuffer *out = gst_harness_pull(h);
+    fail_unless(out != nullptr);
+    const int number = number_on(out);
+    gst_buffer_unref(out);
+    return number;
+  }
+};
+
+/// A frame pushed by another thread, as the one before it is still in the pad's queue.
+class Waiting {
+ public:
+  Waiting(Harness &harness, GstClockTime pts)
+      : thread_([this, &harness, pts] { flow_ = gst_harness_push(harness.h, frame_at(pts)); }) {
+    g_usleep(20000);  // see push_waiting()
   }
   GstFlowReturn join() {
     thread_.join();
@@ -227,14 +341,18 @@ inline void flush(GstHarness *h) {
   gst_harness_push_event(h, gst_event_new_flush_stop(TRUE));
 }
 
-inline void new_segment(GstHarness *h, GstClockTime start, GstClockTime base = 0, double rate = 1) {
+inline GstEvent *segment_event(GstClockTime start, GstClockTime base = 0, double rate = 1) {
   GstSegment segment;
   gst_segment_init(&segment, GST_FORMAT_TIME);
   segment.rate = rate;
   segment.start = segment.time = segment.position = start;
   segment.base = base;
   if (rate < 0) segment.stop = 1000 * GST_SECOND;
-  fail_unless(gst_harness_push_event(h, gst_event_new_segment(&segment)));
+  return gst_event_new_segment(&segment);
+}
+
+inline void new_segment(GstHarness *h, GstClockTime start, GstClockTime base = 0, double rate = 1) {
+  fail_unless(gst_harness_push_event(h, segment_event(start, base, rate)));
 }
 
 /// Fails on any message that no test has asked for yet.

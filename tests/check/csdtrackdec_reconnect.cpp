@@ -17,12 +17,12 @@ struct Way {
 void begin_stream(TextHarness &harness, const char *id = "another", guint group = 0) {
   GstEvent *start = gst_event_new_stream_start(id);
   if (group != 0) gst_event_set_group_id(start, group);
-  fail_unless(gst_harness_push_event(harness.text, start));
+  harness.text_event(start);
   g_autoptr(GstCaps) caps = gst_pad_get_current_caps(harness.text->srcpad);
   GstSegment segment;
   gst_segment_init(
       &segment, gst_structure_has_name(gst_caps_get_structure(caps, 0), ndjson) ? GST_FORMAT_BYTES : GST_FORMAT_TIME);
-  fail_unless(gst_harness_push_event(harness.text, gst_event_new_segment(&segment)));
+  harness.text_event(gst_event_new_segment(&segment));
 }
 
 constexpr Way ways[] = {
@@ -34,10 +34,12 @@ constexpr Way ways[] = {
      }},
     {"a new link",
      [](TextHarness &h) {
-       GstPad *pad = gst_element_get_static_pad(h.element, "text");
-       fail_unless(gst_pad_unlink(h.text->srcpad, pad));
-       fail_unless_equals_int(gst_pad_link(h.text->srcpad, pad), GST_PAD_LINK_OK);
-       gst_object_unref(pad);
+       h.thread->then([&h] {
+         GstPad *pad = gst_element_get_static_pad(h.element, "text");
+         fail_unless(gst_pad_unlink(h.text->srcpad, pad));
+         fail_unless_equals_int(gst_pad_link(h.text->srcpad, pad), GST_PAD_LINK_OK);
+         gst_object_unref(pad);
+       });
      }},
 };
 
@@ -52,12 +54,15 @@ void assert_torn(TextHarness &harness, const char *way, const char *line) {
 GST_START_TEST(a_torn_line_is_dropped_with_a_warning) {
   for (const Way &way : ways) {
     TextHarness harness(ndjson);
-    fail_unless_equals_int(gst_harness_push(harness.text, bytes(lines(0, 2) + line(2).substr(0, 99))), GST_FLOW_OK);
+    harness.push_text(lines(0, 2) + line(2).substr(0, 99));
     way.go(harness);
-    fail_unless(gst_harness_push(harness.text, bytes(lines(3, 6))) == GST_FLOW_OK, "%s: %s", way.name,
-                harness.said(GST_MESSAGE_ERROR).c_str());
+    harness.push_text(lines(3, 6));
+    for (int n = 0; n < 6; ++n) {
+      const int number = harness.push(n * frame_time);
+      fail_unless(number == (n == 2 ? -1 : n), "%s: %d at frame %d; %s", way.name, number, n,
+                  harness.said(GST_MESSAGE_ERROR).c_str());
+    }
     assert_torn(harness, way.name, "line 3: ");
-    for (int n = 0; n < 6; ++n) fail_unless_equals_int(harness.push(n * frame_time), n == 2 ? -1 : n);
     assert_silent(harness);
   }
 }
@@ -67,9 +72,9 @@ GST_START_TEST(without_loss_there_is_no_warning) {
   for (const Way &way : ways)
     for (const char *rest : {"", " \r", "\n"}) {
       TextHarness harness(ndjson);
-      gst_harness_push(harness.text, bytes(lines(0, 2) + rest));
+      harness.push_text(lines(0, 2) + rest);
       way.go(harness);
-      gst_harness_push(harness.text, bytes(lines(2, 4)));
+      harness.push_text(lines(2, 4));
       harness.end();
       for (int n = 0; n < 4; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
       assert_silent(harness);
@@ -79,61 +84,68 @@ GST_END_TEST
 
 GST_START_TEST(an_end_within_a_line_is_reported_once) {
   TextHarness harness(ndjson);
-  gst_harness_push(harness.text, bytes(lines(0, 1) + line(1)));
+  harness.push_text(lines(0, 1) + line(1));
   harness.end();
-  assert_torn(harness, "EOS", "line 2: ");
   begin_stream(harness);
   for (int n = 0; n < 2; ++n) {
-    gst_harness_push(harness.text, bytes(lines(2, 3)));
+    harness.push_text(lines(2, 3));
     fail_unless_equals_int(harness.push(n * frame_time), n == 0 ? 0 : -1);
   }
+  assert_torn(harness, "EOS", "line 2: ");
   assert_silent(harness);
 }
 GST_END_TEST
 
-GST_START_TEST(repeated_lines_replace_the_old_ones_from_the_first_on) {
-  // Repeated lines have another x. The frames don't restart.
+GST_START_TEST(repeated_lines_take_up_where_the_old_ones_ended) {
+  // Repeated lines have another number. The frames don't restart. Those that had their lines keep them.
   for (const char *caps : {ndjson, utf8})
     for (const Way &way : ways) {
       TextHarness harness(caps);
       const auto send = [&](guint64 from, guint64 to, guint64 number) {
-        for (guint64 n = from; n < to; ++n)
-          fail_unless(harness.push_line(line(number + n, n * frame_time) + "\n", n * frame_time) == GST_FLOW_OK,
-                      "%s: %s", way.name, harness.said(GST_MESSAGE_ERROR).c_str());
+        for (guint64 n = from; n < to; ++n) harness.push_line(line(number + n, n * frame_time) + "\n", n * frame_time);
       };
       send(0, 6, 0);
-      for (int n = 0; n < 2; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
       way.go(harness);
-      send(1, 3, 100);  // the old stream's lines from 1 on are no longer used
+      send(1, 3, 100);  // no frame comes for these any more
       way.go(harness);
       send(3, 9, 200);
       harness.end();
-      for (int n = 2; n < 10; ++n)
-        fail_unless_equals_int(harness.push(n * frame_time), n < 3 ? 100 + n : n < 9 ? 200 + n : -1);
+      // STREAM_START alone may also be another recording's, whose frames are still to come.
+      const bool ambiguous = &way == &ways[0];
+      for (int n = 0; n < 10; ++n) {
+        const int number = harness.push(n * frame_time), expected = n < 6 ? n : n < 9 && !ambiguous ? 200 + n : -1;
+        fail_unless(number == expected, "%s, %s: %d at frame %d; %s", caps, way.name, number, n,
+                    harness.said(GST_MESSAGE_ERROR).c_str());
+      }
+      if (ambiguous) assert_holds(harness.said(GST_MESSAGE_WARNING), "the text has begun again at an earlier time");
       assert_silent(harness);
     }
 }
 GST_END_TEST
 
-GST_START_TEST(room_is_made_for_repeated_lines) {
+GST_START_TEST(lines_far_ahead_hide_none_of_a_new_stream) {
   // 256 lines with times that no frame reaches.
   TextHarness harness(ndjson);
   std::string far;
   for (guint64 n = 0; n < 256; ++n) far += line(n, n * frame_time + 1000 * GST_SECOND) + "\n";
-  gst_harness_push(harness.text, bytes(far));
+  harness.push_text(far);
+  fail_unless_equals_int(harness.push(0 * frame_time), -1);
   begin_stream(harness);
-  gst_harness_push(harness.text, bytes(lines(0, 2)));
-  for (int n = 0; n < 2; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
+  harness.push_text(lines(0, 3));
+  harness.wait_text();
+  for (int n = 1; n < 3; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
 }
 GST_END_TEST
 
 GST_START_TEST(lines_after_a_refused_line_are_read) {
   for (const char *caps : {utf8, ndjson}) {
     TextHarness harness(caps);
-    fail_unless_equals_int(harness.push_line("nonsense\n", 0), GST_FLOW_ERROR);
+    harness.push_line("nonsense\n", 0);
+    fail_unless_equals_int(harness.push(0 * frame_time), -1);
     assert_holds(harness.said(GST_MESSAGE_ERROR), "is no JSON");
     begin_stream(harness);
-    fail_unless_equals_int(harness.push_line(line(1) + "\n", frame_time), GST_FLOW_OK);
+    harness.push_line(line(1) + "\n", frame_time);
+    harness.wait_text();
     fail_unless_equals_int(harness.push(frame_time), 1);
     assert_silent(harness);
   }
@@ -182,8 +194,8 @@ static Suite *csdtrackdec_reconnect_suite() {
   tcase_add_test(tc, a_torn_line_is_dropped_with_a_warning);
   tcase_add_test(tc, without_loss_there_is_no_warning);
   tcase_add_test(tc, an_end_within_a_line_is_reported_once);
-  tcase_add_test(tc, repeated_lines_replace_the_old_ones_from_the_first_on);
-  tcase_add_test(tc, room_is_made_for_repeated_lines);
+  tcase_add_test(tc, repeated_lines_take_up_where_the_old_ones_ended);
+  tcase_add_test(tc, lines_far_ahead_hide_none_of_a_new_stream);
   tcase_add_test(tc, lines_after_a_refused_line_are_read);
   tcase_add_test(tc, the_next_parts_of_both_streams_stay_apart);
   return s;

@@ -1,23 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
 // csdtrackdec with lines on its pad `text`: which frame waits for what, and that none waits for ever.
-#include <atomic>
-#include <thread>
-
 #include "csdtrackdec_harness.h"
 
 using namespace csd_check;
-
-namespace {
-
-int pull_number(TextHarness &harness) {
-  GstBuffer *out = gst_harness_pull(harness.h);
-  const int number = number_on(out);
-  gst_buffer_unref(out);
-  return number;
-}
-
-}  // namespace
 
 GST_START_TEST(lines_are_read_in_every_form) {
   const std::string plain = lines(0, 3);
@@ -28,13 +14,13 @@ GST_START_TEST(lines_are_read_in_every_form) {
   {  // A byte stream cut at any place; its last line is torn.
     TextHarness harness(ndjson);
     const std::string all = plain + line(3);
-    for (std::size_t at = 0; at < all.size(); at += 7) gst_harness_push(harness.text, bytes(all.substr(at, 7)));
+    for (std::size_t at = 0; at < all.size(); at += 7) harness.push_text(all.substr(at, 7));
     harness.end();
     for (int n = 0; n < 4; ++n) fail_unless_equals_int(harness.push(n * frame_time), n < 3 ? n : -1);
   }
   {  // All lines in one buffer.
     TextHarness harness(ndjson);
-    gst_harness_push(harness.text, bytes(plain, 0));
+    harness.push_text(plain, 0);
     harness.end();
     for (int n = 0; n < 3; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
   }
@@ -82,7 +68,7 @@ GST_START_TEST(a_frame_waits_for_its_line_a_later_one_a_gap_or_the_end) {
          h.push_line(5);
        },
        -1},
-      {"a gap", [](TextHarness &h) { gst_harness_push_event(h.text, gst_event_new_gap(0, GST_SECOND)); }, -1},
+      {"a gap", [](TextHarness &h) { h.text_event(gst_event_new_gap(0, GST_SECOND)); }, -1},
       {"the end", [](TextHarness &h) { h.end(); }, -1},
       {"the pad is unlinked",
        [](TextHarness &h) {
@@ -94,13 +80,13 @@ GST_START_TEST(a_frame_waits_for_its_line_a_later_one_a_gap_or_the_end) {
   };
   for (const auto &c : cases) {
     TextHarness harness;
-    Waiting frame(harness, 2 * frame_time);
     // A gap that ends before the frame says nothing about it.
-    gst_harness_push_event(harness.text, gst_event_new_gap(0, frame_time));
-    fail_unless(gst_harness_try_pull(harness.h) == nullptr, "%s: it didn't wait", c.what);
+    harness.text_event(gst_event_new_gap(0, frame_time));
+    harness.wait_text();
+    harness.push_waiting(2 * frame_time);
     c.come(harness);
-    fail_unless_equals_int(frame.join(), GST_FLOW_OK);
-    fail_unless_equals_int(pull_number(harness), c.number);
+    const int number = harness.pull_number();
+    fail_unless(number == c.number, "%s: %d", c.what, number);
     fail_unless(harness.said(GST_MESSAGE_WARNING) == "", "%s", c.what);
   }
 }
@@ -113,7 +99,8 @@ GST_START_TEST(a_gap_that_ends_beyond_all_time_lasts_for_ever) {
   } gaps[] = {{a_second, most}, {a_second, most - a_second}, {a_second, most / 2}, {most - 10, 100}, {most - 10, 5}};
   for (const auto &[begin, duration] : gaps) {
     TextHarness harness(utf8, GST_MSECOND);
-    gst_harness_push_event(harness.text, gst_event_new_gap(begin, duration));
+    harness.text_event(gst_event_new_gap(begin, duration));
+    harness.wait_text();
     for (const GstClockTime time : {0 * a_second, 2 * a_second, 3600 * a_second}) {
       fail_unless_equals_int(harness.push(time), -1);
       fail_unless(harness.said(GST_MESSAGE_WARNING) == "", "%" G_GUINT64_FORMAT " for %" G_GUINT64_FORMAT ": it waited",
@@ -122,7 +109,8 @@ GST_START_TEST(a_gap_that_ends_beyond_all_time_lasts_for_ever) {
   }
   // A gap of unknown length only says that nothing comes before its start.
   TextHarness harness(utf8, GST_MSECOND);
-  gst_harness_push_event(harness.text, gst_event_new_gap(GST_SECOND, GST_CLOCK_TIME_NONE));
+  harness.text_event(gst_event_new_gap(GST_SECOND, GST_CLOCK_TIME_NONE));
+  harness.wait_text();
   harness.push(0 * frame_time);
   fail_unless(harness.said(GST_MESSAGE_WARNING) == "");
   harness.push(2 * GST_SECOND);
@@ -133,13 +121,21 @@ GST_END_TEST
 GST_START_TEST(a_flush_or_a_stop_ends_the_wait) {
   {
     TextHarness harness;
-    Waiting frame(harness, 2 * frame_time);
+    harness.push_waiting(2 * frame_time);
+    Waiting frame(harness, 3 * frame_time);
     gst_harness_push_event(harness.h, gst_event_new_flush_start());
     fail_unless_equals_int(frame.join(), GST_FLOW_FLUSHING);
+    // The frame that waited is gone.
+    gst_harness_push_event(harness.h, gst_event_new_flush_stop(TRUE));
+    new_segment(harness.h, 0);
+    harness.push_line(5);
+    fail_unless_equals_int(harness.push(5 * frame_time), 5);
+    fail_unless(gst_harness_try_pull(harness.h) == nullptr);
   }
   {
     TextHarness harness;
-    Waiting frame(harness, 2 * frame_time);
+    harness.push_waiting(2 * frame_time);
+    Waiting frame(harness, 3 * frame_time);
     gst_element_set_state(harness.element, GST_STATE_NULL);
     fail_unless_equals_int(frame.join(), GST_FLOW_FLUSHING);
   }
@@ -152,14 +148,15 @@ GST_START_TEST(no_frame_waits_longer_than_max_wait) {
   assert_holds(harness.said(GST_MESSAGE_WARNING), "no text has come within 1 ms. Put a queue before each pad");
   g_object_set(harness.element, "max-wait", 3600 * GST_SECOND, nullptr);
   harness.push_line(0);  // too late for any frame; the next frame doesn't wait either
+  harness.wait_text();
   fail_unless_equals_int(harness.push(3 * frame_time), -1);
   // Text is ahead again, so frames wait again.
   harness.push_line(4);
+  harness.wait_text();
   fail_unless_equals_int(harness.push(4 * frame_time), 4);
-  Waiting frame(harness, 5 * frame_time);
+  harness.push_waiting(5 * frame_time);
   harness.push_line(5);
-  frame.join();
-  fail_unless_equals_int(pull_number(harness), 5);
+  fail_unless_equals_int(harness.pull_number(), 5);
   fail_unless(harness.said(GST_MESSAGE_WARNING) == "");
 }
 GST_END_TEST
@@ -168,6 +165,7 @@ GST_START_TEST(with_max_wait_0_no_frame_waits_and_nothing_warns) {
   TextHarness harness(utf8, 0);
   fail_unless_equals_int(harness.push(0 * frame_time), -1);
   harness.push_line(1);
+  harness.wait_text();
   fail_unless_equals_int(harness.push(1 * frame_time), 1);
   fail_unless(harness.said(GST_MESSAGE_WARNING) == "");
 }
@@ -175,22 +173,24 @@ GST_END_TEST
 
 GST_START_TEST(text_that_runs_ahead_is_held_back_not_lost) {
   TextHarness harness;
-  std::atomic<guint64> pushed = 0;
-  std::thread ahead([&] {
-    for (guint64 n = 0; n < 1000 && harness.push_line(n) == GST_FLOW_OK; ++n) ++pushed;
-    harness.end();
-  });
-  while (pushed < 256) g_usleep(1000);
+  for (guint64 n = 0; n < 1000; ++n) harness.push_line(n);
+  harness.end();
+  // The pad's queue holds one buffer, and two until the latency is known.
+  while (harness.thread->taken() < 1) g_usleep(1000);
   g_usleep(20000);
-  fail_unless_equals_uint64(pushed, 256);
-  for (int n = 0; n < 500; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
+  fail_unless(harness.thread->taken() <= 2);
+  for (int n = 0; n < 500; ++n) {
+    fail_unless_equals_int(harness.push(n * frame_time), n);
+    // At most the frame's own line, the next one, and the queue.
+    fail_unless(harness.thread->taken() <= static_cast<guint64>(n) + 4);
+  }
   // The video has a gap, then goes on. After its end, the text is no longer held back.
   gst_harness_push_event(harness.h, gst_event_new_gap(700 * frame_time, frame_time));
-  while (pushed < 900) g_usleep(1000);
   fail_unless_equals_int(harness.push(700 * frame_time), 700);
   gst_harness_push_event(harness.h, gst_event_new_eos());
-  ahead.join();
-  fail_unless_equals_uint64(pushed, 1000);
+  harness.wait_text();
+  fail_unless_equals_uint64(harness.thread->taken(), 1000);
+  fail_unless_equals_int(harness.thread->flow(), GST_FLOW_OK);
 }
 GST_END_TEST
 
@@ -200,9 +200,9 @@ GST_START_TEST(both_streams_seek) {
   for (int n = 0; n < 3; ++n) fail_unless_equals_int(harness.push(n * frame_time), n);
   for (const guint64 to : {100, 1}) {
     flush(harness.h);
-    flush(harness.text);
+    harness.flush_text();
     new_segment(harness.h, to * frame_time);
-    new_segment(harness.text, to * frame_time);
+    harness.text_event(segment_event(to * frame_time));
     harness.push_line(line(999), (to - 1) * frame_time);  // before the segment
     for (guint64 n = to; n < to + 3; ++n) harness.push_line(n);
     for (guint64 n = to; n < to + 3; ++n) fail_unless_equals_int(harness.push(n * frame_time), static_cast<int>(n));
@@ -212,11 +212,15 @@ GST_END_TEST
 
 GST_START_TEST(a_flush_drops_a_torn_line) {
   TextHarness harness(ndjson);
-  gst_harness_push(harness.text, bytes(line(7).substr(0, 99)));
-  flush(harness.text);
-  new_segment(harness.text, 0);
-  gst_harness_push(harness.text, bytes(line(0) + "\n"));
-  fail_unless_equals_int(harness.push(0 * frame_time), 0);
+  harness.push_waiting(0);
+  // The first piece has been read once the last one is taken.
+  for (const unsigned at : {0u, 50u, 100u}) harness.push_text(line(7).substr(at, 50));
+  harness.wait_text();
+  harness.flush_text();
+  harness.text_event(segment_event(0));
+  harness.push_text(line(0) + "\n");
+  fail_unless_equals_int(harness.pull_number(), 0);
+  assert_silent(harness);
 }
 GST_END_TEST
 
@@ -224,7 +228,7 @@ GST_START_TEST(a_segment_can_play_again) {
   // The text runs ahead into the second round, and then into the third.
   TextHarness harness;
   const auto text_round = [&](guint64 round) {
-    if (round > 0) new_segment(harness.text, 0, round * GST_SECOND);
+    if (round > 0) harness.text_event(segment_event(0, round * GST_SECOND));
     for (guint64 n = 0; n < 4; ++n) harness.push_line(line(10 * round + n, n * frame_time), n * frame_time);
   };
   const auto frames_round = [&](int round) {
@@ -239,12 +243,23 @@ GST_START_TEST(a_segment_can_play_again) {
 }
 GST_END_TEST
 
-GST_START_TEST(in_reverse_no_frame_waits) {
+GST_START_TEST(in_reverse_lines_match_in_ascending_running_time) {
+  {  // The running time is 1000 s less the timestamp.
+    TextHarness harness;
+    new_segment(harness.h, 0, 0, -1);
+    harness.text_event(segment_event(0, 0, -1));
+    for (guint64 n = 400; n > 0; --n) harness.push_line(n);
+    for (int n = 400; n > 0; --n) fail_unless_equals_int(harness.push(n * frame_time), n);
+  }
+  // Demuxers turn the order of their parts, not of what is in them. What is out of order is skipped; no frame waits.
   TextHarness harness;
   new_segment(harness.h, 0, 0, -1);
-  new_segment(harness.text, 0, 0, -1);
-  for (guint64 n = 400; n > 0; --n) fail_unless_equals_int(harness.push_line(n), GST_FLOW_OK);
-  for (int n = 3; n > 0; --n) fail_unless_equals_int(harness.push(n * frame_time), -1);
+  harness.text_event(segment_event(0, 0, -1));
+  for (const guint64 part : {6, 3, 0})
+    for (guint64 n = part; n < part + 3; ++n) harness.push_line(n);
+  harness.end();
+  for (int n = 8; n >= 0; --n) fail_unless_equals_int(harness.push(n * frame_time), n % 3 == 0 ? n : -1);
+  assert_silent(harness);
 }
 GST_END_TEST
 
@@ -259,23 +274,25 @@ GST_START_TEST(an_invalid_line_is_refused_and_the_video_goes_on) {
   for (const auto &c : cases) {
     TextHarness harness(c.caps);
     for (guint64 n = 0; n < 2; ++n) harness.push_line(line(n) + "\n", n * frame_time);
-    Waiting frame(harness, 2 * frame_time);
-    fail_unless_equals_int(harness.push_line(c.text, 2 * frame_time), GST_FLOW_ERROR);
-    fail_unless_equals_int(harness.push_line(2), GST_FLOW_ERROR);
-    frame.join();
+    harness.push_line(c.text, 2 * frame_time);
+    for (guint64 n = 2; n < 5; ++n) harness.push_line(line(n) + "\n", n * frame_time);
+    // What comes after it is ignored, and flows.
+    for (int n = 0; n < 5; ++n) fail_unless_equals_int(harness.push(n * frame_time), n < 2 ? n : -1);
+    harness.wait_text();
+    fail_unless_equals_int(harness.thread->flow(), GST_FLOW_OK);
     assert_holds(harness.said(GST_MESSAGE_ERROR), c.reason);
-    fail_unless(harness.said(GST_MESSAGE_ERROR) == "");
+    assert_silent(harness);
   }
   TextHarness endless(ndjson);
-  GstFlowReturn flow = GST_FLOW_OK;
-  for (int i = 0; i < 10 && flow == GST_FLOW_OK; ++i)
-    flow = gst_harness_push(endless.text, bytes(std::string(1 << 20, 'x')));
-  fail_unless_equals_int(flow, GST_FLOW_ERROR);
+  for (int i = 0; i < 10; ++i) endless.push_text(std::string(1 << 20, 'x'));
+  fail_unless_equals_int(endless.push(0 * frame_time), -1);
   assert_holds(endless.said(GST_MESSAGE_ERROR), "Line 1 of what came to the pad text: is longer than 8 MiB");
   TextHarness unsorted;
   unsorted.push_line(2);
-  fail_unless_equals_int(unsorted.push_line(1), GST_FLOW_ERROR);
-  assert_holds(unsorted.said(GST_MESSAGE_ERROR), "its stream time 40000000 comes after 80000000: lines must be sorted");
+  unsorted.push_line(1);
+  fail_unless_equals_int(unsorted.push(10 * frame_time), -1);
+  assert_holds(unsorted.said(GST_MESSAGE_ERROR),
+               "its running time 40000000 comes after 80000000: lines must be sorted");
 }
 GST_END_TEST
 
@@ -359,7 +376,7 @@ static Suite *csdtrackdec_text_suite() {
   tcase_add_test(tc, both_streams_seek);
   tcase_add_test(tc, a_flush_drops_a_torn_line);
   tcase_add_test(tc, a_segment_can_play_again);
-  tcase_add_test(tc, in_reverse_no_frame_waits);
+  tcase_add_test(tc, in_reverse_lines_match_in_ascending_running_time);
   tcase_add_test(tc, an_invalid_line_is_refused_and_the_video_goes_on);
   tcase_add_test(tc, with_location_the_pad_is_not_read);
   tcase_add_test(tc, there_is_one_text_pad_and_it_can_be_requested_again);

@@ -33,7 +33,7 @@ GST_START_TEST(test_the_line_is_as_documented) {
       line.c_str(),
       "{\"schema\":1,\"source\":\"csdtrack0\",\"role\":\"track\",\"algorithm\":\"csd-2012\",\"frame\":24,"
       "\"pts\":480000000,\"duration\":40000000,\"running_time\":480000000,\"stream_time\":480000000,"
-      "\"reference\":null,\"width\":64,\"height\":48,\"features\":["
+      "\"reference\":null,\"width\":64,\"height\":48,\"pixel_aspect\":[1,1],\"features\":["
       "{\"id\":0,\"x\":31.204,\"y\":0.000,\"state\":\"tracked\",\"confidence\":0.931},"
       "{\"id\":7,\"x\":0.000,\"y\":0.000,\"state\":\"lost\",\"confidence\":0.000,\"fresh\":false}]}\n");
   fail_unless_equals_uint64(GST_BUFFER_PTS(buffer), 12 * frame_time);

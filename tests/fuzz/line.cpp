@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // A line of .jsonl as csdtrackdec gets it from a file or a text track, and as the programs read it.
 #include "fuzz.h"
-#include "record/track_file.h"
+#include "record/markup.h"
+#include "text/read_line.h"
 
 namespace {
 

@@ -4,6 +4,7 @@
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include "fuzz.h"
+#include "record/line_splitter.h"
 #include "record/track_file.h"
 #include "support/guard.h"
 
@@ -17,8 +18,8 @@ void seek_about(const std::string &path, FuzzedDataProvider &numbers) {
     time = numbers.ConsumeBool() ? numbers.ConsumeIntegralInRange<std::int64_t>(-csd::second, G_MAXINT64 / 2)
                                  : time + csd::second / 25;
     const std::int64_t reach = csd::second / 50;
-    if (const auto line = file.at(time, reach))
-      csd_fuzz::expect(line->time >= time - reach && line->time <= time + reach);
+    const csd::FrameMoment frame{time, numbers.ConsumeIntegralInRange<std::int64_t>(0, 2 * reach), reach};
+    if (const auto line = file.at(frame)) csd_fuzz::expect(frame.distance(line->stream_time) <= reach);
   }
 }
 

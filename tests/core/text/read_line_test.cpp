@@ -64,6 +64,23 @@ TEST(ReadLine, HoldsWhatCsdtrackencWrites) {
   EXPECT_FALSE(tracks.features[1].fresh);
 }
 
+TEST(ReadLine, HoldsTheShapeOfThePixels) {
+  EXPECT_EQ(read(line).pixel_aspect_n, 0) << "older lines don't say";
+  EXPECT_EQ(read(line).pixel_aspect_d, 0);
+  std::string shaped = line;
+  shaped.insert(shaped.find(R"("new")"), R"("pixel_aspect":[16,11],)");
+  EXPECT_EQ(read(shaped).pixel_aspect_n, 16);
+  EXPECT_EQ(read(shaped).pixel_aspect_d, 11);
+  std::string null = line;
+  null.insert(null.find(R"("new")"), R"("pixel_aspect":null,)");
+  EXPECT_EQ(read(null).pixel_aspect_n, 0);
+  for (const char *bad : {"[]", "[1]", "[1,1,1]", "[0,1]", "[1,0]", "[-1,1]", "[1,1.5]", "[1,\"1\"]", "[1048577,1]",
+                          "\"1:1\"", "1", "{}", "[[1,1]]"})
+    EXPECT_THAT(with(R"("new")", std::string(R"("pixel_aspect":)") + bad + R"(,"new")"),
+                testing::HasSubstr("`pixel_aspect` is no"))
+        << bad;
+}
+
 TEST(ReadLine, NullMeansUnknown) {
   const TrackLine bare = read(
       R"({"schema":1,"source":null,"role":"truth","algorithm":null,"frame":null,"pts":null,"stream_time":null,"features":[]})");

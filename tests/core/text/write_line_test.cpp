@@ -5,6 +5,7 @@
 
 #include <clocale>
 #include <limits>
+#include <utility>
 
 #include "text/read_line.h"
 
@@ -35,12 +36,15 @@ TEST(WriteLine, WritesJson) {
   head.reference_time = 3;
   head.width = 640;
   head.height = 480;
-  EXPECT_EQ(json(head, {{0, 311.2037, -0.0001, "tracked", 0.931}, {4294967294, nan, 1e9, "lost", 0, false}}),
-            R"({"schema":1,"source":"gr\"o\\ß\u000a","role":"track","algorithm":"csd","frame":12,"pts":480000000,)"
-            R"("duration":40000000,"running_time":1,"stream_time":18446744073709551614,"reference":{"caps":)"
-            R"("timestamp/x-ntp","ns":3},"width":640,"height":480,"features":[{"id":0,"x":311.204,"y":0.000,"state":)"
-            R"("tracked","confidence":0.931},{"id":4294967294,"x":null,"y":1000000000.000,"state":"lost",)"
-            R"("confidence":0.000,"fresh":false}]})");
+  head.pixel_aspect_n = 16;
+  head.pixel_aspect_d = 11;
+  EXPECT_EQ(
+      json(head, {{0, 311.2037, -0.0001, "tracked", 0.931}, {4294967294, nan, 1e9, "lost", 0, false}}),
+      R"({"schema":1,"source":"gr\"o\\ß\u000a","role":"track","algorithm":"csd","frame":12,"pts":480000000,)"
+      R"("duration":40000000,"running_time":1,"stream_time":18446744073709551614,"reference":{"caps":)"
+      R"("timestamp/x-ntp","ns":3},"width":640,"height":480,"pixel_aspect":[16,11],"features":[{"id":0,"x":311.204,"y":0.000,"state":)"
+      R"("tracked","confidence":0.931},{"id":4294967294,"x":null,"y":1000000000.000,"state":"lost",)"
+      R"("confidence":0.000,"fresh":false}]})");
 }
 
 TEST(WriteLine, UnknownValuesAreNull) {
@@ -56,12 +60,15 @@ TEST(WriteLine, ReadLineReadsItBack) {
   head.frame = 7;
   head.stream_time = 5;
   head.width = head.height = 64;
+  head.pixel_aspect_n = 4;
+  head.pixel_aspect_d = 3;
   JsonText text;
   const TrackLine line = read_track_line(text, json(head, {{3, 1.5, 2.25, "occluded", 0.5, false}}));
   EXPECT_TRUE(line.truth && line.numbered);
   EXPECT_EQ(line.source, "a\tb\"");
   EXPECT_EQ(line.pts, no_time);
   EXPECT_EQ(line.stream_time, 5);
+  EXPECT_EQ(std::pair(line.pixel_aspect_n, line.pixel_aspect_d), std::pair(4, 3));
   ASSERT_EQ(line.tracks.features.size(), 1u);
   const Feature &feature = line.tracks.features[0];
   EXPECT_EQ(std::tuple(feature.id, feature.x, feature.y, feature.state, feature.confidence, feature.fresh),
