@@ -232,7 +232,6 @@ void push_frame(GstCsdTrackDec *self, GstBuffer *buffer) {
   if (flow != GST_FLOW_FLUSHING || !GST_PAD_IS_FLUSHING(src)) state.flow = flow;
 }
 
-/// Handles the frame, whose line is known.
 GstFlowReturn handle_frame(GstCsdTrackDec *self, GstBuffer *buffer, std::optional<csd::TrackLine> &line) {
   auto &state = *self->state;
   const GstCsdTrackOverlay overlay = live_of(self).overlay;
