@@ -51,7 +51,7 @@ GST_START_TEST(test_json_fields_and_types) {
   const Json json(harness.pull());
   const simdjson::dom::object o = json.object();
   assert_members(o, {"schema", "source", "role", "algorithm", "frame", "pts", "duration", "running_time", "stream_time",
-                     "reference", "width", "height", "features"});
+                     "reference", "width", "height", "pixel_aspect", "features"});
   for (const char *m : {"schema", "frame", "pts", "duration", "running_time", "stream_time", "width", "height"})
     assert_type(o, m, Type::INT64);
   for (const char *m : {"source", "role", "algorithm"}) assert_type(o, m, Type::STRING);

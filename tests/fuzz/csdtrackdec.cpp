@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // csdtrackdec with frames, and with lines in a file or on its pad `text`. The input: lines, a separator, and numbers
-// that choose the actions. All in one thread: a frame waits for its text for at most a millisecond, and an input's
-// lines never fill the queue.
+// that choose the actions. A frame waits for its text for at most a millisecond. Text waits for frames, so it comes
+// from a thread of its own.
 #include "elements.h"
 #include "record/klv.h"
 
@@ -19,10 +19,13 @@ class TextPad {
     gst_object_ref_sink(ours_);
     gst_pad_set_active(ours_, TRUE);
     gst_pad_link(ours_, pad_);
-    gst_pad_push_event(ours_, gst_event_new_stream_start("t"));
+    thread_ = g_thread_pool_new(send, ours_, 1, TRUE, nullptr);
+    send(gst_event_new_stream_start("t"));
   }
   ~TextPad() {
     if (!pad_) return;
+    gst_pad_push_event(ours_, gst_event_new_flush_start());  // ends a wait; the rest is refused
+    g_thread_pool_free(thread_, FALSE, TRUE);
     gst_pad_set_active(ours_, FALSE);
     gst_pad_unlink(ours_, pad_);
     gst_object_unref(ours_);
@@ -38,13 +41,13 @@ class TextPad {
     const unsigned kind = choose(from, 4);
     klv_ = kind == 4;
     GstCaps *caps = gst_caps_from_string(kinds[kind]);
-    gst_pad_push_event(ours_, gst_event_new_caps(caps));
+    send(gst_event_new_caps(caps));
     gst_caps_unref(caps);
   }
   void begin(GstFormat format) {
     GstSegment segment;
     gst_segment_init(&segment, format);
-    gst_pad_push_event(ours_, gst_event_new_segment(&segment));
+    send(gst_event_new_segment(&segment));
   }
   /// A line, or some bytes. In KLV most are in a packet, which may be one of several and may be cut.
   void push(Numbers &from) {
@@ -66,7 +69,7 @@ class TextPad {
     if (klv_ && one_in(from, 8)) GST_BUFFER_FLAG_SET(buffer, GST_BUFFER_FLAG_DISCONT);
     if (one_in(from, 2)) GST_BUFFER_PTS(buffer) = one_in(from, 8) ? from.ConsumeIntegral<guint64>() : line_ * 40000000;
     ++line_;
-    gst_pad_push(ours_, buffer);
+    send(buffer);
   }
   void event(Numbers &from) {
     switch (choose(from, 5)) {
@@ -75,17 +78,17 @@ class TextPad {
         gst_pad_push_event(ours_, gst_event_new_flush_stop(TRUE));
         break;
       case 1:
-        gst_pad_push_event(ours_, gst_event_new_gap(from.ConsumeIntegralInRange<guint64>(0, G_MAXUINT64 - 1),
-                                                    one_in(from, 2) ? from.ConsumeIntegral<guint64>() : 1));
+        send(gst_event_new_gap(from.ConsumeIntegralInRange<guint64>(0, G_MAXUINT64 - 1),
+                               one_in(from, 2) ? from.ConsumeIntegral<guint64>() : 1));
         break;
       case 2:
-        gst_pad_push_event(ours_, gst_event_new_eos());
+        send(gst_event_new_eos());
         break;
       case 3:
         set_caps(from);
         break;
       case 4:
-        gst_pad_push_event(ours_, gst_event_new_stream_start("t"));
+        send(gst_event_new_stream_start("t"));
         break;
       default:
         begin(one_in(from, 3) ? GST_FORMAT_BYTES : GST_FORMAT_TIME);
@@ -93,9 +96,18 @@ class TextPad {
   }
 
  private:
+  void send(gpointer buffer_or_event) { g_thread_pool_push(thread_, buffer_or_event, nullptr); }
+  static void send(gpointer buffer_or_event, gpointer ours) {
+    if (GST_IS_EVENT(buffer_or_event))
+      gst_pad_push_event(GST_PAD(ours), GST_EVENT(buffer_or_event));
+    else
+      gst_pad_push(GST_PAD(ours), GST_BUFFER(buffer_or_event));
+  }
+
   Rig &rig_;
   std::string_view bytes_;
   GstPad *pad_, *ours_ = nullptr;
+  GThreadPool *thread_ = nullptr;
   guint64 line_ = 0;
   bool klv_ = false;
 };
