@@ -37,7 +37,7 @@ std::optional<std::int64_t> stream_time(const GstSegment &segment, GstClockTime 
 }
 
 std::int64_t FrameMoment::distance(std::int64_t other) const {
-  if (other > time) return other - time;
+  if (other > time) return other - time + clipped;  // from where the frame really began
   return other < time - clipped ? time - clipped - other : 0;
 }
 

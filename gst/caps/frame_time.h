@@ -21,7 +21,7 @@ struct FrameMoment {
   std::int64_t clipped = 0;  ///< how much of the frame, before `time`, its segment has cut off
   std::int64_t reach;        ///< half the frame's duration; 20 ms if unknown
 
-  /// How far away `other` is; 0 within the part that was cut off.
+  /// How far away `other` is from where the frame began; 0 from there to `time`, as its line may be cut off, too.
   std::int64_t distance(std::int64_t other) const;
 };
 

@@ -101,7 +101,7 @@ bool LineMatcher::decided() const {
   const bool found = nearest(distance).has_value();
   if (found && distance == 0) return true;
   const auto past = [&](const std::optional<FrameMoment> &frame, const std::optional<std::int64_t> &until) {
-    return frame && until && *until - frame->time >= (found ? distance : frame->reach + 1);
+    return frame && until && *until > frame->time && frame->distance(*until) >= (found ? distance : frame->reach + 1);
   };
   return past(now_.running, known_running_) || past(now_.stream, known_stream_);
 }
