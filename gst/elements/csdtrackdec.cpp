@@ -171,12 +171,13 @@ csd::FrameMoments shifted(csd::FrameMoments times, std::int64_t offset) {
   return times;
 }
 
-/// Called when a buffer comes to the head of its pad's queue.
+/// Called when a buffer comes to the head of its pad's queue. The base class holds the pad's lock, which it takes
+/// within the object lock: so this must not take that.
 GstBuffer *gst_csd_track_dec_clip(GstAggregator *aggregator, GstAggregatorPad *pad, GstBuffer *buffer) {
   auto *self = GST_CSD_TRACK_DEC(aggregator);
   if (is_text(pad)) return buffer;
   auto &state = *self->state;
-  state.video.head = shifted(csd::frame_moments(pad->segment, state.video.info, buffer), live_of(self).ts_offset);
+  state.video.head = csd::frame_moments(pad->segment, state.video.info, buffer);
   return buffer;
 }
 
@@ -189,7 +190,7 @@ GstClockTime gst_csd_track_dec_get_next_time(GstAggregator *aggregator) {
   if (!gst_aggregator_pad_has_buffer(video.get())) return GST_CLOCK_TIME_NONE;
   if (text)
     guard.logged(self, [&] {
-      state.lines.frame(state.video.head);
+      state.lines.frame(shifted(state.video.head, live_of(self).ts_offset));
       state.patience.begin(state.frame, state.lines.need_not_wait() ? 0 : live_of(self).max_wait);
     });
   const auto &running = state.video.head.running;
@@ -258,9 +259,9 @@ GstFlowReturn gst_csd_track_dec_aggregate(GstAggregator *aggregator, gboolean ti
   bool known = true;
   const bool read = guard.posted(self, [&] {
     if (state.flow != GST_FLOW_OK) return;  // upstream hears of it with its next frame
-    state.lines.frame(state.video.head);
-    known = state.lines.find(text.get(), {timeout != FALSE, state.video.overdue == state.frame, live_of(self).max_wait},
-                             line);
+    state.lines.frame(shifted(state.video.head, live_of(self).ts_offset));
+    known = state.lines.find(text.get(),
+                             {timeout != FALSE, state.video.overdue == state.frame, live_of(self).max_wait}, line);
   });
   if (!known) return GST_AGGREGATOR_FLOW_NEED_DATA;
   ++state.frame;

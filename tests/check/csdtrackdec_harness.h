@@ -213,6 +213,7 @@ class TextThread {
   void push(GstBuffer *buffer) {
     const std::shared_ptr<GstBuffer> held(buffer, gst_buffer_unref);
     then([this, held] {
+      ++begun_;
       flow_ = gst_pad_push(pad_, gst_buffer_ref(held.get()));
       ++taken_;
     });
@@ -241,6 +242,7 @@ class TextThread {
     }
     wait();
   }
+  guint64 begun() const { return begun_; }
   guint64 taken() const { return taken_; }
   GstFlowReturn flow() const { return flow_; }  ///< of the last buffer
 
@@ -267,7 +269,7 @@ class TextThread {
   std::condition_variable changed_;
   std::deque<std::function<void()>> steps_;
   bool busy_ = false, over_ = false;
-  std::atomic<guint64> taken_ = 0;
+  std::atomic<guint64> begun_ = 0, taken_ = 0;
   std::atomic<GstFlowReturn> flow_ = GST_FLOW_OK;
   std::thread thread_;
 };
@@ -297,6 +299,11 @@ struct TextHarness : Harness {
   void end() { text_event(gst_event_new_eos()); }
   /// Until the text so far is there; at most one buffer of it can be in the pad's queue.
   void wait_text() { thread->wait(); }
+  /// Until so many buffers of text are there, or the last of them waits for room. What is linked or begun anew before
+  /// them is then over: a frame that waits meanwhile may go on without tracks.
+  void wait_begun(guint64 buffers) {
+    while (thread->begun() < buffers) g_usleep(1000);
+  }
   void flush_text() {
     gst_harness_push_event(text, gst_event_new_flush_start());
     thread->drop();

@@ -246,37 +246,97 @@ GST_END_TEST
 
 namespace {
 
-guint seeks[2] = {0, 0};
+/// What brings a pad's stream, when a SEEK comes.
+struct Upstream {
+  int seeks = 0;
+  TextThread *text = nullptr;  ///< set for the pads that it flushes
+  std::vector<GstPad *> pads;
+};
 
-/// Answers a SEEK as a demuxer of this pad alone does: flushes it and begins a segment there.
+/// Flushes as a demuxer does.
 gboolean on_event(GstPad *pad, GstObject *parent, GstEvent *event) {
   if (GST_EVENT_TYPE(event) != GST_EVENT_SEEK) return gst_pad_event_default(pad, parent, event);
-  ++seeks[GPOINTER_TO_INT(pad->eventdata)];
-  gst_pad_push_event(pad, gst_event_new_flush_start());
-  gst_pad_push_event(pad, gst_event_new_flush_stop(TRUE));
+  auto *upstream = static_cast<Upstream *>(pad->eventdata);
+  ++upstream->seeks;
+  const auto push = [&](GstEvent *(*make)()) {
+    for (GstPad *each : upstream->pads) {
+      GstEvent *flush_event = make();
+      gst_event_set_seqnum(flush_event, gst_event_get_seqnum(event));
+      gst_pad_push_event(each, flush_event);
+    }
+  };
+  push([] { return gst_event_new_flush_start(); });
+  if (upstream->text) upstream->text->drop();
+  push([] { return gst_event_new_flush_stop(TRUE); });
   gst_event_unref(event);
   return TRUE;
 }
 
 }  // namespace
 
-GST_START_TEST(a_seek_goes_to_both_pads_once) {
+GST_START_TEST(a_seek_flushes_each_pad_once) {
+  for (const bool one_demuxer : {true, false})
+    for (const bool after_eos : {true, false}) {
+      Parts harness;
+      Upstream video{0, nullptr, {harness.h->srcpad}}, text{0, harness.thread.get(), {harness.text->srcpad}};
+      if (one_demuxer) video = {0, harness.thread.get(), {harness.h->srcpad, harness.text->srcpad}};
+      gst_pad_set_event_function_full(harness.h->srcpad, on_event, &video, nullptr);
+      gst_pad_set_event_function_full(harness.text->srcpad, on_event, &text, nullptr);
+      harness.text_part(1, 0, 9);
+      harness.expect_frames(1, 0, 3);
+      if (after_eos) {
+        harness.end();
+        gst_harness_push_event(harness.h, gst_event_new_eos());
+        harness.wait_text();
+      }
+      fail_unless(gst_harness_push_upstream_event(
+          harness.h,
+          gst_event_new_seek(1, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH, GST_SEEK_TYPE_SET, 0, GST_SEEK_TYPE_NONE, 0)));
+      fail_unless_equals_int(video.seeks, 1);
+      fail_unless_equals_int(text.seeks, one_demuxer ? 0 : 1);
+      new_segment(harness.h, 0);
+      harness.text_event(segment_event(0));
+      harness.text_part(2, 0, 5);
+      harness.expect_frames(2, 0, 5);
+      assert_silent(harness);
+    }
+}
+GST_END_TEST
+
+GST_START_TEST(a_new_link_and_a_new_connection_go_on) {
+  for (const bool relink : {true, false}) {
+    Parts harness;
+    harness.text_part(1, 0, 4);
+    if (relink) {
+      harness.thread->then([&] {
+        GstPad *pad = gst_element_get_static_pad(harness.element, "text");
+        fail_unless(gst_pad_unlink(harness.text->srcpad, pad));
+        fail_unless_equals_int(gst_pad_link(harness.text->srcpad, pad), GST_PAD_LINK_OK);
+        gst_object_unref(pad);
+      });
+    } else {
+      harness.end();
+      harness.begin_text();
+    }
+    harness.text_part(2, 1, 9);  // repeats three lines
+    harness.expect_frames(1, 0, 4);
+    harness.wait_begun(5);
+    harness.expect_frames(2, 4, 9);
+    assert_silent(harness);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(a_sparse_second_part_begins_with_a_gap) {
   Parts harness;
-  harness.text_part(1, 0, 9);
-  harness.expect_frames(1, 0, 3);
-  gst_pad_set_event_function_full(harness.h->srcpad, on_event, GINT_TO_POINTER(0), nullptr);
-  gst_pad_set_event_function_full(harness.text->srcpad, on_event, GINT_TO_POINTER(1), nullptr);
-  seeks[0] = seeks[1] = 0;
-  fail_unless(gst_harness_push_upstream_event(
-      harness.h,
-      gst_event_new_seek(1, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH, GST_SEEK_TYPE_SET, 0, GST_SEEK_TYPE_NONE, 0)));
-  fail_unless_equals_int(seeks[0], 1);
-  fail_unless_equals_int(seeks[1], 1);
-  harness.thread->drop();
-  new_segment(harness.h, 0);
-  harness.text_event(segment_event(0));
-  harness.text_part(2, 0, 5);
-  harness.expect_frames(2, 0, 5);
+  harness.text_part(1, 0, 5);
+  harness.begin_text();
+  harness.text_event(gst_event_new_gap(0, 3 * frame_time));
+  harness.text_part(2, 3, 5);
+  harness.expect_frames(1, 0, 5);
+  harness.begin_frames();
+  for (int n = 0; n < 3; ++n) fail_unless_equals_int(harness.push(n * frame_time), -1);
+  harness.expect_frames(2, 3, 5);
   assert_silent(harness);
 }
 GST_END_TEST
@@ -352,7 +412,9 @@ static Suite *csdtrackdec_whose_suite() {
   tcase_add_test(tc, a_flush_of_the_video_alone_keeps_the_lines);
   tcase_add_test(tc, text_that_ends_early_or_begins_late);
   tcase_add_test(tc, location_is_for_the_first_stream_only);
-  tcase_add_test(tc, a_seek_goes_to_both_pads_once);
+  tcase_add_test(tc, a_seek_flushes_each_pad_once);
+  tcase_add_test(tc, a_new_link_and_a_new_connection_go_on);
+  tcase_add_test(tc, a_sparse_second_part_begins_with_a_gap);
   tcase_add_test(tc, the_line_of_a_clipped_frame_comes_back_onto_it);
   tcase_add_test(tc, a_small_copy_with_square_pixels_of_an_anamorphic_video);
   return s;
