@@ -58,6 +58,12 @@ FrameMoments frame_moments(const GstSegment &segment, const GstVideoInfo &info, 
           moment(stream_time(segment, GST_BUFFER_PTS(buffer)), 1)};
 }
 
+FrameMoments shifted(FrameMoments times, std::int64_t offset) {
+  for (auto *moment : {&times.running, &times.stream})
+    if (*moment) (*moment)->time -= offset;
+  return times;
+}
+
 FrameMoments gap_moments(const GstSegment &segment, GstEvent *gap) {
   GstClockTime begin = 0;
   gst_event_parse_gap(gap, &begin, nullptr);

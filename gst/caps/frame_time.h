@@ -34,6 +34,9 @@ struct FrameMoments {
 /// segment. Its end and the framerate then tell its start.
 FrameMoments frame_moments(const GstSegment &segment, const GstVideoInfo &info, GstBuffer *buffer);
 
+/// The times less `offset` ns.
+FrameMoments shifted(FrameMoments times, std::int64_t offset);
+
 /// The times at which a GAP event begins.
 FrameMoments gap_moments(const GstSegment &segment, GstEvent *gap);
 

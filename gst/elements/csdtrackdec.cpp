@@ -112,7 +112,8 @@ struct GstCsdTrackDecState {
   std::atomic<bool> video_ended = false;   ///< by EOS: the text flows on, unread
   std::atomic<bool> seeking = false;       ///< a flushing seek is under way: frames wait for both pads' flush
   std::atomic<bool> text_flushed = false;  ///< since the seek began
-  std::atomic<bool> events_due = false;    ///< some may have been lost in a flush
+  std::atomic<std::uint64_t> flushes = 0, eos_after = 0;  ///< of the video; how many when its last EOS came
+  std::atomic<bool> events_due = false;                   ///< some may have been lost in a flush
 };
 
 struct _GstCsdTrackDec {
@@ -165,12 +166,6 @@ void on_unlink(GstElement *element, std::uint64_t) {
   wake(GST_CSD_TRACK_DEC(element), 0);
 }
 
-csd::FrameMoments shifted(csd::FrameMoments times, std::int64_t offset) {
-  for (auto *moment : {&times.running, &times.stream})
-    if (*moment) (*moment)->time -= offset;
-  return times;
-}
-
 /// Called when a buffer comes to the head of its pad's queue. The base class holds the pad's lock, which it takes
 /// within the object lock: so this must not take that.
 GstBuffer *gst_csd_track_dec_clip(GstAggregator *aggregator, GstAggregatorPad *pad, GstBuffer *buffer) {
@@ -190,7 +185,7 @@ GstClockTime gst_csd_track_dec_get_next_time(GstAggregator *aggregator) {
   if (!gst_aggregator_pad_has_buffer(video.get())) return GST_CLOCK_TIME_NONE;
   if (text)
     guard.logged(self, [&] {
-      state.lines.frame(shifted(state.video.head, live_of(self).ts_offset));
+      state.lines.frame(csd::shifted(state.video.head, live_of(self).ts_offset));
       state.patience.begin(state.frame, state.lines.need_not_wait() ? 0 : live_of(self).max_wait);
     });
   const auto &running = state.video.head.running;
@@ -259,9 +254,9 @@ GstFlowReturn gst_csd_track_dec_aggregate(GstAggregator *aggregator, gboolean ti
   bool known = true;
   const bool read = guard.posted(self, [&] {
     if (state.flow != GST_FLOW_OK) return;  // upstream hears of it with its next frame
-    state.lines.frame(shifted(state.video.head, live_of(self).ts_offset));
-    known = state.lines.find(text.get(),
-                             {timeout != FALSE, state.video.overdue == state.frame, live_of(self).max_wait}, line);
+    state.lines.frame(csd::shifted(state.video.head, live_of(self).ts_offset));
+    known = state.lines.find(text.get(), {timeout != FALSE, state.video.overdue == state.frame, live_of(self).max_wait},
+                             line);
   });
   if (!known) return GST_AGGREGATOR_FLOW_NEED_DATA;
   ++state.frame;
@@ -296,6 +291,8 @@ GstFlowReturn gst_csd_track_dec_sink_event_pre_queue(GstAggregator *aggregator, 
                                                      GstEvent *event) {
   if (is_text(pad) && GST_EVENT_IS_SERIALIZED(event) && !csd::wakes(event))
     mark_new_link(GST_CSD_TRACK_DEC(aggregator), pad);
+  auto &state = *GST_CSD_TRACK_DEC(aggregator)->state;
+  if (!is_text(pad) && GST_EVENT_TYPE(event) == GST_EVENT_EOS) state.eos_after = state.flushes.load();
   return GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event_pre_queue(aggregator, pad, event);
 }
 
@@ -382,14 +379,21 @@ gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEven
     case GST_EVENT_GAP: {
       // The text goes along, as far as it is there.
       const PadPtr text = pad_named(self, "text");
-      state.lines.skip(text.get(), shifted(csd::gap_moments(pad->segment, event), live_of(self).ts_offset));
+      state.lines.skip(text.get(), csd::shifted(csd::gap_moments(pad->segment, event), live_of(self).ts_offset));
       break;
     }
-    case GST_EVENT_EOS:
+    case GST_EVENT_EOS: {
+      // One that our thread has in hand during a flush must not end what comes after it.
+      const std::lock_guard lock(state.frame_mutex);
+      if (state.eos_after != state.flushes) {
+        gst_event_unref(event);
+        return TRUE;
+      }
       // Text that still comes is dropped from here on. One buffer of it may wait in the queue, another for it.
       state.video_ended = true;
       if (const PadPtr text = pad_named(self, "text")) gst_aggregator_pad_drop_buffer(text.get());
-      break;
+      return gst_pad_push_event(GST_AGGREGATOR_SRC_PAD(self), event);
+    }
     default:
       break;
   }
@@ -433,7 +437,9 @@ gboolean flush_video(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *even
   GstPad *src = GST_AGGREGATOR_SRC_PAD(self);
   const bool start = GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START;
   std::unique_lock<std::mutex> between_frames(state.frame_mutex, std::defer_lock);
-  if (!start) {
+  if (start) {
+    ++state.flushes;
+  } else {
     between_frames.lock();
     ++state.frame;
     state.patience.end();
