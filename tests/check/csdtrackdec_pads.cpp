@@ -205,8 +205,11 @@ GST_START_TEST(pads_come_and_go_during_state_changes) {
   GstElement *element = ready();
   Source source;
   std::atomic<bool> over = false;
-  // A pad that stops forgets the stream's events: a source that went on without them would be at fault.
+  // A pad that stops forgets the stream's events, and another one has none: a source that went on without them would be
+  // at fault.
   std::mutex starts;
+  // GstAggregator leaves it to the application that no pad is added while the element starts or stops.
+  std::mutex requests;
   std::thread streams([&] {
     while (!over) {
       {
@@ -219,18 +222,23 @@ GST_START_TEST(pads_come_and_go_during_state_changes) {
   });
   std::thread pads([&] {
     while (!over) {
-      GstPad *text = request(element);
-      source.link(text);
+      GstPad *text = nullptr;
+      {
+        const std::scoped_lock lock(starts, requests);
+        text = request(element);
+        source.link(text);
+      }
       g_usleep(200);
       release(element, text);
     }
   });
   for (int i = 0; i < 150; ++i) {
     {
-      const std::lock_guard lock(starts);
+      const std::scoped_lock lock(starts, requests);
       change_state(element, GST_STATE_PAUSED);
     }
     g_usleep(300);
+    const std::lock_guard lock(requests);
     change_state(element, GST_STATE_READY);
   }
   over = true;
