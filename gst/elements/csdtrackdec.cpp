@@ -549,10 +549,10 @@ GstPadLinkReturn gst_csd_track_dec_text_link(GstPad *, GstObject *parent, GstPad
 }
 
 /// Nothing will come: a frame that waits goes on. Not at once, as GStreamer holds the pad's lock here.
-void gst_csd_track_dec_text_unlink(GstPad *, GstObject *parent) {
+void gst_csd_track_dec_text_unlink(GstPad *pad, GstObject *parent) {
   auto &state = *GST_CSD_TRACK_DEC(parent)->state;
   state.lines.set_linked(false);
-  guard.logged(parent, [&] { state.look_again.begin(state.frame, 0); });
+  if (GST_PAD_IS_ACTIVE(pad)) guard.logged(parent, [&] { state.look_again.begin(state.frame, 0); });
 }
 
 GstAggregatorPad *gst_csd_track_dec_create_new_pad(GstAggregator *aggregator, GstPadTemplate *templ, const gchar *,

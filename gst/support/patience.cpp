@@ -12,14 +12,15 @@ struct Call {
 };
 
 gboolean ring(GstClock *, GstClockTime, GstClockID, gpointer data) {
-  const auto *const call = static_cast<Call *>(data);
+  auto *const call = static_cast<Call *>(data);
   call->over(call->element, call->what);
+  gst_clear_object(&call->element);  // the element may hold the alarm for ever
   return TRUE;
 }
 
 void forget(gpointer data) {
   auto *const call = static_cast<Call *>(data);
-  gst_object_unref(call->element);
+  gst_clear_object(&call->element);
   delete call;
 }
 
