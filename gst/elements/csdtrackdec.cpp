@@ -49,6 +49,7 @@
 #include "record/attach_line.h"
 #include "record/frame_lines.h"
 #include "record/track_file.h"
+#include "record/video_stream.h"
 #include "support/dec_properties.h"
 #include "support/guard.h"
 #include "support/lock.h"
@@ -59,19 +60,6 @@ GST_DEBUG_CATEGORY_STATIC(gst_csd_track_dec_debug);
 #define GST_CAT_DEFAULT gst_csd_track_dec_debug
 
 namespace {
-
-/// The video's stream, from READY to READY. Only the element's own thread uses it, or nothing flows.
-struct Video {
-  GstVideoInfo info;
-  GstCaps *caps = nullptr;  ///< null until they come
-  GstEvent *stream_start = nullptr;
-  bool negotiated = false;
-  csd::FrameMoments head;     ///< of the frame at the head of the queue
-  std::uint64_t overdue = 0;  ///< this frame has waited for max-wait
-  bool warned_aspect = false;
-
-  Video() { gst_video_info_init(&info); }
-};
 
 /// What has no frame's number.
 constexpr std::uint64_t relink_mark = UINT64_MAX;
@@ -102,7 +90,7 @@ struct GstCsdTrackDecState {
   // Both are thread-safe.
   csd::Patience patience, look_again;
   csd::FrameLines lines;  ///< documents which thread may call what
-  Video video;
+  csd::VideoStream video;
   const GstPadChainFunction base_chain;  ///< of the base class's pads
 
   std::mutex frame_mutex;                ///< held while a frame is handled and pushed; a flush ends only in between

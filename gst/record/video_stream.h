@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+#include <gst/video/video.h>
+
+#include <cstdint>
+
+#include "caps/frame_time.h"
+
+namespace csd {
+
+/// csdtrackdec's video, from READY to READY. Only the element's own thread uses it, or nothing flows.
+struct VideoStream {
+  GstVideoInfo info;
+  GstCaps *caps = nullptr;  ///< null until they come
+  GstEvent *stream_start = nullptr;
+  bool negotiated = false;
+  FrameMoments head;          ///< of the frame at the head of the queue
+  std::uint64_t overdue = 0;  ///< this frame has waited for max-wait
+  bool warned_aspect = false;
+
+  VideoStream() { gst_video_info_init(&info); }
+};
+
+}  // namespace csd
