@@ -272,7 +272,7 @@ GST_START_TEST(invalid_lines_are_refused_with_their_number_and_a_reason) {
   };
   for (const auto &c : cases) {
     Harness harness(write_file("hostile.jsonl", c.content));
-    // A frame is handled in another thread: some frame after it hears of it.
+    // A frame is handled in another thread. A few more may come before upstream hears of it.
     GstFlowReturn flow = GST_FLOW_OK;
     for (guint64 n = 0; n < 100 && flow == GST_FLOW_OK; ++n)
       flow = gst_harness_push(harness.h, frame_at(n * frame_time));
