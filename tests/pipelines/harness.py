@@ -32,7 +32,7 @@ FRAME = Gst.SECOND // 25
 STATES = ("learning", "tracked", "occluded", "lost", "out", "ended")
 CLAIMS = ("learning", "tracked")  # the states that claim a position
 LINE_FIELDS = ["schema", "source", "role", "algorithm", "frame", "pts", "duration", "running_time",
-               "stream_time", "reference", "width", "height", "features"]
+               "stream_time", "reference", "width", "height", "pixel_aspect", "features"]
 # x264 (164) reads memory that it has not written. Unless new memory always holds the same bytes, it
 # sometimes encodes other bits on a busy machine, with csdtrack or without.
 SAME_MEMORY = {"MALLOC_PERTURB_": "165"}
