@@ -35,6 +35,7 @@
  */
 #include "elements/csdtrackdec.h"
 
+#include <algorithm>
 #include <atomic>
 #include <memory>
 #include <mutex>
@@ -93,7 +94,7 @@ struct GstCsdTrackDecState {
   csd::VideoStream video;
   const GstPadChainFunction base_chain;  ///< of the base class's pads
 
-  std::mutex frame_mutex;                ///< held while a frame is handled and pushed; a flush ends only in between
+  std::recursive_mutex frame_mutex;      ///< held while a frame is handled and pushed; a flush ends only in between
   std::atomic<std::uint64_t> frame = 1;  ///< number of the frame that is handled next
   /// What downstream said of the last frame. The base class would stop for good if it heard of it.
   std::atomic<GstFlowReturn> flow = GST_FLOW_OK;
@@ -101,7 +102,8 @@ struct GstCsdTrackDecState {
   std::atomic<bool> seeking = false;       ///< a flushing seek is under way: frames wait for both pads' flush
   std::atomic<bool> text_flushed = false;  ///< since the seek began
   std::atomic<std::uint64_t> flushes = 0, eos_after = 0;  ///< of the video; how many when its last EOS came
-  std::atomic<bool> events_due = false;                   ///< some may have been lost in a flush
+  std::atomic<std::uint64_t> text_flushes = 0, text_eos_after = 0;
+  std::atomic<bool> events_due = false;  ///< some may have been lost in a flush
 };
 
 struct _GstCsdTrackDec {
@@ -177,43 +179,27 @@ GstClockTime gst_csd_track_dec_get_next_time(GstAggregator *aggregator) {
       state.patience.begin(state.frame, state.lines.need_not_wait() ? 0 : live_of(self).max_wait);
     });
   const auto &running = state.video.head.running;
-  return running && running->time >= 0 ? static_cast<GstClockTime>(running->time) : GST_CLOCK_TIME_NONE;
+  return running ? static_cast<GstClockTime>(std::max<std::int64_t>(running->time, 0)) : GST_CLOCK_TIME_NONE;
 }
 
 // ---- A frame -------------------------------------------------------------------------------------------------------
 
-/// Attaches the line's tracks to the frame and shows them.
-void put(GstCsdTrackDec *self, GstBuffer *buffer, csd::TrackLine &line, GstCsdTrackOverlay overlay) {
-  auto &video = self->state->video;
-  GST_LOG_OBJECT(self, "frame at %" GST_TIME_FORMAT ": line of frame %" G_GUINT64_FORMAT ", %u features",
-                 GST_TIME_ARGS(GST_BUFFER_PTS(buffer)), line.tracks.frame,
-                 static_cast<unsigned>(line.tracks.features.size()));
-  if (!line.numbered) return;  // the frame had no tracks when recorded
-  if (csd::attach_line(buffer, video.info, line)) {
-    self->state->overlay.show(video.info, buffer, line.tracks, overlay);
-  } else if (!std::exchange(video.warned_aspect, true)) {
-    const csd::PictureArea area = csd::picture_area(buffer, video.info);
-    GST_ELEMENT_WARNING(self, STREAM, FORMAT,
-                        ("Frames pass without tracks: these are of a picture of %d×%d pixels, and the video, of %d×%d, "
-                         "has another aspect. Give csdtrackdec the video that was tracked, or scale it in proportion.",
-                         line.tracks.width, line.tracks.height, area.width, area.height),
-                        ("borders can't be told from distortion; the aspect of the pixels is %d:%d, and of the video's "
-                         "%d:%d",
-                         line.pixel_aspect_n, line.pixel_aspect_d, GST_VIDEO_INFO_PAR_N(&video.info),
-                         GST_VIDEO_INFO_PAR_D(&video.info)));
-  }
-}
-
 /// What may have been lost while downstream was flushed: sticky events can't be stored on a flushing pad.
 void renew_events(GstCsdTrackDec *self);
+
+/// Whether no frame can go on. A link may still come.
+bool is_final(GstFlowReturn flow) {
+  return flow != GST_FLOW_OK && flow != GST_FLOW_NOT_LINKED;
+}
 
 /// A frame that a flush drops is no failure.
 void push_frame(GstCsdTrackDec *self, GstBuffer *buffer) {
   auto &state = *self->state;
   GstPad *src = GST_AGGREGATOR_SRC_PAD(self);
   if (state.events_due.exchange(false)) renew_events(self);
+  const std::uint64_t flushes = state.flushes;
   const GstFlowReturn flow = gst_pad_push(src, buffer);
-  if (flow != GST_FLOW_FLUSHING || !GST_PAD_IS_FLUSHING(src)) state.flow = flow;
+  if (flushes == state.flushes && (flow != GST_FLOW_FLUSHING || !GST_PAD_IS_FLUSHING(src))) state.flow = flow;
 }
 
 GstFlowReturn handle_frame(GstCsdTrackDec *self, GstBuffer *buffer, std::optional<csd::TrackLine> &line) {
@@ -222,10 +208,12 @@ GstFlowReturn handle_frame(GstCsdTrackDec *self, GstBuffer *buffer, std::optiona
   if (!state.overlay.can_show(overlay)) return GST_FLOW_NOT_NEGOTIATED;
   const bool done = guard.posted(self, [&] {
     state.overlay.settle(overlay);
-    if (line)
-      put(self, buffer, *line, overlay);
-    else
-      GST_LOG_OBJECT(self, "frame at %" GST_TIME_FORMAT ": no line", GST_TIME_ARGS(GST_BUFFER_PTS(buffer)));
+    GST_LOG_OBJECT(self, "frame at %" GST_TIME_FORMAT ": %s", GST_TIME_ARGS(GST_BUFFER_PTS(buffer)),
+                   line ? "its line" : "no line");
+    if (!line || !line->numbered) return;  // the frame had no tracks when recorded
+    auto &video = state.video;
+    if (csd::attach_line(GST_ELEMENT(self), buffer, video.info, *line, video.warned_aspect))
+      state.overlay.show(video.info, buffer, line->tracks, overlay);
   });
   return done ? GST_FLOW_OK : GST_FLOW_ERROR;
 }
@@ -234,14 +222,17 @@ GstFlowReturn handle_frame(GstCsdTrackDec *self, GstBuffer *buffer, std::optiona
 GstFlowReturn gst_csd_track_dec_aggregate(GstAggregator *aggregator, gboolean timeout) {
   auto *self = GST_CSD_TRACK_DEC(aggregator);
   auto &state = *self->state;
-  if (state.seeking) return GST_AGGREGATOR_FLOW_NEED_DATA;
+  if (state.seeking) {
+    g_usleep(1000);  // the base class asks again at once
+    return GST_AGGREGATOR_FLOW_NEED_DATA;
+  }
   const std::lock_guard lock(state.frame_mutex);
   const PadPtr video = pad_named(self, "sink"), text = pad_named(self, "text");
   if (!gst_aggregator_pad_has_buffer(video.get())) return GST_AGGREGATOR_FLOW_NEED_DATA;
   std::optional<csd::TrackLine> line;
   bool known = true;
   const bool read = guard.posted(self, [&] {
-    if (state.flow != GST_FLOW_OK) return;  // upstream hears of it with its next frame
+    if (is_final(state.flow)) return;  // upstream hears of it with its next frame
     state.lines.frame(csd::shifted(state.video.head, live_of(self).ts_offset));
     known = state.lines.find(text.get(), {timeout != FALSE, state.video.overdue == state.frame, live_of(self).max_wait},
                              line);
@@ -253,8 +244,7 @@ GstFlowReturn gst_csd_track_dec_aggregate(GstAggregator *aggregator, gboolean ti
   if (!buffer) return GST_AGGREGATOR_FLOW_NEED_DATA;  // flushed meanwhile
   csd::sync_properties(self, video->segment, buffer);
   buffer = gst_buffer_make_writable(buffer);  // the memory is not copied
-  GstFlowReturn flow = state.flow;
-  if (flow == GST_FLOW_OK && !read) flow = GST_FLOW_ERROR;
+  GstFlowReturn flow = is_final(state.flow) ? state.flow.load() : read ? GST_FLOW_OK : GST_FLOW_ERROR;
   if (flow == GST_FLOW_OK && !state.video.negotiated) {
     GST_ELEMENT_ERROR(self, CORE, NEGOTIATION, (nullptr),
                       ("%s", state.video.caps ? "downstream doesn't take the video" : "a buffer came before its caps"));
@@ -267,6 +257,7 @@ GstFlowReturn gst_csd_track_dec_aggregate(GstAggregator *aggregator, gboolean ti
     state.flow = flow;
     gst_buffer_unref(buffer);
   }
+  if (text && is_final(state.flow)) csd::drop_all(text.get());
   return GST_FLOW_OK;
 }
 
@@ -280,7 +271,10 @@ GstFlowReturn gst_csd_track_dec_sink_event_pre_queue(GstAggregator *aggregator, 
   if (is_text(pad) && GST_EVENT_IS_SERIALIZED(event) && !csd::wakes(event))
     mark_new_link(GST_CSD_TRACK_DEC(aggregator), pad);
   auto &state = *GST_CSD_TRACK_DEC(aggregator)->state;
-  if (!is_text(pad) && GST_EVENT_TYPE(event) == GST_EVENT_EOS) state.eos_after = state.flushes.load();
+  const bool text = is_text(pad);
+  if (GST_EVENT_TYPE(event) == GST_EVENT_EOS)
+    (text ? state.text_eos_after : state.eos_after) = (text ? state.text_flushes : state.flushes).load();
+  if (!text && GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START && state.flow == GST_FLOW_EOS) state.flow = GST_FLOW_OK;
   return GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event_pre_queue(aggregator, pad, event);
 }
 
@@ -288,12 +282,14 @@ GstFlowReturn gst_csd_track_dec_sink_event_pre_queue(GstAggregator *aggregator, 
 GstFlowReturn gst_csd_track_dec_chain(GstPad *pad, GstObject *parent, GstBuffer *buffer) {
   auto &state = *GST_CSD_TRACK_DEC(parent)->state;
   const bool text = is_text(GST_AGGREGATOR_PAD(pad));
-  const GstFlowReturn flow = text ? GST_FLOW_OK : state.flow.load();
+  const GstFlowReturn flow = state.flow;
   if (text) mark_new_link(GST_CSD_TRACK_DEC(parent), GST_AGGREGATOR_PAD(pad));
-  const bool left = text && (state.video_ended || state.lines.leave_text());
-  if (flow == GST_FLOW_OK && !left) return state.base_chain(pad, parent, buffer);
+  if (!is_final(flow) && !(text && (state.video_ended || state.lines.leave_text()))) {
+    const GstFlowReturn queued = state.base_chain(pad, parent, buffer);
+    return text || queued != GST_FLOW_OK ? queued : flow;
+  }
   gst_buffer_unref(buffer);
-  return flow;
+  return text ? GST_FLOW_OK : flow;
 }
 
 // ---- Caps ----------------------------------------------------------------------------------------------------------
@@ -318,14 +314,15 @@ gboolean gst_csd_track_dec_negotiate(GstAggregator *aggregator) {
     gst_caps_unref(caps);
   });
   if (posted) state.flow = GST_FLOW_ERROR;  // one error is enough
-  return state.video.negotiated = negotiated;
+  state.video.negotiated = negotiated;
+  return TRUE;  // the base class would stop for good, and say nothing: the next frame reports it
 }
 
 bool set_caps(GstCsdTrackDec *self, GstCaps *caps) {
   auto &video = self->state->video;
   gst_caps_replace(&video.caps, caps);
   video.negotiated = false;
-  return csd::read_caps(caps, video.info) && gst_aggregator_negotiate(GST_AGGREGATOR(self));
+  return csd::read_caps(caps, video.info) && gst_aggregator_negotiate(GST_AGGREGATOR(self)) && video.negotiated;
 }
 
 // ---- Events --------------------------------------------------------------------------------------------------------
@@ -379,7 +376,7 @@ gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEven
       }
       // Text that still comes is dropped from here on. One buffer of it may wait in the queue, another for it.
       state.video_ended = true;
-      if (const PadPtr text = pad_named(self, "text")) gst_aggregator_pad_drop_buffer(text.get());
+      if (const PadPtr text = pad_named(self, "text")) csd::drop_all(text.get());
       return gst_pad_push_event(GST_AGGREGATOR_SRC_PAD(self), event);
     }
     default:
@@ -400,6 +397,10 @@ gboolean handle_text_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent
     state.video.overdue = *frame;
     return csd::take_wake(GST_AGGREGATOR(self), pad, event,
                           GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event);
+  }
+  if (GST_EVENT_TYPE(event) == GST_EVENT_EOS && state.text_eos_after != state.text_flushes) {
+    gst_event_unref(event);  // in hand during a flush
+    return TRUE;
   }
   state.lines.text_event(event);
   switch (GST_EVENT_TYPE(event)) {
@@ -424,11 +425,12 @@ gboolean flush_video(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *even
   auto &state = *self->state;
   GstPad *src = GST_AGGREGATOR_SRC_PAD(self);
   const bool start = GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START;
-  std::unique_lock<std::mutex> between_frames(state.frame_mutex, std::defer_lock);
+  std::unique_lock<std::recursive_mutex> between_frames(state.frame_mutex, std::defer_lock);
   if (start) {
     ++state.flushes;
   } else {
     between_frames.lock();
+    gst_aggregator_pad_drop_buffer(pad);  // one that the base class has looked at before
     ++state.frame;
     state.patience.end();
     state.lines.flush_frames();
@@ -458,6 +460,12 @@ gboolean flush_text(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event
                                          start ? gst_event_new_flush_start() : gst_event_new_flush_stop(reset));
   state.lines.flush_text();
   state.text_flushed = true;
+  if (start) {
+    ++state.text_flushes;
+  } else {  // a wake may have been flushed, too
+    state.patience.end();
+    wake(self, 0);
+  }
   return done;
 }
 
@@ -540,7 +548,11 @@ GstPadLinkReturn gst_csd_track_dec_text_link(GstPad *, GstObject *parent, GstPad
 void gst_csd_track_dec_text_unlink(GstPad *pad, GstObject *parent) {
   auto &state = *GST_CSD_TRACK_DEC(parent)->state;
   state.lines.set_linked(false);
-  if (GST_PAD_IS_ACTIVE(pad)) guard.logged(parent, [&] { state.look_again.begin(state.frame, 0); });
+  if (GST_PAD_IS_ACTIVE(pad))
+    guard.logged(parent, [&] {
+      state.look_again.end();
+      state.look_again.begin(state.frame, 0);
+    });
 }
 
 GstAggregatorPad *gst_csd_track_dec_create_new_pad(GstAggregator *aggregator, GstPadTemplate *templ, const gchar *,
@@ -644,21 +656,6 @@ void gst_csd_track_dec_finalize(GObject *object) {
   G_OBJECT_CLASS(gst_csd_track_dec_parent_class)->finalize(object);
 }
 
-GstStaticPadTemplate text_template =
-    GST_STATIC_PAD_TEMPLATE("text", GST_PAD_SINK, GST_PAD_REQUEST,
-                            GST_STATIC_CAPS("application/x-ndjson; text/x-raw, format=(string){ utf8, pango-markup }; "
-                                            "meta/x-klv"));
-
-void add_pad_templates(GstElementClass *klass) {
-  GstCaps *caps = csd::any_memory_caps();
-  gst_element_class_add_pad_template(
-      klass, gst_pad_template_new_with_gtype("sink", GST_PAD_SINK, GST_PAD_ALWAYS, caps, GST_TYPE_AGGREGATOR_PAD));
-  gst_element_class_add_pad_template(
-      klass, gst_pad_template_new_with_gtype("src", GST_PAD_SRC, GST_PAD_ALWAYS, caps, GST_TYPE_AGGREGATOR_PAD));
-  gst_caps_unref(caps);
-  gst_element_class_add_static_pad_template_with_gtype(klass, &text_template, GST_TYPE_AGGREGATOR_PAD);
-}
-
 }  // namespace
 
 static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
@@ -673,7 +670,7 @@ static void gst_csd_track_dec_class_init(GstCsdTrackDecClass *klass) {
   gst_element_class_set_static_metadata(element_class, "Track decoder", "Filter/Metadata/Video",
                                         "Puts recorded tracks back on video frames, and shows them if wanted",
                                         "The csdtrack authors");
-  add_pad_templates(element_class);
+  csd::add_dec_pad_templates(element_class);
   element_class->change_state = GST_DEBUG_FUNCPTR(gst_csd_track_dec_change_state);
   element_class->release_pad = GST_DEBUG_FUNCPTR(gst_csd_track_dec_release_pad);
   aggregator_class->create_new_pad = GST_DEBUG_FUNCPTR(gst_csd_track_dec_create_new_pad);

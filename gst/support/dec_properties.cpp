@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "support/dec_properties.h"
 
+#include <gst/base/gstaggregator.h>
+
+#include "caps/formats.h"
 #include "overlay/overlay.h"
 
 namespace csd {
@@ -8,6 +11,11 @@ namespace csd {
 namespace {
 
 constexpr gint64 max_offset = 1000000000 * gint64{GST_SECOND};  // 31 years, so sums don't overflow
+
+GstStaticPadTemplate text_template =
+    GST_STATIC_PAD_TEMPLATE("text", GST_PAD_SINK, GST_PAD_REQUEST,
+                            GST_STATIC_CAPS("application/x-ndjson; text/x-raw, format=(string){ utf8, pango-markup }; "
+                                            "meta/x-klv"));
 
 }  // namespace
 
@@ -67,6 +75,16 @@ std::vector<Property<DecValues>> dec_properties(void (*overlay_changed)(gpointer
                                                                      "Nanoseconds to add to the time of each line",
                                                                      -max_offset, max_offset, 0, playing)),
   };
+}
+
+void add_dec_pad_templates(GstElementClass *klass) {
+  GstCaps *caps = any_memory_caps();
+  gst_element_class_add_pad_template(
+      klass, gst_pad_template_new_with_gtype("sink", GST_PAD_SINK, GST_PAD_ALWAYS, caps, GST_TYPE_AGGREGATOR_PAD));
+  gst_element_class_add_pad_template(
+      klass, gst_pad_template_new_with_gtype("src", GST_PAD_SRC, GST_PAD_ALWAYS, caps, GST_TYPE_AGGREGATOR_PAD));
+  gst_caps_unref(caps);
+  gst_element_class_add_static_pad_template_with_gtype(klass, &text_template, GST_TYPE_AGGREGATOR_PAD);
 }
 
 }  // namespace csd

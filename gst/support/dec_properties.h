@@ -27,4 +27,7 @@ struct DecValues {
 /// csdtrackdec's own properties. Call it once, in class_init. `overlay_changed`: Property::changed.
 std::vector<Property<DecValues>> dec_properties(void (*overlay_changed)(gpointer));
 
+/// Adds the templates of csdtrackdec's pads. Call it once, in class_init.
+void add_dec_pad_templates(GstElementClass *klass);
+
 }  // namespace csd

@@ -38,4 +38,8 @@ gboolean take_wake(GstAggregator *aggregator, GstAggregatorPad *pad, GstEvent *w
   return done;
 }
 
+void drop_all(GstAggregatorPad *pad) {
+  while (gst_aggregator_pad_drop_buffer(pad)) continue;
+}
+
 }  // namespace csd

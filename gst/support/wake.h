@@ -21,4 +21,7 @@ std::optional<std::uint64_t> wakes(GstEvent *event);
 gboolean take_wake(GstAggregator *aggregator, GstAggregatorPad *pad, GstEvent *wake,
                    decltype(GstAggregatorClass::sink_event) sink_event);
 
+/// Empties the front of a pad's queue: its thread must not wait for room that nobody will make.
+void drop_all(GstAggregatorPad *pad);
+
 }  // namespace csd
