@@ -268,8 +268,8 @@ void mark_new_link(GstCsdTrackDec *self, GstAggregatorPad *text) {
 
 GstFlowReturn gst_csd_track_dec_sink_event_pre_queue(GstAggregator *aggregator, GstAggregatorPad *pad,
                                                      GstEvent *event) {
-  if (is_text(pad) && GST_EVENT_IS_SERIALIZED(event) && !csd::wakes(event))
-    mark_new_link(GST_CSD_TRACK_DEC(aggregator), pad);
+  const bool serialized = (gst_event_type_get_flags(GST_EVENT_TYPE(event)) & GST_EVENT_TYPE_SERIALIZED) != 0;
+  if (is_text(pad) && serialized && !csd::wakes(event)) mark_new_link(GST_CSD_TRACK_DEC(aggregator), pad);
   auto &state = *GST_CSD_TRACK_DEC(aggregator)->state;
   const bool text = is_text(pad);
   if (GST_EVENT_TYPE(event) == GST_EVENT_EOS)
