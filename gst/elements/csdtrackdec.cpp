@@ -95,6 +95,7 @@ struct GstCsdTrackDecState {
   const GstPadChainFunction base_chain;  ///< of the base class's pads
 
   std::recursive_mutex frame_mutex;      ///< held while a frame is handled and pushed; a flush ends only in between
+  std::mutex text_segment_mutex;         ///< of take_wake()
   std::atomic<std::uint64_t> frame = 1;  ///< number of the frame that is handled next
   /// What downstream said of the last frame. The base class would stop for good if it heard of it.
   std::atomic<GstFlowReturn> flow = GST_FLOW_OK;
@@ -396,7 +397,7 @@ gboolean handle_text_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent
     }
     state.video.overdue = *frame;
     return csd::take_wake(GST_AGGREGATOR(self), pad, event,
-                          GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event);
+                          GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event, state.text_segment_mutex);
   }
   if (GST_EVENT_TYPE(event) == GST_EVENT_EOS && state.text_eos_after != state.text_flushes) {
     gst_event_unref(event);  // in hand during a flush
@@ -455,9 +456,11 @@ gboolean flush_text(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event
   const bool start = GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START;
   if (!start) gst_event_parse_flush_stop(event, &reset);
   gst_event_unref(event);
+  std::unique_lock<std::mutex> no_wake(state.text_segment_mutex);
   const gboolean done = GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)
                             ->sink_event(GST_AGGREGATOR(self), pad,
                                          start ? gst_event_new_flush_start() : gst_event_new_flush_stop(reset));
+  no_wake.unlock();
   state.lines.flush_text();
   state.text_flushed = true;
   if (start) {

@@ -25,7 +25,8 @@ std::optional<std::uint64_t> wakes(GstEvent *event) {
 }
 
 gboolean take_wake(GstAggregator *aggregator, GstAggregatorPad *pad, GstEvent *wake,
-                   decltype(GstAggregatorClass::sink_event) sink_event) {
+                   decltype(GstAggregatorClass::sink_event) sink_event, std::mutex &segment_mutex) {
+  const std::lock_guard no_flush(segment_mutex);
   GstSegment own;
   {
     const ObjectLock lock(pad);

@@ -17,6 +17,7 @@ import pathlib
 import re
 import sys
 import threading
+import time
 from collections.abc import Callable
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -50,6 +51,7 @@ Exit code: 0 if a picture was served, 1 if not (one line says why), 2 for wrong 
 KEYFRAME_INTERVAL = 25  # frames, at most
 CLEANUP_INTERVAL = 10   # seconds, between two checks for dead sessions
 MAX_QUEUED = 10**9      # ns of a stream that may wait for the network
+PATIENCE = 1            # seconds for clients to leave after the streams' end
 
 
 def parse(arguments: list[str]) -> argparse.Namespace:
@@ -153,10 +155,8 @@ class Server:
     """The RTSP server, with one session or none."""
 
     def __init__(self, Gst: Any, GstRtspServer: Any, options: argparse.Namespace,
-                 request_keyframe: Callable[[], None],
-                 add_timer: Callable[[int, Callable[[], bool]], Any]) -> None:
-        """`add_timer`: calls a function every so many seconds, while it returns True."""
-        self._Gst, self._request_keyframe, self._add_timer = Gst, request_keyframe, add_timer
+                 request_keyframe: Callable[[], None], GLib: Any) -> None:
+        self._Gst, self._GLib, self._request_keyframe = Gst, GLib, request_keyframe
         self._session: Session | None = None
         self._lock = threading.Lock()
         self._server = GstRtspServer.RTSPServer()
@@ -177,8 +177,8 @@ class Server:
         if not self._server.attach(None):
             return None
         # A client over UDP sends nothing when it dies. Its session ends after a minute of silence.
-        self._add_timer(CLEANUP_INTERVAL,
-                        lambda: self._server.get_session_pool().cleanup() >= 0)
+        self._GLib.timeout_add_seconds(
+            CLEANUP_INTERVAL, lambda: self._server.get_session_pool().cleanup() >= 0)
         return self._server.get_bound_port()
 
     def _on_media_configure(self, _factory: Any, media: Any) -> None:
@@ -197,9 +197,18 @@ class Server:
                 self._session.push(name, sample, time)
 
     def end(self) -> None:
+        """Says to all clients that the streams end, and waits a moment until they are gone.
+
+        A process that leaves with a client's reports unread resets the connection, and for that
+        client the sender is lost.
+        """
         with self._lock:
             if self._session:
                 self._session.end()
+        context, end = self._GLib.MainContext.default(), time.monotonic() + PATIENCE
+        while self._server.client_filter(None) and time.monotonic() < end:
+            if not context.iteration(False):
+                time.sleep(0.01)
 
 
 def load_rtsp(runner: ModuleType) -> tuple[Any, Any]:
@@ -279,7 +288,7 @@ def main() -> None:
         run.element("video").get_static_pad("sink").push_event(
             GstVideo.video_event_new_upstream_force_key_unit(Gst.CLOCK_TIME_NONE, True, 0))
 
-    server = Server(Gst, GstRtspServer, options, request_keyframe, runner.GLib.timeout_add_seconds)
+    server = Server(Gst, GstRtspServer, options, request_keyframe, runner.GLib)
     port = server.start()
     if not port:
         raise command.Failure(

@@ -114,8 +114,10 @@ void set_property(Numbers &from, GstElement *element) {
     const guint most = std::strcmp(spec->name, "n-threads") == 0 ? 3 : u->maximum;
     g_value_set_uint(&value, from.ConsumeIntegralInRange(u->minimum, most));
   } else if (const auto *u64 = G_IS_PARAM_SPEC_UINT64(spec) ? G_PARAM_SPEC_UINT64(spec) : nullptr) {
-    // A frame would wait this long for its text.
-    const guint64 most = std::strcmp(spec->name, "max-wait") == 0 ? GST_MSECOND : u64->maximum;
+    // A frame would wait max-wait for its text. GstAggregator's range of latency contains GST_CLOCK_TIME_NONE, but its
+    // setter refuses that as a programmer's error.
+    guint64 most = std::strcmp(spec->name, "max-wait") == 0 ? GST_MSECOND : u64->maximum;
+    if (std::strcmp(spec->name, "latency") == 0) most = GST_CLOCK_TIME_NONE - 1;
     g_value_set_uint64(&value, from.ConsumeIntegralInRange(u64->minimum, most));
   } else if (const auto *i = G_IS_PARAM_SPEC_INT(spec) ? G_PARAM_SPEC_INT(spec) : nullptr) {
     g_value_set_int(&value, from.ConsumeIntegralInRange(i->minimum, i->maximum));
