@@ -39,7 +39,7 @@
 #include "support/enums.h"
 #include "support/guard.h"
 #include "support/lock.h"
-#include "support/property_table.h"
+#include "support/sim_properties.h"
 #include "support/sim_texture.h"
 #include "text/parse.h"
 
@@ -51,18 +51,6 @@ namespace {
 // Same enumerators, in the same order, as in the core.
 static_assert(GST_CSD_SIM_SCENARIO_CUT + 1 == csd::sim::scenario_count);
 static_assert(GST_CSD_SIM_STYLE_CHARRED + 1 == csd::sim::style_count);
-
-struct Settings {
-  GstCsdSimScenario scenario = GST_CSD_SIM_SCENARIO_DEFORMATION;
-  guint64 seed = 1;
-  gdouble strength = 1;
-  std::string effects;
-  GstCsdSimStyle style = GST_CSD_SIM_STYLE_HEART;
-  std::string texture;
-  guint features = 100;
-  std::string points;
-  gboolean is_live = FALSE;
-};
 
 struct ConverterFree {
   void operator()(GstVideoConverter *converter) const { gst_video_converter_free(converter); }
@@ -97,7 +85,7 @@ struct Stream {
 
 struct GstCsdSimSrcState {
   // Guarded by the object lock.
-  Settings settings;
+  csd::SimValues settings;
   bool running = false;  ///< since READY→PAUSED: the settings are then read-only
   GstVideoInfo info{};   ///< for queries; without a framerate before the caps are known
 
@@ -145,7 +133,7 @@ bool posted(GstCsdSimSrc *self, Body body) {
   });
 }
 
-csd::sim::Effects effects_of(const Settings &settings) {
+csd::sim::Effects effects_of(const csd::SimValues &settings) {
   auto effects = csd::sim::scenario_effects(static_cast<csd::sim::Scenario>(settings.scenario), settings.strength);
   try {
     effects.set(settings.effects);
@@ -159,7 +147,7 @@ csd::sim::Effects effects_of(const Settings &settings) {
 gboolean gst_csd_sim_src_start(GstBaseSrc *src) {
   auto *self = GST_CSD_SIM_SRC(src);
   return posted(self, [&] {
-    Settings settings;
+    csd::SimValues settings;
     {
       const csd::ObjectLock lock(self);
       settings = self->state->settings;
@@ -201,7 +189,7 @@ GstCaps *gst_csd_sim_src_get_caps(GstBaseSrc *src, GstCaps *filter) {
   bool interlaced = false;
   // start() reports unreadable text.
   csd::guarded([&] {
-    Settings settings;
+    csd::SimValues settings;
     {
       const csd::ObjectLock lock(self);
       settings = self->state->settings;
@@ -505,127 +493,8 @@ GstStateChangeReturn gst_csd_sim_src_change_state(GstElement *element, GstStateC
   return result;
 }
 
-/// Installs them when the class is made.
-const csd::PropertyTable<Settings> &properties(GObjectClass *klass) {
-  const auto flags = static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_READY);
-  const Settings d;
-  static const csd::PropertyTable<Settings> table(
-      klass,
-      {
-          /**
-           * GstCsdSimSrc:scenario:
-           *
-           * A scenario is a set of effects with strengths. #GstCsdSimSrc:strength multiplies them,
-           * #GstCsdSimSrc:effects changes single ones.
-           *
-           * Since: 0.1
-           */
-          {g_param_spec_enum("scenario", "Scenario", "What happens in the scene: a set of effects and their strengths",
-                             GST_TYPE_CSD_SIM_SCENARIO, d.scenario, flags),
-           [](const Settings &s, GValue *v) { g_value_set_enum(v, s.scenario); },
-           [](Settings &s, const GValue *v) { s.scenario = static_cast<GstCsdSimScenario>(g_value_get_enum(v)); }},
-          /**
-           * GstCsdSimSrc:seed:
-           *
-           * Seeds every random choice. Each seed gives a different scene, the same one on every run.
-           *
-           * Since: 0.1
-           */
-          {g_param_spec_uint64("seed", "Seed", "Seeds every random choice; each seed gives a different scene", 0,
-                               G_MAXUINT64, d.seed, flags),
-           [](const Settings &s, GValue *v) { g_value_set_uint64(v, s.seed); },
-           [](Settings &s, const GValue *v) { s.seed = g_value_get_uint64(v); }},
-          /**
-           * GstCsdSimSrc:strength:
-           *
-           * Multiplies the strengths of the scenario's effects.
-           *
-           * Since: 0.1
-           */
-          {g_param_spec_double("strength", "Strength", "Multiplies the strengths of the scenario's effects", 0,
-                               csd::sim::strongest, d.strength, flags),
-           [](const Settings &s, GValue *v) { g_value_set_double(v, s.strength); },
-           [](Settings &s, const GValue *v) { s.strength = g_value_get_double(v); }},
-          /**
-           * GstCsdSimSrc:effects:
-           *
-           * Effects and their strengths, 0 to 4: `tools=1,specular=.5`. They add to the scenario's effects or replace
-           * their strengths. Text that can't be parsed is an error on the way to PAUSED.
-           *
-           * Since: 0.1
-           */
-          {g_param_spec_string(
-               "effects", "Effects",
-               "Effects and their strengths, 0 to 4, added to the scenario's effects or replacing their strengths: "
-               "\"tools=1,specular=.5\". There are heart-strong, heart-mild, liver, fold, slide, tear, grasp, cavity, "
-               "zoom, "
-               "rotation, sway, jerk, tools, smoke, specular, blood, irrigation, wipe, cut, black, field-stop, text, "
-               "light, "
-               "exposure, falloff, vignette, low-texture, motion-blur, focus-blur, noise, chroma, interlacing",
-               d.effects.c_str(), flags),
-           [](const Settings &s, GValue *v) { g_value_set_string(v, s.effects.c_str()); },
-           [](Settings &s, const GValue *v) { s.effects = csd::text_of(v); }},
-          /**
-           * GstCsdSimSrc:style:
-           *
-           * What the tissue looks like.
-           *
-           * Since: 0.1
-           */
-          {g_param_spec_enum("style", "Style", "What the tissue looks like", GST_TYPE_CSD_SIM_STYLE, d.style, flags),
-           [](const Settings &s, GValue *v) { g_value_set_enum(v, s.style); },
-           [](Settings &s, const GValue *v) { s.style = static_cast<GstCsdSimStyle>(g_value_get_enum(v)); }},
-          /**
-           * GstCsdSimSrc:texture:
-           *
-           * A picture in any format that gdk-pixbuf has a loader for. It covers the surface instead of the style's
-           * texture.
-           *
-           * Since: 0.1
-           */
-          {g_param_spec_string(
-               "texture", "Texture",
-               "A picture, in any format that gdk-pixbuf reads, that covers the surface (empty = the style's texture)",
-               d.texture.c_str(), flags),
-           [](const Settings &s, GValue *v) { g_value_set_string(v, s.texture.c_str()); },
-           [](Settings &s, const GValue *v) { s.texture = csd::text_of(v); }},
-          /**
-           * GstCsdSimSrc:features:
-           *
-           * How many features to detect in the first frame and report in the truth meta.
-           *
-           * Since: 0.1
-           */
-          {g_param_spec_uint("features", "Features",
-                             "Number of features that the truth meta reports, detected on the first frame", 0,
-                             static_cast<guint>(csd::max_points), d.features, flags),
-           [](const Settings &s, GValue *v) { g_value_set_uint(v, s.features); },
-           [](Settings &s, const GValue *v) { s.features = g_value_get_uint(v); }},
-          /**
-           * GstCsdSimSrc:points:
-           *
-           * Reports these pixels of the first frame instead: `x,y;x,y;…`, with the ids 0, 1, 2… in that order.
-           *
-           * Since: 0.1
-           */
-          {g_param_spec_string("points", "Points",
-                               "Report these pixels of the first frame instead: \"x,y;x,y;...\", ids 0, 1, "
-                               "2... in that order (empty = detect)",
-                               d.points.c_str(), flags),
-           [](const Settings &s, GValue *v) { g_value_set_string(v, s.points.c_str()); },
-           [](Settings &s, const GValue *v) { s.points = csd::text_of(v); }},
-          /**
-           * GstCsdSimSrc:is-live:
-           *
-           * Whether to produce frames in real time, as a camera does. The element is then not seekable.
-           *
-           * Since: 0.1
-           */
-          {g_param_spec_boolean("is-live", "Is live", "Produce frames in real time, as a camera does", d.is_live,
-                                flags),
-           [](const Settings &s, GValue *v) { g_value_set_boolean(v, s.is_live); },
-           [](Settings &s, const GValue *v) { s.is_live = g_value_get_boolean(v); }},
-      });
+const csd::PropertyTable<csd::SimValues> &properties_of(gpointer klass) {
+  static const csd::PropertyTable<csd::SimValues> table(G_OBJECT_CLASS(klass), csd::sim_properties());
   return table;
 }
 
@@ -633,8 +502,9 @@ void gst_csd_sim_src_set_property(GObject *object, guint id, const GValue *value
   auto *self = GST_CSD_SIM_SRC(object);
   GstCsdSimSrcState &state = *self->state;
   bool set = false;
-  guard.logged(
-      self, [&] { set = properties(G_OBJECT_GET_CLASS(object)).set(self, state.settings, state.running, id, value); });
+  guard.logged(self, [&] {
+    set = properties_of(G_OBJECT_GET_CLASS(object)).set(self, state.settings, state.running, id, value);
+  });
   if (!set) return;
   gboolean live;
   {
@@ -646,7 +516,7 @@ void gst_csd_sim_src_set_property(GObject *object, guint id, const GValue *value
 
 void gst_csd_sim_src_get_property(GObject *object, guint id, GValue *value, GParamSpec *) {
   auto *self = GST_CSD_SIM_SRC(object);
-  properties(G_OBJECT_GET_CLASS(object)).get(self, self->state->settings, id, value);
+  properties_of(G_OBJECT_GET_CLASS(object)).get(self, self->state->settings, id, value);
 }
 
 void gst_csd_sim_src_finalize(GObject *object) {
@@ -663,7 +533,7 @@ static void gst_csd_sim_src_class_init(GstCsdSimSrcClass *klass) {
   object_class->set_property = gst_csd_sim_src_set_property;
   object_class->get_property = gst_csd_sim_src_get_property;
   object_class->finalize = gst_csd_sim_src_finalize;
-  properties(object_class);
+  properties_of(object_class);
 
   gst_element_class_add_static_pad_template(element_class, &src_template);
   gst_element_class_set_static_metadata(element_class, "Tissue simulator", "Source/Video",

@@ -71,10 +71,10 @@
 #include "record/klv.h"
 #include "record/text_pieces.h"
 #include "record/track_format.h"
+#include "support/enc_properties.h"
 #include "support/enums.h"
 #include "support/guard.h"
 #include "support/lock.h"
-#include "support/property_table.h"
 
 GST_DEBUG_CATEGORY_STATIC(gst_csd_track_enc_debug);
 #define GST_CAT_DEFAULT gst_csd_track_enc_debug
@@ -113,15 +113,10 @@ struct Stream {
   Stream() { gst_segment_init(&segment, GST_FORMAT_UNDEFINED); }
 };
 
-struct Settings {
-  GstCsdTrackEncRole role = GST_CSD_TRACK_ENC_ROLE_TRACK;
-  std::string source;
-};
-
 }  // namespace
 
 struct GstCsdTrackEncState {
-  Settings settings;  ///< guarded by the object lock
+  csd::EncValues settings;  ///< guarded by the object lock
   Stream stream;
 };
 
@@ -153,7 +148,7 @@ Stream &stream_of(GstCsdTrackEnc *self) {
   return self->state->stream;
 }
 
-Settings settings_of(GstCsdTrackEnc *self) {
+csd::EncValues settings_of(GstCsdTrackEnc *self) {
   const csd::ObjectLock lock(self);
   return self->state->settings;
 }
@@ -275,7 +270,7 @@ void lay_crop(csd::FrameRecord &record, GstBuffer *frame) {
 
 /// Writes the frame as text to stream.line.
 void write_frame(GstCsdTrackEnc *self, GstBuffer *frame, Stream &stream) {
-  const Settings settings = settings_of(self);
+  const csd::EncValues settings = settings_of(self);
   const bool truth = settings.role == GST_CSD_TRACK_ENC_ROLE_TRUTH;
   csd::FrameRecord record;
   record.tracks = gst_buffer_get_csd_tracks(frame, truth ? GST_CSD_TRUTH_META_NAME : GST_CSD_TRACK_META_NAME,
@@ -518,39 +513,8 @@ GstStateChangeReturn gst_csd_track_enc_change_state(GstElement *element, GstStat
 
 // --- the object ------------------------------------------------------------------------------------------------------
 
-/// Installs them when the class is made.
-const csd::PropertyTable<Settings> &properties(GObjectClass *klass) {
-  const auto flags = static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING);
-  const Settings d;
-  static const csd::PropertyTable<Settings> table(
-      klass,
-      {
-          /**
-           * GstCsdTrackEnc:role:
-           *
-           * Whether to write what csdtrack found, or the ground truth that csdsimsrc attached.
-           *
-           * Since: 0.1
-           */
-          {g_param_spec_enum("role", "Role", "Whether to write the tracks or the simulator's ground truth",
-                             GST_TYPE_CSD_TRACK_ENC_ROLE, d.role, flags),
-           [](const Settings &s, GValue *v) { g_value_set_enum(v, s.role); },
-           [](Settings &s, const GValue *v) { s.role = static_cast<GstCsdTrackEncRole>(g_value_get_enum(v)); }},
-          /**
-           * GstCsdTrackEnc:source:
-           *
-           * The name of the element whose tracks to write, when several have tracked the same frame. Empty: the last
-           * one.
-           *
-           * Since: 0.1
-           */
-          {g_param_spec_string(
-               "source", "Source",
-               "Name of the element whose tracks to write, if several track the same frame (empty = the last one)",
-               d.source.c_str(), flags),
-           [](const Settings &s, GValue *v) { g_value_set_string(v, s.source.c_str()); },
-           [](Settings &s, const GValue *v) { s.source = csd::text_of(v); }},
-      });
+const csd::PropertyTable<csd::EncValues> &properties_of(gpointer klass) {
+  static const csd::PropertyTable<csd::EncValues> table(G_OBJECT_CLASS(klass), csd::enc_properties());
   return table;
 }
 
@@ -558,12 +522,12 @@ void gst_csd_track_enc_set_property(GObject *object, guint id, const GValue *val
   auto *self = GST_CSD_TRACK_ENC(object);
   // None is for READY only.
   guard.logged(self,
-               [&] { properties(G_OBJECT_GET_CLASS(object)).set(self, self->state->settings, false, id, value); });
+               [&] { properties_of(G_OBJECT_GET_CLASS(object)).set(self, self->state->settings, false, id, value); });
 }
 
 void gst_csd_track_enc_get_property(GObject *object, guint id, GValue *value, GParamSpec *) {
   auto *self = GST_CSD_TRACK_ENC(object);
-  properties(G_OBJECT_GET_CLASS(object)).get(self, self->state->settings, id, value);
+  properties_of(G_OBJECT_GET_CLASS(object)).get(self, self->state->settings, id, value);
 }
 
 void gst_csd_track_enc_finalize(GObject *object) {
@@ -581,7 +545,7 @@ static void gst_csd_track_enc_class_init(GstCsdTrackEncClass *klass) {
   object_class->finalize = gst_csd_track_enc_finalize;
   element_class->change_state = GST_DEBUG_FUNCPTR(gst_csd_track_enc_change_state);
 
-  properties(object_class);
+  properties_of(object_class);
 
   gst_element_class_add_static_pad_template(element_class, &sink_template);
   gst_element_class_add_static_pad_template(element_class, &src_template);

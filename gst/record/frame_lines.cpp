@@ -105,17 +105,14 @@ bool FrameLines::leave_text() {
   return true;
 }
 
-bool FrameLines::find_in_file(std::optional<TrackLine> &line) {
-  if (!another_stream_) {
-    if (now_.stream) line = file_->at(*now_.stream);
-    return true;
-  }
+std::optional<TrackLine> FrameLines::find_in_file() {
+  if (!another_stream_) return now_.stream ? file_->at(*now_.stream) : std::nullopt;
   if (!std::exchange(warned_another_, true))
     GST_ELEMENT_WARNING(element_, STREAM, FAILED,
                         ("Frames pass without tracks: another video follows the one that location is for. Play it in "
                          "a pipeline of its own, or link the text of both to the pad text."),
                         ("the first stream-id was '%s'", first_stream_.c_str()));
-  return true;
+  return std::nullopt;
 }
 
 bool FrameLines::find_on_pad(GstAggregatorPad *text, const Given &given, std::optional<TrackLine> &line) {
@@ -140,11 +137,12 @@ bool FrameLines::find_on_pad(GstAggregatorPad *text, const Given &given, std::op
 }
 
 bool FrameLines::find(GstAggregatorPad *text, const Given &given, std::optional<TrackLine> &line) {
-  if (!file_) {
-    if (!linked_ && !relinked_) warn_nothing_once();
-    return find_on_pad(text, given, line);
+  if (file_) {
+    line = find_in_file();
+    return true;
   }
-  return find_in_file(line);
+  if (!linked_ && !relinked_) warn_nothing_once();
+  return find_on_pad(text, given, line);
 }
 
 void FrameLines::skip(GstAggregatorPad *text, const FrameMoments &moments) {

@@ -70,7 +70,7 @@ class FrameLines {
   bool leave_text();
 
  private:
-  bool find_in_file(std::optional<TrackLine> &line);
+  std::optional<TrackLine> find_in_file();
   bool find_on_pad(GstAggregatorPad *text, const Given &given, std::optional<TrackLine> &line);
   void read(GstAggregatorPad *text);
   void warn_late_once(const Given &given, GstClockTime latency);

@@ -5,7 +5,6 @@ import argparse
 import os
 import sys
 import tempfile
-import typing
 
 from pipelines.experiments import builds, page
 from pipelines.experiments.builds import ROOT
@@ -13,10 +12,7 @@ from pipelines.lib.failure import Failure
 
 # GStreamer must know the build's own registry before it starts.
 os.environ.update(builds.environment())
-import gi  # noqa: E402
-
-gi.require_version("Gst", "1.0")
-from gi.repository import Gst  # noqa: E402
+from tests.bench.playing import Gst, play, refuse  # noqa: E402
 
 PAGE = ROOT / "docs" / "elements.md"
 BEGIN, END = "<!-- written by tests/bench/formats --write -->", "<!-- end of formats -->"
@@ -37,28 +33,6 @@ FORMATS = (
     ("NV12_10LE32", "unpacked", "10 bit, three to a word"),
     ("UYVP", "unpacked", "10 bit, four to five bytes"),
 )
-
-
-def refuse(message: object) -> typing.NoReturn:
-    sys.exit(f"formats: {message}")
-
-
-def play(text: str, seconds: int) -> Gst.Structure:
-    """Plays the pipeline to its end.
-
-    Returns the stats of the csdtrack that is called `track`, None without one.
-    """
-    pipeline = Gst.parse_launch(text)
-    pipeline.set_state(Gst.State.PLAYING)
-    message = pipeline.get_bus().timed_pop_filtered(seconds * Gst.SECOND,
-                                                    Gst.MessageType.EOS | Gst.MessageType.ERROR)
-    stats = track.get_property("stats") if (track := pipeline.get_by_name("track")) else None
-    pipeline.set_state(Gst.State.NULL)
-    if not message:
-        refuse(f"no end within {seconds} s: {text}")
-    if message.type == Gst.MessageType.ERROR:
-        refuse(message.parse_error()[0].message)
-    return stats
 
 
 def milliseconds(video: str, format_: str, properties: str) -> str:

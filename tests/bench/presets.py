@@ -9,7 +9,6 @@ import re
 import subprocess
 import sys
 import tempfile
-import typing
 
 from pipelines.experiments import builds, page
 from pipelines.experiments.builds import ROOT
@@ -17,10 +16,7 @@ from pipelines.lib.failure import Failure
 
 # GStreamer must know the build's own registry before it starts.
 os.environ.update(builds.environment(), GST_PRESET_PATH=str(ROOT / "gst" / "presets"))
-import gi  # noqa: E402
-
-gi.require_version("Gst", "1.0")
-from gi.repository import Gst  # noqa: E402
+from tests.bench.playing import Gst, play, refuse  # noqa: E402
 
 PAGE = ROOT / "docs" / "pipelines.md"
 BEGIN, END = "<!-- written by tests/bench/presets --write -->", "<!-- end of presets -->"
@@ -28,28 +24,6 @@ SCENE = "scenario=mixed style=heart seed=101"
 SIZES = ((1280, 720, 400), (1920, 1080, 200))  # width, height, frames; the first is scored
 RATE = 25
 FEATURES = 200  # in the truth
-
-
-def refuse(message: object) -> typing.NoReturn:
-    sys.exit(f"presets: {message}")
-
-
-def play(text: str, seconds: int) -> Gst.Structure:
-    """Plays the pipeline to its end.
-
-    Returns the stats of the csdtrack that is called `track`, None without one.
-    """
-    pipeline = Gst.parse_launch(text)
-    pipeline.set_state(Gst.State.PLAYING)
-    message = pipeline.get_bus().timed_pop_filtered(seconds * Gst.SECOND,
-                                                    Gst.MessageType.EOS | Gst.MessageType.ERROR)
-    stats = track.get_property("stats") if (track := pipeline.get_by_name("track")) else None
-    pipeline.set_state(Gst.State.NULL)
-    if not message:
-        refuse(f"no end within {seconds} s: {text}")
-    if message.type == Gst.MessageType.ERROR:
-        refuse(message.parse_error()[0].message)
-    return stats
 
 
 def render(folder: pathlib.Path, width: int, height: int, frames: int) -> pathlib.Path:

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include "support/track_properties.h"
+
 #include "overlay/overlay.h"
 #include "support/presets.h"
-#include "support/settings.h"
 #include "support/value_arrays.h"
 
 namespace csd {
