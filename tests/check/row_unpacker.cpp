@@ -205,8 +205,7 @@ TEST_P(EveryFormat, ReadsNoByteOutsideAHostileFrame) {
     gint stride[4];
     for (int p = 0; p < 4; ++p) {
       offset[p] = info.offset[p], stride[p] = info.stride[p];
-      if (random() % 4 == 0)
-        offset[p] += static_cast<gsize>(one_of({1, -1, 13, 64, -64, 5000, G_MAXINT64}));
+      if (random() % 4 == 0) offset[p] += static_cast<gsize>(one_of({1, -1, 13, 64, -64, 5000, G_MAXINT64}));
       if (random() % 4 == 0)
         stride[p] += static_cast<gint>(one_of({1, -1, 4, -4, 64, -200, 1 << 16, -(1 << 16), 1 << 24}));
       if (random() % 16 == 0) stride[p] = static_cast<gint>(one_of({0, -stride[p], G_MAXINT, G_MININT, -1, 1}));
