@@ -22,6 +22,8 @@ from typing import Any
 
 from pipelines.lib import command, even_size, sources
 from pipelines.lib.caps import first_structure
+from pipelines.lib.frame_times import FrameTimes
+from pipelines.lib.recorded import Recorded
 from pipelines.lib.sidecar import Sidecar
 
 EPILOG = sources.HELP + """
@@ -34,7 +36,7 @@ work in OUT or DIR at the same time: it ends with a message that names this one.
 A file is recorded as fast as possible, any other source at its own pace.
 
 The tracks can't harm the recording. If their disk is full, gone or stands still, there is one
-warning, and the recording goes on. If tracking is too slow for a live source, frames are recorded
+warning, the recording goes on, and the exit code is 1. If tracking is too slow for a live source, frames are recorded
 that were not tracked. A line is written as soon as its frame was tracked. If the recorder is
 killed, the lines of all frames that it recorded and tracked are there, and some of frames that were
 still in the encoder. At the end it prints how many frames were tracked, and whether a live source
@@ -42,8 +44,17 @@ gave fewer than its rate promises.
 
 csdtrack runs with the preset laparoscopy-1080p (docs/pipelines.md), hence with on-error=pass.
 
-Exit code: 0 if all was recorded, 1 if not, or if the source broke off (one line says why; what came
-before is there), 2 for wrong use.
+At the end of each file it is read back, and at the end of the run all is compared: the frames that
+came, the packets that the muxer got, those that are in the files, and the lines beside them. If
+they differ, one line says how many are where. From a live source frames may lack a line, for they
+came faster than they could be tracked; the last line counts them.
+
+Frames without a time get one: in a file by the frame rate, else by their arrival. If two have the
+same time, the second gets one between its neighbours. If the times jump back, or a live source's
+clock is set, they go on from the frame before, and one line says so.
+
+Exit code: 0 if all was recorded, 1 if not: if a frame or a line is missing, or if the source broke
+off (one line says why; what came before is there), 2 for wrong use.
 """
 
 LATENCY = 5  # seconds of raw video that may wait for the encoder's look-ahead (2 s) and a busy disk
@@ -234,8 +245,9 @@ def description(options: argparse.Namespace, source: str) -> str:
     return text
 
 
-def write_tracks(runner: ModuleType, run: Any, files: Any, sidecar: Sidecar) -> None:
-    """Hands the lines to the sidecar, and when groups of pictures and files begin."""
+def write_tracks(runner: ModuleType, run: Any, files: Any, sidecar: Sidecar,
+                 recorded: Recorded) -> None:
+    """Hands the lines to the sidecar, and when groups of pictures and files begin and end."""
     Gst = runner.Gst
 
     def on_line(sink: Any) -> Any:
@@ -254,9 +266,12 @@ def write_tracks(runner: ModuleType, run: Any, files: Any, sidecar: Sidecar) -> 
 
     def on_message(_bus: Any, message: Any) -> Any:
         structure = message.get_structure()
-        if message.type == Gst.MessageType.ELEMENT and structure.get_name(
-        ) == "splitmuxsink-fragment-opened":
+        name = structure.get_name() if message.type == Gst.MessageType.ELEMENT else ""
+        if name == "splitmuxsink-fragment-opened":
             sidecar.begin_file(structure.get_value("running-time"), structure.get_value("location"))
+            recorded.begin_file(structure.get_value("location"))
+        elif name == "splitmuxsink-fragment-closed":
+            recorded.end_file(structure.get_value("location"))
         # matroskamux's error. splitmuxsink begins a new file, but the error was posted already.
         elif message.type == Gst.MessageType.ERROR and "Caps changes are not supported" in (
                 message.parse_error()[1] or ""):
@@ -278,13 +293,16 @@ def record(options: argparse.Namespace, source: str, tracks: pathlib.Path) -> No
     runner.configure(track, options.preset, {"overlay": "draw" if options.display else "none"},
                      options.set)
     even_size.crop(run, "record", options.source, "single", "in")
+    times = FrameTimes(Gst, run.element("single").get_static_pad("src"), "record", options.source,
+                       None if sources.is_file(options.source) else lambda: run.live)
     pace = Pace(runner, run.element("in").get_static_pad("sink"))
     # Before the first file is created: without its sink nothing must be left behind.
     window = Window(runner, options.display) if options.display else None
     created = Files(options.out, first_number(options.out, tracks))
     sidecar = Sidecar(tracks, created.name(0))
     files.connect("format-location", lambda _, fragment: created.name(fragment))
-    write_tracks(runner, run, files, sidecar)
+    recorded = Recorded(Gst, files)
+    write_tracks(runner, run, files, sidecar, recorded)
     split_at_changes(runner, files, options.source)
     appsinks = [run.element("lines")]
     if window:
@@ -296,15 +314,23 @@ def record(options: argparse.Namespace, source: str, tracks: pathlib.Path) -> No
     for sink in appsinks:
         sink.set_locked_state(True)
         sink.set_state(Gst.State.PLAYING)
+    failure = ""
     try:
         run.play(options.source, options.seconds, through="in", leaky=("look",))
+    except command.Failure as failed:
+        failure = str(failed)
     finally:
         for sink in appsinks:
             sink.set_state(Gst.State.NULL)
         sidecar.end()
+        recorded.end()
         created.remove_empty()
         if window:
             window.close()
+    found = ([failure, recorded.summary(times.frames)] if failure else recorded.differences(
+        times.frames, sidecar, tracks, all_tracked=not run.live))
+    if text := "; ".join(filter(None, found)):
+        raise command.Failure(text)
     runner.print_cost(track, pace.frames)
     if run.live:
         pace.print_shortage(run.ending)

@@ -117,12 +117,24 @@ class Run:
             GLib.unix_signal_add(GLib.PRIORITY_HIGH, end, self._on_signal)
         for hangup in command.not_ignored(signal.SIGHUP):
             GLib.unix_signal_add(GLib.PRIORITY_HIGH, hangup, self._on_hangup)
-        paused = self.pipeline.set_state(Gst.State.PAUSED)
-        # Only a live source gives no frame before it plays.
-        if paused == Gst.StateChangeReturn.NO_PREROLL:
+
+        def be_live() -> None:
             self.live = True
             for name in leaky:
                 self.element(name).set_property("leaky", "downstream")
+
+        def on_element(_pipeline: Gst.Bin, _bin: Gst.Bin, element: Gst.Element) -> None:
+            # A camera's MJPEG over HTTP, which GStreamer takes for a file. There may be more streams,
+            # so decodebin would wait for 2 MB before it shows this one.
+            if factory_name(element) == "multipartdemux":
+                element.set_property("single-stream", True)
+                be_live()
+
+        self.pipeline.connect("deep-element-added", on_element)
+        paused = self.pipeline.set_state(Gst.State.PAUSED)
+        # Only a live source gives no frame before it plays.
+        if paused == Gst.StateChangeReturn.NO_PREROLL:
+            be_live()
         # If the change is asynchronous, play when it is done. A GstBin that is set to PLAYING
         # earlier may miss that, and then never reports the end of the stream (GStreamer 1.22:
         # gst-launch-1.0 hung in 8 of 20 runs on a busy machine).

@@ -2,9 +2,11 @@
 """Writes the lines of tracks beside the files of a recording."""
 
 import collections
+import errno
 import os
 import pathlib
 import queue
+import stat
 import sys
 import threading
 from collections.abc import Callable
@@ -38,6 +40,8 @@ class Sidecar:
         self._folder = folder
         self._name = tracks_name(first)  # of the newest file
         self._file: int | None = None
+        self.given = 0  # lines
+        self.lines: collections.Counter[str] = collections.Counter()  # by the file they belong to
         # (running time, offset, line) of lines that may belong to the next file
         self._movable: collections.deque[tuple[int, int, bytes]] = collections.deque()
         self._size = 0
@@ -45,12 +49,13 @@ class Sidecar:
         self._jobs: queue.Queue[tuple[Callable[..., None] | None, tuple[Any, ...]]] = queue.Queue(
             MAX_WAITING)
         self._lock = threading.Lock()
-        self._failed = False
+        self.failed = False
         # A daemon, so that a disk that never answers can't keep the program running.
         self._thread = threading.Thread(target=self._work, daemon=True)
         self._thread.start()
 
     def add_line(self, time: int, text: bytes) -> None:
+        self.given += 1
         self._hand_over(self._write, time, text)
 
     def begin_file(self, time: int, name: str) -> None:
@@ -64,13 +69,13 @@ class Sidecar:
     def end(self) -> None:
         """Waits until all lines are written, or the disk takes too long."""
         self._hand_over(None)
-        if not self._failed:
+        if not self.failed:
             self._thread.join(PATIENCE)
             if self._thread.is_alive():
                 self._fail(f"'{self._folder}': its disk stands still")
 
     def _hand_over(self, job: Callable[..., None] | None, *arguments: Any) -> None:
-        if self._failed:
+        if self.failed:
             return
         try:
             self._jobs.put_nowait((job, arguments))
@@ -80,7 +85,7 @@ class Sidecar:
     def _fail(self, why: str) -> None:
         """After an error the tracks end, and nothing else does."""
         with self._lock:
-            failed, self._failed = self._failed, True
+            failed, self.failed = self.failed, True
         if not failed:
             command.print_line(
                 f"record: warning: the tracks end here, the recording goes on: {why}", sys.stderr)
@@ -90,9 +95,11 @@ class Sidecar:
             try:
                 while True:
                     job, arguments = self._jobs.get()
-                    if job is None or self._failed:
+                    if job is None or self.failed:
                         break
                     job(*arguments)
+                if self._file is not None:
+                    self._check(self._file, self._name)
             finally:
                 if self._file is not None:
                     os.close(self._file)
@@ -105,17 +112,27 @@ class Sidecar:
     def _begin_file(self, time: int, name: str) -> None:
         if name == self._name:
             return
-        self._name = name
+        name_before, self._name = self._name, name
         moved = [entry for entry in self._movable if entry[0] >= time]
         before = self._file
+        if before is not None:
+            self._check(before, name_before)
         self._movable.clear()
         file = self._open(name)
+        self.lines[name_before] -= len(moved)
         for begin, _, text in moved:
             self._append(file, begin, text)
         if before is not None:
             if moved:  # after they have been written: a line may be there twice, but never be lost
                 os.ftruncate(before, moved[0][1])
             os.close(before)
+
+    def _check(self, file: int, name: str) -> None:
+        """A disk may take a line, say nothing, and not keep it."""
+        status = os.fstat(file)
+        if stat.S_ISREG(status.st_mode) and status.st_size != self._size:
+            raise OSError(errno.EIO, f"holds {status.st_size} of the {self._size} bytes that were "
+                          "written", str(self._folder / name))
 
     def _begin_group(self, time: int) -> None:
         while self._movable and self._movable[0][0] < self._group:
@@ -135,6 +152,7 @@ class Sidecar:
 
     def _append(self, file: int, time: int, text: bytes) -> None:
         self._movable.append((time, self._size, text))
+        self.lines[self._name] += 1
         while text:  # unbuffered, so that a killed recorder leaves what it wrote
             written = os.write(file, text)
             self._size += written

@@ -19,6 +19,11 @@ SOURCE is one of
 """
 
 
+def is_file(source: str) -> bool:
+    """Whether frames without a time come at the file's rate, and not at their arrival."""
+    return "://" not in source and os.path.isfile(source)
+
+
 def launch(source: str) -> str:
     """The beginning of a pipeline's description, up to raw video.
 

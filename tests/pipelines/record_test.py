@@ -3,6 +3,7 @@
 """pipelines/record: each file has its tracks beside it, and no trouble with the tracks changes the
 recording."""
 
+import http.server
 import os
 import pathlib
 import re
@@ -354,10 +355,9 @@ command.run("record", record.main)
         must be as without that."""
         out = tracks.with_name(f"{tracks.name}-recording")
         done = run("--segment", 2, "--tracks", tracks, self.video, out)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        self.assertEqual(done.returncode, 1, done.stderr)
         self.assertRegex(done.stderr, "^record: warning: the tracks end here, the recording goes "
-                         f"on: .*({words})")
+                         f"on: .*({words}).*\nrecord: \\d+ of 130 frames have a line\n$")
         self.assertEqual(stream_of(out), self.whole())
 
     def whole(self):
@@ -434,9 +434,10 @@ command.run("record", record.main)
             tracks.mkdir()
             os.mkfifo(tracks / "00000.jsonl")
             done = run("--tracks", tracks, video, self.out / str(frames))
-            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(done.returncode, 1, done.stderr)
             self.assertRegex(done.stderr, "^record: warning: the tracks end here, the recording "
-                             f"goes on: '{tracks}': its disk .*{words}$")
+                             f"goes on: '{tracks}': its disk .*{words}"
+                             f"record: \\d+ of {frames} frames have a line\n$")
             self.assertEqual(len(frame_times(self.out / str(frames) / "00000.mkv")), frames)
 
     @unittest.skipUnless(os.geteuid() == 0, "mounting needs root")
@@ -447,8 +448,164 @@ command.run("record", record.main)
         for size, name in (("64k", "00000"), ("8m,nr_inodes=3", "00001")):  # the lock is the third
             with harness.small_disk(disk, f"size={size}"):
                 done = run("--segment", 2, "--tracks", self.out / name, self.video, disk)
-                self.check_refused(done, 1, f"record: can't write into '{disk}/{name}.mkv' (the "
-                                   "disk is full): make room or give another place\n")
+                self.assertEqual(done.returncode, 1)
+                self.assertRegex(done.stderr, rf"^record: can't write into '{disk}/{name}\.mkv' "
+                                 r"\(the disk is full\): make room or give another place; \d+ of "
+                                 r"\d+ frames are in the files\n$")
+
+    def check_planted(self, fault, words):
+        """Records with a fault that says nothing itself. The recording must say it."""
+        program = f"""
+import sys
+from pipelines.lib import command, record, recorded, runner, sidecar
+Gst = runner.Gst
+plain, count = recorded.Recorded.__init__, 0
+
+def plant(self, Gst, files):
+    plain(self, Gst, files)
+    found = []
+    files.iterate_recurse().foreach(found.append)
+    [muxer] = [one for one in found if one.get_factory().get_name() == "matroskamux"]
+    fault(files, muxer)
+
+def drop(which):
+    def on_buffer(*_):
+        global count
+        count += 1
+        return Gst.PadProbeReturn.DROP if which(count) else Gst.PadProbeReturn.OK
+    return Gst.PadProbeType.BUFFER, on_buffer
+
+{fault}
+recorded.Recorded.__init__ = plant
+command.run("record", record.main)
+"""
+        done = harness.run_python(program, "--preset", "", "--segment", "2", self.video, self.out, env=ENVIRONMENT)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertRegex(done.stderr, f"^record: {words}\n$")
+
+    def test_a_muxer_that_drops_a_packet_is_noticed(self):
+        self.check_planted("""
+def fault(_, muxer):
+    muxer.sinkpads[0].add_probe(*drop(lambda count: count == 7))
+""", r"'.*/00000\.mkv' holds 49 of the 50 packets that its muxer got; '.*/00000\.jsonl' holds 50 "
+                           r"lines, and '.*/00000\.mkv' 49 packets")
+
+    def test_an_encoder_that_drops_a_frame_is_noticed(self):
+        self.check_planted("""
+def fault(files, _):
+    files.get_static_pad("video").add_probe(*drop(lambda count: count == 7))
+""", r"130 frames came, and 129 left the encoder; .*")
+
+    def test_a_disk_that_swallows_the_video_is_noticed(self):
+        self.check_planted("""
+def fault(files, _):
+    files.connect("sink-added", lambda _, sink: sink.get_static_pad("sink").add_probe(
+        *drop(lambda count: count > 40)))
+""", r"'.*/00000\.mkv' holds \d+ of the 50 packets that its muxer got; '.*/00001\.mkv' holds 0 of "
+                           "the 50 packets .*")
+
+    def test_a_disk_that_swallows_a_line_is_noticed(self):
+        self.check_planted("""
+write = sidecar.os.write
+
+def swallow(file, text):
+    global count
+    count += 1
+    return len(text) if count == 7 else write(file, text)
+
+sidecar.os.write = swallow
+
+def fault(*_):
+    pass
+""", r"warning: the tracks end here, the recording goes on: '.*/00000\.jsonl': holds \d+ of the "
+                           r"\d+ bytes that were written\nrecord: \d+ of 130 frames have a line")
+
+    def check_rising(self, frames, live=False):
+        """Each frame is in the one file, at a time of its own, with its line."""
+        together = self.check_together(1, live)
+        self.assertTrue(together if live else together == frames)
+        times = frame_times(self.out / "00000.mkv")
+        self.assertEqual(len(set(times)), frames)
+        return times
+
+    def test_a_file_without_times_gets_them_by_its_rate(self):
+        raw = harness.encode(self.tmp / "raw.mjpeg",
+                             (harness.Scene().picture(t) for t in range(40)), "-q:v", 3)
+        done = run(raw, self.out)
+        self.assertEqual((done.returncode, done.stderr),
+                         (0, f"record: {raw}: it says neither its frames' times nor their rate: 25 "
+                          "a second are taken\n"))
+        self.assertEqual(self.check_rising(40), list(range(0, 1600, 40)))
+
+    def test_a_camera_without_times_is_stamped_on_arrival(self):
+        pictures = [harness.encode(self.tmp / f"{i}.jpg", [harness.Scene().picture(i)])
+                    for i in range(8)]
+
+        class Camera(http.server.BaseHTTPRequestHandler):
+            def do_GET(self):
+                self.send_response(200)
+                self.send_header("Content-Type", "multipart/x-mixed-replace; boundary=next")
+                self.end_headers()
+                for i in range(60):
+                    picture = pictures[i % 8].read_bytes()
+                    self.wfile.write(b"--next\r\nContent-Type: image/jpeg\r\nContent-Length: "
+                                     b"%d\r\n\r\n%s\r\n" % (len(picture), picture))
+                    time.sleep(0.05)
+
+            def log_message(self, *_):
+                pass
+
+        server = http.server.HTTPServer(("127.0.0.1", 0), Camera)
+        self.addCleanup(server.server_close)
+        threading.Thread(target=server.handle_request, daemon=True).start()
+        done = run(f"http://127.0.0.1:{server.server_port}/", self.out)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        times = self.check_rising(60, live=True)
+        self.assertGreater(times[-1] - times[0], 2500)
+        self.assertLess(times[-1] - times[0], 8000)
+
+    def test_two_frames_of_the_same_time_are_both_recorded(self):
+        """GStreamer gives two frames of such a file the same time at each keyframe."""
+        video = harness.encode(self.tmp / "xvid.avi",
+                               (harness.Scene().picture(t) for t in range(60)), "-c:v", "mpeg4",
+                               "-bf", 1, "-g", 12)
+        done = run(video, self.out)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.check_rising(60)
+
+    def test_times_that_jump_go_on(self):
+        """Two streams, one after the other, whose times are not one timeline: MPEG-4 in a program
+        stream begins anew, a camera's clock is set."""
+        program = """
+from pipelines.lib import command, record, runner, sources
+sources.launch = lambda _: ("videotestsrc is-live=true num-buffers=50 ! "
+                            "video/x-raw,width=160,height=120,framerate=25/1 ! "
+                            "identity name=jump")
+make = runner.Gst.parse_launch
+
+def jump(text):
+    made = make(text)
+    pad, count = made.get_by_name("jump").get_static_pad("src"), 0
+
+    def on_buffer(pad, _):
+        nonlocal count
+        count += 1
+        if count == 20:
+            pad.set_offset(100 * runner.Gst.SECOND)
+        return runner.Gst.PadProbeReturn.OK
+
+    pad.add_probe(runner.Gst.PadProbeType.BUFFER, on_buffer)
+    return made
+
+runner.Gst.parse_launch = jump
+command.run("record", record.main)
+"""
+        done = harness.run_python(program, "--preset", "", "clock", self.out, env=ENVIRONMENT)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stderr, r"^record: clock: the times jump by \+\d+\.\d s: they go on "
+                         r"from the frame before\n$")
+        times = self.check_rising(50, live=True)
+        self.assertLess(times[-1], 10000)
 
     SHORTAGE = re.compile(r"^the source gave (\d+) frames in ([\d.]+) s, (\d+) were due at its 25 "
                           r"a second: .*$", re.M)

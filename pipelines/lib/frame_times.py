@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Gives each frame a time of its own, before anything else sees it."""
+
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+from pipelines.lib import command
+from pipelines.lib.caps import first_structure
+
+USUAL_RATE = 25  # frames a second, of a file that says neither times nor a rate
+SECOND = 10**9  # ns
+JUMP = 1  # seconds back, from which on a source's times begin anew
+SHORTEST = SECOND // 1000  # ns, between two frames: Matroska's times are whole milliseconds
+LIVE_JUMP = 10  # seconds between a live source's times and the clock, from which on they do
+
+
+class FrameTimes:
+    """Counts a source's frames, and sees to it that their times rise.
+
+    Muxers drop frames without a time, or write two of the same time in an order of their own, and
+    readers can't tell which line belongs to which. So
+
+    - a frame without a time gets one: in a file by the frame rate, else by its arrival;
+    - a frame that isn't later than the one before gets a time between that and the next;
+    - times that go back by more than a second, or that leave the clock of a live source by more
+      than ten, continue where the last frame ended: from there on all are moved.
+
+    All other frames pass as they are. Call it on the source pad of `identity single-segment=true`,
+    so times are running times.
+    """
+
+    def __init__(self, Gst: Any, pad: Any, name: str, source: str,
+                 live: Callable[[], bool] | None = None) -> None:
+        """`name`, `source`: for messages. `live`: whether the source is; None for a file."""
+        self._gst, self._name, self._source, self._live = Gst, name, source, live
+        self.frames = 0
+        self.last: int | None = None  # time of the newest frame, ns
+        self._arrival = 0  # of the newest frame, ns
+        self._moved = 0  # ns, by which times are moved
+        self._said: set[str] = set()
+        pad.add_probe(Gst.PadProbeType.BUFFER, self._on_frame)
+
+    def _on_frame(self, pad: Any, info: Any) -> Any:
+        Gst = self._gst
+        buffer, arrival = info.get_buffer(), time.monotonic_ns()
+        own = None if buffer.pts == Gst.CLOCK_TIME_NONE else buffer.pts
+        due = self._due(pad, buffer, own, arrival)
+        self.frames += 1
+        self.last, self._arrival = due, arrival
+        if due == own:
+            return Gst.PadProbeReturn.OK
+        # Others may hold this buffer, so its times can't be changed. The new one has its memory.
+        moved, copied = Gst.Buffer.new(), Gst.BufferCopyFlags
+        moved.pts, moved.duration = due, buffer.duration
+        moved.copy_into(buffer, copied.FLAGS | copied.META | copied.MEMORY, 0, buffer.get_size())
+        moved.add_parent_buffer_meta(buffer)
+        pad.get_peer().chain(moved)
+        return Gst.PadProbeReturn.DROP
+
+    def _due(self, pad: Any, buffer: Any, own: int | None, arrival: int) -> int:
+        last, waited = self.last, arrival - self._arrival
+        if own is None:
+            if last is None:
+                return 0 if self._live is None else self._running_time(pad)
+            return last + (self._period(pad, buffer) if self._live is None else max(waited, SHORTEST))
+        due = own + self._moved
+        if last is None:
+            return max(due, 0)
+        jumps = last - due >= JUMP * SECOND
+        if self._live and self._live():
+            jumps = jumps or abs(due - last - waited) >= LIVE_JUMP * SECOND
+        if jumps:
+            step = self._period(pad, buffer) if self._live is None else max(waited, SHORTEST)
+            self._say(f"the times jump by {(due - last) / SECOND:+.1f} s: they go on from the frame "
+                      "before")
+            self._moved += last + step - due
+            return last + step
+        if due <= last:
+            return last + max(SHORTEST, self._period(pad, buffer) // 2)
+        return due
+
+    def _running_time(self, pad: Any) -> int:
+        element = pad.get_parent_element()
+        clock = element.get_clock()
+        return max(0, clock.get_time() - element.get_base_time()) if clock else 0
+
+    def _period(self, pad: Any, buffer: Any) -> int:
+        """From a frame to the next, ns."""
+        if buffer.duration not in (0, self._gst.CLOCK_TIME_NONE):
+            return buffer.duration
+        _, over, under = first_structure(pad.get_current_caps()).get_fraction("framerate")
+        if over > 0:
+            return SECOND * under // over
+        if buffer.pts == self._gst.CLOCK_TIME_NONE:
+            self._say(f"it says neither its frames' times nor their rate: {USUAL_RATE} a second "
+                      "are taken")
+        return SECOND // USUAL_RATE
+
+    def _say(self, text: str) -> None:
+        if text not in self._said:
+            self._said.add(text)
+            command.print_line(f"{self._name}: {self._source}: {text}", sys.stderr)
