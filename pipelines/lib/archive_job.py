@@ -178,7 +178,12 @@ def track(plan: Mapping[str, Any], number: int) -> None:
         if video_errors.lacks_index(video):
             raise command.Failure(video_errors.no_index(video))
         job.run(unfinished, report)
-        result.update(count(unfinished), status="done",
+        found = count(unfinished)
+        if found["frames"] != job.frames:
+            job.is_videos_fault = False
+            raise command.Failure(f"{name}: {job.frames} frames were tracked, and the tracks hold "
+                                  f"{found['frames']} lines: check the disk of '{out}'")
+        result.update(found, status="done",
                       duration=(job.position - (job.begin or 0)) / Gst.SECOND,
                       note=video_errors.breaks_off(video, job.position, job.length) or None)
         with open(unfinished, "rb") as written:

@@ -172,9 +172,10 @@ FRAME_QUEUE = "queue max-size-buffers=3 max-size-bytes=0 max-size-time=0"
 LINE_QUEUE = "queue max-size-time=10000000000 max-size-buffers=0 max-size-bytes=0"
 
 
-def line_sink(path: pathlib.Path) -> str:
+def line_sink(path: pathlib.Path, name: str = "file") -> str:
     """The sink of a pipeline's description that writes each line to a file at once."""
-    return f"filesink location={quoted(str(path))} buffer-mode=unbuffered async=false"
+    return (f"filesink name={name} location={quoted(str(path))} buffer-mode=unbuffered "
+            "async=false")
 
 
 def print_line(text: str, file: TextIO, end: str = "\n") -> bool:

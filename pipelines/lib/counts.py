@@ -51,3 +51,11 @@ def lines_in(path: pathlib.Path) -> int:
 
 def plural(count: int, what: str) -> str:
     return f"{count} {what}{'' if count == 1 else 's'}"
+
+
+def missing_lines(path: pathlib.Path, frames: int) -> str:
+    """In some words, if not each of so many frames has its line in this file; else ""."""
+    if not path.is_file():  # nobody can count what went into a pipe or a device
+        return "" if path.exists() else f"'{path}' is gone"
+    lines = lines_in(path)
+    return "" if lines == frames else f"'{path}' holds {plural(lines, 'line')} of {frames} frames"

@@ -32,8 +32,10 @@ class FrameTimes:
     """
 
     def __init__(self, Gst: Any, pad: Any, name: str, source: str,
-                 live: Callable[[], bool] | None = None) -> None:
-        """`name`, `source`: for messages. `live`: whether the source is; None for a file."""
+                 live: Callable[[], bool] | None = None, rising: bool = True) -> None:
+        """`name`, `source`: for messages. `live`: whether the source is; None for a file.
+        `rising`: False to change no time that a frame has, only to give it one."""
+        self._rising = rising
         self._gst, self._name, self._source, self._live = Gst, name, source, live
         self.frames = 0
         self.last: int | None = None  # time of the newest frame, ns
@@ -53,7 +55,9 @@ class FrameTimes:
             return Gst.PadProbeReturn.OK
         # Others may hold this buffer, so its times can't be changed. The new one has its memory.
         moved, copied = Gst.Buffer.new(), Gst.BufferCopyFlags
-        moved.pts, moved.duration = due, buffer.duration
+        moved.pts = due
+        # Without a duration, mp4mux leaves the last frame out of its edit list.
+        moved.duration = self._period(pad, buffer) if self._live is None else buffer.duration
         moved.copy_into(buffer, copied.FLAGS | copied.META | copied.MEMORY, 0, buffer.get_size())
         moved.add_parent_buffer_meta(buffer)
         pad.get_peer().chain(moved)
@@ -66,8 +70,8 @@ class FrameTimes:
                 return 0 if self._live is None else self._running_time(pad)
             return last + (self._period(pad, buffer) if self._live is None else max(waited, SHORTEST))
         due = own + self._moved
-        if last is None:
-            return max(due, 0)
+        if last is None or not self._rising:
+            return due
         jumps = last - due >= JUMP * SECOND
         if self._live and self._live():
             jumps = jumps or abs(due - last - waited) >= LIVE_JUMP * SECOND

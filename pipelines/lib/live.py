@@ -20,7 +20,8 @@ In the window a click adds a point, a click with the right button removes the ne
 begins anew. Close the window or press Ctrl-C to end. csdtrack runs with the preset
 live-low-latency (docs/pipelines.md), overlay=draw and navigation=true.
 
-Exit code: 0 if a picture was shown, 1 if not (one line says why), 2 for wrong use.
+Exit code: 0 if a picture was shown and each tracked frame has its line in FILE, 1 if not (one
+line says why), 2 for wrong use.
 """
 
 
@@ -57,8 +58,12 @@ def main() -> None:
     run = runner.Run("live", text)
     track = run.element("csdtrack")
     runner.configure(track, options.preset, {"overlay": "draw", "navigation": "true"}, options.set)
+    if options.tracks:
+        run.watch_lines("file", options.tracks)
     run.play(options.source, options.seconds, harmless=("window was closed",), leaky=("in",))
     runner.print_cost(track)
+    if options.tracks and (lost := run.lost_lines("file", run.frames)):
+        raise command.Failure(lost)
 
 
 if __name__ == "__main__":

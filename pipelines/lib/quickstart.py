@@ -69,6 +69,7 @@ def main() -> None:
         job = tracking.Job(source, out, folder, rest[1:])
         with report.Progress(source.name) as progress:
             job.run(progress)
+        lost = job.differences()
         report.make_preview(folder, job.frames)
         report.make_page(job, folder, out / "page")
         for name in report.results(job):
@@ -81,6 +82,8 @@ def main() -> None:
         command.print_line(f"quickstart: {text}", sys.stderr)
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     command.print_line("\n".join(report.table(job, out)), sys.stdout)
+    if lost:
+        raise Failure("; ".join(lost))
 
 
 if __name__ == "__main__":

@@ -27,7 +27,7 @@ import urllib.parse
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from pipelines.lib import command, klv
+from pipelines.lib import command, counts, klv
 from pipelines.lib.caps import first_structure
 
 if TYPE_CHECKING:
@@ -52,8 +52,8 @@ the URL to pipelines/record.
 If the sender isn't up yet, this waits for it, ten seconds. When it ends, so does this. SRT can't
 tell the end from a lost connection: both are five seconds of silence.
 
-Exit code: 0 if a picture came, 1 if not, or if the connection was lost (one line says why; the
-lines that came before are there), 2 for wrong use.
+Exit code: 0 if a picture came, 1 if not, if the connection was lost, or if the file lacks a line
+(one line says why; the lines that came before are there), 2 for wrong use.
 """
 
 
@@ -106,7 +106,7 @@ def source(options: argparse.Namespace) -> str:
 
 def consumers(options: argparse.Namespace, has_tracks: bool) -> str:
     """What follows the source: from the element `picture`, and from `lines` if it has tracks."""
-    file = f"{command.line_sink(options.tracks)} name=file sync=false"
+    file = f"{command.line_sink(options.tracks)} sync=false"
     window = f"videoconvert ! {options.display}"
     if not has_tracks:
         text = (f"csdtrack name=picture ! tee name=t t. ! {command.LINE_QUEUE} leaky=downstream ! "
@@ -167,7 +167,7 @@ class Receiver:
         self._streams: dict[str, int] = {}  # number of a stream of the session, by its kind
         self._built: Any = None
         self._lock = threading.Lock()
-        self.lines = 0  # that the stream contained
+        self.lines = 0  # that came to the file
         self.track: Any = None  # csdtrack, if it tracks here
 
     def select(self, _source: Any, number: int, caps: Any) -> bool:
@@ -211,9 +211,9 @@ class Receiver:
             consumers(self._options, has_tracks), False)
         for name in ("picture", "lines") if has_tracks else ("picture",):
             built.add_pad(Gst.GhostPad.new(name, built.get_by_name(name).get_static_pad("sink")))
+        built.get_by_name("file").get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER,
+                                                                   self._count)
         if has_tracks:
-            built.get_by_name("file").get_static_pad("sink").add_probe(
-                Gst.PadProbeType.BUFFER, self._count)
             if self._options.klv:
                 self._unpack(built.get_by_name("packets"), built.get_by_name("unpacked"))
         else:
@@ -235,6 +235,12 @@ class Receiver:
 
         packets.connect("new-sample", on_sample)
         packets.connect("eos", lambda _: unpacked.emit("end-of-stream"))
+
+    def due_lines(self) -> int:
+        """How many lines the file must hold."""
+        if self.track and self._run.drained:
+            return self.track.get_property("stats").get_value("frames")
+        return self.lines  # others may have been on their way
 
     def _count(self, _pad: Any, _info: Any) -> Any:
         self.lines += 1
@@ -298,6 +304,8 @@ def main() -> None:
         command.print_line(
             f"{run.frames} frames; {receiver.lines} lines of tracks came with them{uneven}",
             sys.stdout)
+    if lost := counts.missing_lines(options.tracks, receiver.due_lines()):
+        raise command.Failure(lost)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Runs a command's pipeline until it ends, is stopped by a signal, or fails."""
 
+import pathlib
 import re
 import signal
 import sys
@@ -11,7 +12,7 @@ from typing import Any
 
 import gi
 
-from pipelines.lib import command, supervisor
+from pipelines.lib import command, counts, supervisor
 from pipelines.lib.failure import NO_VIDEO, no_video, one_line
 from pipelines.lib.properties import check_start, set_from_text
 from pipelines.lib.video_errors import factory_name
@@ -80,12 +81,37 @@ class Run:
         self.live = False  # known before the first frame
         self.source_ended = False  # by itself
         self.warnings: set[str] = set()
+        self.drained = False  # EOS came through
         self._counts = dict.fromkeys(counted, 0)
+        self._lines: dict[str, Any] = {}  # file and number of lines, by the filesink's name
 
     @property
     def frames(self) -> int:
         """How many frames reached the element that got the fewest."""
         return min(self._counts.values())
+
+    def frames_of(self, name: str) -> int:
+        """How many frames reached this element, one of those that are counted."""
+        return self._counts[name]
+
+    def watch_lines(self, name: str, path: pathlib.Path) -> None:
+        """Has lost_lines() look at the lines that this filesink writes into this file."""
+        self._lines[name] = [path, 0]
+
+        def on_line(_pad: Gst.Pad, _info: Gst.PadProbeInfo) -> Any:
+            self._lines[name][1] += 1
+            return Gst.PadProbeReturn.OK
+
+        self.element(name).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, on_line)
+
+    def lost_lines(self, name: str, frames: int | None = None) -> str:
+        """In some words, if the file lacks lines, else "". Call it after play().
+
+        `frames`: how many were tracked, if each must have a line. If the run did not end at the end
+        of the stream, some may have been on their way.
+        """
+        path, written = self._lines[name]
+        return counts.missing_lines(path, frames if frames is not None and self.drained else written)
 
     def element(self, name: str) -> Any:
         return self.pipeline.get_by_name(name)
@@ -256,7 +282,7 @@ class Run:
 
     def _handle(self, message: Gst.Message) -> None:
         if message.type == Gst.MessageType.EOS:
-            self.source_ended = not self.ending
+            self.source_ended, self.drained = not self.ending, True
             self._loop.quit()
         elif message.type == Gst.MessageType.ASYNC_DONE and message.src == self.pipeline:
             self.pipeline.set_state(Gst.State.PLAYING)

@@ -18,6 +18,7 @@ from typing import Any
 
 from pipelines.lib import command, sources
 from pipelines.lib.caps import first_structure
+from pipelines.lib.frame_times import FrameTimes
 
 EPILOG = sources.HELP + """
 LEFT and RIGHT are one SOURCE each: two cards, two cameras, two files. OUT is a folder; it gets
@@ -33,8 +34,11 @@ side separately. Files lose none.
 
 csdtrack runs on both sides with the preset live-low-latency (docs/pipelines.md).
 
-Exit code: 0 if both were tracked, 1 if not (one line says why; the lines that were written before
-are there), 2 for wrong use.
+At the end the frames that came are compared with the lines in the files. If a frame that was
+tracked has no line, one line says how many.
+
+Exit code: 0 if both were tracked, 1 if not, or if a line is missing (one line says why; the lines
+that were written before are there), 2 for wrong use.
 """
 
 SIDES = ("left", "right")
@@ -81,16 +85,24 @@ def track_both(options: argparse.Namespace, launch: Mapping[str, str]) -> None:
     text = ""
     for side, source in launch.items():
         # async=false: neither side waits for the other to start.
-        text += (f"{source} ! {command.FRAME_QUEUE} name={side}-in ! csdtrack name={side} ! "
+        text += (f"{source} ! identity name={side}-single single-segment=true ! "
+                 f"{command.FRAME_QUEUE} name={side}-in ! csdtrack name={side} ! "
                  f"tee name={side}-tee {side}-tee. ! {command.LINE_QUEUE} ! csdtrackenc ! "
-                 f"application/x-ndjson ! {command.line_sink(tracks_path(options, side))} ")
+                 "application/x-ndjson ! "
+                 f"{command.line_sink(tracks_path(options, side), f'{side}-file')} ")
         if options.display:
             text += (f"{side}-tee. ! {command.FRAME_QUEUE} name={side}-show ! videoconvert ! "
                      f"both.sink_{SIDES.index(side)} ")
     if options.display:
         text += f"compositor name=both ! videoconvert ! {options.display}"
     run = runner.Run("stereo", text, counted=SIDES)
+    times = {}
     for side in SIDES:
+        source = getattr(options, side)
+        times[side] = FrameTimes(
+            runner.Gst, run.element(f"{side}-single").get_static_pad("src"), "stereo", source,
+            None if sources.is_file(source) else lambda: run.live, rising=False)
+        run.watch_lines(f"{side}-file", tracks_path(options, side))
         runner.configure(run.element(side), options.preset,
                          {"overlay": "draw" if options.display else "none"}, options.set)
 
@@ -106,9 +118,16 @@ def track_both(options: argparse.Namespace, launch: Mapping[str, str]) -> None:
     queues = ("in", "show") if options.display else ("in",)
     run.play(f"{options.left}, {options.right}", options.seconds, harmless=("window was closed",),
              leaky=[f"{side}-{queue}" for side in SIDES for queue in queues])
+    lost = []
     for side in SIDES:
+        came, tracked = times[side].frames, run.frames_of(side)
         command.print_line(f"{side}: ", sys.stdout, end="")
-        runner.print_cost(run.element(side))
+        runner.print_cost(run.element(side), came)
+        if came != tracked and run.drained and not run.live:
+            lost.append(f"{side}: {came} frames came, and {tracked} were tracked")
+        lost.append(run.lost_lines(f"{side}-file", tracked))
+    if any(lost):
+        raise command.Failure("; ".join(filter(None, lost)))
 
 
 if __name__ == "__main__":

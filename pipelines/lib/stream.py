@@ -45,7 +45,8 @@ clicks from this machine count, or through a tunnel to it; others can look.
 csdtrack runs with the preset live-low-latency (docs/pipelines.md). A file is served once, at its
 own pace, from the start of this program on.
 
-Exit code: 0 if a picture was served, 1 if not (one line says why), 2 for wrong use.
+Exit code: 0 if a picture was served and each tracked frame has its line in FILE, 1 if not (one line
+says why), 2 for wrong use.
 """
 
 KEYFRAME_INTERVAL = 25  # frames, at most
@@ -301,6 +302,8 @@ def main() -> None:
     command.print_line(f"rtsp://{options.address}:{port}/{options.path}", sys.stdout)
     if page:
         command.print_line(page.url, sys.stdout)
+    if options.tracks:
+        run.watch_lines("file", options.tracks)
     try:
         run.play(options.source, options.seconds, leaky=("in",))
     finally:
@@ -308,6 +311,8 @@ def main() -> None:
         if page:
             page.end()
     runner.print_cost(track)
+    if options.tracks and (lost := run.lost_lines("file", run.frames)):
+        raise command.Failure(lost)
 
 
 if __name__ == "__main__":

@@ -22,9 +22,10 @@ from typing import Any, Protocol
 
 import gi
 
-from pipelines.lib import command, video_errors
+from pipelines.lib import command, counts, video_errors
 from pipelines.lib.caps import first_structure
 from pipelines.lib.failure import Failure, Misuse
+from pipelines.lib.frame_times import FrameTimes
 from pipelines.lib.properties import check_start, choices, set_from_text, settable
 
 gi.require_version("Gst", "1.0")
@@ -75,6 +76,7 @@ class Job:
         """`out`: the user's name of the results' folder; `folder`: where they are made."""
         self.simulated = isinstance(video, Simulation)
         self.video, self.out, self.folder = video, out, folder
+        self.name = video.name if isinstance(video, Simulation) else str(video)
         self.frames = 0
         self.position = 0  # ns in the video, end of the newest frame
         self.duration = 0  # ns, as the file says; 0 if it doesn't
@@ -126,6 +128,11 @@ class Job:
                              "leave that --set out")
             set_from_text(self.track, name, value)
         check_start(self.track)
+        # Frames and lines have running times, which rise where a file's own go back.
+        self.first = self._make("identity", single_segment=True)
+        self._link(self.first, self.track)
+        self._times = FrameTimes(Gst, self.first.get_static_pad("src"), "quickstart",
+                                 self.name, rising=False)
         if isinstance(self.video, Simulation):
             self._simulate(self.video)
         else:
@@ -150,6 +157,9 @@ class Job:
         Gst.util_set_object_arg(upright, "video-direction", "auto")
         encoder = self._encoder()
         self.mux = self._make("mp4mux")
+        # The lines keep the file's times, so that csdtrackdec finds its frames. mp4 needs others
+        # where two are equal.
+        FrameTimes(Gst, queue.get_static_pad("src"), "quickstart", self.name)
         self._link(tee, queue, self.crop, self._make("videoconvert"), self._make("videoscale"),
                    self.size, upright, encoder, self._make("queue"), self.mux,
                    self._sink("overlay.mp4"))
@@ -168,7 +178,9 @@ class Job:
         return self._make("filesink", location=str(self.folder / name), async_=False)
 
     def _encoder(self) -> Any:
-        encoder = self._make("x264enc", quantizer=21, key_int_max=50)
+        # With B-frames, the times of an x264enc whose frames come unevenly are wrong, and so is
+        # mp4mux's edit list: players then leave out the last frames.
+        encoder = self._make("x264enc", quantizer=21, key_int_max=50, bframes=0)
         Gst.util_set_object_arg(encoder, "pass", "qual")
         Gst.util_set_object_arg(encoder, "speed-preset", "veryfast")
         return encoder
@@ -187,7 +199,7 @@ class Job:
         self.duration = Gst.util_uint64_scale(source.get_property("num-buffers"),
                                               under * Gst.SECOND, over)
         tee = self._make("tee")
-        self._link(source, self._make("capsfilter", caps=caps), tee, self.track)
+        self._link(source, self._make("capsfilter", caps=caps), tee, self.first)
         self._link(tee, self._make("queue", max_size_buffers=4), self._make("videoconvert"),
                    self._encoder(), self._make("queue"), self._make("mp4mux"),
                    self._sink("clean.mp4"))
@@ -214,7 +226,7 @@ class Job:
         try:
             caps = pad.get_current_caps() or pad.query_caps(None)
             name = first_structure(caps).get_name()
-            if name == "video/x-raw" and not self.track.get_static_pad("sink").is_linked():
+            if name == "video/x-raw" and not self.first.get_static_pad("sink").is_linked():
                 self._add_video(pad, caps)
             elif name.startswith("audio/"):
                 self._add_sound(pad, caps)
@@ -235,11 +247,11 @@ class Job:
             convert = self._make("capssetter",
                                  caps=Gst.Caps.from_string("video/x-raw, pixel-aspect-ratio=1/1"))
         elif caps.can_intersect(self.track.get_static_pad("sink").query_caps(None)):
-            self._feed(pad, self.track)
+            self._feed(pad, self.first)
             return
         else:
             convert = self._make("videoconvert")
-        self._link(convert, self.track)
+        self._link(convert, self.first)
         self._feed(pad, convert)
         convert.sync_state_with_parent()
 
@@ -267,7 +279,7 @@ class Job:
             element.sync_state_with_parent()
 
     def _on_no_more_pads(self, _decodebin: Gst.Element) -> None:
-        if self.track.get_static_pad("sink").is_linked():
+        if self.first.get_static_pad("sink").is_linked():
             return
         if self._missing:
             self._fail(video_errors.missing_decoder(self.video, self._missing[0]))
@@ -296,7 +308,11 @@ class Job:
         self.crop.set_property("right", width % 2)
         self.crop.set_property("bottom", height % 2)
         even = f"width={max(2, width & ~1)}, height={max(2, height & ~1)}"
-        self.size.set_property("caps", Gst.Caps.from_string(f"video/x-raw, format=I420, {even}"))
+        # mp4 holds one size and one pixel aspect. Where they change, videoscale adds borders.
+        known, over, under = structure.get_fraction("pixel-aspect-ratio")
+        aspect = f", pixel-aspect-ratio={over}/{under}" if known else ""
+        self.size.set_property("caps",
+                               Gst.Caps.from_string(f"video/x-raw, format=I420, {even}{aspect}"))
 
     def _on_frame(self, _pad: Gst.Pad, info: Gst.PadProbeInfo) -> Any:
         self.frames += 1
@@ -334,6 +350,18 @@ class Job:
                                                                    self.duration)
         if not self.cut_short:
             progress.done(self.frames)
+
+    def differences(self) -> list[str]:
+        """What is not as it should be, each in some words: each frame has its packet and line."""
+        found = [f"{self._times.frames} frames came, and {self.frames} were tracked"
+                 ] if self._times.frames != self.frames else []
+        texts = ["tracks.jsonl", "truth.jsonl"] if self.simulated else ["tracks.jsonl"]
+        found += [counts.missing_lines(self.folder / name, self.frames) for name in texts]
+        videos = ["overlay.mp4", "clean.mp4"] if self.simulated else ["overlay.mp4"]
+        for name in videos:
+            if (packets := counts.packets_in(Gst, self.folder / name)) != self.frames:
+                found.append(f"{name} holds {packets} of {self.frames} frames")
+        return [text for text in found if text]
 
     def _tick(self, progress: ProgressDisplay) -> bool:
         # decodebin drops an error that arrives while it links elements (qtdemux, 1 of 10 runs with

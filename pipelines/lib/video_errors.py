@@ -2,7 +2,7 @@
 """Messages about video files that can't be read, or not to their end."""
 
 import pathlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import gi
@@ -40,6 +40,20 @@ def lacks_index(path: pathlib.Path) -> bool:
 def no_index(video: object) -> str:
     return (f"'{video}' has no index, its recording was cut off: repair it with a tool such as "
             "untrunc, and record to .mkv or fragmented mp4")
+
+
+# Of files that state their length. Of others, such as program streams, GStreamer guesses it.
+STATING = ("matroskademux", "qtdemux", "avidemux", "asfdemux", "flvdemux", "oggdemux", "mxfdemux")
+
+
+def states_length(pipeline: Gst.Pipeline, call: Callable[[], None]) -> None:
+    """Calls this when the pipeline reads a file that states its length."""
+
+    def on_element(_pipeline: Gst.Bin, _bin: Gst.Bin, element: Gst.Element) -> None:
+        if factory_name(element) in STATING:
+            call()
+
+    pipeline.connect("deep-element-added", on_element)
 
 
 def breaks_off(video: object, position: int, duration: int) -> str:
