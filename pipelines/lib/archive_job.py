@@ -55,6 +55,8 @@ class Job(runner.Run):
         self.begin: int | None = None  # ns in the file, of the first frame
         self.position = 0  # ns in the file, end of the newest frame
         self.length = 0    # ns, as the file says; 0 if it doesn't
+        self.stated = False  # it states its length; else it is guessed
+        video_errors.on_stated_length(self.pipeline, self._on_stated_length)
         self._missing: list[str] = []
         self._stalled = (0, time.monotonic())
 
@@ -65,6 +67,9 @@ class Job(runner.Run):
                                                                  self._on_frame)
         GLib.timeout_add_seconds(PROGRESS_INTERVAL, self._tick, report)
         self.play("")
+
+    def _on_stated_length(self) -> None:
+        self.stated = True
 
     def _query_length(self) -> None:
         known, length = self.pipeline.query_duration(Gst.Format.TIME)
@@ -178,14 +183,15 @@ def track(plan: Mapping[str, Any], number: int) -> None:
         if video_errors.lacks_index(video):
             raise command.Failure(video_errors.no_index(video))
         job.run(unfinished, report)
-        found = count(unfinished)
-        if found["frames"] != job.frames:
+        counted = count(unfinished)
+        if counted["frames"] != job.frames:
             job.is_videos_fault = False
             raise command.Failure(f"{name}: {job.frames} frames were tracked, and the tracks hold "
-                                  f"{found['frames']} lines: check the disk of '{out}'")
-        result.update(found, status="done",
+                                  f"{counted['frames']} lines: check the disk of '{out}'")
+        result.update(counted, status="done",
                       duration=(job.position - (job.begin or 0)) / Gst.SECOND,
-                      note=video_errors.breaks_off(video, job.position, job.length) or None)
+                      note=job.stated and video_errors.breaks_off(video, job.position, job.length)
+                      or None)
         with open(unfinished, "rb") as written:
             os.fsync(written.fileno())
         os.replace(unfinished, tracks)

@@ -68,7 +68,7 @@ class FrameTimes:
         if own is None:
             if last is None:
                 return 0 if self._live is None else self._running_time(pad)
-            return last + (self._period(pad, buffer) if self._live is None else max(waited, SHORTEST))
+            return last + self._step(pad, buffer, waited)
         due = own + self._moved
         if last is None or not self._rising:
             return due
@@ -76,14 +76,17 @@ class FrameTimes:
         if self._live and self._live():
             jumps = jumps or abs(due - last - waited) >= LIVE_JUMP * SECOND
         if jumps:
-            step = self._period(pad, buffer) if self._live is None else max(waited, SHORTEST)
-            self._say(f"the times jump by {(due - last) / SECOND:+.1f} s: they go on from the frame "
-                      "before")
+            step = self._step(pad, buffer, waited)
+            self._say(f"the times jump by {(due - last) / SECOND:+.1f} s: they go on from the "
+                      "frame before")
             self._moved += last + step - due
             return last + step
         if due <= last:
             return last + max(SHORTEST, self._period(pad, buffer) // 2)
         return due
+
+    def _step(self, pad: Any, buffer: Any, waited: int) -> int:
+        return self._period(pad, buffer) if self._live is None else max(waited, SHORTEST)
 
     def _running_time(self, pad: Any) -> int:
         element = pad.get_parent_element()

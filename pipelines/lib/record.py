@@ -36,11 +36,11 @@ work in OUT or DIR at the same time: it ends with a message that names this one.
 A file is recorded as fast as possible, any other source at its own pace.
 
 The tracks can't harm the recording. If their disk is full, gone or stands still, there is one
-warning, the recording goes on, and the exit code is 1. If tracking is too slow for a live source, frames are recorded
-that were not tracked. A line is written as soon as its frame was tracked. If the recorder is
-killed, the lines of all frames that it recorded and tracked are there, and some of frames that were
-still in the encoder. At the end it prints how many frames were tracked, and whether a live source
-gave fewer than its rate promises.
+warning, the recording goes on, and the exit code is 1. If tracking is too slow for a live source,
+frames are recorded that were not tracked. A line is written as soon as its frame was tracked. If
+the recorder is killed, the lines of all frames that it recorded and tracked are there, and some of
+frames that were still in the encoder. At the end it prints how many frames were tracked, and
+whether a live source gave fewer than its rate promises.
 
 csdtrack runs with the preset laparoscopy-1080p (docs/pipelines.md), hence with on-error=pass.
 
@@ -159,8 +159,12 @@ class Pace:
         self.duration = 0  # ns, of the file, as it says
         self.frames = 0
         self._begin = self._end = 0.0  # arrival of the first frame and of the last, s
+        self.stated = False  # the file states its duration; else it is guessed
         self._rate = (0, 1)  # numerator and denominator; 0: it varies
         pad.add_probe(runner.Gst.PadProbeType.BUFFER, self._on_frame)
+
+    def on_stated_length(self) -> None:
+        self.stated = True
 
     def _on_frame(self, pad: Any, info: Any) -> Any:
         self._end = time.monotonic()
@@ -286,7 +290,7 @@ def write_tracks(runner: ModuleType, run: Any, files: Any, sidecar: Sidecar,
 def record(options: argparse.Namespace, source: str, tracks: pathlib.Path) -> None:
     """`source`: the beginning of the pipeline; `tracks`: the folder of the tracks."""
     from pipelines.lib import runner
-    from pipelines.lib.video_errors import breaks_off
+    from pipelines.lib.video_errors import breaks_off, on_stated_length
     Gst = runner.Gst
     run = runner.Run("record", description(options, source))
     track, files = run.element("csdtrack"), run.element("files")
@@ -296,6 +300,7 @@ def record(options: argparse.Namespace, source: str, tracks: pathlib.Path) -> No
     times = FrameTimes(Gst, run.element("single").get_static_pad("src"), "record", options.source,
                        None if sources.is_file(options.source) else lambda: run.live)
     pace = Pace(runner, run.element("in").get_static_pad("sink"))
+    on_stated_length(run.pipeline, pace.on_stated_length)
     # Before the first file is created: without its sink nothing must be left behind.
     window = Window(runner, options.display) if options.display else None
     created = Files(options.out, first_number(options.out, tracks))
@@ -334,7 +339,7 @@ def record(options: argparse.Namespace, source: str, tracks: pathlib.Path) -> No
     runner.print_cost(track, pace.frames)
     if run.live:
         pace.print_shortage(run.ending)
-    elif run.source_ended:
+    elif run.source_ended and pace.stated:
         incomplete = breaks_off(options.source, pace.position, pace.duration)
         if incomplete:
             command.print_line(f"record: {incomplete}", sys.stderr)

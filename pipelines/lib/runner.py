@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Runs a command's pipeline until it ends, is stopped by a signal, or fails."""
 
+import collections
 import pathlib
 import re
 import signal
@@ -13,6 +14,7 @@ from typing import Any
 import gi
 
 from pipelines.lib import command, counts, supervisor
+from pipelines.lib.caps import first_structure
 from pipelines.lib.failure import NO_VIDEO, no_video, one_line
 from pipelines.lib.properties import check_start, set_from_text
 from pipelines.lib.video_errors import factory_name
@@ -83,6 +85,7 @@ class Run:
         self.warnings: set[str] = set()
         self.drained = False  # EOS came through
         self._counts = dict.fromkeys(counted, 0)
+        self._pictures: collections.Counter[str] = collections.Counter()  # of each decodebin
         self._lines: dict[str, Any] = {}  # file and number of lines, by the filesink's name
 
     @property
@@ -104,14 +107,14 @@ class Run:
 
         self.element(name).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, on_line)
 
-    def lost_lines(self, name: str, frames: int | None = None) -> str:
+    def lost_lines(self, name: str, frames: int) -> str:
         """In some words, if the file lacks lines, else "". Call it after play().
 
-        `frames`: how many were tracked, if each must have a line. If the run did not end at the end
-        of the stream, some may have been on their way.
+        `frames`: how many were tracked. If the run did not end at the end of the stream, some may
+        have been on their way.
         """
         path, written = self._lines[name]
-        return counts.missing_lines(path, frames if frames is not None and self.drained else written)
+        return counts.missing_lines(path, frames if self.drained else written)
 
     def element(self, name: str) -> Any:
         return self.pipeline.get_by_name(name)
@@ -149,14 +152,17 @@ class Run:
             for name in leaky:
                 self.element(name).set_property("leaky", "downstream")
 
-        def on_element(_pipeline: Gst.Bin, _bin: Gst.Bin, element: Gst.Element) -> None:
-            # A camera's MJPEG over HTTP, which GStreamer takes for a file. There may be more streams,
-            # so decodebin would wait for 2 MB before it shows this one.
+        def on_element(_pipeline: object, _bin: object, element: Gst.Element) -> None:
+            # A camera's MJPEG over HTTP, which GStreamer takes for a file. As there may be more
+            # streams, decodebin would wait for 2 MB before it shows this one.
             if factory_name(element) == "multipartdemux":
                 element.set_property("single-stream", True)
                 be_live()
+            elif factory_name(element) == "decodebin":
+                element.connect("pad-added", self._on_stream)
 
         self.pipeline.connect("deep-element-added", on_element)
+        self.pipeline.iterate_elements().foreach(lambda one: on_element(None, None, one))
         paused = self.pipeline.set_state(Gst.State.PAUSED)
         # Only a live source gives no frame before it plays.
         if paused == Gst.StateChangeReturn.NO_PREROLL:
@@ -290,6 +296,14 @@ class Run:
             self._on_error(message.src, *message.parse_error())
         elif message.type == Gst.MessageType.WARNING:
             self._on_warning(message.src, *message.parse_warning())
+
+    def _on_stream(self, decoder: Gst.Element, pad: Gst.Pad) -> None:
+        caps = pad.get_current_caps()
+        if caps and first_structure(caps).get_name() == "video/x-raw":
+            self._pictures[decoder.get_name()] += 1
+            if self._pictures[decoder.get_name()] == 2:
+                command.print_line(f"{self._name}: warning: {self._source} has more than one "
+                                   "picture: the first is taken", sys.stderr)
 
     def _on_warning(self, element: Gst.Element, warning: Any, debug: str | None) -> None:
         text = one_line(warning.message)

@@ -22,7 +22,7 @@ from typing import Any, Protocol
 
 import gi
 
-from pipelines.lib import command, counts, video_errors
+from pipelines.lib import command, counts, even_size, video_errors
 from pipelines.lib.caps import first_structure
 from pipelines.lib.failure import Failure, Misuse
 from pipelines.lib.frame_times import FrameTimes
@@ -48,6 +48,7 @@ FIXED = ("attach-meta", "overlay")
 
 SIMULATED = "video/x-raw, width=640, height=480, framerate=25/1"
 
+CLOSING = 30  # seconds for the files to be closed
 SILENCE = 60  # seconds without a stream, after which the run fails
 
 
@@ -90,12 +91,15 @@ class Job:
         self._missing: list[str] = []
         self._segment = Gst.Segment()
         self._feeds: list[Any] = []  # sink pads that decodebin feeds
+        self._made: list[Any] = []  # elements
+        self._pictures: list[tuple[int, Any, Any]] = []  # area, pad, caps of each video stream
         self._loop = GLib.MainLoop()
         self._failure: str | None = None
         self._started = 0.0
         self._ending = False
         if isinstance(video, pathlib.Path) and video_errors.lacks_index(video):
             raise Failure(video_errors.no_index(video))
+        self._stated = self.simulated  # the duration is stated, not guessed
         self._build(properties)
 
     # ---- The pipeline ----
@@ -108,6 +112,7 @@ class Job:
         for name, value in properties.items():
             element.set_property(name.strip("_").replace("_", "-"), value)
         self.pipeline.add(element)
+        self._made.append(element)
         return element
 
     def _link(self, *elements: Any) -> None:
@@ -118,6 +123,7 @@ class Job:
 
     def _build(self, properties: Sequence[str]) -> None:
         self.pipeline = Gst.Pipeline.new()
+        video_errors.on_stated_length(self.pipeline, self._on_stated_length)
         self.track = self._make("csdtrack")
         for name, value in PRESET.items():
             Gst.util_set_object_arg(self.track, name, value)
@@ -151,6 +157,9 @@ class Job:
     def _write_overlay(self, tee: Gst.Element) -> None:
         # Four frames let the threads overlap; more would only take memory.
         queue = self._make("queue", max_size_buffers=4)
+        # videocrop 1.22 refuses formats that its caps allow.
+        formats = Gst.Caps.from_string(f"video/x-raw, format={{{even_size.FORMATS}}}")
+        plain = self._make("capsfilter", caps=formats)
         self.crop = self._make("videocrop")
         self.size = self._make("capsfilter")
         upright = self._make("videoflip")
@@ -160,7 +169,8 @@ class Job:
         # The lines keep the file's times, so that csdtrackdec finds its frames. mp4 needs others
         # where two are equal.
         FrameTimes(Gst, queue.get_static_pad("src"), "quickstart", self.name)
-        self._link(tee, queue, self.crop, self._make("videoconvert"), self._make("videoscale"),
+        self._link(tee, queue, self._make("videoconvert"), plain, self.crop,
+                   self._make("videoconvert"), self._make("videoscale"),
                    self.size, upright, encoder, self._make("queue"), self.mux,
                    self._sink("overlay.mp4"))
 
@@ -226,8 +236,9 @@ class Job:
         try:
             caps = pad.get_current_caps() or pad.query_caps(None)
             name = first_structure(caps).get_name()
-            if name == "video/x-raw" and not self.first.get_static_pad("sink").is_linked():
-                self._add_video(pad, caps)
+            if name == "video/x-raw":
+                size = [first_structure(caps).get_int(side)[1] for side in ("width", "height")]
+                self._pictures.append((size[0] * size[1], pad, caps))
             elif name.startswith("audio/"):
                 self._add_sound(pad, caps)
         except Failure as failure:
@@ -279,9 +290,17 @@ class Job:
             element.sync_state_with_parent()
 
     def _on_no_more_pads(self, _decodebin: Gst.Element) -> None:
-        if self.first.get_static_pad("sink").is_linked():
-            return
-        if self._missing:
+        if self._pictures:
+            # A small one may be a thumbnail. Of equal ones the first counts.
+            area, pad, caps = max(self._pictures, key=lambda picture: picture[0])
+            if len(self._pictures) > 1:
+                self.warnings.append(f"'{self.video}' has {len(self._pictures)} pictures: the "
+                                     "largest is tracked")
+            try:
+                self._add_video(pad, caps)
+            except Failure as failure:
+                self._fail(str(failure))
+        elif self._missing:
             self._fail(video_errors.missing_decoder(self.video, self._missing[0]))
         else:
             self._fail(f"'{self.video}' has no video stream: give a file with a picture")
@@ -346,8 +365,8 @@ class Job:
             self._failure = video_errors.no_frame(self.video)
         if self._failure is not None:
             raise Failure(self._failure)
-        self.cut_short = self.cut_short or video_errors.breaks_off(self.video, self.position,
-                                                                   self.duration)
+        if self._stated and not self.cut_short:
+            self.cut_short = video_errors.breaks_off(self.video, self.position, self.duration)
         if not self.cut_short:
             progress.done(self.frames)
 
@@ -375,6 +394,9 @@ class Job:
         progress.show(self.position / self.duration if known else None, self.frames)
         return True
 
+    def _on_stated_length(self) -> None:
+        self._stated = True
+
     def _query_duration(self) -> None:
         known, duration = self.pipeline.query_duration(Gst.Format.TIME)
         if known and duration > 0:
@@ -400,7 +422,8 @@ class Job:
         for pad in self._feeds:
             threading.Thread(target=pad.send_event, args=(Gst.Event.new_eos(),),
                              daemon=True).start()
-        GLib.timeout_add_seconds(30, self._fail, "the files could not be closed: try again")
+        GLib.timeout_add_seconds(CLOSING, self._fail,
+                                 f"{why}; the files could not be closed in {CLOSING} s")
 
     def _on_message(self, _bus: Gst.Bus, message: Gst.Message) -> None:
         if message.type == Gst.MessageType.EOS:
@@ -418,7 +441,7 @@ class Job:
         text = video_errors.explain(self.video, self.out,
                                     self.track.get_factory().get_name(), name, error, debug or "",
                                     self._missing)
-        ours = name in ("filesink", "mp4mux", "x264enc", "csdsimsrc", "csdtrack", "csdtrackenc")
+        ours = message.src in self._made and name not in ("filesrc", "decodebin")
         if self.frames > 0 and not ours:
             reason = error.message.rstrip(".")
             self._end(f"'{self.video}' is damaged from frame {self.frames} on ({reason}): "

@@ -46,7 +46,7 @@ def no_index(video: object) -> str:
 STATING = ("matroskademux", "qtdemux", "avidemux", "asfdemux", "flvdemux", "oggdemux", "mxfdemux")
 
 
-def states_length(pipeline: Gst.Pipeline, call: Callable[[], None]) -> None:
+def on_stated_length(pipeline: Gst.Pipeline, call: Callable[[], None]) -> None:
     """Calls this when the pipeline reads a file that states its length."""
 
     def on_element(_pipeline: Gst.Bin, _bin: Gst.Bin, element: Gst.Element) -> None:
@@ -100,6 +100,8 @@ def explain(video: object, out: object, tracker: str, element: str, error: Any, 
         return no_frame(video)
     if missing:
         return missing_decoder(video, missing[0])
+    if "no playable streams" in error.message:
+        return f"'{video}' is only a part of a stream: give the whole, or its playlist"
     if no_video(error):
         return f"'{video}' {NO_VIDEO}"
     return f"'{video}' can't be decoded ({reason}): check that it plays, or convert it to H.264"

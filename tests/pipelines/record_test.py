@@ -479,7 +479,8 @@ def drop(which):
 recorded.Recorded.__init__ = plant
 command.run("record", record.main)
 """
-        done = harness.run_python(program, "--preset", "", "--segment", "2", self.video, self.out, env=ENVIRONMENT)
+        done = harness.run_python(program, "--preset", "", "--segment", "2", self.video, self.out,
+                                  env=ENVIRONMENT)
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertRegex(done.stderr, f"^record: {words}\n$")
 
