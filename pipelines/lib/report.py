@@ -125,7 +125,7 @@ def make_page(job: Job, folder: pathlib.Path, out: pathlib.Path) -> None:
     video = folder / "clean.mp4" if job.simulated else job.video
     # Ctrl-C ends csd-report too, and the tracks stay.
     done = subprocess.run([
-        os.environ["CSD_REPORT"], "--title", job.video.name,
+        os.environ["CSD_REPORT"], f"--title={job.video.name}",
         str(video),
         str(folder / "tracks.jsonl"),
         str(out)
