@@ -257,6 +257,103 @@ def test_rotated_videos_play_upright(tmp):
     assert "turned" not in quickstart("--algorithm", "lk", tmp / "a.mp4", tmp / "out").stdout
 
 
+def shown(path):
+    """How many frames a player shows: it obeys the edit list."""
+    stream = probe(path, "-select_streams", "v", "-count_frames", "-show_streams")["streams"][0]
+    return int(stream["nb_read_frames"])
+
+
+def test_frames_without_times(tmp):
+    ffmpeg(*picture(), "-c:v", "mjpeg", "-f", "mjpeg", tmp / "raw.mjpeg")
+    done = tracked(tmp / "raw.mjpeg", tmp / "out", 50)
+    assert "25 a second are taken" in done.stderr, done.stderr
+    assert shown(tmp / "out" / "overlay.mp4") == 50
+
+
+def test_frames_of_the_same_time(tmp):
+    ffmpeg(*picture(), "-c:v", "mpeg4", "-bf", "1", "-g", "12", tmp / "xvid.avi")
+    done = quickstart(tmp / "xvid.avi", tmp / "out")
+    assert done.returncode == 0, done.stderr
+    assert shown(tmp / "out" / "overlay.mp4") == 50
+
+
+def test_uneven_times_are_shown_to_the_end(tmp):
+    """A capture of a screen, on which little moves."""
+    ffmpeg(*picture(), "-vf", "settb=1/1000,setpts='N*500+floor(N/5)*4000+floor(N/19)*9000'",
+           "-frames:v", "41", "-fps_mode", "passthrough", "-enc_time_base", "1/1000", "-c:v",
+           "libx264", "-bf", "0", tmp / "screen.mp4")
+    done = quickstart(tmp / "screen.mp4", tmp / "out")
+    assert done.returncode == 0, done.stderr
+    assert shown(tmp / "out" / "overlay.mp4") == 41
+
+
+def test_a_picture_whose_aspect_changes_stays_right(tmp):
+    """From 4:3 to 16:9: the second part gets borders above and below."""
+    for name, aspect in ("1", "16/15"), ("2", "64/45"):
+        ffmpeg("-f", "lavfi", "-i", "color=white:size=720x576:rate=25:duration=1", "-vf",
+               f"setsar={aspect}", "-c:v", "mpeg2video", tmp / f"{name}.m2v")
+    (tmp / "x.m2v").write_bytes((tmp / "1.m2v").read_bytes() + (tmp / "2.m2v").read_bytes())
+    ffmpeg("-r", "25", "-i", tmp / "x.m2v", "-c", "copy", "-f", "vob", tmp / "x.vob")
+    done = quickstart(tmp / "x.vob", tmp / "out")
+    assert done.returncode == 0, done.stderr
+    decoded = subprocess.run(["ffmpeg", "-v", "error", "-i", tmp / "out" / "overlay.mp4", "-vsync",
+                              "0", "-f", "rawvideo", "-pix_fmt", "gray", "-"],
+                             check=True, capture_output=True).stdout
+    frames = np.frombuffer(decoded, np.uint8).reshape(-1, 576, 720)
+    assert len(frames) == len((tmp / "out" / "tracks.jsonl").read_text().splitlines()), len(frames)
+    assert frames[5, [10, 565], 360].min() > 200
+    assert frames[40, [10, 565], 360].max() < 50
+    assert frames[40, [100, 475], 360].min() > 200
+
+
+def test_of_several_pictures_the_largest_is_tracked(tmp):
+    ffmpeg("-f", "lavfi", "-i", "testsrc=size=160x120:rate=5:duration=2", *picture(), "-map", "0",
+           "-map", "1", "-c:v", "libx264", "-preset", "ultrafast", "-pix_fmt", "yuv420p",
+           tmp / "two.mkv")
+    done = quickstart(tmp / "two.mkv", tmp / "out")
+    assert done.returncode == 0, done.stderr
+    assert "has 2 pictures: the largest is tracked" in done.stderr, done.stderr
+    assert "50 of 320×240" in done.stdout, done.stdout
+
+
+def test_a_format_that_videocrop_refuses(tmp):
+    ffmpeg(*picture(), "-c:v", "r210", tmp / "r210.mov")
+    done = quickstart(tmp / "r210.mov", tmp / "out")
+    assert done.returncode == 0 and "50 of 320×240 r210" in done.stdout, done.stderr
+
+
+def test_what_is_lost_is_counted(tmp):
+    """A muxer that drops a packet, and a disk that swallows a line, say nothing themselves."""
+    ffmpeg(*picture(), *"-c:v libx264 -preset ultrafast -pix_fmt yuv420p".split(), tmp / "x.mkv")
+    plant = """
+from pipelines.lib import command, quickstart, tracking
+build, Gst, count = tracking.Job._build, tracking.Gst, 0
+
+def plant(job, properties):
+    build(job, properties)
+    [element] = [one for one in job._made if one.get_factory().get_name() == "%s"][%d:][:1]
+    def drop(*_):
+        global count
+        count += 1
+        return Gst.PadProbeReturn.DROP if count == 7 else Gst.PadProbeReturn.OK
+    pad = element.sinkpads[0] if element.sinkpads else element.get_static_pad("sink")
+    pad.add_probe(Gst.PadProbeType.BUFFER, drop)
+
+tracking.Job._build = plant
+command.run("quickstart", quickstart.main)
+"""
+    for place, words in ((("mp4mux", 0), "overlay.mp4 holds 49 of 50 frames"),
+                         (("filesink", 1), "tracks.jsonl' holds 49 lines of 50 frames")):
+        out = tmp / place[0]
+        environment = {**ENVIRONMENT, "PYTHONPATH": str(REPOSITORY),
+                       "CSD_REPORT": str(REPOSITORY / "core" / "programs" / "csd-report"),
+                       "PATH": f"{BUILD / 'core' / 'programs'}:{os.environ['PATH']}"}
+        done = subprocess.run([sys.executable, "-c", plant % place, tmp / "x.mkv", out],
+                              capture_output=True, text=True, env=environment, timeout=300)
+        assert done.returncode == 1 and words in done.stderr, done.stderr
+        assert (out / "overlay.mp4").exists() and (out / "tracks.jsonl").exists()
+
+
 def test_interrupted(tmp):
     with start(long_video(tmp), tmp / "out") as run:
         for line in run.stderr:

@@ -453,6 +453,21 @@ command.run("record", record.main)
                                  r"\(the disk is full\): make room or give another place; \d+ of "
                                  r"\d+ frames are in the files\n$")
 
+    def test_planar_rgb_and_411_are_recorded(self):
+        """OBS records losslessly in RGB, NTSC DV is 4:1:1."""
+        for name, size, options in (
+            ("obs.mkv", (160, 120), ("-c:v", "libx264rgb", "-preset", "ultrafast", "-crf", 0)),
+            ("dv.avi", (720, 480), ("-c:v", "dvvideo", "-pix_fmt", "yuv411p", "-r", "30000/1001"))):
+            with self.subTest(name):
+                scene = harness.Scene(*size)
+                video = harness.encode(self.tmp / name, (scene.picture(t) for t in range(10)),
+                                       *options)
+                self.out = self.tmp / f"{name}-recording"
+                done = run(video, self.out)
+                self.assertEqual((done.returncode, done.stderr), (0, ""))
+                self.assertGreaterEqual(self.check_together(1), 10)
+                self.assertEqual(review(self.out / "00000.mkv").stderr, "")
+
     def check_planted(self, fault, words):
         """Records with a fault that says nothing itself. The recording must say it."""
         program = f"""
