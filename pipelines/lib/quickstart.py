@@ -18,8 +18,9 @@ import tempfile
 from collections.abc import Iterator
 from typing import Any
 
-from pipelines.lib import command, report, tracking
+from pipelines.lib import command, properties, report, tracking
 from pipelines.lib.failure import Failure
+from pipelines.lib.properties import GObject, Gst
 
 
 @contextlib.contextmanager
@@ -45,6 +46,28 @@ def unfinished_folder(out: pathlib.Path) -> Iterator[pathlib.Path]:
                 path.rmdir()
 
 
+def settable_properties() -> Iterator[tuple[str, str, str, str]]:
+    """Name, values, default and description of each property of csdtrack that --set takes."""
+    track = Gst.ElementFactory.make("csdtrack")
+    for name, spec in properties.settable(track).items():
+        if name in tracking.FIXED:
+            continue
+        default, minimum = spec.default_value, getattr(spec, "minimum", None)
+        if spec.value_type.is_a(GObject.TYPE_ENUM):
+            values = " | ".join(properties.choices(track, name))
+            # PyGObject 3.50 gives the default as a number.
+            default = track.get_property(name).value_nick
+        elif spec.value_type == GObject.TYPE_BOOLEAN:
+            values, default = "true | false", str(default).lower()
+        elif minimum is not None:
+            values = f"{minimum} to {spec.maximum}"
+        else:
+            values, default = "text", default or "empty"
+        if name in tracking.PRESET:
+            default += f"; quickstart: {tracking.PRESET[name]}"
+        yield name, values, str(default), spec.blurb
+
+
 def interrupt(*_: Any) -> None:
     raise KeyboardInterrupt
 
@@ -52,7 +75,7 @@ def interrupt(*_: Any) -> None:
 def main() -> None:
     if sys.argv[1:] == ["--properties"]:
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # | head is no error
-        report.print_properties(tracking.settable_properties())
+        report.print_properties(settable_properties())
         return
     for word in sys.argv[1:]:
         command.check_name(word)

@@ -17,30 +17,21 @@ import pathlib
 import signal
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 import gi
 
-from pipelines.lib import command, counts, even_size, video_errors
+from pipelines.lib import command, counts, even_size, sound, video_errors
 from pipelines.lib.caps import first_structure
 from pipelines.lib.failure import Failure, Misuse
 from pipelines.lib.frame_times import FrameTimes
-from pipelines.lib.properties import check_start, choices, set_from_text, settable
+from pipelines.lib.properties import check_start, set_from_text
 
 gi.require_version("Gst", "1.0")
-from gi.repository import GLib, GObject, Gst  # noqa: E402
+from gi.repository import GLib, Gst  # noqa: E402
 
 Gst.init(None)
-
-# Encoded sound that mp4mux takes: its caps, and the parser that brings it into mp4's form.
-COPIED: Sequence[tuple[str, str | None]] = (
-    ("audio/mpeg, mpegversion=(int)4", "aacparse"),
-    ("audio/mpeg, mpegversion=(int)1, layer=(int)3", "mpegaudioparse"),
-    ("audio/x-ac3", "ac3parse"),
-    ("audio/x-opus, channel-mapping-family=(int)0", "opusparse"),
-    ("audio/x-alac", None),
-)
 
 PRESET = {"overlay": "draw", "learning": "sync"}
 # Properties that --set can't change, as the results depend on them.
@@ -229,7 +220,7 @@ class Job:
         parsed = any(structure.has_field(field) and structure.get_boolean(field)[1]
                      for field in ("framed", "parsed"))
         needs_parsing = structure.get_name() in ("audio/mpeg", "audio/x-ac3")
-        return not (copied(caps) and (parsed or not needs_parsing))
+        return not (sound.copied(caps) and (parsed or not needs_parsing))
 
     def _on_pad_added(self, _decodebin: Gst.Element, pad: Gst.Pad) -> None:
         """decodebin adds all pads before data flows, so mp4mux gets all its inputs in time."""
@@ -267,7 +258,7 @@ class Job:
         convert.sync_state_with_parent()
 
     def _add_sound(self, pad: Gst.Pad, caps: Gst.Caps) -> None:
-        entry = copied(caps)
+        entry = sound.copied(caps)
         if entry:
             _, parser = entry
             chain = [self._make(parser)] if parser else []
@@ -448,33 +439,3 @@ class Job:
                       "the tracks end there")
         elif not self._ending:
             self._fail(text)
-
-
-def copied(caps: Gst.Caps) -> tuple[str, str | None] | None:
-    """The entry of COPIED for these caps."""
-    for entry in COPIED:
-        if caps.can_intersect(Gst.Caps.from_string(entry[0])):
-            return entry
-    return None
-
-
-def settable_properties() -> Iterator[tuple[str, str, str, str]]:
-    """Name, values, default and description of each property of csdtrack that --set takes."""
-    track = Gst.ElementFactory.make("csdtrack")
-    for name, spec in settable(track).items():
-        if name in FIXED:
-            continue
-        default, minimum = spec.default_value, getattr(spec, "minimum", None)
-        if spec.value_type.is_a(GObject.TYPE_ENUM):
-            values = " | ".join(choices(track, name))
-            # PyGObject 3.50 gives the default as a number.
-            default = track.get_property(name).value_nick
-        elif spec.value_type == GObject.TYPE_BOOLEAN:
-            values, default = "true | false", str(default).lower()
-        elif minimum is not None:
-            values = f"{minimum} to {spec.maximum}"
-        else:
-            values, default = "text", default or "empty"
-        if name in PRESET:
-            default += f"; quickstart: {PRESET[name]}"
-        yield name, values, str(default), spec.blurb

@@ -455,9 +455,10 @@ command.run("record", record.main)
 
     def test_planar_rgb_and_411_are_recorded(self):
         """OBS records losslessly in RGB, NTSC DV is 4:1:1."""
-        for name, size, options in (
+        cases = (
             ("obs.mkv", (160, 120), ("-c:v", "libx264rgb", "-preset", "ultrafast", "-crf", 0)),
-            ("dv.avi", (720, 480), ("-c:v", "dvvideo", "-pix_fmt", "yuv411p", "-r", "30000/1001"))):
+            ("dv.avi", (720, 480), ("-c:v", "dvvideo", "-pix_fmt", "yuv411p", "-r", "30000/1001")))
+        for name, size, options in cases:
             with self.subTest(name):
                 scene = harness.Scene(*size)
                 video = harness.encode(self.tmp / name, (scene.picture(t) for t in range(10)),
