@@ -163,7 +163,7 @@ GstBuffer *gst_csd_track_dec_clip(GstAggregator *aggregator, GstAggregatorPad *p
   auto *self = GST_CSD_TRACK_DEC(aggregator);
   if (is_text(pad)) return buffer;
   auto &state = *self->state;
-  state.video.head = csd::frame_moments(pad->segment, state.video.info, buffer);
+  state.video.head = csd::frame_moments(pad->segment, state.video.info, buffer, state.video.pace.next(GST_BUFFER_PTS(buffer)));
   return buffer;
 }
 
@@ -321,8 +321,7 @@ gboolean gst_csd_track_dec_negotiate(GstAggregator *aggregator) {
 
 bool set_caps(GstCsdTrackDec *self, GstCaps *caps) {
   auto &video = self->state->video;
-  gst_caps_replace(&video.caps, caps);
-  video.negotiated = false;
+  video.begin(caps);
   return csd::read_caps(caps, video.info) && gst_aggregator_negotiate(GST_AGGREGATOR(self)) && video.negotiated;
 }
 

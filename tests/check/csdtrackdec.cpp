@@ -129,11 +129,44 @@ GST_START_TEST(a_frame_without_a_duration_lasts_as_the_caps_say) {
     const char *framerate;
     unsigned ms;
     int number;
-  } cases[] = {{"10/1", 50, 0}, {"10/1", 51, -1}, {"0/1", 20, 0}, {"0/1", 21, -1}};  // 0/1: as at 25 frames a second
+  } cases[] = {{"10/1", 50, 0}, {"10/1", 51, -1}, {"0/1", 2, 0}, {"0/1", 3, -1}};  // 0/1: times may be rounded
   for (const auto &c : cases) {
     Harness harness(path,
                     (std::string("video/x-raw,format=GRAY8,width=64,height=48,framerate=") + c.framerate).c_str());
     fail_unless_equals_int(harness.push(frame_at(c.ms * GST_MSECOND, GST_CLOCK_TIME_NONE)), c.number);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(without_duration_and_framerate_no_frame_gets_its_neighbours_line) {
+  constexpr char no_rate[] = "video/x-raw,format=GRAY8,width=64,height=48,framerate=0/1";
+  const auto time = [](guint64 n) { return gst_util_uint64_scale(n, GST_SECOND, 60); };
+  const auto line_at = [&](guint64 n) { return line(n, time(n)) + "\n"; };
+  std::string one_lost, every_second, late;
+  for (guint64 n = 0; n < 20; ++n) {
+    if (n != 5) one_lost += line_at(n);
+    if (n % 2 == 0) every_second += line_at(n);
+    late += line(n, time(n) + 4 * GST_MSECOND) + "\n";
+  }
+  for (const bool frame_dropped : {false, true}) {
+    Harness lost(write_file("lost.jsonl", one_lost), no_rate), half(write_file("half.jsonl", every_second), no_rate),
+        behind(write_file("behind.jsonl", late), no_rate);
+    for (int n = 0; n < 20; ++n) {
+      if (frame_dropped && n == 4) continue;  // the next frame doesn't last for two
+      const auto frame = [&] { return frame_at(time(static_cast<guint64>(n)), GST_CLOCK_TIME_NONE); };
+      fail_unless_equals_int(lost.push(frame()), n == 5 ? -1 : n);
+      fail_unless_equals_int(half.push(frame()), n % 2 == 0 ? n : -1);
+      fail_unless_equals_int(behind.push(frame()), n > 0 ? n : -1);
+    }
+  }
+  TextHarness harness;
+  gst_harness_set_src_caps_str(harness.h, no_rate);
+  for (guint64 n = 0; n < 20; ++n)
+    if (n != 5) harness.push_line(line(n), time(n));
+  harness.end();
+  for (int n = 0; n < 20; ++n) {
+    GstBuffer *in = frame_at(time(static_cast<guint64>(n)), GST_CLOCK_TIME_NONE);
+    fail_unless_equals_int(harness.push(in), n == 5 ? -1 : n);
   }
 }
 GST_END_TEST
@@ -394,6 +427,7 @@ static Suite *csdtrackdec_suite() {
   tcase_add_test(tc, a_crop_rectangle_counts_as_the_picture);
   tcase_add_test(tc, a_frame_gets_the_nearest_line_within_half_a_frame);
   tcase_add_test(tc, a_frame_without_a_duration_lasts_as_the_caps_say);
+  tcase_add_test(tc, without_duration_and_framerate_no_frame_gets_its_neighbours_line);
   tcase_add_test(tc, lines_match_by_stream_time);
   tcase_add_test(tc, ts_offset_is_added_to_the_time_of_the_lines);
   tcase_add_test(tc, a_frame_cut_by_a_seek_is_matched_by_its_end);
