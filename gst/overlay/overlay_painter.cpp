@@ -215,6 +215,7 @@ int OverlayPainter::draw(GstVideoFrame &frame, const GstVideoInfo &caps, const G
   impl_->prepare(frame_view(frame, caps, crop));
 
   std::vector<PlacedSprite> sprites;
+  int left = 0;
   const cv::Rect picture(area.x, area.y, area.width, area.height);
   for (const Feature &feature : tracks.features) {
     // Markers far outside are invisible, and would overflow the sums below.
@@ -225,12 +226,16 @@ int OverlayPainter::draw(GstVideoFrame &frame, const GstVideoInfo &caps, const G
     at.y = area.y + static_cast<int>(std::lround(feature.y)) - sprite.origin.y;
     at.clip = cv::Rect(at.x, at.y, sprite.width, sprite.height) & picture;
     if (at.clip.empty()) continue;
-    if (is_native(GST_VIDEO_FRAME_FORMAT(&frame)))
+    if (is_native(GST_VIDEO_FRAME_FORMAT(&frame))) {
       blend(frame, area, sprite, at);
-    else
-      sprites.push_back({sprite, at});
+      continue;
+    }
+    sprites.push_back({sprite, at});
+    if (!impl_->sprites.full()) continue;
+    left += paint_rows(frame, sprites);
+    sprites.clear();
   }
-  return sprites.empty() ? 0 : paint_rows(frame, sprites);
+  return sprites.empty() ? left : left + paint_rows(frame, sprites);
 }
 
 }  // namespace csd

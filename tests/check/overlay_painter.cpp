@@ -206,6 +206,28 @@ TEST(OverlayPainter, IsOpaqueWithAlphaOfAnyDepth) {
   }
 }
 
+/// More sprites than the cache holds, in a format that is painted row by row.
+TEST(OverlayPainter, ShowsEachOfTooManySprites) {
+  const GstVideoInfo info = scene::info_of(GST_VIDEO_FORMAT_I420_10BE, 3840, 2160);
+  csd::Tracks tracks;
+  for (csd::FeatureId id = 0; id < 208; ++id)
+    tracks.features.push_back(feature(id, 80 + id % 16 * 238, 84 + id / 16 * 165.5,
+                                      id % 2 == 0 ? csd::FeatureState::tracked : csd::FeatureState::lost));
+  const scene::Buffer together = scene::allocate(info, 0, 0), alone = scene::allocate(info, 0, 0);
+  csd::OverlayPainter painter;
+  {
+    scene::Frame frame(info, together.get(), GST_MAP_READWRITE);
+    painter.draw(frame, info, nullptr, tracks);
+  }
+  scene::Frame frame(info, alone.get(), GST_MAP_READWRITE);
+  for (const csd::Feature &one : tracks.features) {
+    csd::Tracks its;
+    its.features = {one};
+    painter.draw(frame, info, nullptr, its);
+  }
+  EXPECT_TRUE(bytes(together.get()) == bytes(alone.get()));
+}
+
 /// Bits that belong to no sample: packing would clear them. Such lines stay as they are, and are counted.
 TEST(OverlayPainter, LeavesLinesThatPackingWouldChange) {
   const GstVideoInfo info = scene::info_of(GST_VIDEO_FORMAT_I420_10BE, 64, 48);
