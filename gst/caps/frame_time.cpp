@@ -59,7 +59,8 @@ FrameMoments frame_moments(const GstSegment &segment, const GstVideoInfo &info, 
   const auto known = [](GstClockTime duration) { return duration > 0 && duration <= day; };
   GstClockTime duration = clipped == 0 ? GST_BUFFER_DURATION(buffer) : usual;
   if (!known(duration)) duration = usual;
-  if (!known(duration)) duration = GST_CLOCK_TIME_IS_VALID(pace) ? std::min<GstClockTime>(pace, 40 * GST_MSECOND) : 4 * GST_MSECOND;
+  if (!known(duration))
+    duration = GST_CLOCK_TIME_IS_VALID(pace) ? std::min<GstClockTime>(pace, 40 * GST_MSECOND) : 4 * GST_MSECOND;
   const auto moment = [&](std::optional<std::int64_t> time, double rate) -> std::optional<FrameMoment> {
     if (!time) return std::nullopt;
     const auto scaled = [rate](GstClockTime span) { return std::llround(static_cast<double>(span) / rate); };
