@@ -25,7 +25,7 @@ namespace csd {
 class FrameLines {
  public:
   /// `guard` words the errors.
-  FrameLines(GstElement *element, const Guard &guard) : element_(element), guard_(guard), pad_(element) {}
+  FrameLines(GstElement *element, const Guard &guard) : element_(element), guard_(guard) {}
 
   /// In state changes: forgets everything, and reads from `file`; null: from the pad.
   void start(std::unique_ptr<TrackFile> file);
@@ -73,6 +73,8 @@ class FrameLines {
   std::optional<TrackLine> find_in_file();
   bool find_on_pad(GstAggregatorPad *text, const Given &given, std::optional<TrackLine> &line);
   void read(GstAggregatorPad *text);
+  template <class Change>
+  void change_pad(Change change);
   void warn_late_once(const Given &given, GstClockTime latency);
   void warn_back_once();
   void warn_nothing_once();

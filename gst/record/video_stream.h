@@ -15,7 +15,7 @@ struct VideoStream {
   GstCaps *caps = nullptr;  ///< null until they come
   GstEvent *stream_start = nullptr;
   bool negotiated = false;
-  FrameMoments head;          ///< of the frame at the head of the queue
+  FrameMoments head;  ///< of the frame at the head of the queue
   FramePace pace;
   std::uint64_t overdue = 0;  ///< this frame has waited for max-wait
   bool warned_aspect = false;
