@@ -245,6 +245,17 @@ GST_START_TEST(a_handler_of_a_warning_may_flush_the_text) {
 }
 GST_END_TEST
 
+GST_START_TEST(a_new_segment_says_nothing_about_lines_without_timestamps) {
+  TextHarness harness(ndjson);
+  harness.push_line(line(0) + "\n", GST_SECOND);
+  harness.text_event(segment_event(0));
+  harness.push_text(line(30) + "\n");  // at its own 1.2 s, not a second later
+  harness.end();
+  fail_unless_equals_int(harness.push(25 * frame_time), 0);
+  fail_unless_equals_int(harness.push(30 * frame_time), 30);
+}
+GST_END_TEST
+
 GST_START_TEST(a_segment_can_play_again) {
   // The text runs ahead into the second round, and then into the third.
   TextHarness harness;
@@ -397,6 +408,7 @@ static Suite *csdtrackdec_text_suite() {
   tcase_add_test(tc, both_streams_seek);
   tcase_add_test(tc, a_flush_drops_a_torn_line);
   tcase_add_test(tc, a_handler_of_a_warning_may_flush_the_text);
+  tcase_add_test(tc, a_new_segment_says_nothing_about_lines_without_timestamps);
   tcase_add_test(tc, a_segment_can_play_again);
   tcase_add_test(tc, in_reverse_lines_match_in_ascending_running_time);
   tcase_add_test(tc, an_invalid_line_is_refused_and_the_video_goes_on);
