@@ -53,6 +53,7 @@ GST_START_TEST(positions_are_scaled_with_the_picture) {
       {"width=128,height=97", 0, 21, 20.5 * 97 / 48 - 0.5},  // the same, rounded
       {"width=128,height=99", -1, 0, 0},                     // another aspect
       {"width=128,height=48", -1, 0, 0},
+      {"width=128,height=96,pixel-aspect-ratio=0/1", -1, 0, 0},  // no aspect
   };
   for (const auto &c : cases) {
     Harness harness(path, (std::string("video/x-raw,format=GRAY8,framerate=25/1,") + c.size).c_str());
