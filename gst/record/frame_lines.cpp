@@ -48,7 +48,7 @@ void FrameLines::start(std::unique_ptr<TrackFile> file) {
   file_ = std::move(file);
   from_file_ = file_ != nullptr;
   first_stream_.clear();
-  another_stream_ = late_ = false;
+  another_stream_ = late_ = relinked_ = false;
   warned_late_ = warned_nothing_ = warned_unread_ = warned_another_ = warned_back_ = false;
   now_ = {};
   const std::lock_guard lock(mutex_);
