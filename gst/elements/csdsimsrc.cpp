@@ -494,7 +494,7 @@ GstStateChangeReturn gst_csd_sim_src_change_state(GstElement *element, GstStateC
 }
 
 const csd::PropertyTable<csd::SimValues> &properties_of(gpointer klass) {
-  static const csd::PropertyTable<csd::SimValues> table(G_OBJECT_CLASS(klass), csd::sim_properties());
+  static const csd::PropertyTable<csd::SimValues> table(G_OBJECT_CLASS(klass), csd::sim_properties(), GST_CAT_DEFAULT);
   return table;
 }
 
