@@ -104,7 +104,6 @@ struct GstCsdTrackDecState {
   std::atomic<bool> text_flushed = false;  ///< since the seek began
   std::atomic<std::uint64_t> flushes = 0, eos_after = 0;  ///< of the video; how many when its last EOS came
   std::atomic<std::uint64_t> text_flushes = 0, text_eos_after = 0;
-  std::atomic<bool> events_due = false;  ///< some may have been lost in a flush
 };
 
 struct _GstCsdTrackDec {
@@ -163,7 +162,8 @@ GstBuffer *gst_csd_track_dec_clip(GstAggregator *aggregator, GstAggregatorPad *p
   auto *self = GST_CSD_TRACK_DEC(aggregator);
   if (is_text(pad)) return buffer;
   auto &state = *self->state;
-  state.video.head = csd::frame_moments(pad->segment, state.video.info, buffer, state.video.pace.next(GST_BUFFER_PTS(buffer)));
+  state.video.head =
+      csd::frame_moments(pad->segment, state.video.info, buffer, state.video.pace.next(GST_BUFFER_PTS(buffer)));
   return buffer;
 }
 
@@ -185,9 +185,6 @@ GstClockTime gst_csd_track_dec_get_next_time(GstAggregator *aggregator) {
 
 // ---- A frame -------------------------------------------------------------------------------------------------------
 
-/// What may have been lost while downstream was flushed: sticky events can't be stored on a flushing pad.
-void renew_events(GstCsdTrackDec *self);
-
 /// Whether no frame can go on. A link may still come.
 bool is_final(GstFlowReturn flow) {
   return flow != GST_FLOW_OK && flow != GST_FLOW_NOT_LINKED;
@@ -197,7 +194,6 @@ bool is_final(GstFlowReturn flow) {
 void push_frame(GstCsdTrackDec *self, GstBuffer *buffer) {
   auto &state = *self->state;
   GstPad *src = GST_AGGREGATOR_SRC_PAD(self);
-  if (state.events_due.exchange(false)) renew_events(self);
   const std::uint64_t flushes = state.flushes;
   const GstFlowReturn flow = gst_pad_push(src, buffer);
   if (flushes == state.flushes && (flow != GST_FLOW_FLUSHING || !GST_PAD_IS_FLUSHING(src))) state.flow = flow;
@@ -327,15 +323,6 @@ bool set_caps(GstCsdTrackDec *self, GstCaps *caps) {
 
 // ---- Events --------------------------------------------------------------------------------------------------------
 
-void renew_events(GstCsdTrackDec *self) {
-  auto &video = self->state->video;
-  GstPad *src = GST_AGGREGATOR_SRC_PAD(self);
-  GstEvent *sent = gst_pad_get_sticky_event(src, GST_EVENT_STREAM_START, 0);
-  if (video.stream_start && sent != video.stream_start) gst_pad_push_event(src, gst_event_ref(video.stream_start));
-  gst_clear_event(&sent);
-  gst_csd_track_dec_negotiate(GST_AGGREGATOR(self));
-}
-
 /// The video's serialized events go downstream in order with its frames. The base class would make up its own.
 gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
   auto &state = *self->state;
@@ -350,7 +337,6 @@ gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEven
     case GST_EVENT_STREAM_START: {
       const gchar *id = nullptr;
       gst_event_parse_stream_start(event, &id);
-      gst_event_replace(&state.video.stream_start, event);
       state.lines.frames_begin(id);
       state.video_ended = false;
       break;
@@ -436,7 +422,6 @@ gboolean flush_video(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *even
     state.lines.flush_frames();
     state.flow = GST_FLOW_OK;
     state.video_ended = false;
-    state.events_due = true;
   }
   gst_event_ref(event);
   const gboolean done =
@@ -597,10 +582,9 @@ void start_anew(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> file) {
   state.patience.end();
   state.look_again.end();
   gst_clear_caps(&state.video.caps);
-  gst_clear_event(&state.video.stream_start);
   state.video = {};
   state.flow = GST_FLOW_OK;
-  state.video_ended = state.events_due = false;
+  state.video_ended = false;
   state.lines.start(std::move(file));
 }
 

@@ -13,7 +13,6 @@ namespace csd {
 struct VideoStream {
   GstVideoInfo info;
   GstCaps *caps = nullptr;  ///< null until they come
-  GstEvent *stream_start = nullptr;
   bool negotiated = false;
   FrameMoments head;  ///< of the frame at the head of the queue
   FramePace pace;
