@@ -591,24 +591,30 @@ void start_anew(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> file) {
 gboolean gst_csd_track_dec_start(GstAggregator *aggregator) {
   auto *self = GST_CSD_TRACK_DEC(aggregator);
   std::unique_ptr<csd::TrackFile> file;
-  if (!open_file(self, file) || !guard.posted(self, [&] { start_anew(self, std::move(file)); })) return FALSE;
-  const csd::ObjectLock lock(self);
-  return self->state->running = true;
+  return open_file(self, file) && guard.posted(self, [&] { start_anew(self, std::move(file)); });
 }
 
 gboolean gst_csd_track_dec_stop(GstAggregator *aggregator) {
   auto *self = GST_CSD_TRACK_DEC(aggregator);
   guard.logged(self, [&] { start_anew(self, nullptr); });
-  const csd::ObjectLock lock(self);
-  self->state->running = false;
   return TRUE;
 }
 
+void set_running(GstCsdTrackDec *self, bool running) {
+  const csd::ObjectLock lock(self);
+  self->state->running = running;
+}
+
 GstStateChangeReturn gst_csd_track_dec_change_state(GstElement *element, GstStateChange transition) {
+  auto *self = GST_CSD_TRACK_DEC(element);
   std::unique_ptr<csd::TrackFile> unused;  // opened now only to report errors
-  if (transition == GST_STATE_CHANGE_NULL_TO_READY && !open_file(GST_CSD_TRACK_DEC(element), unused))
-    return GST_STATE_CHANGE_FAILURE;
-  return GST_ELEMENT_CLASS(gst_csd_track_dec_parent_class)->change_state(element, transition);
+  if (transition == GST_STATE_CHANGE_NULL_TO_READY && !open_file(self, unused)) return GST_STATE_CHANGE_FAILURE;
+  const bool starts = transition == GST_STATE_CHANGE_READY_TO_PAUSED;
+  if (starts) set_running(self, true);
+  const auto result = GST_ELEMENT_CLASS(gst_csd_track_dec_parent_class)->change_state(element, transition);
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY || (starts && result == GST_STATE_CHANGE_FAILURE))
+    set_running(self, false);
+  return result;
 }
 
 // ---- Properties ----------------------------------------------------------------------------------------------------

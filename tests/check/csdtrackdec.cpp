@@ -418,6 +418,22 @@ GST_START_TEST(location_is_read_in_ready_and_its_absence_is_reported_once) {
 }
 GST_END_TEST
 
+GST_START_TEST(location_can_be_set_after_a_failed_start) {
+  Harness harness;
+  gst_element_set_state(harness.element, GST_STATE_READY);
+  GstPad *pad = gst_element_get_static_pad(harness.element, "src");
+  const GstPadActivateModeFunction activate = GST_PAD_ACTIVATEMODEFUNC(pad);
+  gst_pad_set_activatemode_function(pad, [](GstPad *, GstObject *, GstPadMode, gboolean) -> gboolean { return FALSE; });
+  fail_unless_equals_int(gst_element_set_state(harness.element, GST_STATE_PAUSED), GST_STATE_CHANGE_FAILURE);
+  gst_pad_set_activatemode_function(pad, activate);
+  gst_object_unref(pad);
+  g_object_set(harness.element, "location", "another.jsonl", nullptr);
+  g_autofree gchar *location = nullptr;
+  g_object_get(harness.element, "location", &location, nullptr);
+  fail_unless_equals_string(location, "another.jsonl");
+}
+GST_END_TEST
+
 static Suite *csdtrackdec_suite() {
   Suite *s = suite_create("csdtrackdec");
   TCase *tc = tcase_create("file");
@@ -441,6 +457,7 @@ static Suite *csdtrackdec_suite() {
   tcase_add_test(tc, only_overlay_draw_changes_pixels);
   tcase_add_test(tc, other_elements_metas_stay);
   tcase_add_test(tc, location_is_read_in_ready_and_its_absence_is_reported_once);
+  tcase_add_test(tc, location_can_be_set_after_a_failed_start);
   return s;
 }
 
