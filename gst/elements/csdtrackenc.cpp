@@ -61,7 +61,6 @@
 
 #include <gst/video/video.h>
 
-#include <iterator>
 #include <memory>
 #include <string>
 #include <utility>

@@ -75,7 +75,6 @@ class LineMatcher {
   }
   bool is_before_frame(TimeBase base, std::int64_t time) const;
   std::optional<std::size_t> nearest(std::int64_t &distance) const;
-  void drop_outdated();
 
   std::deque<Entry> entries_;
   Side lines_, frames_;

@@ -34,7 +34,6 @@ class TrackFile {
   std::size_t read_at(std::int64_t offset, char *to, std::size_t size) const;
   std::int64_t size() const;
   void go_to(std::int64_t offset);
-  bool skip_line();
   bool fill();
   bool next_text(std::string_view &text);
   bool next_line(TimedLine &line);
