@@ -11,7 +11,8 @@
 
 namespace csd {
 
-/// Decides which line of a stream is that of a frame: the nearest within half a frame, the earlier of two equally near.
+/// Decides which line of a stream is that of a frame: the nearest within half a frame, the earlier of two equally near;
+/// within a frame's clipped part, the last.
 /// Lines and frames come in ascending order of time. A plain value without locking.
 ///
 /// Running time goes back only with a flush. Some sources break this: they start both streams again at 0 without one,

@@ -208,6 +208,17 @@ GST_START_TEST(a_frame_cut_by_a_seek_is_matched_by_its_end) {
 }
 GST_END_TEST
 
+GST_START_TEST(a_short_frame_at_the_segments_start_has_its_own_line) {
+  // Frames of 20 ms although the caps say 40 ms: as if the first one were cut.
+  std::string content;
+  for (guint64 n = 0; n < 9; ++n) content += line(n, n * 20 * GST_MSECOND) + "\n";
+  Harness harness(write_file("short.jsonl", content));
+  new_segment(harness.h, 100 * GST_MSECOND);
+  for (guint64 n = 5; n < 9; ++n)
+    fail_unless_equals_int(harness.push(frame_at(n * 20 * GST_MSECOND, 20 * GST_MSECOND)), static_cast<int>(n));
+}
+GST_END_TEST
+
 GST_START_TEST(follows_seeks) {
   // 2.7 MB, so that it searches by bisection. Every tenth line belongs to no frame.
   std::string content = "\xef\xbb\xbf";
@@ -448,6 +459,7 @@ static Suite *csdtrackdec_suite() {
   tcase_add_test(tc, lines_match_by_stream_time);
   tcase_add_test(tc, ts_offset_is_added_to_the_time_of_the_lines);
   tcase_add_test(tc, a_frame_cut_by_a_seek_is_matched_by_its_end);
+  tcase_add_test(tc, a_short_frame_at_the_segments_start_has_its_own_line);
   tcase_add_test(tc, follows_seeks);
   tcase_add_test(tc, a_torn_last_line_is_skipped_until_it_is_whole);
   tcase_add_test(tc, a_line_without_tracks_and_one_without_features);
