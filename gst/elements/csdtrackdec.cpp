@@ -102,6 +102,7 @@ struct GstCsdTrackDecState {
   std::atomic<bool> video_ended = false;   ///< by EOS: the text flows on, unread
   std::atomic<bool> seeking = false;       ///< a flushing seek is under way: frames wait for both pads' flush
   std::atomic<bool> text_flushed = false;  ///< since the seek began
+  std::atomic<bool> flushing = false;      ///< the video, from FLUSH_START to FLUSH_STOP
   std::atomic<std::uint64_t> flushes = 0, eos_after = 0;  ///< of the video; how many when its last EOS came
   std::atomic<std::uint64_t> text_flushes = 0, text_eos_after = 0;
 };
@@ -414,6 +415,7 @@ gboolean flush_video(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *even
   std::unique_lock<std::recursive_mutex> between_frames(state.frame_mutex, std::defer_lock);
   if (start) {
     ++state.flushes;
+    state.flushing = true;
   } else {
     between_frames.lock();
     gst_aggregator_pad_drop_buffer(pad);  // one that the base class has looked at before
@@ -426,6 +428,7 @@ gboolean flush_video(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *even
   gst_event_ref(event);
   const gboolean done =
       GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, event);
+  if (!start) state.flushing = false;
   if ((GST_PAD_IS_FLUSHING(src) != 0) == start)
     gst_event_unref(event);
   else
@@ -548,6 +551,11 @@ GstAggregatorPad *gst_csd_track_dec_create_new_pad(GstAggregator *aggregator, Gs
     GST_WARNING_OBJECT(aggregator, "there is one pad text only");
     return nullptr;
   }
+  // The base class would wait for a FLUSH_STOP on it, too, before it goes on.
+  if (GST_CSD_TRACK_DEC(aggregator)->state->flushing) {
+    GST_WARNING_OBJECT(aggregator, "no pad can be added while the video is being flushed");
+    return nullptr;
+  }
   auto *pad = GST_AGGREGATOR_PAD(
       g_object_new(GST_TYPE_AGGREGATOR_PAD, "name", "text", "direction", GST_PAD_SINK, "template", templ, nullptr));
   gst_pad_set_chain_function(GST_PAD(pad), GST_DEBUG_FUNCPTR(gst_csd_track_dec_chain));
@@ -584,7 +592,7 @@ void start_anew(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> file) {
   gst_clear_caps(&state.video.caps);
   state.video = {};
   state.flow = GST_FLOW_OK;
-  state.video_ended = false;
+  state.video_ended = state.flushing = false;
   state.lines.start(std::move(file));
 }
 
