@@ -95,7 +95,7 @@ struct GstCsdTrackDecState {
   const GstPadChainFunction base_chain;  ///< of the base class's pads
 
   std::recursive_mutex frame_mutex;      ///< held while a frame is handled and pushed; a flush ends only in between
-  std::mutex text_segment_mutex;         ///< of take_wake()
+  std::mutex text_mutex;                 ///< held by a flush of the text, and while one of its events takes effect
   std::atomic<std::uint64_t> frame = 1;  ///< number of the frame that is handled next
   /// What downstream said of the last frame. The base class would stop for good if it heard of it.
   std::atomic<GstFlowReturn> flow = GST_FLOW_OK;
@@ -383,28 +383,27 @@ gboolean handle_text_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent
     }
     state.video.overdue = *frame;
     return csd::take_wake(GST_AGGREGATOR(self), pad, event,
-                          GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event, state.text_segment_mutex);
+                          GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event, state.text_mutex);
   }
+  std::unique_lock<std::mutex> no_flush(state.text_mutex);
+  // An EOS in hand during a flush must not end what comes after it.
   if (GST_EVENT_TYPE(event) == GST_EVENT_EOS && state.text_eos_after != state.text_flushes) {
-    gst_event_unref(event);  // in hand during a flush
+    gst_event_unref(event);
     return TRUE;
   }
-  state.lines.text_event(event);
-  switch (GST_EVENT_TYPE(event)) {
-    case GST_EVENT_STREAM_START:
-    case GST_EVENT_EOS:
-      return GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, event);
-    case GST_EVENT_SEGMENT: {
-      // Not by the base class: it would give the text's sequence number to the video.
-      const csd::ObjectLock lock(pad);
-      gst_event_copy_segment(event, &pad->segment);
-      break;
-    }
-    default:
-      break;
+  const auto notices = state.lines.text_event(event);
+  gboolean done = TRUE;
+  if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START || GST_EVENT_TYPE(event) == GST_EVENT_EOS) {
+    done = GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, event);
+  } else {
+    // A segment not by the base class: it would give the text's sequence number to the video.
+    const csd::ObjectLock lock(pad);
+    if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) gst_event_copy_segment(event, &pad->segment);
+    gst_event_unref(event);
   }
-  gst_event_unref(event);
-  return TRUE;
+  no_flush.unlock();
+  csd::PadLines::post(GST_ELEMENT(self), notices);
+  return done;
 }
 
 /// A flush of the video goes downstream, also one of the video alone, which the base class keeps to itself.
@@ -443,16 +442,15 @@ gboolean flush_text(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event
   const bool start = GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START;
   if (!start) gst_event_parse_flush_stop(event, &reset);
   gst_event_unref(event);
-  std::unique_lock<std::mutex> no_wake(state.text_segment_mutex);
+  std::unique_lock<std::mutex> lock(state.text_mutex);
+  if (start) ++state.text_flushes;
   const gboolean done = GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)
                             ->sink_event(GST_AGGREGATOR(self), pad,
                                          start ? gst_event_new_flush_start() : gst_event_new_flush_stop(reset));
-  no_wake.unlock();
   state.lines.flush_text();
+  lock.unlock();
   state.text_flushed = true;
-  if (start) {
-    ++state.text_flushes;
-  } else {  // a wake may have been flushed, too
+  if (!start) {  // a wake may have been flushed, too
     state.patience.end();
     wake(self, 0);
   }

@@ -162,8 +162,10 @@ void FrameLines::skip(GstAggregatorPad *text, const FrameMoments &moments) {
   read(text);
 }
 
-void FrameLines::text_event(GstEvent *event) {
-  change_pad([&] { pad_.handle(event, matcher_); });
+PadLines::Notices FrameLines::text_event(GstEvent *event) {
+  const std::lock_guard lock(mutex_);
+  pad_.handle(event, matcher_);
+  return pad_.take_notices();
 }
 
 void FrameLines::text_relinked() {

@@ -56,7 +56,8 @@ class FrameLines {
 
   // The pad text.
 
-  void text_event(GstEvent *event);
+  /// What to post then, with no lock held.
+  [[nodiscard]] PadLines::Notices text_event(GstEvent *event);
   /// What comes next comes over another link than what came before.
   void text_relinked();
   /// From any thread.
