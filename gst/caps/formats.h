@@ -37,7 +37,7 @@ GstCaps *template_caps();
 /// the result.
 GstCaps *any_memory_caps();
 
-/// Whether frames of these caps can be mapped: they are a subset of template_caps().
+/// Whether frames of these caps can be mapped: they are among template_caps().
 bool can_map(GstCaps *caps);
 
 /// Parses caps. Caps that can't be mapped give only size and framerate: GstVideoInfo may not know their formats.

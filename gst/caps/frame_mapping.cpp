@@ -48,20 +48,40 @@ static gint64 line_bytes(const GstVideoFrame &frame, guint c) {
   return place.offset + (width - 1) * format.pixel_stride[c] + place.bytes;
 }
 
+namespace {
+
+/// Addresses, as numbers: what a wrong GstVideoMeta gives may be no pointers.
+struct Extent {
+  gint64 begin, end;
+};
+
+/// Of lines `first` to `last` of a component. They may go upwards in memory or downwards.
+Extent lines_extent(const GstVideoFrame &frame, guint c, gint64 first, gint64 last) {
+  const guint plane = GST_VIDEO_FRAME_COMP_PLANE(&frame, c);
+  const auto at = static_cast<gint64>(reinterpret_cast<guintptr>(frame.data[plane]));
+  const gint64 stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, plane);
+  return {at + std::min(first * stride, last * stride),
+          at + std::max(first * stride, last * stride) + line_bytes(frame, c)};
+}
+
+bool is_mapped(const GstVideoFrame &frame, guint c, const Extent &extent) {
+  const GstMapInfo &map = frame.map[frame.meta ? GST_VIDEO_FRAME_COMP_PLANE(&frame, c) : 0];
+  const auto begin = static_cast<gint64>(reinterpret_cast<guintptr>(map.data));
+  return extent.begin >= begin && extent.end <= begin + static_cast<gint64>(map.size);
+}
+
+}  // namespace
+
 /// Whether all lines lie in the mapped memory. GStreamer (1.22) takes offsets and strides from the GstVideoMeta but
 /// only checks that a plane's first byte is mapped.
 static bool holds_its_lines(const GstVideoFrame &frame) {
   const GstVideoFormatInfo &format = *frame.info.finfo;
   if (GST_VIDEO_FORMAT_INFO_IS_TILED(&format)) return holds_its_tiles(frame);
   for (guint c = 0; c < GST_VIDEO_FRAME_N_COMPONENTS(&frame); ++c) {
-    const guint plane = GST_VIDEO_FRAME_COMP_PLANE(&frame, c);
-    const bool palette = is_palette(format, plane);
-    const GstMapInfo &map = frame.map[frame.meta ? plane : 0];
-    const gint64 begin = static_cast<const guint8 *>(frame.data[plane]) - map.data;
-    const gint64 height = palette ? 1 : GST_VIDEO_FORMAT_INFO_SCALE_HEIGHT(&format, c, gint64{frame.info.height});
-    const gint64 last = begin + (height - 1) * GST_VIDEO_FRAME_PLANE_STRIDE(&frame, plane);
-    const gint64 bytes = palette ? palette_bytes : line_bytes(frame, c);
-    if (std::min(begin, last) < 0 || std::max(begin, last) + bytes > static_cast<gint64>(map.size)) return false;
+    const bool palette = is_palette(format, GST_VIDEO_FRAME_COMP_PLANE(&frame, c));
+    Extent extent = lines_extent(frame, c, 0, palette ? 0 : GST_VIDEO_FRAME_COMP_HEIGHT(&frame, c) - 1);
+    if (palette) extent.end = extent.begin + palette_bytes;
+    if (!is_mapped(frame, c, extent)) return false;
   }
   return true;
 }
@@ -140,16 +160,17 @@ Fields frame_fields(const GstVideoFrame &frame) {
   return top_first ? Fields::top_first : Fields::bottom_first;
 }
 
-const guint8 *plane_end(const GstVideoFrame &frame, guint plane) {
-  // With a GstVideoMeta planes are mapped one by one, otherwise all at once (the other maps are then unset).
-  const GstMapInfo &map = frame.map[frame.meta ? plane : 0];
-  const guint8 *end = map.data + map.size;
-  const auto *first = static_cast<const guint8 *>(frame.data[plane]);
-  for (guint other = 0; other < GST_VIDEO_FRAME_N_PLANES(&frame); ++other) {
-    const auto *start = static_cast<const guint8 *>(frame.data[other]);
-    if (start > first && start < end) end = start;
+bool has_line(const GstVideoFrame &frame, guint c, int line) {
+  if (line < GST_VIDEO_FRAME_COMP_HEIGHT(&frame, c)) return true;
+  const Extent its = lines_extent(frame, c, line, line);
+  if (!is_mapped(frame, c, its)) return false;
+  for (guint other = 0; other < GST_VIDEO_FRAME_N_COMPONENTS(&frame); ++other) {
+    const Extent its_lines = lines_extent(frame, other, 0, GST_VIDEO_FRAME_COMP_HEIGHT(&frame, other) - 1);
+    if (GST_VIDEO_FRAME_COMP_PLANE(&frame, other) != GST_VIDEO_FRAME_COMP_PLANE(&frame, c) &&
+        its.begin < its_lines.end && its_lines.begin < its.end)
+      return false;
   }
-  return end;
+  return true;
 }
 
 SamplePlace sample_place(const GstVideoFormatInfo &format, guint c) {
@@ -227,13 +248,8 @@ ComponentLines component_lines(const GstVideoFrame &frame, guint c, const Rows &
   // Interlaced 4:2:0: chroma lines alternate between the fields like luma lines.
   const ComponentLines lines{((rows.first_line >> 1) >> sub_y) * 2 + (rows.first_line & 1), 2, sub_y};
   if (GST_VIDEO_FORMAT_INFO_IS_TILED(&format)) return lines;
-  // With 4n+2 lines the bottom field's last chroma line is one more than the picture needs. GStreamer's default layout
-  // has it; a GstVideoMeta's may not: the view then uses the chroma lines of both fields.
-  const int last = lines.first + 2 * ((count - 1) >> sub_y);
-  const guint8 *end = static_cast<const guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, format.plane[c])) +
-                      std::ptrdiff_t{last} * GST_VIDEO_FRAME_PLANE_STRIDE(&frame, format.plane[c]) +
-                      line_bytes(frame, c);
-  return last >= GST_VIDEO_FRAME_COMP_HEIGHT(&frame, c) && end > plane_end(frame, format.plane[c]) ? of_both : lines;
+  // Where the bottom field's last chroma line is missing, the view uses the chroma lines of both fields.
+  return has_line(frame, c, lines.first + 2 * ((count - 1) >> sub_y)) ? lines : of_both;
 }
 
 FrameView make_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop, bool native) {

@@ -76,8 +76,10 @@ FrameView frame_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const
 /// The same with a reader in every format, to measure and to test. A reader shows the same samples.
 FrameView unpacked_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop = nullptr);
 
-/// The end of the memory of plane `plane`: the next plane, or the end of the mapped memory.
-const guint8 *plane_end(const GstVideoFrame &frame, guint plane);
+/// Whether a frame that MappedFrame has mapped, not in tiles, has line `line` of component `c`. It has those of its
+/// height. Two fields of 4n+2 lines have a chroma line more, which GStreamer's default layout has room for; a
+/// GstVideoMeta's may have another plane there, or nothing.
+bool has_line(const GstVideoFrame &frame, guint c, int line);
 
 /// Where the samples of a component lie in a line of their plane.
 struct SamplePlace {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "caps/frame_time.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace csd {
 
@@ -41,14 +43,24 @@ std::int64_t FrameMoment::distance(std::int64_t other) const {
   return other < time - clipped ? time - clipped - other : 0;
 }
 
-FrameMoments frame_moments(const GstSegment &segment, const GstVideoInfo &info, GstBuffer *buffer) {
+GstClockTime FramePace::next(GstClockTime time) {
+  const bool known = GST_CLOCK_TIME_IS_VALID(time) && GST_CLOCK_TIME_IS_VALID(last_);
+  const GstClockTime distance = known ? std::max(time, last_) - std::min(time, last_) : GST_CLOCK_TIME_NONE;
+  last_ = time;
+  return std::min(distance, std::exchange(distance_, distance));
+}
+
+FrameMoments frame_moments(const GstSegment &segment, const GstVideoInfo &info, GstBuffer *buffer, GstClockTime pace) {
   constexpr GstClockTime day = 86400 * GST_SECOND;
   const GstClockTime usual = info.fps_n > 0 && info.fps_d > 0
                                  ? gst_util_uint64_scale_int(GST_SECOND, info.fps_d, info.fps_n)
                                  : GST_CLOCK_TIME_NONE;
   const GstClockTime clipped = clipped_part(segment, buffer, usual);
-  GstClockTime duration = GST_BUFFER_DURATION_IS_VALID(buffer) && clipped == 0 ? GST_BUFFER_DURATION(buffer) : usual;
-  if (duration == 0 || duration > day) duration = 40 * GST_MSECOND;
+  const auto known = [](GstClockTime duration) { return duration > 0 && duration <= day; };
+  GstClockTime duration = clipped == 0 ? GST_BUFFER_DURATION(buffer) : usual;
+  if (!known(duration)) duration = usual;
+  if (!known(duration))
+    duration = GST_CLOCK_TIME_IS_VALID(pace) ? std::min<GstClockTime>(pace, 40 * GST_MSECOND) : 4 * GST_MSECOND;
   const auto moment = [&](std::optional<std::int64_t> time, double rate) -> std::optional<FrameMoment> {
     if (!time) return std::nullopt;
     const auto scaled = [rate](GstClockTime span) { return std::llround(static_cast<double>(span) / rate); };

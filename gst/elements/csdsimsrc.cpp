@@ -34,6 +34,7 @@
 #include <utility>
 #include <vector>
 
+#include "caps/frame_mapping.h"
 #include "meta/meta.h"
 #include "sim/simulator.h"
 #include "support/enums.h"
@@ -298,26 +299,11 @@ gboolean gst_csd_sim_src_set_caps(GstBaseSrc *src, GstCaps *caps) {
   return TRUE;
 }
 
-class Mapped {
- public:
-  Mapped(const GstVideoInfo &info, GstBuffer *buffer, GstMapFlags access) {
-    const auto flags = static_cast<GstMapFlags>(access | static_cast<int>(GST_VIDEO_FRAME_MAP_FLAG_NO_REF));
-    if (!gst_video_frame_map(&frame_, &info, buffer, flags)) throw std::runtime_error("a frame can't be mapped");
-  }
-  ~Mapped() { gst_video_frame_unmap(&frame_); }
-  Mapped(const Mapped &) = delete;
-  Mapped &operator=(const Mapped &) = delete;
-  GstVideoFrame *get() { return &frame_; }
-
- private:
-  GstVideoFrame frame_;
-};
-
 void render(Stream &stream, const GstVideoInfo &info, GstBuffer *buffer) {
-  Mapped frame(info, buffer, GST_MAP_WRITE);
+  csd::MappedFrame frame(info, buffer, GST_MAP_WRITE);
   // Already has the expected size and type, so the simulator doesn't reallocate it.
-  cv::Mat picture(info.height, info.width, CV_8UC3, GST_VIDEO_FRAME_PLANE_DATA(frame.get(), 0),
-                  static_cast<std::size_t>(GST_VIDEO_FRAME_PLANE_STRIDE(frame.get(), 0)));
+  cv::Mat picture(info.height, info.width, CV_8UC3, GST_VIDEO_FRAME_PLANE_DATA(&*frame, 0),
+                  static_cast<std::size_t>(GST_VIDEO_FRAME_PLANE_STRIDE(&*frame, 0)));
   stream.simulator->render(static_cast<guint64>(stream.next), picture);
 }
 
@@ -337,22 +323,12 @@ csd::Tracks truth_of(Stream &stream) {
   return tracks;
 }
 
-GstClockTime running_time(GstElement *element) {
-  GstClockTime now = 0;
-  if (GstClock *clock = gst_element_get_clock(element)) {
-    const GstClockTime time = gst_clock_get_time(clock), base = gst_element_get_base_time(element);
-    if (time > base) now = time - base;
-    gst_object_unref(clock);
-  }
-  return now;
-}
-
 /// Renders the next frame, with its truth.
 void draw(GstCsdSimSrc *self, Stream &stream, GstBuffer *buffer) {
   if (stream.converter) {
     render(stream, stream.bgr_info, stream.bgr.get());
-    Mapped from(stream.bgr_info, stream.bgr.get(), GST_MAP_READ), to(stream.info, buffer, GST_MAP_WRITE);
-    gst_video_converter_frame(stream.converter.get(), from.get(), to.get());
+    csd::MappedFrame from(stream.bgr_info, stream.bgr.get(), GST_MAP_READ), to(stream.info, buffer, GST_MAP_WRITE);
+    gst_video_converter_frame(stream.converter.get(), &*from, &*to);
   } else {
     render(stream, stream.info, buffer);
   }
@@ -382,7 +358,10 @@ GstFlowReturn gst_csd_sim_src_fill(GstPushSrc *push, GstBuffer *buffer) {
   GstClockTime pts = time_of(stream, stream.next);
   if (gst_base_src_is_live(src)) {
     // A camera's first frame is stamped with the time it was switched on. Creating the scene took a while.
-    if (!GST_CLOCK_TIME_IS_VALID(stream.switched_on)) stream.switched_on = running_time(GST_ELEMENT_CAST(src));
+    if (!GST_CLOCK_TIME_IS_VALID(stream.switched_on)) {
+      const GstClockTime now = gst_element_get_current_running_time(GST_ELEMENT_CAST(src));
+      stream.switched_on = GST_CLOCK_TIME_IS_VALID(now) ? now : 0;
+    }
     pts += stream.switched_on;
   } else if (!stream.backwards && GST_CLOCK_TIME_IS_VALID(src->segment.stop) && pts >= src->segment.stop) {
     return GST_FLOW_EOS;
@@ -494,7 +473,7 @@ GstStateChangeReturn gst_csd_sim_src_change_state(GstElement *element, GstStateC
 }
 
 const csd::PropertyTable<csd::SimValues> &properties_of(gpointer klass) {
-  static const csd::PropertyTable<csd::SimValues> table(G_OBJECT_CLASS(klass), csd::sim_properties());
+  static const csd::PropertyTable<csd::SimValues> table(G_OBJECT_CLASS(klass), csd::sim_properties(), GST_CAT_DEFAULT);
   return table;
 }
 

@@ -240,8 +240,7 @@ void publish(GstCsdTrack *self, GstBuffer *buffer, const csd::Tracks &tracks, co
   auto &state = *self->state;
   const char *algorithm = csd::algorithm_name(state.algorithm).data();
   if (live.attach_meta) csd::add_track_meta(buffer, tracks, GST_OBJECT_NAME(self), algorithm);
-  const csd::PatchBoxes boxes(GST_VIDEO_FILTER(self)->in_info, gst_buffer_get_video_crop_meta(buffer), tracks.height,
-                              state.patch_size);
+  const csd::PatchBoxes boxes(GST_VIDEO_FILTER(self)->in_info, buffer, tracks.height, state.patch_size);
   const auto times = csd::frame_times(GST_BASE_TRANSFORM(self)->segment, buffer);
   if (live.attach_roi) csd::attach_rois(buffer, boxes, tracks);
 #ifdef CSDTRACK_ANALYTICS

@@ -95,16 +95,16 @@ struct GstCsdTrackDecState {
   const GstPadChainFunction base_chain;  ///< of the base class's pads
 
   std::recursive_mutex frame_mutex;      ///< held while a frame is handled and pushed; a flush ends only in between
-  std::mutex text_segment_mutex;         ///< of take_wake()
+  std::mutex text_mutex;                 ///< held by a flush of the text, and while one of its events takes effect
   std::atomic<std::uint64_t> frame = 1;  ///< number of the frame that is handled next
   /// What downstream said of the last frame. The base class would stop for good if it heard of it.
   std::atomic<GstFlowReturn> flow = GST_FLOW_OK;
   std::atomic<bool> video_ended = false;   ///< by EOS: the text flows on, unread
   std::atomic<bool> seeking = false;       ///< a flushing seek is under way: frames wait for both pads' flush
   std::atomic<bool> text_flushed = false;  ///< since the seek began
+  std::atomic<bool> flushing = false;      ///< the video, from FLUSH_START to FLUSH_STOP
   std::atomic<std::uint64_t> flushes = 0, eos_after = 0;  ///< of the video; how many when its last EOS came
   std::atomic<std::uint64_t> text_flushes = 0, text_eos_after = 0;
-  std::atomic<bool> events_due = false;  ///< some may have been lost in a flush
 };
 
 struct _GstCsdTrackDec {
@@ -163,7 +163,8 @@ GstBuffer *gst_csd_track_dec_clip(GstAggregator *aggregator, GstAggregatorPad *p
   auto *self = GST_CSD_TRACK_DEC(aggregator);
   if (is_text(pad)) return buffer;
   auto &state = *self->state;
-  state.video.head = csd::frame_moments(pad->segment, state.video.info, buffer);
+  state.video.head =
+      csd::frame_moments(pad->segment, state.video.info, buffer, state.video.pace.next(GST_BUFFER_PTS(buffer)));
   return buffer;
 }
 
@@ -185,9 +186,6 @@ GstClockTime gst_csd_track_dec_get_next_time(GstAggregator *aggregator) {
 
 // ---- A frame -------------------------------------------------------------------------------------------------------
 
-/// What may have been lost while downstream was flushed: sticky events can't be stored on a flushing pad.
-void renew_events(GstCsdTrackDec *self);
-
 /// Whether no frame can go on. A link may still come.
 bool is_final(GstFlowReturn flow) {
   return flow != GST_FLOW_OK && flow != GST_FLOW_NOT_LINKED;
@@ -197,7 +195,6 @@ bool is_final(GstFlowReturn flow) {
 void push_frame(GstCsdTrackDec *self, GstBuffer *buffer) {
   auto &state = *self->state;
   GstPad *src = GST_AGGREGATOR_SRC_PAD(self);
-  if (state.events_due.exchange(false)) renew_events(self);
   const std::uint64_t flushes = state.flushes;
   const GstFlowReturn flow = gst_pad_push(src, buffer);
   if (flushes == state.flushes && (flow != GST_FLOW_FLUSHING || !GST_PAD_IS_FLUSHING(src))) state.flow = flow;
@@ -321,21 +318,11 @@ gboolean gst_csd_track_dec_negotiate(GstAggregator *aggregator) {
 
 bool set_caps(GstCsdTrackDec *self, GstCaps *caps) {
   auto &video = self->state->video;
-  gst_caps_replace(&video.caps, caps);
-  video.negotiated = false;
+  video.begin(caps);
   return csd::read_caps(caps, video.info) && gst_aggregator_negotiate(GST_AGGREGATOR(self)) && video.negotiated;
 }
 
 // ---- Events --------------------------------------------------------------------------------------------------------
-
-void renew_events(GstCsdTrackDec *self) {
-  auto &video = self->state->video;
-  GstPad *src = GST_AGGREGATOR_SRC_PAD(self);
-  GstEvent *sent = gst_pad_get_sticky_event(src, GST_EVENT_STREAM_START, 0);
-  if (video.stream_start && sent != video.stream_start) gst_pad_push_event(src, gst_event_ref(video.stream_start));
-  gst_clear_event(&sent);
-  gst_csd_track_dec_negotiate(GST_AGGREGATOR(self));
-}
 
 /// The video's serialized events go downstream in order with its frames. The base class would make up its own.
 gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
@@ -351,7 +338,6 @@ gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEven
     case GST_EVENT_STREAM_START: {
       const gchar *id = nullptr;
       gst_event_parse_stream_start(event, &id);
-      gst_event_replace(&state.video.stream_start, event);
       state.lines.frames_begin(id);
       state.video_ended = false;
       break;
@@ -397,28 +383,27 @@ gboolean handle_text_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent
     }
     state.video.overdue = *frame;
     return csd::take_wake(GST_AGGREGATOR(self), pad, event,
-                          GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event, state.text_segment_mutex);
+                          GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event, state.text_mutex);
   }
+  std::unique_lock<std::mutex> no_flush(state.text_mutex);
+  // An EOS in hand during a flush must not end what comes after it.
   if (GST_EVENT_TYPE(event) == GST_EVENT_EOS && state.text_eos_after != state.text_flushes) {
-    gst_event_unref(event);  // in hand during a flush
+    gst_event_unref(event);
     return TRUE;
   }
-  state.lines.text_event(event);
-  switch (GST_EVENT_TYPE(event)) {
-    case GST_EVENT_STREAM_START:
-    case GST_EVENT_EOS:
-      return GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, event);
-    case GST_EVENT_SEGMENT: {
-      // Not by the base class: it would give the text's sequence number to the video.
-      const csd::ObjectLock lock(pad);
-      gst_event_copy_segment(event, &pad->segment);
-      break;
-    }
-    default:
-      break;
+  const auto notices = state.lines.text_event(event);
+  gboolean done = TRUE;
+  if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START || GST_EVENT_TYPE(event) == GST_EVENT_EOS) {
+    done = GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, event);
+  } else {
+    // A segment not by the base class: it would give the text's sequence number to the video.
+    const csd::ObjectLock lock(pad);
+    if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) gst_event_copy_segment(event, &pad->segment);
+    gst_event_unref(event);
   }
-  gst_event_unref(event);
-  return TRUE;
+  no_flush.unlock();
+  csd::PadLines::post(GST_ELEMENT(self), notices);
+  return done;
 }
 
 /// A flush of the video goes downstream, also one of the video alone, which the base class keeps to itself.
@@ -429,6 +414,7 @@ gboolean flush_video(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *even
   std::unique_lock<std::recursive_mutex> between_frames(state.frame_mutex, std::defer_lock);
   if (start) {
     ++state.flushes;
+    state.flushing = true;
   } else {
     between_frames.lock();
     gst_aggregator_pad_drop_buffer(pad);  // one that the base class has looked at before
@@ -437,11 +423,11 @@ gboolean flush_video(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *even
     state.lines.flush_frames();
     state.flow = GST_FLOW_OK;
     state.video_ended = false;
-    state.events_due = true;
   }
   gst_event_ref(event);
   const gboolean done =
       GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, event);
+  if (!start) state.flushing = false;
   if ((GST_PAD_IS_FLUSHING(src) != 0) == start)
     gst_event_unref(event);
   else
@@ -456,16 +442,15 @@ gboolean flush_text(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event
   const bool start = GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START;
   if (!start) gst_event_parse_flush_stop(event, &reset);
   gst_event_unref(event);
-  std::unique_lock<std::mutex> no_wake(state.text_segment_mutex);
+  std::unique_lock<std::mutex> lock(state.text_mutex);
+  if (start) ++state.text_flushes;
   const gboolean done = GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)
                             ->sink_event(GST_AGGREGATOR(self), pad,
                                          start ? gst_event_new_flush_start() : gst_event_new_flush_stop(reset));
-  no_wake.unlock();
   state.lines.flush_text();
+  lock.unlock();
   state.text_flushed = true;
-  if (start) {
-    ++state.text_flushes;
-  } else {  // a wake may have been flushed, too
+  if (!start) {  // a wake may have been flushed, too
     state.patience.end();
     wake(self, 0);
   }
@@ -564,6 +549,11 @@ GstAggregatorPad *gst_csd_track_dec_create_new_pad(GstAggregator *aggregator, Gs
     GST_WARNING_OBJECT(aggregator, "there is one pad text only");
     return nullptr;
   }
+  // The base class would wait for a FLUSH_STOP on it, too, before it goes on.
+  if (GST_CSD_TRACK_DEC(aggregator)->state->flushing) {
+    GST_WARNING_OBJECT(aggregator, "no pad can be added while the video is being flushed");
+    return nullptr;
+  }
   auto *pad = GST_AGGREGATOR_PAD(
       g_object_new(GST_TYPE_AGGREGATOR_PAD, "name", "text", "direction", GST_PAD_SINK, "template", templ, nullptr));
   gst_pad_set_chain_function(GST_PAD(pad), GST_DEBUG_FUNCPTR(gst_csd_track_dec_chain));
@@ -598,34 +588,39 @@ void start_anew(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> file) {
   state.patience.end();
   state.look_again.end();
   gst_clear_caps(&state.video.caps);
-  gst_clear_event(&state.video.stream_start);
   state.video = {};
   state.flow = GST_FLOW_OK;
-  state.video_ended = state.events_due = false;
+  state.video_ended = state.flushing = false;
   state.lines.start(std::move(file));
 }
 
 gboolean gst_csd_track_dec_start(GstAggregator *aggregator) {
   auto *self = GST_CSD_TRACK_DEC(aggregator);
   std::unique_ptr<csd::TrackFile> file;
-  if (!open_file(self, file) || !guard.posted(self, [&] { start_anew(self, std::move(file)); })) return FALSE;
-  const csd::ObjectLock lock(self);
-  return self->state->running = true;
+  return open_file(self, file) && guard.posted(self, [&] { start_anew(self, std::move(file)); });
 }
 
 gboolean gst_csd_track_dec_stop(GstAggregator *aggregator) {
   auto *self = GST_CSD_TRACK_DEC(aggregator);
   guard.logged(self, [&] { start_anew(self, nullptr); });
-  const csd::ObjectLock lock(self);
-  self->state->running = false;
   return TRUE;
 }
 
+void set_running(GstCsdTrackDec *self, bool running) {
+  const csd::ObjectLock lock(self);
+  self->state->running = running;
+}
+
 GstStateChangeReturn gst_csd_track_dec_change_state(GstElement *element, GstStateChange transition) {
+  auto *self = GST_CSD_TRACK_DEC(element);
   std::unique_ptr<csd::TrackFile> unused;  // opened now only to report errors
-  if (transition == GST_STATE_CHANGE_NULL_TO_READY && !open_file(GST_CSD_TRACK_DEC(element), unused))
-    return GST_STATE_CHANGE_FAILURE;
-  return GST_ELEMENT_CLASS(gst_csd_track_dec_parent_class)->change_state(element, transition);
+  if (transition == GST_STATE_CHANGE_NULL_TO_READY && !open_file(self, unused)) return GST_STATE_CHANGE_FAILURE;
+  const bool starts = transition == GST_STATE_CHANGE_READY_TO_PAUSED;
+  if (starts) set_running(self, true);
+  const auto result = GST_ELEMENT_CLASS(gst_csd_track_dec_parent_class)->change_state(element, transition);
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY || (starts && result == GST_STATE_CHANGE_FAILURE))
+    set_running(self, false);
+  return result;
 }
 
 // ---- Properties ----------------------------------------------------------------------------------------------------

@@ -61,7 +61,6 @@
 
 #include <gst/video/video.h>
 
-#include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
@@ -514,7 +513,7 @@ GstStateChangeReturn gst_csd_track_enc_change_state(GstElement *element, GstStat
 // --- the object ------------------------------------------------------------------------------------------------------
 
 const csd::PropertyTable<csd::EncValues> &properties_of(gpointer klass) {
-  static const csd::PropertyTable<csd::EncValues> table(G_OBJECT_CLASS(klass), csd::enc_properties());
+  static const csd::PropertyTable<csd::EncValues> table(G_OBJECT_CLASS(klass), csd::enc_properties(), GST_CAT_DEFAULT);
   return table;
 }
 

@@ -49,7 +49,8 @@ struct Area {
 /// output comes from rounding its size: no border fits in there.
 bool fills(const GstVideoInfo &in, const GstVideoInfo &out) {
   int in_n, in_d, n, d;
-  if (in.width <= 0 || in.height <= 0 || out.width <= 0 || out.height <= 0) return false;
+  for (const GstVideoInfo *info : {&in, &out})
+    if (info->width <= 0 || info->height <= 0 || info->par_n <= 0 || info->par_d <= 0) return false;
   if (!gst_util_fraction_multiply(in.width, in.height, in.par_n, in.par_d, &in_n, &in_d) ||
       !gst_util_fraction_multiply(in_n, in_d, out.par_d, out.par_n, &n, &d) || n <= 0 || d <= 0)
     return false;

@@ -18,12 +18,17 @@ double patch_side(unsigned asked, int height) {
 
 }  // namespace
 
-PatchBoxes::PatchBoxes(const GstVideoInfo &info, const GstVideoCropMeta *crop, int lines, unsigned patch_size)
-    : width_(info.width),
-      height_(info.height),
-      left_(crop ? crop->x : 0),
-      top_(crop ? crop->y : 0),
-      side_(patch_side(patch_size, lines)) {}
+PatchBoxes::PatchBoxes(const GstVideoInfo &info, GstBuffer *buffer, int lines, unsigned patch_size)
+    : width_(info.width), height_(info.height), left_(0), top_(0), side_(patch_side(patch_size, lines)) {
+  const GstVideoCropMeta *crop = gst_buffer_get_video_crop_meta(buffer);
+  if (!crop) return;
+  left_ = crop->x;
+  top_ = crop->y;
+  const GstVideoMeta *meta = gst_buffer_get_video_meta(buffer);
+  if (!meta) return;
+  width_ = static_cast<int>(meta->width);
+  height_ = static_cast<int>(meta->height);
+}
 
 std::optional<Box> PatchBoxes::around(double x, double y) const {
   // Pixel i covers i - ½ to i + ½; a box of width w that starts at pixel i ends with pixel i + w - 1.

@@ -17,9 +17,10 @@ struct Box {
 /// The boxes of feature patches in a frame.
 class PatchBoxes {
  public:
-  /// For the frame described by `info`. `crop` may be null; `lines`: height of the picture, which is the crop
-  /// rectangle's. `patch_size` is the property, in pixels of the picture; 0: the default for its height.
-  PatchBoxes(const GstVideoInfo &info, const GstVideoCropMeta *crop, int lines, unsigned patch_size);
+  /// For the frame in `buffer`, with caps `info`; with a crop rectangle the frame's size is its GstVideoMeta's, if any.
+  /// `lines`: height of the picture, which is the crop rectangle's. `patch_size` is the property, in pixels of the
+  /// picture; 0: the default for its height.
+  PatchBoxes(const GstVideoInfo &info, GstBuffer *buffer, int lines, unsigned patch_size);
 
   /// The square around a point of the picture, clipped to the frame. Nothing if it lies outside.
   std::optional<Box> around(double x, double y) const;

@@ -2,6 +2,7 @@
 #include "overlay/overlay_composition.h"
 
 #include <cmath>
+#include <cstring>
 #include <optional>
 #include <utility>
 
@@ -38,7 +39,7 @@ Pixels to_pixels(const Sprite &sprite) {
   guint8 *p = map.data;
   for (const cv::Vec4b &c : sprite.rgba) {
     const guint32 argb = guint32{c[3]} << 24 | guint32{c[0]} << 16 | guint32{c[1]} << 8 | c[2];
-    memcpy(p, &argb, sizeof argb);
+    std::memcpy(p, &argb, sizeof argb);
     p += sizeof argb;
   }
   gst_buffer_unmap(out.get(), &map);

@@ -120,12 +120,11 @@ struct V210Row {
 
 /// A component of the whole frame, to write to.
 struct Target : Grid {
+  const GstVideoFrame *frame = nullptr;
   guint8 *data = nullptr;
-  const guint8 *end = nullptr;
   std::ptrdiff_t stride = 0;
   SamplePlace place;
   int pixel_stride = 0;
-  int columns = 0;
 };
 
 template <class Row>
@@ -134,30 +133,28 @@ void blend(const Target &target, const NativeSprite &sprite, std::size_t compone
   // Fields: the chroma of the last line but one may lie below that of the last.
   const int beyond = target.fields && target.sub_y ? 1 : 0;
   for (int line = std::max(0, first - beyond); line <= last + beyond; ++line) {
+    if (!has_line(*target.frame, static_cast<guint>(component), line)) break;
     const Row row{target.data + line * target.stride, target.pixel_stride, target.place.shift, target.most};
-    // A GstVideoMeta's plane may lack the last chroma line of an odd pair of fields.
-    if (row.line + std::ptrdiff_t{target.columns - 1} * target.pixel_stride + target.place.bytes > target.end) break;
     blend_line(row, target, sprite, component, line, at);
   }
 }
 
 /// Blends a sprite into all components of a frame in a native format.
-void blend(GstVideoFrame &frame, const PictureArea &area, const NativeSprite &sprite, const Placement &at) {
+void blend(GstVideoFrame &frame, const NativeSprite &sprite, const Placement &at) {
   const GstVideoFormatInfo &format = *frame.info.finfo;
   const SampleGroups *groups = sample_groups(format);
   for (guint c = 0; c < GST_VIDEO_FORMAT_INFO_N_COMPONENTS(&format); ++c) {
     Target t;
+    t.frame = &frame;
     const guint plane = format.plane[c], depth = format.depth[c];
     if (!groups) t.place = sample_place(format, c);
     t.data = static_cast<guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, plane)) + t.place.offset;
-    t.end = plane_end(frame, plane);
     t.stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, plane);
     t.pixel_stride = format.pixel_stride[c];
     t.most = (1u << depth) - 1;
     t.one = c == 3 || GST_VIDEO_FORMAT_INFO_IS_RGB(&format) ? t.most : 255u << (depth - 8);
     t.sub_x = static_cast<int>(format.w_sub[c]);
     t.sub_y = static_cast<int>(format.h_sub[c]);
-    t.columns = (area.x + area.width + (1 << t.sub_x) - 1) >> t.sub_x;
     t.fields = frame_fields(frame) != Fields::progressive;
     if (groups && groups->packing == Packing::gray10)
       blend<Gray10Row>(t, sprite, c, at);
@@ -215,6 +212,7 @@ int OverlayPainter::draw(GstVideoFrame &frame, const GstVideoInfo &caps, const G
   impl_->prepare(frame_view(frame, caps, crop));
 
   std::vector<PlacedSprite> sprites;
+  int left = 0;
   const cv::Rect picture(area.x, area.y, area.width, area.height);
   for (const Feature &feature : tracks.features) {
     // Markers far outside are invisible, and would overflow the sums below.
@@ -225,12 +223,16 @@ int OverlayPainter::draw(GstVideoFrame &frame, const GstVideoInfo &caps, const G
     at.y = area.y + static_cast<int>(std::lround(feature.y)) - sprite.origin.y;
     at.clip = cv::Rect(at.x, at.y, sprite.width, sprite.height) & picture;
     if (at.clip.empty()) continue;
-    if (is_native(GST_VIDEO_FRAME_FORMAT(&frame)))
-      blend(frame, area, sprite, at);
-    else
-      sprites.push_back({sprite, at});
+    if (is_native(GST_VIDEO_FRAME_FORMAT(&frame))) {
+      blend(frame, sprite, at);
+      continue;
+    }
+    sprites.push_back({sprite, at});
+    if (!impl_->sprites.full()) continue;
+    left += paint_rows(frame, sprites);
+    sprites.clear();
   }
-  return sprites.empty() ? 0 : paint_rows(frame, sprites);
+  return sprites.empty() ? left : left + paint_rows(frame, sprites);
 }
 
 }  // namespace csd

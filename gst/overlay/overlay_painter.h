@@ -21,7 +21,7 @@ class OverlayPainter {
   /// Draws all features except `ended` ones. `frame` is mapped for reading and writing with `caps`, in any format of
   /// drawable_formats(). Positions refer to picture_area(frame, caps, crop), and nothing outside it is drawn. Sprites
   /// are cached until the picture's height, the kind of format or the colorimetry changes. Returns the number of lines
-  /// that could not be drawn into: see paint_rows().
+  /// that could not be drawn into: see paint_rows(). If there are too many sprites to cache, a line may count often.
   int draw(GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop, const Tracks &tracks);
 
  private:

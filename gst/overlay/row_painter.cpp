@@ -94,8 +94,10 @@ class RowPainter {
         std::any_of(sprites.begin(), sprites.end(), [&](const PlacedSprite &s) { return meets(s, y); });
     if (!touches) return true;
     std::array<int, GST_VIDEO_MAX_PLANES> lines{};
-    for (guint c = 0; c < format_.n_components; ++c) lines[format_.plane[c]] = grids_[c].line_of(y);
-    if (!in_frame(lines)) return false;
+    for (guint c = 0; c < format_.n_components; ++c) {
+      const int its = lines[format_.plane[c]] = grids_[c].line_of(y);
+      if (!lines_.tiled() && !has_line(frame_, c, its)) return false;
+    }
     MappedLines::Line line = lines_.line(lines, y, true, before_);
     // With a stride of 0 the number of the line tells only whether its chroma is packed, too.
     if (!lines_.tiled()) line.y = packs_chroma(y) ? 0 : 1;
@@ -138,15 +140,6 @@ class RowPainter {
     if (packs_chroma(y))
       for (int n = 1; n < 1 << grids_[1].sub_y; ++n) any |= inside(grids_[1].frame_line(grids_[1].line_of(y), n));
     return any;
-  }
-
-  /// A GstVideoMeta's plane may lack the last chroma line of an odd pair of fields.
-  bool in_frame(const std::array<int, GST_VIDEO_MAX_PLANES> &lines) const {
-    for (int p = 0; !lines_.tiled() && p < lines_.planes(); ++p) {
-      const guint8 *end = lines_.place(p, lines[static_cast<std::size_t>(p)]) + lines_.bytes(p);
-      if (end > plane_end(frame_, static_cast<guint>(p)) + 3) return false;  // less the padding of a last line
-    }
-    return true;
   }
 
   template <class Word>

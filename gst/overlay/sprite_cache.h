@@ -30,7 +30,8 @@ class SpriteCache {
     ++frame_;
   }
 
-  /// The sprite for `key`, made by make() if missing. Valid until the next call.
+  /// The sprite for `key`, made by make() if missing. Valid until the next call if the cache is full(), else until the
+  /// next frame or clear().
   template <class Make>
   const T &get(std::uint64_t key, Make make) {
     if (const auto found = kept_.find(key); found != kept_.end()) {
@@ -46,6 +47,9 @@ class SpriteCache {
     bytes_ += sprite.bytes();
     return sprite;
   }
+
+  /// Whether a sprite of this frame didn't fit.
+  bool full() const { return full_; }
 
   void clear() {
     kept_.clear();
@@ -68,7 +72,7 @@ class SpriteCache {
   std::unordered_map<std::uint64_t, Kept> kept_;
   std::size_t bytes_ = 0;  ///< of kept_
   T homeless_;             ///< the last that didn't fit
-  bool full_ = false;      ///< a sprite didn't fit in this frame
+  bool full_ = false;
   std::uint64_t frame_ = 0;
 };
 

@@ -48,11 +48,11 @@ void FrameLines::start(std::unique_ptr<TrackFile> file) {
   file_ = std::move(file);
   from_file_ = file_ != nullptr;
   first_stream_.clear();
-  another_stream_ = late_ = false;
+  another_stream_ = late_ = relinked_ = false;
   warned_late_ = warned_nothing_ = warned_unread_ = warned_another_ = warned_back_ = false;
   now_ = {};
   const std::lock_guard lock(mutex_);
-  pad_ = PadLines(element_);
+  pad_ = {};
   matcher_ = {};
 }
 
@@ -80,19 +80,30 @@ bool FrameLines::need_not_wait() {
   return matcher_.decided() || pad_.over();
 }
 
+/// Calls change() under the lock, and then posts what there is to say: its handler may flush the pad.
+template <class Change>
+void FrameLines::change_pad(Change change) {
+  PadLines::Notices notices;
+  {
+    const std::lock_guard lock(mutex_);
+    change();
+    notices = pad_.take_notices();
+  }
+  PadLines::post(element_, notices);
+}
+
 /// Reads what is on the pad, up to the current frame's line.
 void FrameLines::read(GstAggregatorPad *text) {
   std::optional<Failure> failure;
-  {
-    // Takes the buffer under the lock: a flush that empties the pad must not find us with an old line in hand.
-    const std::lock_guard lock(mutex_);
+  // Takes the buffer under the lock: a flush that empties the pad must not find us with an old line in hand.
+  change_pad([&] {
     while (!matcher_.decided()) {
       const BufferPtr buffer(gst_aggregator_pad_pop_buffer(text));
       if (!buffer) break;
       if (is_empty_gap(buffer.get())) continue;
       if (auto its = guarded([&] { pad_.take(buffer.get(), matcher_); })) failure = std::move(its);
     }
-  }
+  });
   if (failure) guard_.post(element_, *failure);
 }
 
@@ -151,14 +162,14 @@ void FrameLines::skip(GstAggregatorPad *text, const FrameMoments &moments) {
   read(text);
 }
 
-void FrameLines::text_event(GstEvent *event) {
+PadLines::Notices FrameLines::text_event(GstEvent *event) {
   const std::lock_guard lock(mutex_);
   pad_.handle(event, matcher_);
+  return pad_.take_notices();
 }
 
 void FrameLines::text_relinked() {
-  const std::lock_guard lock(mutex_);
-  pad_.relinked(matcher_);
+  change_pad([&] { pad_.relinked(matcher_); });
 }
 
 void FrameLines::flush_text() {

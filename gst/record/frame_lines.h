@@ -25,7 +25,7 @@ namespace csd {
 class FrameLines {
  public:
   /// `guard` words the errors.
-  FrameLines(GstElement *element, const Guard &guard) : element_(element), guard_(guard), pad_(element) {}
+  FrameLines(GstElement *element, const Guard &guard) : element_(element), guard_(guard) {}
 
   /// In state changes: forgets everything, and reads from `file`; null: from the pad.
   void start(std::unique_ptr<TrackFile> file);
@@ -56,7 +56,8 @@ class FrameLines {
 
   // The pad text.
 
-  void text_event(GstEvent *event);
+  /// What to post then, with no lock held.
+  [[nodiscard]] PadLines::Notices text_event(GstEvent *event);
   /// What comes next comes over another link than what came before.
   void text_relinked();
   /// From any thread.
@@ -73,6 +74,8 @@ class FrameLines {
   std::optional<TrackLine> find_in_file();
   bool find_on_pad(GstAggregatorPad *text, const Given &given, std::optional<TrackLine> &line);
   void read(GstAggregatorPad *text);
+  template <class Change>
+  void change_pad(Change change);
   void warn_late_once(const Given &given, GstClockTime latency);
   void warn_back_once();
   void warn_nothing_once();

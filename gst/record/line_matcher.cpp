@@ -87,7 +87,8 @@ std::optional<std::size_t> LineMatcher::nearest(std::int64_t &distance) const {
     const auto &frame = moment(entry.line.base);
     if (entry.lap > frames_.lap || !frame || entry.line.time > frame->time + frame->reach) break;  // they are sorted
     const std::int64_t its = frame->distance(entry.line.time);
-    if (its > frame->reach || (found && its >= distance)) continue;
+    const bool nearer = !found || its < distance || (its == 0 && entry.line.time > entries_[*found].line.time);
+    if (its > frame->reach || !nearer) continue;
     found = i;
     distance = its;
   }
@@ -98,8 +99,8 @@ bool LineMatcher::decided() const {
   if (!now_.running && !now_.stream) return true;
   if (lines_.lap != frames_.lap) return lines_.lap > frames_.lap;
   std::int64_t distance = 0;
-  const bool found = nearest(distance).has_value();
-  if (found && distance == 0) return true;
+  const auto found = nearest(distance);
+  if (found && entries_[*found].line.time == moment(entries_[*found].line.base)->time) return true;
   const auto past = [&](const std::optional<FrameMoment> &frame, const std::optional<std::int64_t> &until) {
     return frame && until && *until > frame->time && frame->distance(*until) >= (found ? distance : frame->reach + 1);
   };

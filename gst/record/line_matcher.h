@@ -11,7 +11,8 @@
 
 namespace csd {
 
-/// Decides which line of a stream is that of a frame: the nearest within half a frame, the earlier of two equally near.
+/// Decides which line of a stream is that of a frame: the nearest within half a frame, the earlier of two equally near;
+/// within a frame's clipped part, the last.
 /// Lines and frames come in ascending order of time. A plain value without locking.
 ///
 /// Running time goes back only with a flush. Some sources break this: they start both streams again at 0 without one,
@@ -75,7 +76,6 @@ class LineMatcher {
   }
   bool is_before_frame(TimeBase base, std::int64_t time) const;
   std::optional<std::size_t> nearest(std::int64_t &distance) const;
-  void drop_outdated();
 
   std::deque<Entry> entries_;
   Side lines_, frames_;

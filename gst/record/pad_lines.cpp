@@ -11,23 +11,27 @@
 
 namespace csd {
 
-void PadLines::warn_torn_once() {
-  const auto lost = reader_.take_lost();
-  if (!lost || std::exchange(warned_torn_, true)) return;
-  GST_ELEMENT_WARNING(element_, STREAM, FAILED,
-                      ("What came to the pad text broke off in line %" G_GUINT64_FORMAT
-                       ": its frame passes without tracks. Look at what brings the text.",
-                       lost->line),
-                      ("%s", lost->why.c_str()));
+void PadLines::note_torn_once() {
+  if (auto lost = reader_.take_lost(); lost && !std::exchange(warned_torn_, true)) notices_.torn = std::move(lost);
 }
 
 /// The KLV in a transport stream may be the camera's rather than the tracks.
-void PadLines::warn_others_once() {
-  if (!reader_.only_others() || std::exchange(warned_others_, true)) return;
-  GST_ELEMENT_WARNING(element_, STREAM, WRONG_TYPE,
-                      ("Frames pass without tracks: KLV comes to the pad text, but none of it is csdtrackenc's. Link "
-                       "another data stream of the demuxer."),
-                      (nullptr));
+void PadLines::note_others_once() {
+  if (reader_.only_others() && !std::exchange(warned_others_, true)) notices_.only_others = true;
+}
+
+void PadLines::post(GstElement *element, const Notices &notices) {
+  if (notices.torn)
+    GST_ELEMENT_WARNING(element, STREAM, FAILED,
+                        ("What came to the pad text broke off in line %" G_GUINT64_FORMAT
+                         ": its frame passes without tracks. Look at what brings the text.",
+                         notices.torn->line),
+                        ("%s", notices.torn->why.c_str()));
+  if (notices.only_others)
+    GST_ELEMENT_WARNING(element, STREAM, WRONG_TYPE,
+                        ("Frames pass without tracks: KLV comes to the pad text, but none of it is csdtrackenc's. Link "
+                         "another data stream of the demuxer."),
+                        (nullptr));
 }
 
 void PadLines::take(GstBuffer *buffer, LineMatcher &matcher) {
@@ -41,13 +45,13 @@ void PadLines::take(GstBuffer *buffer, LineMatcher &matcher) {
                   "Line " + std::to_string(reader_.count() + 1) + " of what came to the pad text: " + error.what() +
                       ". Link what csdtrackenc has written; in a recording that is its text track.");
   }
-  warn_torn_once();
-  warn_others_once();
+  note_torn_once();
+  note_others_once();
 }
 
 void PadLines::begin_stream(LineMatcher &matcher) {
   reader_.begin_anew();
-  warn_torn_once();
+  note_torn_once();
   // A source that has ended and goes on, as after a broken connection, says nothing about the frames.
   if (std::exchange(ended_, false))
     matcher.lines_begin_anew(true);
@@ -101,7 +105,7 @@ void PadLines::handle(GstEvent *event, LineMatcher &matcher) {
       break;
     case GST_EVENT_EOS:
       reader_.begin_anew();
-      warn_torn_once();
+      note_torn_once();
       ended_ = true;
       break;
     default:
@@ -121,7 +125,7 @@ void PadLines::flush(LineMatcher &matcher) {
 
 void PadLines::relinked(LineMatcher &matcher) {
   reader_.begin_anew();
-  warn_torn_once();
+  note_torn_once();
   matcher.lines_begin_anew(true);
   ended_ = refused_ = warned_torn_ = warned_others_ = false;
 }

@@ -7,7 +7,9 @@ namespace csd {
 
 void TextReader::set_segment(const GstSegment &segment) {
   gst_segment_copy_into(&segment, &segment_);
-  if (segment.format == GST_FORMAT_TIME) last_.reset();
+  if (segment.format != GST_FORMAT_TIME) return;
+  last_.reset();
+  shift_.reset();
 }
 
 std::optional<TimedLine> TextReader::timed(std::string_view text, const TextTime &time) {

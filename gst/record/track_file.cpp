@@ -165,7 +165,7 @@ std::optional<TrackLine> TrackFile::at(const FrameMoment &frame) {
   const std::int64_t begin = frame.time - frame.clipped;
   if (asked_ && (begin < *asked_ || begin > *asked_ + jump)) seek(begin - frame.reach);
   asked_ = begin;
-  while (!after_ || after_->time < begin) {
+  while (!after_ || after_->time < frame.time) {
     if (after_) before_ = std::exchange(after_, std::nullopt);
     if (!next_line(after_.emplace())) {
       after_.reset();
@@ -175,7 +175,11 @@ std::optional<TrackLine> TrackFile::at(const FrameMoment &frame) {
   const auto near = [&](const std::optional<TimedLine> &line) {
     return line && frame.distance(line->time) <= frame.reach;
   };
-  const bool later = near(after_) && !(near(before_) && frame.distance(before_->time) <= frame.distance(after_->time));
+  const auto at_least_as_near = [&] {
+    const std::int64_t earlier = frame.distance(before_->time), later = frame.distance(after_->time);
+    return earlier <= later && after_->time != frame.time;
+  };
+  const bool later = near(after_) && !(near(before_) && at_least_as_near());
   std::optional<TimedLine> &found = later ? after_ : before_;
   if (!near(found)) return std::nullopt;
   return std::move(std::exchange(found, std::nullopt)->line);

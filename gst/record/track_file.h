@@ -24,7 +24,8 @@ class TrackFile {
   TrackFile(const TrackFile &) = delete;
   TrackFile &operator=(const TrackFile &) = delete;
 
-  /// The line nearest to the frame, within its reach; the earlier of two equally near. Returns each line once, unless
+  /// The line nearest to the frame, within its reach; the earlier of two equally near; within its
+  /// clipped part, the last. Returns each line once, unless
   /// time goes back. Throws Refusal, with the line's number, for the first line on the way that is invalid, or earlier
   /// than the one before it.
   std::optional<TrackLine> at(const FrameMoment &frame);
@@ -34,7 +35,6 @@ class TrackFile {
   std::size_t read_at(std::int64_t offset, char *to, std::size_t size) const;
   std::int64_t size() const;
   void go_to(std::int64_t offset);
-  bool skip_line();
   bool fill();
   bool next_text(std::string_view &text);
   bool next_line(TimedLine &line);

@@ -13,13 +13,18 @@ namespace csd {
 struct VideoStream {
   GstVideoInfo info;
   GstCaps *caps = nullptr;  ///< null until they come
-  GstEvent *stream_start = nullptr;
   bool negotiated = false;
-  FrameMoments head;          ///< of the frame at the head of the queue
+  FrameMoments head;  ///< of the frame at the head of the queue
+  FramePace pace;
   std::uint64_t overdue = 0;  ///< this frame has waited for max-wait
   bool warned_aspect = false;
 
   VideoStream() { gst_video_info_init(&info); }
+  void begin(GstCaps *its) {
+    gst_caps_replace(&caps, its);
+    negotiated = false;
+    pace = {};
+  }
 };
 
 }  // namespace csd

@@ -87,8 +87,8 @@ template <class Values>
 class PropertyTable {
  public:
   /// Call once, in class_init. `category` is for a refused setting's warning.
-  PropertyTable(GObjectClass *klass, std::vector<Property<Values>> properties, GstDebugCategory *category = nullptr)
-      : properties_(std::move(properties)), category_(category ? category : GST_CAT_DEFAULT) {
+  PropertyTable(GObjectClass *klass, std::vector<Property<Values>> properties, GstDebugCategory *category)
+      : properties_(std::move(properties)), category_(category) {
     for (std::size_t i = 0; i < properties_.size(); ++i)
       g_object_class_install_property(klass, static_cast<guint>(i + 1), properties_[i].spec);
   }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <charconv>
+#include <type_traits>
 
 #include "text/parse.h"
 

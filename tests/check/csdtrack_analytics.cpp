@@ -187,7 +187,7 @@ GST_START_TEST(memory_does_not_grow_with_the_square_of_the_features) {
     GstBuffer *buffer = gst_buffer_new();
     const std::ptrdiff_t before = taken();
     if (others) gst_buffer_add_analytics_relation_meta(buffer);  // has room for 5, and grows by 5
-    analytics.attach(buffer, csd::PatchBoxes(info, nullptr, 240, 21), tracks, 0);
+    analytics.attach(buffer, csd::PatchBoxes(info, buffer, 240, 21), tracks, 0);
     const std::ptrdiff_t bytes = taken() - before;
     fail_unless(bytes < 32 << 20, "%d MB", int(bytes >> 20));
     const auto found = read(buffer);
@@ -204,8 +204,6 @@ GST_END_TEST
 GST_START_TEST(a_key_point_is_at_the_features_seen_or_predicted_place) {
   GstVideoInfo info;
   gst_video_info_set_format(&info, GST_VIDEO_FORMAT_GRAY8, 320, 240);
-  GstVideoCropMeta crop{};
-  crop.x = 100, crop.y = 50, crop.width = 200, crop.height = 150;
   using enum csd::FeatureState;
   struct Case {
     csd::FeatureState state;
@@ -228,7 +226,9 @@ GST_START_TEST(a_key_point_is_at_the_features_seen_or_predicted_place) {
     csd::Feature &f = tracks.features.emplace_back();
     f.id = 7, f.state = c.state, f.x = c.x, f.y = c.y, f.confidence = .75;
     GstBuffer *buffer = gst_buffer_new();
-    csd::Analytics().attach(buffer, csd::PatchBoxes(info, &crop, 150, 21), tracks, 0);
+    GstVideoCropMeta *crop = gst_buffer_add_video_crop_meta(buffer);
+    crop->x = 100, crop->y = 50, crop->width = 200, crop->height = 150;
+    csd::Analytics().attach(buffer, csd::PatchBoxes(info, buffer, 150, 21), tracks, 0);
     const auto found = read(buffer).at(7).points;
     fail_unless_equals_int(found.size(), c.points.size());
     for (std::size_t i = 0; i < found.size(); ++i) {

@@ -352,6 +352,21 @@ GST_START_TEST(other_elements_metas_stay) {
 }
 GST_END_TEST
 
+GST_START_TEST(boxes_of_a_crop_rectangle_may_lie_beyond_the_caps_size) {
+  // 320×240 pixels from 80,60 on of a decoder's frame of 400×300.
+  GstHarness *h = harness("csdtrack algorithm=lk attach-roi=true points=300,220 patch-size=21");
+  GstBuffer *in = picture(400, 300, 0);
+  gst_buffer_add_video_meta(in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_GRAY8, 400, 300);
+  GstVideoCropMeta *crop = gst_buffer_add_video_crop_meta(in);
+  crop->x = 80, crop->y = 60, crop->width = 320, crop->height = 240;
+  GstBuffer *out = gst_harness_push_and_pull(h, in);
+  const GstVideoRegionOfInterestMeta *roi = gst_buffer_get_video_region_of_interest_meta(out);
+  fail_unless(roi && roi->x == 370 && roi->y == 270 && roi->w == 21 && roi->h == 21);
+  gst_buffer_unref(out);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
 static Suite *csdtrack_output_suite() {
   Suite *suite = suite_create("csdtrack_output");
   TCase *tc = tcase_create("output");
@@ -366,6 +381,7 @@ static Suite *csdtrack_output_suite() {
   tcase_add_test(tc, overlay_meta_set_from_another_thread_at_any_time);
   tcase_add_loop_test(tc, overlay_set_by_two_threads_matches_the_negotiated_caps, 0, 2);
   tcase_add_test(tc, other_elements_metas_stay);
+  tcase_add_test(tc, boxes_of_a_crop_rectangle_may_lie_beyond_the_caps_size);
   return suite;
 }
 

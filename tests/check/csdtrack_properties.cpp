@@ -77,10 +77,12 @@ bool can_be_set(GstElement *track, const GParamSpec *spec) {
   return taken;
 }
 
-void count_refusals(GstDebugCategory *category, GstDebugLevel level, const gchar *, const gchar *, gint, GObject *,
-                    GstDebugMessage *message, gpointer refusals) {
+void count_refusals(GstDebugCategory *category, GstDebugLevel level, const gchar *, const gchar *, gint,
+                    GObject *object, GstDebugMessage *message, gpointer refusals) {
+  if (!GST_IS_ELEMENT(object)) return;
+  const char *kind = GST_OBJECT_NAME(gst_element_get_factory(GST_ELEMENT(object)));
   *static_cast<int *>(refusals) += level == GST_LEVEL_WARNING &&
-                                   std::strcmp(gst_debug_category_get_name(category), "csdtrack") == 0 &&
+                                   std::strcmp(gst_debug_category_get_name(category), kind) == 0 &&
                                    std::strstr(gst_debug_message_get(message), "NULL and READY only") != nullptr;
 }
 
@@ -262,6 +264,22 @@ GST_START_TEST(each_property_reads_as_set_and_structural_ones_not_after_ready) {
 }
 GST_END_TEST
 
+GST_START_TEST(a_refused_setting_is_logged_by_its_element) {
+  for (const auto &[kind, setting] : {std::pair{"csdsimsrc", "seed"}, {"csdtrackdec", "location"}}) {
+    GstElement *element = gst_element_factory_make(kind, nullptr);
+    int refusals = 0;
+    gst_debug_set_threshold_for_name(kind, GST_LEVEL_WARNING);
+    (gst_debug_add_log_function)(count_refusals, &refusals, nullptr);
+    fail_unless(gst_element_set_state(element, GST_STATE_PAUSED) != GST_STATE_CHANGE_FAILURE);
+    gst_util_set_object_arg(G_OBJECT(element), setting, "7");
+    fail_unless_equals_int(refusals, 1);
+    (gst_debug_remove_log_function)(count_refusals);
+    gst_element_set_state(element, GST_STATE_NULL);
+    gst_object_unref(element);
+  }
+}
+GST_END_TEST
+
 static Suite *csdtrack_properties_suite() {
   Suite *suite = suite_create("csdtrack_properties");
   TCase *tc = tcase_create("properties");
@@ -272,6 +290,7 @@ static Suite *csdtrack_properties_suite() {
   tcase_add_test(tc, an_array_of_another_shape_is_an_error);
   tcase_add_test(tc, a_region_set_in_ready_is_checked_at_paused);
   tcase_add_test(tc, each_property_reads_as_set_and_structural_ones_not_after_ready);
+  tcase_add_test(tc, a_refused_setting_is_logged_by_its_element);
   return suite;
 }
 

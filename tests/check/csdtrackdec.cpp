@@ -53,6 +53,7 @@ GST_START_TEST(positions_are_scaled_with_the_picture) {
       {"width=128,height=97", 0, 21, 20.5 * 97 / 48 - 0.5},  // the same, rounded
       {"width=128,height=99", -1, 0, 0},                     // another aspect
       {"width=128,height=48", -1, 0, 0},
+      {"width=128,height=96,pixel-aspect-ratio=0/1", -1, 0, 0},  // no aspect
   };
   for (const auto &c : cases) {
     Harness harness(path, (std::string("video/x-raw,format=GRAY8,framerate=25/1,") + c.size).c_str());
@@ -129,11 +130,44 @@ GST_START_TEST(a_frame_without_a_duration_lasts_as_the_caps_say) {
     const char *framerate;
     unsigned ms;
     int number;
-  } cases[] = {{"10/1", 50, 0}, {"10/1", 51, -1}, {"0/1", 20, 0}, {"0/1", 21, -1}};  // 0/1: as at 25 frames a second
+  } cases[] = {{"10/1", 50, 0}, {"10/1", 51, -1}, {"0/1", 2, 0}, {"0/1", 3, -1}};  // 0/1: times may be rounded
   for (const auto &c : cases) {
     Harness harness(path,
                     (std::string("video/x-raw,format=GRAY8,width=64,height=48,framerate=") + c.framerate).c_str());
     fail_unless_equals_int(harness.push(frame_at(c.ms * GST_MSECOND, GST_CLOCK_TIME_NONE)), c.number);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(without_duration_and_framerate_no_frame_gets_its_neighbours_line) {
+  constexpr char no_rate[] = "video/x-raw,format=GRAY8,width=64,height=48,framerate=0/1";
+  const auto time = [](guint64 n) { return gst_util_uint64_scale(n, GST_SECOND, 60); };
+  const auto line_at = [&](guint64 n) { return line(n, time(n)) + "\n"; };
+  std::string one_lost, every_second, late;
+  for (guint64 n = 0; n < 20; ++n) {
+    if (n != 5) one_lost += line_at(n);
+    if (n % 2 == 0) every_second += line_at(n);
+    late += line(n, time(n) + 4 * GST_MSECOND) + "\n";
+  }
+  for (const bool frame_dropped : {false, true}) {
+    Harness lost(write_file("lost.jsonl", one_lost), no_rate), half(write_file("half.jsonl", every_second), no_rate),
+        behind(write_file("behind.jsonl", late), no_rate);
+    for (int n = 0; n < 20; ++n) {
+      if (frame_dropped && n == 4) continue;  // the next frame doesn't last for two
+      const auto frame = [&] { return frame_at(time(static_cast<guint64>(n)), GST_CLOCK_TIME_NONE); };
+      fail_unless_equals_int(lost.push(frame()), n == 5 ? -1 : n);
+      fail_unless_equals_int(half.push(frame()), n % 2 == 0 ? n : -1);
+      fail_unless_equals_int(behind.push(frame()), n > 0 ? n : -1);
+    }
+  }
+  TextHarness harness;
+  gst_harness_set_src_caps_str(harness.h, no_rate);
+  for (guint64 n = 0; n < 20; ++n)
+    if (n != 5) harness.push_line(line(n), time(n));
+  harness.end();
+  for (int n = 0; n < 20; ++n) {
+    GstBuffer *in = frame_at(time(static_cast<guint64>(n)), GST_CLOCK_TIME_NONE);
+    fail_unless_equals_int(harness.push(in), n == 5 ? -1 : n);
   }
 }
 GST_END_TEST
@@ -171,6 +205,17 @@ GST_START_TEST(a_frame_cut_by_a_seek_is_matched_by_its_end) {
     fail_unless_equals_int(harness.push(frame_at(start, frame_time - cut)), 100);
     fail_unless_equals_int(harness.push(101 * frame_time), 101);
   }
+}
+GST_END_TEST
+
+GST_START_TEST(a_short_frame_at_the_segments_start_has_its_own_line) {
+  // Frames of 20 ms although the caps say 40 ms: as if the first one were cut.
+  std::string content;
+  for (guint64 n = 0; n < 9; ++n) content += line(n, n * 20 * GST_MSECOND) + "\n";
+  Harness harness(write_file("short.jsonl", content));
+  new_segment(harness.h, 100 * GST_MSECOND);
+  for (guint64 n = 5; n < 9; ++n)
+    fail_unless_equals_int(harness.push(frame_at(n * 20 * GST_MSECOND, 20 * GST_MSECOND)), static_cast<int>(n));
 }
 GST_END_TEST
 
@@ -384,6 +429,22 @@ GST_START_TEST(location_is_read_in_ready_and_its_absence_is_reported_once) {
 }
 GST_END_TEST
 
+GST_START_TEST(location_can_be_set_after_a_failed_start) {
+  Harness harness;
+  gst_element_set_state(harness.element, GST_STATE_READY);
+  GstPad *pad = gst_element_get_static_pad(harness.element, "src");
+  const GstPadActivateModeFunction activate = GST_PAD_ACTIVATEMODEFUNC(pad);
+  gst_pad_set_activatemode_function(pad, [](GstPad *, GstObject *, GstPadMode, gboolean) -> gboolean { return FALSE; });
+  fail_unless_equals_int(gst_element_set_state(harness.element, GST_STATE_PAUSED), GST_STATE_CHANGE_FAILURE);
+  gst_pad_set_activatemode_function(pad, activate);
+  gst_object_unref(pad);
+  g_object_set(harness.element, "location", "another.jsonl", nullptr);
+  g_autofree gchar *location = nullptr;
+  g_object_get(harness.element, "location", &location, nullptr);
+  fail_unless_equals_string(location, "another.jsonl");
+}
+GST_END_TEST
+
 static Suite *csdtrackdec_suite() {
   Suite *s = suite_create("csdtrackdec");
   TCase *tc = tcase_create("file");
@@ -394,9 +455,11 @@ static Suite *csdtrackdec_suite() {
   tcase_add_test(tc, a_crop_rectangle_counts_as_the_picture);
   tcase_add_test(tc, a_frame_gets_the_nearest_line_within_half_a_frame);
   tcase_add_test(tc, a_frame_without_a_duration_lasts_as_the_caps_say);
+  tcase_add_test(tc, without_duration_and_framerate_no_frame_gets_its_neighbours_line);
   tcase_add_test(tc, lines_match_by_stream_time);
   tcase_add_test(tc, ts_offset_is_added_to_the_time_of_the_lines);
   tcase_add_test(tc, a_frame_cut_by_a_seek_is_matched_by_its_end);
+  tcase_add_test(tc, a_short_frame_at_the_segments_start_has_its_own_line);
   tcase_add_test(tc, follows_seeks);
   tcase_add_test(tc, a_torn_last_line_is_skipped_until_it_is_whole);
   tcase_add_test(tc, a_line_without_tracks_and_one_without_features);
@@ -406,6 +469,7 @@ static Suite *csdtrackdec_suite() {
   tcase_add_test(tc, only_overlay_draw_changes_pixels);
   tcase_add_test(tc, other_elements_metas_stay);
   tcase_add_test(tc, location_is_read_in_ready_and_its_absence_is_reported_once);
+  tcase_add_test(tc, location_can_be_set_after_a_failed_start);
   return s;
 }
 

@@ -120,11 +120,13 @@ inline int number_on(GstBuffer *buffer, const char *name = GST_CSD_TRACK_META_NA
 }
 
 struct Harness {
-  GstElement *element = gst_element_factory_make("csdtrackdec", nullptr);
+  GstElement *element;
   GstHarness *h = nullptr;
   GstBus *bus = gst_bus_new();
 
-  explicit Harness(const std::string &location = "", const char *caps = gray_64, const char *overlay = "none") {
+  explicit Harness(const std::string &location = "", const char *caps = gray_64, const char *overlay = "none",
+                   GstElement *given = nullptr)
+      : element(given ? given : gst_element_factory_make("csdtrackdec", nullptr)) {
     if (!location.empty()) g_object_set(element, "location", location.c_str(), nullptr);
     gst_util_set_object_arg(G_OBJECT(element), "overlay", overlay);
     gst_element_set_bus(element, bus);

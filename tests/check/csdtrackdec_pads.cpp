@@ -151,6 +151,34 @@ GST_START_TEST(text_comes_before_the_element_has_started) {
 }
 GST_END_TEST
 
+GST_START_TEST(a_link_before_the_start_is_forgotten) {
+  GstElement *element = ready();
+  GstPad *text = request(element);
+  {
+    Source source;
+    source.link(text);  // and unlinked
+  }
+  Harness harness("", gray_64, "none", element);
+  harness.push(frame_at(0));
+  assert_holds(harness.said(GST_MESSAGE_WARNING), "There are no tracks to put on the frames");
+  change_state(element, GST_STATE_NULL);
+  release(element, text);
+}
+GST_END_TEST
+
+GST_START_TEST(no_pad_is_added_while_the_video_is_being_flushed) {
+  Harness harness;
+  harness.push(frame_at(0));
+  gst_harness_push_event(harness.h, gst_event_new_flush_start());
+  GstPad *text = gst_element_request_pad_simple(harness.element, "text");
+  gst_harness_push_event(harness.h, gst_event_new_flush_stop(TRUE));
+  new_segment(harness.h, 0);
+  fail_unless_equals_int(harness.push(frame_at(0)), -1);
+  fail_unless(text == nullptr);
+  release(harness.element, request(harness.element));
+}
+GST_END_TEST
+
 namespace {
 
 struct Held {
@@ -255,6 +283,8 @@ static Suite *csdtrackdec_pads_suite() {
   suite_add_tcase(s, tc);
   gst_object_unref(gst_plugin_load_by_name("csdtrack"));
   tcase_add_test(tc, the_element_starts_while_the_pad_is_added);
+  tcase_add_test(tc, no_pad_is_added_while_the_video_is_being_flushed);
+  tcase_add_test(tc, a_link_before_the_start_is_forgotten);
   tcase_add_test(tc, text_comes_before_the_element_has_started);
   tcase_add_test(tc, the_element_stops_after_reading_the_text_of_a_released_pad);
   tcase_add_test(tc, pads_come_and_go_during_state_changes);

@@ -224,6 +224,38 @@ GST_START_TEST(a_flush_drops_a_torn_line) {
 }
 GST_END_TEST
 
+GST_START_TEST(a_handler_of_a_warning_may_flush_the_text) {
+  TextHarness harness(ndjson);
+  gst_bus_set_sync_handler(
+      harness.bus,
+      [](GstBus *, GstMessage *message, gpointer pad) {
+        if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_WARNING) {
+          gst_pad_push_event(GST_PAD(pad), gst_event_new_flush_start());
+          gst_pad_push_event(GST_PAD(pad), gst_event_new_flush_stop(TRUE));
+        }
+        return GST_BUS_PASS;
+      },
+      harness.text->srcpad, nullptr);
+  harness.push_waiting(0);
+  harness.push_text(line(0).substr(0, 50));
+  harness.end();
+  fail_unless_equals_int(harness.pull_number(), -1);
+  gst_bus_set_sync_handler(harness.bus, nullptr, nullptr, nullptr);
+  assert_holds(harness.said(GST_MESSAGE_WARNING), "broke off in line 1");
+}
+GST_END_TEST
+
+GST_START_TEST(a_new_segment_says_nothing_about_lines_without_timestamps) {
+  TextHarness harness(ndjson);
+  harness.push_line(line(0) + "\n", GST_SECOND);
+  harness.text_event(segment_event(0));
+  harness.push_text(line(30) + "\n");  // at its own 1.2 s, not a second later
+  harness.end();
+  fail_unless_equals_int(harness.push(25 * frame_time), 0);
+  fail_unless_equals_int(harness.push(30 * frame_time), 30);
+}
+GST_END_TEST
+
 GST_START_TEST(a_segment_can_play_again) {
   // The text runs ahead into the second round, and then into the third.
   TextHarness harness;
@@ -375,6 +407,8 @@ static Suite *csdtrackdec_text_suite() {
   tcase_add_test(tc, text_that_runs_ahead_is_held_back_not_lost);
   tcase_add_test(tc, both_streams_seek);
   tcase_add_test(tc, a_flush_drops_a_torn_line);
+  tcase_add_test(tc, a_handler_of_a_warning_may_flush_the_text);
+  tcase_add_test(tc, a_new_segment_says_nothing_about_lines_without_timestamps);
   tcase_add_test(tc, a_segment_can_play_again);
   tcase_add_test(tc, in_reverse_lines_match_in_ascending_running_time);
   tcase_add_test(tc, an_invalid_line_is_refused_and_the_video_goes_on);

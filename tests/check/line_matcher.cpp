@@ -113,6 +113,17 @@ TEST(LineMatcher, AClippedFrameIsMatchedByItsWhole) {
   EXPECT_EQ(m.taken(), 1);
 }
 
+TEST(LineMatcher, AFrameThatSeemsClippedHasItsOwnLine) {
+  Matched m;
+  m.frame({csd::FrameMoment{100 * ms, 20 * ms, step / 2}, std::nullopt});
+  m.line(1, 80 * ms);
+  m.line(2, 90 * ms);
+  EXPECT_FALSE(m.decided()) << "a nearer one may come";
+  m.line(3, 100 * ms);
+  EXPECT_EQ(m.decide(), 3);
+  EXPECT_EQ(m.taken(), 2) << "the last of the others";
+}
+
 /// Both sides start again at 0 without a flush. Which side begins first, and what each of them lacks.
 struct Laps {
   const char *what;

@@ -206,6 +206,28 @@ TEST(OverlayPainter, IsOpaqueWithAlphaOfAnyDepth) {
   }
 }
 
+/// More sprites than the cache holds, in a format that is painted row by row.
+TEST(OverlayPainter, ShowsEachOfTooManySprites) {
+  const GstVideoInfo info = scene::info_of(GST_VIDEO_FORMAT_I420_10BE, 3840, 2160);
+  csd::Tracks tracks;
+  for (csd::FeatureId id = 0; id < 208; ++id)
+    tracks.features.push_back(feature(id, 80 + id % 16 * 238, 84 + id / 16 * 165.5,
+                                      id % 2 == 0 ? csd::FeatureState::tracked : csd::FeatureState::lost));
+  const scene::Buffer together = scene::allocate(info, 0, 0), alone = scene::allocate(info, 0, 0);
+  csd::OverlayPainter painter;
+  {
+    scene::Frame frame(info, together.get(), GST_MAP_READWRITE);
+    painter.draw(frame, info, nullptr, tracks);
+  }
+  scene::Frame frame(info, alone.get(), GST_MAP_READWRITE);
+  for (const csd::Feature &one : tracks.features) {
+    csd::Tracks its;
+    its.features = {one};
+    painter.draw(frame, info, nullptr, its);
+  }
+  EXPECT_TRUE(bytes(together.get()) == bytes(alone.get()));
+}
+
 /// Bits that belong to no sample: packing would clear them. Such lines stay as they are, and are counted.
 TEST(OverlayPainter, LeavesLinesThatPackingWouldChange) {
   const GstVideoInfo info = scene::info_of(GST_VIDEO_FORMAT_I420_10BE, 64, 48);
@@ -220,6 +242,65 @@ TEST(OverlayPainter, LeavesLinesThatPackingWouldChange) {
   EXPECT_EQ(before, std::vector<std::uint8_t>(line, line + info.stride[0]));
   const auto pixels = unpack(frame);
   EXPECT_TRUE(std::any_of(pixels.begin() + 25 * 64, pixels.begin() + 26 * 64, [](const auto &p) { return p[1] > 0; }));
+}
+
+/// Two fields of 4n+2 lines, in planes without the last chroma line, one after the other; with the chroma's lines
+/// upwards from the memory's begin; with U and V side by side. Each gets the same markers, and no byte beside its lines
+/// changes.
+TEST(OverlayPainter, PaintsTheSameIntoPlanesOfAnyLayout) {
+  constexpr int width = 64, height = 46, lines = 23, beside = 512;
+  for (const GstVideoFormat format : {GST_VIDEO_FORMAT_I420, GST_VIDEO_FORMAT_I420_10BE}) {
+    const GstVideoInfo info = scene::info_of(format, width, height, GST_VIDEO_INTERLACE_MODE_INTERLEAVED);
+    const int bytes = format == GST_VIDEO_FORMAT_I420 ? 1 : 2, luma = width * bytes, chroma = luma / 2;
+    const int all = luma * height + 2 * chroma * lines;
+    struct Layout {
+      const char *what;
+      int offset[4], stride[4];
+    };
+    const Layout layouts[] = {
+        {"one after the other", {0, luma * height, luma * height + chroma * lines}, {luma, chroma, chroma}},
+        {"upwards", {2 * chroma * lines, chroma * (lines - 1), chroma * (2 * lines - 1)}, {luma, -chroma, -chroma}},
+        {"side by side", {0, luma * height, luma * height + chroma}, {luma, luma, luma}},
+    };
+    std::vector<guint8> first;
+    for (const Layout &layout : layouts) {
+      std::vector<guint8> memory(static_cast<std::size_t>(beside + all + beside));
+      const scene::Buffer buffer(gst_buffer_new_wrapped_full(GST_MEMORY_FLAG_NO_SHARE, memory.data(), memory.size(),
+                                                             beside, static_cast<gsize>(all), nullptr, nullptr));
+      gsize offset[4] = {};
+      gint stride[4] = {};
+      for (int p = 0; p < 3; ++p) {
+        offset[p] = static_cast<gsize>(layout.offset[p]);
+        stride[p] = layout.stride[p];
+      }
+      gst_buffer_add_video_meta_full(buffer.get(), GST_VIDEO_FRAME_FLAG_NONE, format, width, height, 3, offset, stride);
+      csd::Tracks tracks;
+      tracks.features = {feature(1, 20, 8, csd::FeatureState::tracked), feature(2, 40, 42, csd::FeatureState::tracked)};
+      std::vector<guint8> planes;
+      {
+        csd::MappedFrame frame(info, buffer.get(), GST_MAP_READWRITE);
+        csd::OverlayPainter().draw(*frame, info, nullptr, tracks);
+        const csd::FrameView view = csd::frame_view(*frame, info);  // no TFF: the bottom field
+        for (std::size_t k = 1; k < 3 && bytes == 1; ++k) {
+          const auto *last =
+              view.component[k].data + ((view.rows - 1) >> view.component[k].sub_y) * view.component[k].row_stride;
+          EXPECT_GE(last, memory.data() + beside) << layout.what;
+          EXPECT_LE(last + chroma, memory.data() + beside + all) << layout.what;
+        }
+        for (int p = 0; p < 3; ++p)
+          for (int y = 0; y < (p == 0 ? height : lines); ++y) {
+            const auto *line = static_cast<const guint8 *>(frame->data[p]) + y * stride[p];
+            planes.insert(planes.end(), line, line + (p == 0 ? luma : chroma));
+          }
+      }
+      if (first.empty()) first = planes;
+      EXPECT_TRUE(planes == first) << layout.what << ", " << gst_video_format_to_string(format);
+      EXPECT_EQ(std::count(memory.begin(), memory.begin() + beside, 0), beside) << layout.what;
+      EXPECT_EQ(std::count(memory.end() - beside, memory.end(), 0), beside) << layout.what;
+      const auto chroma_begin = planes.begin() + luma * height;
+      EXPECT_GT(planes.end() - chroma_begin - std::count(chroma_begin, planes.end(), 0), 50) << layout.what;
+    }
+  }
 }
 
 /// An index into a palette has no neighbour to blend with.
