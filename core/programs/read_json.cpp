@@ -48,7 +48,8 @@ void add_tracks(score::Recording &tracks, TrackLine &&line, std::size_t number) 
       fail("is by " + printable(line.algorithm) + ", the lines before by " + printable(tracks.algorithm));
     tracks.algorithm = line.algorithm;
   }
-  tracks.frames.push_back({line.numbered, line.tracks.frame, line.pts, number, std::move(line.tracks.features)});
+  tracks.frames.push_back({line.numbered, line.tracks.frame, line.pts, number, std::move(line.tracks.features),
+                           line.stream_time, line.running_time});
 }
 
 }  // namespace

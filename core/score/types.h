@@ -58,6 +58,7 @@ struct TrackFrame {
   std::int64_t pts = no_time;
   std::size_t line = 0;
   std::vector<Feature> features;  ///< ascending ids
+  std::int64_t stream_time = no_time, running_time = no_time;
 };
 
 /// A tracker's reports, as csdtrackenc wrote them.
