@@ -19,7 +19,7 @@ import numpy as np
 import browser
 import harness
 from reports import (BAR, BITS, BUILD, ENVIRONMENT, FPS, PROGRAM, WIDTH, ReportCase, features,
-                     position, report, state_of, write_tracks)
+                     picture, position, report, state_of, write_tracks)
 
 # As in docs/elements.md, from the palette of Okabe and Ito.
 COLOURS = {"learning": (240, 228, 66), "tracked": (86, 180, 233), "occluded": (230, 159, 0)}
@@ -270,6 +270,54 @@ class Page(ReportCase):
                 self.assertGreater(len(rows), 1500)
                 self.assertLess(math.dist((columns.mean() + 0.5, rows.mean() + 0.5),
                                           (drawn["left"], drawn["top"])), 1.2)
+
+    def times_of(self, video):
+        """The lines of a file as GStreamer times them, without features."""
+        lines = self.tmp / "timed.jsonl"
+        harness.launch("filesrc", f"location={video}", "!", "decodebin", "!", "csdtrackenc", "!",
+                       "filesink", f"location={lines}").check_returncode()
+        return [json.loads(line) for line in lines.read_text().splitlines()]
+
+    def assert_frames_match(self, video, first, count, least_repeats=0):
+        """Checks the page of a part of the video of bars, of which GStreamer shows `count` frames
+        from `first` on, with the tracks of these."""
+        lines = self.times_of(video)
+        self.assertEqual(len(lines), count)
+        times = [line["stream_time"] for line in lines]
+        self.assertGreaterEqual(sum(a == b for a, b in zip(times, times[1:])), least_repeats)
+        tracks = self.tmp / f"{video.name}.jsonl"
+        with open(tracks, "w") as file:
+            for frame, line in enumerate(lines, first):
+                line |= {"frame": frame, "source": "csdtrack0", "algorithm": "csd",
+                         "features": features(frame)}
+                file.write(json.dumps(line) + "\n")
+        done = self.make(video, tracks, self.tmp / f"page-{video.name}")
+        self.assertNotIn("warning", done.stderr)
+        self.open(f"page-{video.name}")
+        self.browser.find_element(By.ID, "ids").click()
+        for at in (1, 2, count // 2, count - 2, count - 1):
+            self.js("csdReport.seek(csdReport.about.times[arguments[0]])", at)
+            self.until(f"csdReport.state().frame === {first + at} && "
+                       "!document.getElementById('video').seeking")
+            self.assert_shows(first + at)
+
+    def test_frames_of_the_same_time_have_their_own_tracks(self):
+        """B-frames in AVI: GStreamer has two frames of one time at a key frame, and is late from
+        then on."""
+        for name, codec in (("mpeg4.avi", ("mpeg4", "-vtag", "XVID")),
+                            ("mpeg2.avi", ("mpeg2video",))):
+            with self.subTest(name):
+                self.assert_frames_match(
+                    harness.encode(self.tmp / name, (picture(i) for i in range(100)), "-c:v",
+                                   *codec, "-qscale:v", "2", "-bf", "2", "-g", "24", rate=FPS),
+                    0, 100, 1)
+
+    def test_a_first_frame_that_an_edit_list_clips(self):
+        cut = self.tmp / "cut.mp4"
+        subprocess.run(["ffmpeg", "-v", "error", "-ss", "1.02", "-t", "2", "-i", self.video, "-c",
+                        "copy", cut], check=True, stdin=subprocess.DEVNULL)
+        self.assertLess(self.times_of(cut)[1]["stream_time"], 0.9e9 / FPS)
+        self.assert_frames_match(cut, 25, len(self.times_of(cut)))
 
     def test_an_hour_of_video(self):
         """csd-report keeps no positions in memory, and the page only a few chunks of them."""

@@ -79,17 +79,35 @@ class Video:
                 self.codec in VIDEO[self.container] and
                 all(sound in SOUND[self.container] for sound in self.sound))
 
+    @property
+    def begins_late(self) -> bool:
+        return self.start > 1e-3
+
     def times(self) -> "array.array[float]":
         """When each frame is shown, s, ascending.
 
-        As browsers do, this counts from the first sound or picture.
+        As browsers do, this counts from the first sound or picture, and leaves out what the file's
+        edit list cuts off.
         """
-        text = probe(self.path, "-select_streams", str(self.index), "-show_entries",
-                     "packet=pts_time", "-of", "csv=p=0")
-        words = [word for word in text.replace(",", " ").split() if word != "N/A"]
-        if not words:
+        times = [time for time, is_shown in self._packets() if is_shown]
+        if not times:
             raise ReportError(f"'{self.path}' has no frames with times")
-        return array.array("d", sorted(float(word) - self.start for word in words))
+        return array.array("d", sorted(time - self.start for time in times))
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether an edit list cuts off frames at the beginning, and only there."""
+        packets = self._packets()
+        hidden = [time for time, is_shown in packets if not is_shown]
+        shown = (time for time, is_shown in packets if is_shown)
+        return bool(hidden) and max(hidden) < min(shown, default=0)
+
+    def _packets(self) -> list[tuple[float, bool]]:
+        """Of each packet the time, s, and whether its frame is shown."""
+        lines = probe(self.path, "-select_streams", str(self.index), "-show_entries",
+                      "packet=pts_time,flags", "-of", "csv=p=0").splitlines()
+        words = [line.split(",") for line in lines]
+        return [(float(time), "D" not in flags) for time, flags, *_ in words if time != "N/A"]
 
 
 def interval_of(times: "array.array[float]") -> float:
@@ -104,14 +122,18 @@ def prepare(video: Video, folder: pathlib.Path, wanted: bool) -> tuple[pathlib.P
     Returns its path, and how many columns and rows were cut off to make their numbers even. Raises
     ReportError.
     """
-    if video.is_playable:
-        path = folder / f"video.{video.container}"
+    playable = video.is_playable
+    container = video.container if playable else "mp4"
+    path = folder / f"video.{container}"
+    # Browsers don't agree about times that begin late, or an edit list that begins within a frame.
+    # ffmpeg lets both begin with a frame, at 0.
+    if playable and not video.begins_late and not video.is_cut:
         shutil.copyfile(video.path, path)
         return path, (0, 0)
-    path = folder / "video.mp4"
-    sound = ["-c:a", "copy" if all(s in SOUND["mp4"] for s in video.sound) else "aac"]
-    if video.pixels in PIXELS and video.codec in VIDEO["mp4"]:
-        convert(video, path, ["-c:v", "copy", *sound], "putting the video into mp4", wanted)
+    sound = ["-c:a", "copy" if all(s in SOUND[container] for s in video.sound) else "aac"]
+    if playable or video.pixels in PIXELS and video.codec in VIDEO[container]:
+        convert(video, path, ["-c:v", "copy", *sound], f"putting the video into {container}",
+                wanted)
         return path, (0, 0)
     # A keyframe every other second lets a browser step backwards quickly. Each frame keeps its
     # time.
@@ -121,6 +143,10 @@ def prepare(video: Video, folder: pathlib.Path, wanted: bool) -> tuple[pathlib.P
         "-1"
     ]
     convert(video, path, [*encoder, *sound], "converting the video to H.264", True)
+    if Video(path).begins_late:  # an AVI with B-frames
+        late = path.rename(folder / "late.mp4")
+        convert(Video(late), path, ["-c", "copy"], "putting the video into mp4", wanted)
+        late.unlink()
     width, height = video.width, video.height
     if video.turn % 180:
         width, height = height, width
