@@ -9,6 +9,7 @@ import io
 import json
 import math
 import pathlib
+import struct
 import subprocess
 import sys
 import time
@@ -30,6 +31,17 @@ try:
     from selenium.webdriver.common.keys import Keys
 except ImportError:
     pass  # browser.begin() skips
+
+
+def turned(mp4, matrix):
+    """An mp4 of ffmpeg's with this matrix: a, b, c, d, x, y show a point at ax + cy + x,
+    bx + dy + y."""
+    a, b, c, d, x, y = (n << 16 for n in matrix)
+    plain = struct.pack(">9i", 1 << 16, 0, 0, 0, 1 << 16, 0, 0, 0, 1 << 30)
+    # The track's header has it, behind the movie's.
+    head, tail = mp4[:mp4.index(b"tkhd")], mp4[mp4.index(b"tkhd"):]
+    assert plain in tail
+    return head + tail.replace(plain, struct.pack(">9i", a, b, 0, c, d, 0, x, y, 1 << 30), 1)
 
 
 class Page(ReportCase):
@@ -233,8 +245,8 @@ class Page(ReportCase):
         self.assertEqual([url for url in asked if not url.startswith(("file:", "data:"))], [])
 
     def test_points_are_in_place_in_any_video(self):
-        """A point at the centre of a disc on black. The videos are turned, of an odd size, with
-        pixels that aren't square, or with times that begin late."""
+        """A point at the centre of a disc on black. The videos are turned, mirrored, of an odd
+        size, with pixels that aren't square, or with times that begin late."""
         x, y, width, height = 90, 140, 321, 241
         disc = np.zeros((height, width, 3), np.uint8)
         cv2.circle(disc, (x, y), 24, (255, 255, 255), cv2.FILLED)
@@ -253,12 +265,21 @@ class Page(ReportCase):
                                   "2:1"), whole),
                   (harness.encode(self.tmp / "late.ts", [even] * 20, *harness.H264,
                                   "-output_ts_offset", "100"), whole)]
-        for degrees in (90, 180, 270):
-            turned = self.tmp / f"{degrees}.mp4"
-            subprocess.run(["ffmpeg", "-v", "error", "-i", plain, "-c", "copy", "-metadata:s:v:0",
-                            f"rotate={degrees}", turned],
-                           check=True, stdin=subprocess.DEVNULL)
-            videos.append((turned, whole))
+        # Where a point of the stored picture is shown, as fractions of the shown one.
+        u, v = (x + 0.5) / 320, (y + 0.5) / 240
+        places = {}
+        for name, (turn, place) in {
+                "turned-90": ((0, 1, -1, 0, 240, 0), (1 - v, u)),
+                "turned-180": ((-1, 0, 0, -1, 320, 240), (1 - u, 1 - v)),
+                "turned-270": ((0, -1, 1, 0, 0, 320), (v, 1 - u)),
+                "mirrored": ((-1, 0, 0, 1, 320, 0), (1 - u, v)),
+                "flipped": ((1, 0, 0, -1, 0, 240), (u, 1 - v)),
+                "transposed": ((0, 1, 1, 0, 0, 0), (v, u)),
+                "transversed": ((0, -1, -1, 0, 240, 320), (1 - v, 1 - u))}.items():
+            one = self.tmp / f"{name}.mp4"
+            one.write_bytes(turned(plain.read_bytes(), turn))
+            videos.append((one, whole))
+            places[one] = place
         for video, lines in videos:
             with self.subTest(video.name):
                 self.make(video, lines, self.tmp / f"page-{video.name}")
@@ -270,6 +291,10 @@ class Page(ReportCase):
                 self.assertGreater(len(rows), 1500)
                 self.assertLess(math.dist((columns.mean() + 0.5, rows.mean() + 0.5),
                                           (drawn["left"], drawn["top"])), 1.2)
+                if video in places:
+                    size = self.stage().shape[1::-1]
+                    self.assertLess(math.dist((drawn["left"] / size[0], drawn["top"] / size[1]),
+                                              places[video]), 0.01)
 
     def times_of(self, video):
         """The lines of a file as GStreamer times them, without features."""

@@ -241,7 +241,8 @@ def picture(tracks: track_file.Tracks, source: video_file.Video,
         size, whole = size[::-1], whole[::-1]
     # The part of the turned picture that the video shows, in pixels of the tracks.
     shown = [p * (w - c) / w for p, w, c in zip(size, whole, cut)]
-    return {"width": tracks.width, "height": tracks.height, "turn": source.turn, "shown": shown}
+    return {"width": tracks.width, "height": tracks.height, "turn": source.turn,
+            "mirrored": source.mirrored, "shown": shown}
 
 
 def content(tracks: track_file.Tracks, moved: motion.Motion,

@@ -4,6 +4,7 @@
 import array
 import errno
 import json
+import math
 import os
 import pathlib
 import shutil
@@ -35,8 +36,25 @@ def probe(path: pathlib.Path, *what: str) -> str:
     return done.stdout
 
 
+def orientation_of(matrix: str) -> tuple[bool, int]:
+    """Video.mirrored and Video.turn of ffprobe's text of a display matrix.
+
+    It has a line `NUMBER: a b u` for x, and one for y: a point x, y is shown at ax + cy, bx + dy.
+    """
+    (a, b), (c, d) = ([int(word) for word in line.split()[1:3]]
+                      for line in matrix.strip().splitlines()[:2])
+    mirrored = a * d < b * c
+    if mirrored:
+        a, b = -a, -b
+    return mirrored, round(math.degrees(math.atan2(b, a)) / 90) * 90 % 360
+
+
 class Video:
-    """width, height: as stored; turn: degrees clockwise by which players turn it; fps: mean."""
+    """A video file.
+
+    width, height: as stored; mirrored: whether players mirror it, left to right, before they turn
+    it by `turn` degrees clockwise; fps: mean.
+    """
 
     def __init__(self, path: pathlib.Path) -> None:
         self.path = path
@@ -50,9 +68,9 @@ class Video:
         self.codec, self.pixels = stream.get("codec_name", ""), stream.get("pix_fmt", "")
         self.width: int = stream["width"]
         self.height: int = stream["height"]
-        turns = [data["rotation"] for data in stream.get("side_data_list", ())
-                 if "rotation" in data]
-        self.turn = round(-float(turns[0])) % 360 if turns else 0
+        matrices = [data["displaymatrix"] for data in stream.get("side_data_list", ())
+                    if "displaymatrix" in data]
+        self.mirrored, self.turn = orientation_of(matrices[0]) if matrices else (False, 0)
         over, _, under = stream.get("avg_frame_rate", "0/0").partition("/")
         self.fps = int(over) / int(under) if int(under or 0) else 0
         self.sound: list[str] = [
@@ -74,8 +92,8 @@ class Video:
 
     @property
     def is_playable(self) -> bool:
-        """Whether browsers play the file as it is."""
-        return (self.pixels in PIXELS and bool(self.container) and
+        """Whether browsers play the file as it is. Not all of them mirror it."""
+        return (not self.mirrored and self.pixels in PIXELS and bool(self.container) and
                 self.codec in VIDEO[self.container] and
                 all(sound in SOUND[self.container] for sound in self.sound))
 
@@ -131,7 +149,8 @@ def prepare(video: Video, folder: pathlib.Path, wanted: bool) -> tuple[pathlib.P
         shutil.copyfile(video.path, path)
         return path, (0, 0)
     sound = ["-c:a", "copy" if all(s in SOUND[container] for s in video.sound) else "aac"]
-    if playable or video.pixels in PIXELS and video.codec in VIDEO[container]:
+    if playable or (not video.mirrored and video.pixels in PIXELS and
+                    video.codec in VIDEO[container]):
         convert(video, path, ["-c:v", "copy", *sound], f"putting the video into {container}",
                 wanted)
         return path, (0, 0)
