@@ -73,6 +73,14 @@ Series series_of(const score::Recording &tracks, const Span &span) {
     const double time =
         clock ? static_cast<double>(frame.*clock->time) / second : static_cast<double>(frame.frame) / span.fps;
     if ((span.from && time < *span.from) || (span.to && time > *span.to)) continue;
+    if (tracks.has_other_size(frame)) {
+      if (series.left_out++ == 0) {
+        series.other_width = frame.width;
+        series.other_height = frame.height;
+        series.other_line = frame.line;
+      }
+      continue;
+    }
     if (!series.times.empty() && time < series.times.back())
       throw InputError(tracks.file, frame.line,
                        "the time goes back (frame " + std::to_string(frame.frame) + "): was the stream seeked?");

@@ -44,6 +44,10 @@ struct Series {
   std::vector<Path> paths;            ///< ascending ids; only features with claims
   double interval = 0;                ///< s, the median time between frames; 0 without a later one
 
+  std::size_t left_out = 0;               ///< frames of a picture of another size than the first …
+  int other_width = 0, other_height = 0;  ///< … that of the first of them …
+  std::size_t other_line = 0;             ///< … and its line
+
   /// The longest step, s, over which a difference counts as a velocity: two frames, and half a frame for jitter.
   double longest_step() const { return 2.5 * interval; }
 };
@@ -68,7 +72,7 @@ struct Span {
 
 /// Times are the first of pts, stream_time and running_time that never goes back. Throws score::InputError if no frame
 /// has one (and Span::fps is 0), all go back, the span has no frame or no claims, or a position is a million pixels
-/// off. Drops frames without a time if others have one.
+/// off. Drops frames without a time if others have one, and frames of another size than the first.
 Series series_of(const score::Recording &tracks, const Span &span = {});
 
 /// px/s, for each of the path's positions: the slope of the parabola through the positions in the frame and its two

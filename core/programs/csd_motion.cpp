@@ -108,6 +108,8 @@ motion::Series read_series(const Options &options, std::vector<std::string> &not
   motion::Series series = series_of(truth ? as_tracks(*truth) : std::get<score::Recording>(input), options.span);
   if (!series.clock.empty() && series.clock != "pts")
     notes.push_back(options.file + ": pts go back, so the times are " + series.clock);
+  if (series.left_out)
+    notes.insert(notes.begin(), options.file + ":" + std::to_string(series.other_line) + ": " + left_out(series));
   return series;
 }
 

@@ -101,6 +101,7 @@ void set_size(Clip &clip, const Truth &truth, const Recording &tracks, const Ali
   };
   agree(options.width, options.height, "--size");
   agree(truth.width, truth.height, truth.file);
+  tracks.check_one_size();
   agree(tracks.width, tracks.height, tracks.file);
   if (clip.width == 0)
     throw InputError(tracks.file, 0,

@@ -160,6 +160,18 @@ class Command(ReportCase):
             self.assertEqual(one, two, name)
         self.assertEqual(len(list((self.tmp / "joined" / "data").glob("tracks-*"))), 3)
 
+    def test_the_picture_changes_its_size(self):
+        lines = self.tracks.read_text().splitlines(keepends=True)
+        changed = self.tmp / "changed.jsonl"
+        changed.write_text("".join(lines[:500] + [
+            line.replace('"width":320', '"width":640') for line in lines[500:]]))
+        said = self.make(self.video, changed, self.tmp / "changed").stderr
+        note = "note: 250 lines are left out, as the picture's size changes from 320×240"
+        self.assertEqual(said, f"csd-report: {note}\n")
+        index = (self.tmp / "changed" / "data" / "index.js").read_text()
+        self.assertIn(f'"notes":["{note}"', index)
+        self.assertIn('"frames":500,', index)
+
     def test_hours_between_two_frames(self):
         lines = self.tracks.read_text().splitlines(keepends=True)[:100]
         late = lines[-1].replace('"stream_time":3960000000', '"stream_time":7200000000000')

@@ -198,7 +198,7 @@ def compare(tracks: track_file.Tracks, source: video_file.Video,
             "a frame of the video: are they of this video?")
     notes, doubts = [], []
     times = array.array("d", (time - origin for time in tracks.times))
-    begin, end = times[0], times[-1]
+    begin, end = times[0], max(times[-1], tracks.until - origin)
     is_apart = max(begin - shown[0], abs(end - shown[-1])) > 1
     repeats = any(a == b for a, b in zip(times, times[1:]))
     # Demuxers that give two frames the same time are wrong from then on. Some don't agree on what
@@ -206,6 +206,9 @@ def compare(tracks: track_file.Tracks, source: video_file.Video,
     in_order = (repeats and len(times) <= len(shown) and
                 abs(begin - shown[0]) < 1.5 * video_file.interval_of(shown) or
                 share < 1 and len(times) == len(shown) and not is_apart)
+    if tracks.other_size:
+        notes.append(f"note: {tracks.other_size} lines are left out, as the picture's size changes "
+                     f"from {tracks.width}×{tracks.height}")
     if (tracks.width, tracks.height) != (source.width, source.height):
         doubts.append(f"they are {sizes(tracks, source)}")
     if share < 0.99 and not in_order:

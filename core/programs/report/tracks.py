@@ -91,7 +91,8 @@ class Tracks:
         self.times = array.array("d")  # of each line that has one, s, ascending
         self.chunks: list[int] = []  # index of each one's first frame
         self.features: dict[int, Feature] = {}
-        self.untimed = 0
+        self.untimed = self.other_size = 0  # lines that are left out
+        self.until = 0.0  # s, the last time of another size
         self._numbers = array.array("Q")  # of all frames
         self._places = array.array("q")  # of each of these its index of times; -1: it has none
         self._last = 0  # time, ns
@@ -140,6 +141,11 @@ class Tracks:
         if frame is None:  # a frame without metadata
             return
         self._numbers.append(frame)
+        if self.width and (line["width"], line["height"]) != (self.width, self.height):
+            self._places.append(-1)
+            self.other_size += 1
+            self.until = max(self.until, (time or 0) / 1e9)
+            return
         if time is None:
             self._places.append(-1)
             self.untimed += 1

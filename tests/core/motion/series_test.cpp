@@ -107,6 +107,24 @@ TEST(Series, HasAnIntervalAlsoWhereMostFramesShareTheirTimes) {
   EXPECT_NEAR(series_of(tracks).interval, .03, 1e-12);
 }
 
+TEST(Series, HasOnlyFramesOfTheFirstPicturesSize) {
+  Recording tracks = recording();
+  for (int i = 0; i < 5; ++i) {
+    add(tracks, i * 40 * ms, {at(0, i, 0)});
+    tracks.frames[i].width = i == 1 || i == 3 ? 320 : 640;
+    tracks.frames[i].height = i == 3 ? 200 : 480;
+  }
+  tracks.width = 640;
+  tracks.height = 480;
+  const Series series = series_of(tracks);
+  EXPECT_THAT(series.frames, ElementsAre(0, 2, 4));
+  EXPECT_THAT(series.paths[0].positions, ElementsAre(cv::Point2d(0, 0), cv::Point2d(2, 0), cv::Point2d(4, 0)));
+  EXPECT_EQ(series.left_out, 2u);
+  EXPECT_EQ(series.other_width, 320);
+  EXPECT_EQ(series.other_height, 480);
+  EXPECT_EQ(series.other_line, 2u);
+}
+
 TEST(Series, RefusesTimesThatGoBackAndTracksWithoutClaims) {
   Recording tracks = recording();
   add(tracks, 40 * ms, {at(0, 0, 0)});

@@ -183,6 +183,24 @@ class Rhythms(Case):
             self.assertAlmostEqual(other["scene"]["rhythms"][1]["amplitude"],
                                    report["scene"]["rhythms"][1]["amplitude"], delta=1e-3)
 
+    def test_the_picture_changes_its_size(self):
+        """csdtrack begins anew then, with other features."""
+        lines = self.tracks.read_text().splitlines(keepends=True)
+        late = [line.replace('"width": 640', '"width": 320').replace('"id": ', '"id": 1')
+                for line in lines[600:]]
+        self.tracks.write_text("".join(lines[:600] + late))
+        done = run(self.tracks)
+        said = "400 frames are left out, as the picture's size changes to 320x480"
+        self.assertEqual(
+            (done.returncode, done.stdout.splitlines()[0], done.stderr),
+            (0, f"{self.tracks}: 3 features, 600 frames, 0.000 to 23.960 s; {said}",
+             f"csd-motion: note: {self.tracks}:601: {said}\n"))
+        whole = self.json(self.tracks)
+        self.assertEqual(whole["notes"], [f"{self.tracks}:601: {said}"])
+        self.tracks.write_text("".join(lines[:600]))
+        first = self.json(self.tracks)
+        self.assertEqual(whole | {"notes": []}, first)
+
     def test_span_window_and_band(self):
         report = self.json("--from", 12, "--to", 32, "--window", 10, self.tracks)
         self.assertEqual([report["from"], report["to"], report["frames"]], [12, 32, 501])

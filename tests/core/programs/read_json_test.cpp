@@ -95,7 +95,6 @@ TEST(Jsonl, NamesEachDefect) {
   EXPECT_EQ(with("\"frame\":1", "\"frame\":1.5"), ":2: `frame` is no whole number from 0");
   EXPECT_EQ(with("\"frame\":1", "\"frame\":null"), ":2: has features, but no `frame`");
   EXPECT_EQ(with("\"pts\":40000000", "\"pts\":\"now\""), ":2: `pts` is no whole number from 0");
-  EXPECT_EQ(with("\"width\":640", "\"width\":320"), ":2: the picture's size changes");
   EXPECT_EQ(with("\"x\":311.204", "\"x\":null"), ":2: `x` is no number");
   EXPECT_EQ(with("\"x\":311.204,", ""), ":2: `x` is no number");
   EXPECT_EQ(with("tracked", "seen"), ":2: there is no state 'seen'");

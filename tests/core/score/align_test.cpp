@@ -151,6 +151,15 @@ TEST(Align, SizesMustBeKnownAndAgree) {
   EXPECT_THAT(error_of(truth, tracks_of({0})), HasSubstr("says nothing of the picture's size"));
 }
 
+TEST(Align, ASizeThatChangesIsAnError) {
+  Recording tracks = tracks_of({0, 1, 2});
+  tracks.width = 640;
+  tracks.height = 480;
+  tracks.frames[1].width = 320;
+  tracks.frames[1].height = 480;
+  EXPECT_EQ(error_of(truth_of({0, 1}), tracks), "tracks.jsonl:2: the picture's size changes");
+}
+
 TEST(Align, FeaturesMissingInTheTracksAreAnError) {
   Truth truth = truth_of({0});
   truth.ids = {3, 4};
