@@ -14,15 +14,40 @@ using score::InputError;
 
 constexpr double farthest = 1e6;  // px
 
-bool has_times(const score::Recording &tracks) {
-  return std::any_of(tracks.frames.begin(), tracks.frames.end(),
-                     [](const score::TrackFrame &frame) { return frame.pts != no_time; });
+struct Clock {
+  const char *name;
+  std::int64_t score::TrackFrame::*time;
+};
+
+/// pts go back in a file whose edit list plays it in another order, stream time where streams are joined.
+constexpr Clock clocks[] = {{"pts", &score::TrackFrame::pts},
+                            {"stream_time", &score::TrackFrame::stream_time},
+                            {"running_time", &score::TrackFrame::running_time}};
+
+/// The first clock that never goes back; null if no frame has a pts.
+const Clock *clock_of(const score::Recording &tracks) {
+  for (const Clock &clock : clocks) {
+    std::int64_t last = no_time;
+    bool goes_back = false;
+    for (const score::TrackFrame &frame : tracks.frames) {
+      if (!frame.numbered || frame.*clock.time == no_time) continue;
+      goes_back = goes_back || (last != no_time && frame.*clock.time < last);
+      last = frame.*clock.time;
+    }
+    if (last == no_time && &clock == clocks) return nullptr;
+    if (last != no_time && !goes_back) return &clock;
+  }
+  return clocks;
 }
 
-double median_step(const std::vector<double> &times) {
+/// Of the times, s. The mean where most frames have the time of the one before.
+double interval_of(const std::vector<double> &times) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < times.size(); ++i) steps.push_back(times[i] - times[i - 1]);
-  return steps.empty() ? 0 : score::quantile(std::move(steps), 0.5);
+  if (steps.empty()) return 0;
+  const double mean = (times.back() - times.front()) / static_cast<double>(steps.size()),
+               median = score::quantile(std::move(steps), 0.5);
+  return median > 0 ? median : mean;
 }
 
 cv::Point2d median(const std::vector<cv::Point2d> &points) {
@@ -37,18 +62,28 @@ cv::Point2d median(const std::vector<cv::Point2d> &points) {
 }  // namespace
 
 Series series_of(const score::Recording &tracks, const Span &span) {
-  const bool timed = has_times(tracks);
-  if (!timed && !(span.fps > 0))
+  const Clock *const clock = clock_of(tracks);
+  if (!clock && !(span.fps > 0))
     throw InputError(tracks.file, 0, "has no times (pts): say how many frames a second there are");
   Series series;
+  if (clock) series.clock = clock->name;
   std::map<FeatureId, Path> paths;
   for (const score::TrackFrame &frame : tracks.frames) {
-    if (!frame.numbered || (timed && frame.pts == no_time)) continue;
-    const double time = timed ? static_cast<double>(frame.pts) / second : static_cast<double>(frame.frame) / span.fps;
+    if (!frame.numbered || (clock && frame.*clock->time == no_time)) continue;
+    const double time =
+        clock ? static_cast<double>(frame.*clock->time) / second : static_cast<double>(frame.frame) / span.fps;
     if ((span.from && time < *span.from) || (span.to && time > *span.to)) continue;
-    if (!series.times.empty() && !(time > series.times.back()))
+    if (tracks.has_other_size(frame)) {
+      if (series.left_out++ == 0) {
+        series.other_width = frame.width;
+        series.other_height = frame.height;
+        series.other_line = frame.line;
+      }
+      continue;
+    }
+    if (!series.times.empty() && time < series.times.back())
       throw InputError(tracks.file, frame.line,
-                       "the time doesn't go on (frame " + std::to_string(frame.frame) + "): was the stream seeked?");
+                       "the time goes back (frame " + std::to_string(frame.frame) + "): was the stream seeked?");
     const std::size_t index = series.times.size();
     series.times.push_back(time);
     series.frames.push_back(frame.frame);
@@ -66,7 +101,7 @@ Series series_of(const score::Recording &tracks, const Span &span) {
   if (series.times.empty()) throw InputError(tracks.file, 0, "has no frame in that span of time");
   if (paths.empty()) throw InputError(tracks.file, 0, "claims no position of any feature in that span of time");
   for (auto &[id, path] : paths) series.paths.push_back(std::move(path));
-  series.interval = median_step(series.times);
+  series.interval = interval_of(series.times);
   return series;
 }
 
@@ -85,7 +120,7 @@ std::vector<cv::Point2d> velocities(const Series &series, const Path &path) {
   const auto time = [&](std::size_t i) { return series.times[path.frames[i]]; };
   const auto slope = [&](std::size_t i) {  // from i to i + 1
     const double step = time(i + 1) - time(i);
-    if (path.frames[i + 1] != path.frames[i] + 1 || !(step <= series.longest_step())) return unknown_point;
+    if (path.frames[i + 1] != path.frames[i] + 1 || !(step > 0 && step <= series.longest_step())) return unknown_point;
     return (path.positions[i + 1] - path.positions[i]) / step;
   };
   cv::Point2d before = unknown_point;

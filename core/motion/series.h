@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "score/types.h"
@@ -37,10 +38,15 @@ struct Claim {
 
 /// The claimed positions by time.
 struct Series {
-  std::vector<double> times;          ///< s, ascending: the frames' pts
+  std::string clock;                  ///< `times` are the frames' pts, stream_time or running_time; "": by Span::fps
+  std::vector<double> times;          ///< s, ascending; frames may have the same
   std::vector<std::uint64_t> frames;  ///< frame numbers
   std::vector<Path> paths;            ///< ascending ids; only features with claims
-  double interval = 0;                ///< s, the median time between frames; 0 for one frame
+  double interval = 0;                ///< s, the median time between frames; 0 without a later one
+
+  std::size_t left_out = 0;               ///< frames of a picture of another size than the first …
+  int other_width = 0, other_height = 0;  ///< … that of the first of them …
+  std::size_t other_line = 0;             ///< … and its line
 
   /// The longest step, s, over which a difference counts as a velocity: two frames, and half a frame for jitter.
   double longest_step() const { return 2.5 * interval; }
@@ -60,17 +66,18 @@ class ClaimsByFrame {
 };
 
 struct Span {
-  std::optional<double> from, to;  ///< s of the frames' pts, inclusive; none: start or end of the file
+  std::optional<double> from, to;  ///< s of Series::times, inclusive; none: start or end of the file
   double fps = 0;                  ///< frames per second, if the file has no pts
 };
 
-/// Throws score::InputError if no frame has a time (and Span::fps is 0), times go back, the span has no frame or no
-/// claims, or a position is a million pixels off. Drops frames without a time if others have one.
+/// Times are the first of pts, stream_time and running_time that never goes back. Throws score::InputError if no frame
+/// has one (and Span::fps is 0), all go back, the span has no frame or no claims, or a position is a million pixels
+/// off. Drops frames without a time if others have one, and frames of another size than the first.
 Series series_of(const score::Recording &tracks, const Span &span = {});
 
 /// px/s, for each of the path's positions: the slope of the parabola through the positions in the frame and its two
-/// neighbours. If one neighbour has no claim or is more than longest_step() away, the slope of the line to the other;
-/// unknown if neither is usable.
+/// neighbours. If one neighbour has no claim, the same time, or is more than longest_step() away, the slope of the line
+/// to the other; unknown if neither is usable.
 std::vector<cv::Point2d> velocities(const Series &series, const Path &path);
 
 /// The common motion of the features, a value for each frame.

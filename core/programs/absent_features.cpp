@@ -17,8 +17,12 @@ void note_absent(const score::Recording &tracks, std::vector<std::string> &notes
   std::set<FeatureId> living, gone;
   std::size_t frames = 0;
   const score::TrackFrame *first = nullptr;
+  const score::TrackFrame *before = nullptr;
   for (const score::TrackFrame &frame : tracks.frames) {
     if (!frame.numbered) continue;
+    // csdtrack forgets all features then.
+    if (before && (before->width != frame.width || before->height != frame.height)) living.clear();
+    before = &frame;
     bool whole = true;
     for (const FeatureId id : living)
       if (!std::binary_search(frame.features.begin(), frame.features.end(), Feature{id, 0, 0, {}, 0, false}, by_id)) {

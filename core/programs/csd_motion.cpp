@@ -37,7 +37,7 @@ Options parse(int argc, char **argv) {
       {"csv", 0, 0, G_OPTION_ARG_NONE, &csv, "Write CSV instead of tables, a row per rhythm", nullptr},
       {"series", 0, 0, G_OPTION_ARG_NONE, &series,
        "Displacement and velocity in each frame: with --json also, with --csv instead", nullptr},
-      {"from", 0, 0, G_OPTION_ARG_DOUBLE, &from, "Begin at this time of the tracks (pts), seconds", "S"},
+      {"from", 0, 0, G_OPTION_ARG_DOUBLE, &from, "Begin at this time of the tracks, seconds", "S"},
       {"to", 0, 0, G_OPTION_ARG_DOUBLE, &to, "End at this time", "S"},
       {"window", 0, 0, G_OPTION_ARG_DOUBLE, &window, "Look for rhythms in windows of so many seconds (60)", "S"},
       {"lowest", 0, 0, G_OPTION_ARG_DOUBLE, &lowest, "The slowest rhythm to look for (0.05)", "HZ"},
@@ -104,8 +104,13 @@ motion::Series read_series(const Options &options, std::vector<std::string> &not
   if (std::filesystem::is_directory(options.file))
     throw score::InputError(options.file, 0, "is a folder: give a file of tracks");
   Input input = read_input(options.file, notes);
-  if (const auto *truth = std::get_if<score::Truth>(&input)) return series_of(as_tracks(*truth), options.span);
-  return series_of(std::get<score::Recording>(input), options.span);
+  const auto *truth = std::get_if<score::Truth>(&input);
+  motion::Series series = series_of(truth ? as_tracks(*truth) : std::get<score::Recording>(input), options.span);
+  if (!series.clock.empty() && series.clock != "pts")
+    notes.push_back(options.file + ": pts go back, so the times are " + series.clock);
+  if (series.left_out)
+    notes.insert(notes.begin(), options.file + ":" + std::to_string(series.other_line) + ": " + left_out(series));
+  return series;
 }
 
 /// Prints at most one line per second.

@@ -145,12 +145,19 @@ void write_series_json(const Motion &motion, Buffer &out) {
 
 }  // namespace
 
+std::string left_out(const motion::Series &series) {
+  return std::to_string(series.left_out) + (series.left_out == 1 ? " frame is" : " frames are") +
+         " left out, as the picture's size changes to " + std::to_string(series.other_width) + "x" +
+         std::to_string(series.other_height);
+}
+
 std::string as_text(const MotionReport &report) {
   const Motion &motion = report.motion;
   const motion::Series &series = motion.series;
   std::string text = report.tracks + ": " + std::to_string(series.paths.size()) + " features, " +
                      std::to_string(series.times.size()) + " frames, " + decimal(series.times.front(), 3, "") + " to " +
-                     decimal(series.times.back(), 3, "") + " s\n\n";
+                     decimal(series.times.back(), 3, "") + " s" + (series.left_out ? "; " + left_out(series) : "") +
+                     "\n\n";
   Table scene{"Rhythms of the scene",
               {{"usually", "/min", "Hz", "period s", "amplitude px", "quartiles", "explained", "false alarm",
                 "features", "harmonics"}}};

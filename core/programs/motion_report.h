@@ -18,6 +18,9 @@ struct MotionReport {
   std::vector<std::string> notes;
 };
 
+/// What is left out, as the picture's size changes. Series::left_out must not be 0.
+std::string left_out(const motion::Series &series);
+
 /// Takes the next piece of a text: an hour's series is hundreds of megabytes.
 using Sink = std::function<void(std::string_view)>;
 

@@ -141,7 +141,10 @@ score::Recording read_tracks_csv(const TextFile &file, std::vector<std::string> 
   Table table(file);
   const std::size_t frame = table.column("frame"), id = table.column("id"), x = table.column("x"),
                     y = table.column("y"), state = table.column("state"), confidence = table.column("confidence");
-  const auto pts = table.optional_column("pts");
+  const auto pts = table.optional_column("pts"), stream_time = table.optional_column("stream_time");
+  const auto time = [&](const std::optional<std::size_t> &column) {
+    return column && !table.text(*column).empty() ? table.number<std::int64_t>(*column) : no_time;
+  };
   score::Recording tracks;
   tracks.file = file.name;
   tracks.sparse = true;
@@ -150,8 +153,7 @@ score::Recording read_tracks_csv(const TextFile &file, std::vector<std::string> 
     if (tracks.frames.empty() || tracks.frames.back().frame != number) {
       if (!tracks.frames.empty() && number < tracks.frames.back().frame)
         table.fail("frame " + std::to_string(number) + " after frame " + std::to_string(tracks.frames.back().frame));
-      const bool timed = pts && !table.text(*pts).empty();
-      tracks.frames.push_back({true, number, timed ? table.number<std::int64_t>(*pts) : no_time, table.line(), {}});
+      tracks.frames.push_back({true, number, time(pts), table.line(), {}, time(stream_time)});
     }
     std::vector<Feature> &features = tracks.frames.back().features;
     Feature feature;

@@ -38,8 +38,7 @@ void add_truth(TruthTable &truth, const TrackLine &line, std::size_t number) {
 void add_tracks(score::Recording &tracks, TrackLine &&line, std::size_t number) {
   const auto fail = [&](const std::string &what) { throw InputError(tracks.file, number, what); };
   const int width = line.tracks.width, height = line.tracks.height;
-  if (width && height) {
-    if (tracks.width && (tracks.width != width || tracks.height != height)) fail("the picture's size changes");
+  if (width && height && !tracks.width) {
     tracks.width = width;
     tracks.height = height;
   }
@@ -48,7 +47,8 @@ void add_tracks(score::Recording &tracks, TrackLine &&line, std::size_t number) 
       fail("is by " + printable(line.algorithm) + ", the lines before by " + printable(tracks.algorithm));
     tracks.algorithm = line.algorithm;
   }
-  tracks.frames.push_back({line.numbered, line.tracks.frame, line.pts, number, std::move(line.tracks.features)});
+  tracks.frames.push_back({line.numbered, line.tracks.frame, line.pts, number, std::move(line.tracks.features),
+                           line.stream_time, line.running_time, width, height});
 }
 
 }  // namespace

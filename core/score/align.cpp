@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "score/align.h"
 
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 
@@ -101,6 +103,7 @@ void set_size(Clip &clip, const Truth &truth, const Recording &tracks, const Ali
   };
   agree(options.width, options.height, "--size");
   agree(truth.width, truth.height, truth.file);
+  tracks.check_one_size();
   agree(tracks.width, tracks.height, tracks.file);
   if (clip.width == 0)
     throw InputError(tracks.file, 0,
@@ -195,6 +198,59 @@ void note_start(const Clip &clip, std::vector<std::string> &notes) {
                     " px (median) from those of " + clip.truth + ": is it the same video, with the same ids?");
 }
 
+/// The report on a feature in a frame of the tracks, if that claims a position.
+const Feature *claim_of(const TrackFrame &frame, FeatureId id) {
+  const auto found = find_id(frame.features, id, &Feature::id);
+  return found != frame.features.end() && claims_position(found->state) ? &*found : nullptr;
+}
+
+/// How much better the labels fit the frame `step` (1 or -1) from their own: of each labelled frame the mean over the
+/// features that move, from -1 (they fit their own exactly) to 1 (they fit the other exactly).
+std::vector<double> votes_for(int step, const Truth &truth, const std::vector<std::size_t> &columns,
+                              const Recording &tracks, const std::vector<Place> &places) {
+  std::vector<double> votes;
+  for (std::size_t t = 0; t < places.size(); ++t) {
+    const std::size_t index = places[t].index, other = index + static_cast<std::size_t>(step);
+    if (index == absent || other >= tracks.frames.size() ||
+        tracks.frames[other].frame != tracks.frames[index].frame + static_cast<std::uint64_t>(step))
+      continue;
+    double sum = 0, weights = 0;
+    for (const std::size_t column : columns) {
+      const TruthPoint &label = truth.frames[t].points[column];
+      const Feature *const here = claim_of(tracks.frames[index], truth.ids[column]), *const there =
+                                                                                         claim_of(tracks.frames[other],
+                                                                                                  truth.ids[column]);
+      if (label.presence != Presence::visible || !here || !there) continue;
+      const double from_here = std::hypot(here->x - label.position.x, here->y - label.position.y),
+                   from_there = std::hypot(there->x - label.position.x, there->y - label.position.y);
+      // Less of what hardly moves; a jump of the tracker's counts no more than a pixel.
+      const double weight = std::min(std::hypot(there->x - here->x, there->y - here->y), 1.0);
+      if (weight > 0) sum += weight * (from_here - from_there) / (from_here + from_there);
+      weights += weight;
+    }
+    if (weights > 0) votes.push_back(sum / weights);
+  }
+  return votes;
+}
+
+/// Notes labels that are numbered from 1, or otherwise one frame off: they fit the frame beside their own better, by
+/// more than three standard errors.
+void note_offset(const Truth &truth, const std::vector<std::size_t> &columns, const Recording &tracks,
+                 const std::vector<Place> &places, std::vector<std::string> &notes) {
+  constexpr double least_deviation = 0.25;
+  for (const int step : {-1, 1}) {
+    const std::vector<double> votes = votes_for(step, truth, columns, tracks, places);
+    const auto count = static_cast<double>(votes.size());
+    double mean = 0, variance = 0;
+    for (const double vote : votes) mean += vote / count;
+    for (const double vote : votes) variance += (vote - mean) * (vote - mean) / (count - 1);
+    if (votes.size() >= 2 && mean > 3 * std::max(std::sqrt(variance), least_deviation) / std::sqrt(count))
+      notes.push_back(
+          truth.file + ": its labels fit the frame " + (step < 0 ? "before" : "after") + " theirs in " + tracks.file +
+          " better: " + (step < 0 ? "are they numbered from 1? The first frame is 0" : "are they one frame off?"));
+  }
+}
+
 }  // namespace
 
 Clip align(const Truth &truth, const Recording &tracks, const AlignOptions &options, std::vector<std::string> &notes) {
@@ -248,6 +304,7 @@ Clip align(const Truth &truth, const Recording &tracks, const AlignOptions &opti
   last.advance(tracks.frames.size());
   last.check_all_mentioned(truth);
   note_start(clip, notes);
+  if (options.by_frame || truth.frames.front().pts == no_time) note_offset(truth, columns, tracks, places, notes);
   return clip;
 }
 

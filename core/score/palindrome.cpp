@@ -20,6 +20,7 @@ double distance(const Feature &a, const Feature &b) {
 void check(const Recording &tracks) {
   if (tracks.sparse)
     throw InputError(tracks.file, 0, "doesn't say how many frames there were; a palindrome wants csdtrackenc's .jsonl");
+  tracks.check_one_size();
   for (std::size_t i = 0; i < tracks.frames.size(); ++i) {
     const TrackFrame &frame = tracks.frames[i];
     if (!frame.numbered) throw InputError(tracks.file, frame.line, "has no `frame`");

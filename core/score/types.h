@@ -58,15 +58,27 @@ struct TrackFrame {
   std::int64_t pts = no_time;
   std::size_t line = 0;
   std::vector<Feature> features;  ///< ascending ids
+  std::int64_t stream_time = no_time, running_time = no_time;
+  int width = 0, height = 0;  ///< of the picture; 0: unknown
 };
 
 /// A tracker's reports, as csdtrackenc wrote them.
 struct Recording {
   std::string file;
   std::string algorithm;      ///< "" if the file has none
-  int width = 0, height = 0;  ///< 0: unknown
+  int width = 0, height = 0;  ///< of the first picture; 0: unknown
   bool sparse = false;        ///< CSV: a frame without features has no row
   std::vector<TrackFrame> frames;
+
+  /// Whether a frame's picture has another size than the first.
+  bool has_other_size(const TrackFrame &frame) const {
+    return frame.width > 0 && frame.height > 0 && (frame.width != width || frame.height != height);
+  }
+  /// Throws InputError if the picture's size changes: what is compared must be in the same pixels.
+  void check_one_size() const {
+    for (const TrackFrame &frame : frames)
+      if (has_other_size(frame)) throw InputError(file, frame.line, "the picture's size changes");
+  }
 };
 
 }  // namespace csd::score

@@ -176,10 +176,10 @@ TrackLine read_track_line(JsonText &json, std::string_view text) {
   simdjson::dom::object object;
   if (parsed(json, text).get(object) != simdjson::SUCCESS) throw LineError("is no JSON object");
   Member schema{"schema"}, source{"source"}, role{"role"}, algorithm{"algorithm"}, frame{"frame"}, pts{"pts"};
-  Member duration{"duration"}, stream_time{"stream_time"}, width{"width"}, height{"height"};
-  Member pixel_aspect{"pixel_aspect"}, features{"features"};
-  find(object, schema, source, role, algorithm, frame, pts, duration, stream_time, width, height, pixel_aspect,
-       features);
+  Member duration{"duration"}, running_time{"running_time"}, stream_time{"stream_time"};
+  Member width{"width"}, height{"height"}, pixel_aspect{"pixel_aspect"}, features{"features"};
+  find(object, schema, source, role, algorithm, frame, pts, duration, running_time, stream_time, width, height,
+       pixel_aspect, features);
   const auto version = schema.whole();
   if (version != 1)
     throw LineError(version ? "schema " + std::to_string(*version) + " is not known (1 is)" : "has no `schema`");
@@ -198,6 +198,7 @@ TrackLine read_track_line(JsonText &json, std::string_view text) {
   line.pts = pts.whole().value_or(no_time);
   line.duration = duration.whole().value_or(no_time);
   line.stream_time = stream_time.whole().value_or(no_time);
+  line.running_time = running_time.whole().value_or(no_time);
   if (line.stream_time > max_time) throw LineError("`stream_time` is more than 146 years");
   line.tracks.features = features_of(features.array(), line.truth);
   if (!line.numbered && !line.tracks.features.empty()) throw LineError("has features, but no `frame`");

@@ -43,7 +43,7 @@ struct TrackLine {
   std::string source, algorithm;
   bool numbered = false;  ///< has a `frame`: an element has tracked this frame
   /// Nanoseconds; no_time if null or missing.
-  std::int64_t pts = no_time, duration = no_time, stream_time = no_time;
+  std::int64_t pts = no_time, duration = no_time, stream_time = no_time, running_time = no_time;
   Tracks tracks;  ///< width and height may be 0 if not numbered
   /// The shape of the picture's pixels, width to height: 16:11 in widescreen PAL. 0 if the line doesn't say.
   int pixel_aspect_n = 0, pixel_aspect_d = 0;

@@ -3,6 +3,7 @@
 """csd-report as a command: report_command_test.py REPOSITORY BUILD."""
 
 import hashlib
+import json
 import os
 import pathlib
 import shutil
@@ -140,6 +141,36 @@ class Command(ReportCase):
         self.assertEqual((done.returncode, done.stdout, done.stderr),
                          (0, os.fsencode(self.tmp / odd / "index.html") + b"\n", b""))
         self.assertIn(r'"title":"\udcff.mp4"', (self.tmp / odd / "data" / "index.js").read_text())
+
+    def test_stream_times_that_go_back(self):
+        """Two streams joined, and both begin at 0: running_time goes on."""
+        lines = [json.loads(line) for line in self.tracks.read_text().splitlines()]
+        for line in lines[300:]:
+            line["pts"] -= lines[300]["running_time"]
+            line["stream_time"] = line["pts"]
+        joined = self.tmp / "joined.jsonl"
+        joined.write_text("".join(f"{json.dumps(line)}\n" for line in lines))
+        said = self.make(self.video, joined, self.tmp / "joined").stderr
+        self.assertEqual(
+            said, "csd-report: note: stream_time goes back, so the times are running_time\n")
+        self.make(self.video, self.tracks, self.tmp / "unjoined")
+        for name in ("scene", "tracks-00000", "tracks-00001", "tracks-00002"):
+            one, two = ((self.tmp / page / "data" / f"{name}.js").read_bytes()
+                        for page in ("joined", "unjoined"))
+            self.assertEqual(one, two, name)
+        self.assertEqual(len(list((self.tmp / "joined" / "data").glob("tracks-*"))), 3)
+
+    def test_the_picture_changes_its_size(self):
+        lines = self.tracks.read_text().splitlines(keepends=True)
+        changed = self.tmp / "changed.jsonl"
+        changed.write_text("".join(lines[:500] + [
+            line.replace('"width":320', '"width":640') for line in lines[500:]]))
+        said = self.make(self.video, changed, self.tmp / "changed").stderr
+        note = "note: 250 lines are left out, as the picture's size changes from 320×240"
+        self.assertEqual(said, f"csd-report: {note}\n")
+        index = (self.tmp / "changed" / "data" / "index.js").read_text()
+        self.assertIn(f'"notes":["{note}"', index)
+        self.assertIn('"frames":500,', index)
 
     def test_hours_between_two_frames(self):
         lines = self.tracks.read_text().splitlines(keepends=True)[:100]

@@ -9,6 +9,7 @@ import io
 import json
 import math
 import pathlib
+import struct
 import subprocess
 import sys
 import time
@@ -19,7 +20,7 @@ import numpy as np
 import browser
 import harness
 from reports import (BAR, BITS, BUILD, ENVIRONMENT, FPS, PROGRAM, WIDTH, ReportCase, features,
-                     position, report, state_of, write_tracks)
+                     picture, position, report, state_of, write_tracks)
 
 # As in docs/elements.md, from the palette of Okabe and Ito.
 COLOURS = {"learning": (240, 228, 66), "tracked": (86, 180, 233), "occluded": (230, 159, 0)}
@@ -30,6 +31,17 @@ try:
     from selenium.webdriver.common.keys import Keys
 except ImportError:
     pass  # browser.begin() skips
+
+
+def turned(mp4, matrix):
+    """An mp4 of ffmpeg's with this matrix: a, b, c, d, x, y show a point at ax + cy + x,
+    bx + dy + y."""
+    a, b, c, d, x, y = (n << 16 for n in matrix)
+    plain = struct.pack(">9i", 1 << 16, 0, 0, 0, 1 << 16, 0, 0, 0, 1 << 30)
+    # The track's header has it, behind the movie's.
+    head, tail = mp4[:mp4.index(b"tkhd")], mp4[mp4.index(b"tkhd"):]
+    assert plain in tail
+    return head + tail.replace(plain, struct.pack(">9i", a, b, 0, c, d, 0, x, y, 1 << 30), 1)
 
 
 class Page(ReportCase):
@@ -233,8 +245,8 @@ class Page(ReportCase):
         self.assertEqual([url for url in asked if not url.startswith(("file:", "data:"))], [])
 
     def test_points_are_in_place_in_any_video(self):
-        """A point at the centre of a disc on black. The videos are turned, of an odd size, with
-        pixels that aren't square, or with times that begin late."""
+        """A point at the centre of a disc on black. The videos are turned, mirrored, of an odd
+        size, with pixels that aren't square, or with times that begin late."""
         x, y, width, height = 90, 140, 321, 241
         disc = np.zeros((height, width, 3), np.uint8)
         cv2.circle(disc, (x, y), 24, (255, 255, 255), cv2.FILLED)
@@ -253,12 +265,21 @@ class Page(ReportCase):
                                   "2:1"), whole),
                   (harness.encode(self.tmp / "late.ts", [even] * 20, *harness.H264,
                                   "-output_ts_offset", "100"), whole)]
-        for degrees in (90, 180, 270):
-            turned = self.tmp / f"{degrees}.mp4"
-            subprocess.run(["ffmpeg", "-v", "error", "-i", plain, "-c", "copy", "-metadata:s:v:0",
-                            f"rotate={degrees}", turned],
-                           check=True, stdin=subprocess.DEVNULL)
-            videos.append((turned, whole))
+        # Where a point of the stored picture is shown, as fractions of the shown one.
+        u, v = (x + 0.5) / 320, (y + 0.5) / 240
+        places = {}
+        for name, (turn, place) in {
+                "turned-90": ((0, 1, -1, 0, 240, 0), (1 - v, u)),
+                "turned-180": ((-1, 0, 0, -1, 320, 240), (1 - u, 1 - v)),
+                "turned-270": ((0, -1, 1, 0, 0, 320), (v, 1 - u)),
+                "mirrored": ((-1, 0, 0, 1, 320, 0), (1 - u, v)),
+                "flipped": ((1, 0, 0, -1, 0, 240), (u, 1 - v)),
+                "transposed": ((0, 1, 1, 0, 0, 0), (v, u)),
+                "transversed": ((0, -1, -1, 0, 240, 320), (1 - v, 1 - u))}.items():
+            one = self.tmp / f"{name}.mp4"
+            one.write_bytes(turned(plain.read_bytes(), turn))
+            videos.append((one, whole))
+            places[one] = place
         for video, lines in videos:
             with self.subTest(video.name):
                 self.make(video, lines, self.tmp / f"page-{video.name}")
@@ -270,6 +291,58 @@ class Page(ReportCase):
                 self.assertGreater(len(rows), 1500)
                 self.assertLess(math.dist((columns.mean() + 0.5, rows.mean() + 0.5),
                                           (drawn["left"], drawn["top"])), 1.2)
+                if video in places:
+                    size = self.stage().shape[1::-1]
+                    self.assertLess(math.dist((drawn["left"] / size[0], drawn["top"] / size[1]),
+                                              places[video]), 0.01)
+
+    def times_of(self, video):
+        """The lines of a file as GStreamer times them, without features."""
+        lines = self.tmp / "timed.jsonl"
+        harness.launch("filesrc", f"location={video}", "!", "decodebin", "!", "csdtrackenc", "!",
+                       "filesink", f"location={lines}").check_returncode()
+        return [json.loads(line) for line in lines.read_text().splitlines()]
+
+    def assert_frames_match(self, video, first, count, least_repeats=0):
+        """Checks the page of a part of the video of bars, of which GStreamer shows `count` frames
+        from `first` on, with the tracks of these."""
+        lines = self.times_of(video)
+        self.assertEqual(len(lines), count)
+        times = [line["stream_time"] for line in lines]
+        self.assertGreaterEqual(sum(a == b for a, b in zip(times, times[1:])), least_repeats)
+        tracks = self.tmp / f"{video.name}.jsonl"
+        with open(tracks, "w") as file:
+            for frame, line in enumerate(lines, first):
+                line |= {"frame": frame, "source": "csdtrack0", "algorithm": "csd",
+                         "features": features(frame)}
+                file.write(json.dumps(line) + "\n")
+        done = self.make(video, tracks, self.tmp / f"page-{video.name}")
+        self.assertNotIn("warning", done.stderr)
+        self.open(f"page-{video.name}")
+        self.browser.find_element(By.ID, "ids").click()
+        for at in (1, 2, count // 2, count - 2, count - 1):
+            self.js("csdReport.seek(csdReport.about.times[arguments[0]])", at)
+            self.until(f"csdReport.state().frame === {first + at} && "
+                       "!document.getElementById('video').seeking")
+            self.assert_shows(first + at)
+
+    def test_frames_of_the_same_time_have_their_own_tracks(self):
+        """B-frames in AVI: GStreamer has two frames of one time at a key frame, and is late from
+        then on."""
+        for name, codec in (("mpeg4.avi", ("mpeg4", "-vtag", "XVID")),
+                            ("mpeg2.avi", ("mpeg2video",))):
+            with self.subTest(name):
+                self.assert_frames_match(
+                    harness.encode(self.tmp / name, (picture(i) for i in range(100)), "-c:v",
+                                   *codec, "-qscale:v", "2", "-bf", "2", "-g", "24", rate=FPS),
+                    0, 100, 1)
+
+    def test_a_first_frame_that_an_edit_list_clips(self):
+        cut = self.tmp / "cut.mp4"
+        subprocess.run(["ffmpeg", "-v", "error", "-ss", "1.02", "-t", "2", "-i", self.video, "-c",
+                        "copy", cut], check=True, stdin=subprocess.DEVNULL)
+        self.assertLess(self.times_of(cut)[1]["stream_time"], 0.9e9 / FPS)
+        self.assert_frames_match(cut, 25, len(self.times_of(cut)))
 
     def test_an_hour_of_video(self):
         """csd-report keeps no positions in memory, and the page only a few chunks of them."""

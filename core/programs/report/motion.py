@@ -105,14 +105,14 @@ class Motion:
         names_line = re.match(r":\d+: ", why.removeprefix(str(self._tracks)))
         raise ReportError(f"{why}: {REMEDY}" if names_line else why)
 
-    def write_series(self, page_time: Callable[[float], float],
+    def write_series(self, page_times: Callable[[list[int]], Iterable[float]],
                      progress: Callable[[int], None]) -> None:
         """Writes the displacements. Raises ReportError.
 
-        `page_time`: the time on the page (s) for one of csd-motion's, or NaN. `progress`: is called
-        with the number of features that are done.
+        `page_times`: the times on the page (s) of frames by their numbers, or NaN. `progress`: is
+        called with the number of features that are done.
         """
-        self._write_scene(page_time)
+        self._write_scene(page_times)
         done = 0
         # Each line is one feature, and only one line at a time is in memory.
         for line in self._stdout:
@@ -137,12 +137,11 @@ class Motion:
             head.append(before)
         return None
 
-    def _write_scene(self, page_time: Callable[[float], float]) -> None:
+    def _write_scene(self, page_times: Callable[[list[int]], Iterable[float]]) -> None:
         scene = json.loads(self._first_line.rstrip() + "]}")
         self._first_line = ""
-        times: Iterable[float] = (page_time(t) for t in scene["times"])
         script.write(self._folder / "scene.js", "scene", {
-            "times": script.packed(array.array("d", times)),
+            "times": script.packed(array.array("d", page_times(scene["frames"]))),
             **displacement(scene["scene"])
         })
 

@@ -5,11 +5,12 @@ import array
 import bisect
 import errno
 import html
+import math
 import os
 import pathlib
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from report import motion, script
@@ -124,19 +125,18 @@ def fill(folder: pathlib.Path, source: video_file.Video, tracks_path: pathlib.Pa
         check_shape(tracks, source)
         path, cut = video_file.prepare(source, folder, wanted)
         shown = video_file.Video(path).times()
-        origin, notes = compare(tracks, source, shown)
+        times, notes = compare(tracks, source, shown)
 
-        def page_time(seconds: float) -> float:
-            index = tracks.by_pts.get(round(1e6 * seconds))
-            return float("nan") if index is None else tracks.times[index] - origin
+        def page_times(numbers: list[int]) -> Iterator[float]:
+            return (times[at] if at >= 0 else math.nan for at in tracks.places(numbers))
 
         claimed = sum(any(f.counts[:track_file.CLAIMS]) for f in tracks.features.values())
         with Progress("writing displacements", wanted) as progress:
-            moved.write_series(page_time, lambda done: progress.show(done / max(claimed, 1)))
+            moved.write_series(page_times, lambda done: progress.show(done / max(claimed, 1)))
     index = {
         "title": title, "video": path.name, "tracks": tracks_path.name,
         "interval": video_file.interval_of(shown), **picture(tracks, source, cut),
-        **content(tracks, moved, origin), "notes": notes + moved.head["notes"]
+        **content(tracks, moved, times), "notes": notes + moved.head["notes"]
     }
     script.write(folder / INDEX, "index", index)
     page = (HERE / "page" / "index.html").read_text(encoding="utf-8")
@@ -157,15 +157,21 @@ def check_shape(tracks: track_file.Tracks, source: video_file.Video) -> None:
         raise ReportError(f"the tracks are {sizes(tracks, source)}: are they of this video?")
 
 
+def is_clipped(times: "array.array[float]", interval: float, near: float) -> bool:
+    """Whether the first frame is too short: an edit list begins within it."""
+    return len(times) > 1 and near < times[1] - times[0] < interval - near
+
+
 def find_origin(times: "array.array[float]",
                 shown: "array.array[float]") -> tuple[float, float]:
-    """The page's origin in stream time, s, and the share of times that then match a frame.
+    """The page's origin in the lines' time, s, and the share of times that then match a frame.
 
     The origin is 0 or, if the stream began elsewhere, the time that makes the first frames match.
     """
-    near = max(0.0015, 0.1 * video_file.interval_of(shown))  # Matroska rounds to a millisecond
+    interval = video_file.interval_of(shown)
+    near = max(0.0015, 0.1 * interval)  # Matroska rounds to a millisecond
 
-    def share(origin: float) -> float:
+    def share(origin: float, times: "array.array[float]" = times) -> float:
         hits = 0
         for time in times:
             at = bisect.bisect_left(shown, time - origin)
@@ -173,13 +179,15 @@ def find_origin(times: "array.array[float]",
                 abs(shown[i] - time + origin) <= near for i in (at - 1, at) if 0 <= i < len(shown))
         return hits / len(times)
 
-    return max(((origin, share(origin)) for origin in (0.0, times[0] - shown[0])),
-               key=lambda found: found[1])
+    found = [(origin, share(origin)) for origin in (0.0, times[0] - shown[0])]
+    if is_clipped(times, interval, near):  # ffmpeg and Chromium begin with the next frame
+        found.append((times[1] - shown[0], share(times[1] - shown[0], times[1:])))
+    return max(found, key=lambda one: one[1])
 
 
 def compare(tracks: track_file.Tracks, source: video_file.Video,
-            shown: "array.array[float]") -> tuple[float, list[str]]:
-    """The page's origin, and notes about how tracks and video differ.
+            shown: "array.array[float]") -> tuple["array.array[float]", list[str]]:
+    """The lines' times on the page, and notes about how tracks and video differ.
 
     Raises ReportError if they have little in common.
     """
@@ -189,23 +197,43 @@ def compare(tracks: track_file.Tracks, source: video_file.Video,
             f"of the {len(tracks.times)} lines of '{tracks.path}' {share:.0%} have the time of "
             "a frame of the video: are they of this video?")
     notes, doubts = [], []
-    begin, end = tracks.times[0] - origin, tracks.times[-1] - origin
+    times = array.array("d", (time - origin for time in tracks.times))
+    begin, end = times[0], max(times[-1], tracks.until - origin)
+    is_apart = max(begin - shown[0], abs(end - shown[-1])) > 1
+    repeats = any(a == b for a, b in zip(times, times[1:]))
+    # Demuxers that give two frames the same time are wrong from then on. Some don't agree on what
+    # an edit list means.
+    in_order = (repeats and len(times) <= len(shown) and
+                abs(begin - shown[0]) < 1.5 * video_file.interval_of(shown) or
+                share < 1 and len(times) == len(shown) and not is_apart)
+    if tracks.other_size:
+        notes.append(f"note: {tracks.other_size} lines are left out, as the picture's size changes "
+                     f"from {tracks.width}×{tracks.height}")
     if (tracks.width, tracks.height) != (source.width, source.height):
         doubts.append(f"they are {sizes(tracks, source)}")
-    if share < 0.99:
+    if share < 0.99 and not in_order:
         doubts.append(
             f"{share:.0%} of the lines have the time of a frame, the others are not shown")
-    if max(begin - shown[0], abs(end - shown[-1])) > 1:
+    if is_apart and not in_order:
         doubts.append(f"they are from {begin:.1f} to {end:.1f} s, "
                       f"the video is from {shown[0]:.1f} to {shown[-1]:.1f} s")
     if doubts:
         notes.append(f"warning: the tracks may be another video's: {'; '.join(doubts)}")
-    if origin:
+    if in_order:
+        times = shown[:len(times)]
+        notes.append("note: not all lines have the time of a frame of their own: "
+                     "they go to the video's frames in their order")
+    elif origin == tracks.times[min(1, len(times) - 1)] - shown[0] > tracks.times[0] - shown[0]:
+        notes.append("note: the video's edit list begins within its first frame, which browsers "
+                     "skip: its line isn't shown")
+    elif origin:
         notes.append(f"note: the tracks begin at {tracks.times[0]:.2f} s; "
                      "they are shown from the video's beginning on")
+    if tracks.clock != track_file.CLOCKS[0]:
+        notes.append(f"note: {track_file.CLOCKS[0]} goes back, so the times are {tracks.clock}")
     if tracks.untimed:
-        notes.append(f"note: {tracks.untimed} lines have no stream_time and are left out")
-    return origin, notes
+        notes.append(f"note: {tracks.untimed} lines have no {tracks.clock} and are left out")
+    return times, notes
 
 
 def picture(tracks: track_file.Tracks, source: video_file.Video,
@@ -216,30 +244,31 @@ def picture(tracks: track_file.Tracks, source: video_file.Video,
         size, whole = size[::-1], whole[::-1]
     # The part of the turned picture that the video shows, in pixels of the tracks.
     shown = [p * (w - c) / w for p, w, c in zip(size, whole, cut)]
-    return {"width": tracks.width, "height": tracks.height, "turn": source.turn, "shown": shown}
+    return {"width": tracks.width, "height": tracks.height, "turn": source.turn,
+            "mirrored": source.mirrored, "shown": shown}
 
 
-def content(tracks: track_file.Tracks, moved: motion.Motion, origin: float) -> dict[str, Any]:
+def content(tracks: track_file.Tracks, moved: motion.Motion,
+            times: "array.array[float]") -> dict[str, Any]:
     """The index's members about tracks and motion."""
     motions = {f["id"]: f for f in moved.head["features"]}
     return {
         "algorithm": tracks.algorithm, "role": tracks.role, "states": track_file.STATES,
-        "frames": len(tracks.times), "begin": tracks.times[0] - origin,
-        "end": tracks.times[-1] - origin, "left": tracks.left, "top": tracks.top,
-        "step": tracks.step, "chunks": [tracks.times[i] - origin for i in tracks.chunks],
+        "frames": len(times), "times": script.packed(times), "begin": times[0], "end": times[-1],
+        "left": tracks.left, "top": tracks.top, "step": tracks.step, "chunks": tracks.chunks,
         "bins": track_file.BINS, "scene": [rhythm(r) for r in moved.head["scene"]["rhythms"]],
         "window": moved.head["window"], "features": [
-            describe(number, feature, motions.get(number), moved.chunk_of.get(number), origin)
+            describe(number, feature, motions.get(number), moved.chunk_of.get(number), times)
             for number, feature in sorted(tracks.features.items())
         ]
     }
 
 
 def describe(number: int, feature: track_file.Feature, moved: Mapping[str, Any] | None,
-             chunk: int | None, origin: float) -> dict[str, Any]:
+             chunk: int | None, times: "array.array[float]") -> dict[str, Any]:
     """A feature in the index. `moved`: csd-motion's result; None if it never claimed a position."""
     found = {
-        "id": number, "from": feature.first - origin, "to": feature.last - origin,
+        "id": number, "from": times[feature.first], "to": times[feature.last],
         "counts": feature.counts, "strip": feature.strip()
     }
     if not moved:

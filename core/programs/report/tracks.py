@@ -10,7 +10,7 @@ import json
 import math
 import operator
 import pathlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 from report import script
@@ -22,11 +22,15 @@ STATE_NUMBERS = {name: number for number, name in enumerate(STATES)}
 CLAIMS = 2  # the first two of STATES claim a position
 ABSENT = 255
 CHUNK_FRAMES = 250  # with 100 features 200 kB
-CHUNK_SECONDS = 3600  # at most: a chunk's times are µs in 32 bits
 BINS = 60  # of a feature's strip of states
+CLOCKS = ("stream_time", "running_time")  # the first that doesn't go back gives the times
 MAX_LINE = (8 << 20) + 2  # bytes of a line that csd-motion takes, with its end
 MARGIN = 0.125  # of the picture, around it, in which positions can be
 BLANKS = b" \t\r\n\0"  # a line of only these is skipped (line_text() of core/text/read_line.h)
+
+
+class GoesBack(ReportError):
+    """The times of a clock go back."""
 
 
 class Row(NamedTuple):
@@ -43,8 +47,8 @@ class Row(NamedTuple):
 class Feature:
     """Where a feature is in time, and in which states."""
 
-    def __init__(self, first: float) -> None:
-        self.first = self.last = first  # stream time, s
+    def __init__(self, first: int) -> None:
+        self.first = self.last = first  # indices of Tracks.times
         self.counts = [0] * len(STATES)
         self.bins: dict[int, list[int]] = {}  # bin: frames by state
 
@@ -58,9 +62,8 @@ class Feature:
 class Tracks:
     """The content of the file.
 
-    Times are stream times in seconds. The page's times are less by `origin`, which the caller
-    knows. A few numbers of each frame and feature are kept, some megabytes for an hour; positions
-    are only in the chunks.
+    A few numbers of each frame and feature are kept, some megabytes for an hour; positions are only
+    in the chunks.
     """
 
     def __init__(self, path: pathlib.Path, folder: pathlib.Path, seconds: float,
@@ -71,18 +74,32 @@ class Tracks:
         that has been read.
         """
         self.path, self._folder, self._seconds = path, folder, max(seconds, 1e-3)
+        try:
+            self._read(CLOCKS[0], progress)
+        except GoesBack as error:
+            for chunk in folder.glob("tracks-*.js"):
+                chunk.unlink()
+            try:
+                self._read(CLOCKS[1], progress)
+            except ReportError:
+                raise error from None
+
+    def _read(self, clock: str, progress: Callable[[float], None]) -> None:
+        self.clock = clock
         self.width = self.height = 0
         self.algorithm, self.role = "", ""
-        self.times = array.array("d")
-        self.by_pts: dict[int, int] = {}  # µs: index of times
+        self.times = array.array("d")  # of each line that has one, s, ascending
         self.chunks: list[int] = []  # index of each one's first frame
         self.features: dict[int, Feature] = {}
-        self.untimed = 0
-        self._last = 0  # stream time, ns
+        self.untimed = self.other_size = 0  # lines that are left out
+        self.until = 0.0  # s, the last time of another size
+        self._numbers = array.array("Q")  # of all frames
+        self._places = array.array("q")  # of each of these its index of times; -1: it has none
+        self._last = 0  # time, ns
         self._rows: list[Row] = []
-        size = max(1, path.stat().st_size)
+        size = max(1, self.path.stat().st_size)
         read = 0
-        with open(path, "rb") as file:
+        with open(self.path, "rb") as file:
             for number, line in enumerate(iter(lambda: file.readline(MAX_LINE), b""), 1):
                 read += len(line)
                 if len(line) == MAX_LINE:
@@ -97,37 +114,54 @@ class Tracks:
         if self._rows:
             self._write_chunk()
         if not self.times:
-            raise ReportError(f"'{path}' has no line with a stream_time")
+            raise ReportError(f"'{self.path}' has no line with a {clock}")
+
+    def places(self, numbers: Iterable[int]) -> Iterator[int]:
+        """The indices of times of frames by their numbers; -1: has none.
+
+        The frames come in the file's order, and some of the file's may be missing.
+        """
+        at = 0
+        for number in numbers:
+            at = self._numbers.index(number, at) + 1
+            yield self._places[at - 1]
+
+    def _text(self, number: int, why: str) -> str:
+        return f"{self.path}:{number}: {why}: {REMEDY}"
 
     def _error(self, number: int, why: str) -> ReportError:
-        return ReportError(f"{self.path}:{number}: {why}: {REMEDY}")
+        return ReportError(self._text(number, why))
 
     def _read_line(self, text: bytes, number: int) -> None:
         try:
             line = json.loads(text)
         except ValueError:  # csd-motion takes CSV, too
             raise self._error(number, "is no JSON") from None
-        time, pts, frame = line.get("stream_time"), line.get("pts"), line.get("frame")
+        time, frame = line.get(self.clock), line.get("frame")
         if frame is None:  # a frame without metadata
             return
+        self._numbers.append(frame)
+        if self.width and (line["width"], line["height"]) != (self.width, self.height):
+            self._places.append(-1)
+            self.other_size += 1
+            self.until = max(self.until, (time or 0) / 1e9)
+            return
         if time is None:
+            self._places.append(-1)
             self.untimed += 1
             return
+        self._places.append(len(self.times))
         if not self.width:
             self.width, self.height = line["width"], line["height"]
             self.algorithm, self.role = line.get("algorithm") or "", line["role"]
             self._choose_step()
         if time < self._last:
-            raise self._error(
-                number, f"`stream_time` {time} after {self._last}: lines must be sorted by it")
+            raise GoesBack(self._text(
+                number, f"`{self.clock}` {time} after {self._last}: lines must be sorted by it"))
         self._last = time
         seconds = time / 1e9
-        if self._rows and seconds - self._rows[0][0] > CHUNK_SECONDS:
-            self._write_chunk()
         if not self._rows:
             self.chunks.append(len(self.times))
-        if pts is not None:
-            self.by_pts[round(pts / 1000)] = len(self.times)
         self.times.append(seconds)
         features, left, top, scale = line["features"], self.left, self.top, 1 / self.step
         self._rows.append(Row(
@@ -153,13 +187,11 @@ class Tracks:
                 for at, group in itertools.groupby(self._bin(row.seconds) for row in rows)]
         for column, feature in enumerate(ids):
             self._count(feature, state[column::len(ids)].tobytes(), bins)
-        # µs from the chunk's first frame
-        times = array.array("I", (round(1e6 * (row.seconds - rows[0].seconds)) for row in rows))
         frames = array.array("I", (row.frame & 0xffffffff for row in rows))
         number = len(self.chunks) - 1
         content: dict[str, Any] = {
-            "ids": ids, "times": script.packed(times), "frames": script.packed(frames),
-            "x": script.packed(x), "y": script.packed(y), "state": script.packed(state),
+            "ids": ids, "frames": script.packed(frames), "x": script.packed(x),
+            "y": script.packed(y), "state": script.packed(state),
             "confidence": script.packed(confidence)
         }
         script.write(self._folder / f"tracks-{number:05}.js", "tracks", number, content)
@@ -189,8 +221,8 @@ class Tracks:
         feature = self.features.get(number)
         if feature is None:
             first = len(states) - len(states.lstrip(absent))
-            feature = self.features[number] = Feature(self._rows[first].seconds)
-        feature.last = self._rows[len(states.rstrip(absent)) - 1].seconds
+            feature = self.features[number] = Feature(self.chunks[-1] + first)
+        feature.last = self.chunks[-1] + len(states.rstrip(absent)) - 1
         end = 0
         for at, frames in bins:
             begin, end = end, end + frames

@@ -4,6 +4,7 @@
 import array
 import errno
 import json
+import math
 import os
 import pathlib
 import shutil
@@ -35,8 +36,25 @@ def probe(path: pathlib.Path, *what: str) -> str:
     return done.stdout
 
 
+def orientation_of(matrix: str) -> tuple[bool, int]:
+    """Video.mirrored and Video.turn of ffprobe's text of a display matrix.
+
+    It has a line `NUMBER: a b u` for x, and one for y: a point x, y is shown at ax + cy, bx + dy.
+    """
+    (a, b), (c, d) = ([int(word) for word in line.split()[1:3]]
+                      for line in matrix.strip().splitlines()[:2])
+    mirrored = a * d < b * c
+    if mirrored:
+        a, b = -a, -b
+    return mirrored, round(math.degrees(math.atan2(b, a)) / 90) * 90 % 360
+
+
 class Video:
-    """width, height: as stored; turn: degrees clockwise by which players turn it; fps: mean."""
+    """A video file.
+
+    width, height: as stored; mirrored: whether players mirror it, left to right, before they turn
+    it by `turn` degrees clockwise; fps: mean.
+    """
 
     def __init__(self, path: pathlib.Path) -> None:
         self.path = path
@@ -50,9 +68,9 @@ class Video:
         self.codec, self.pixels = stream.get("codec_name", ""), stream.get("pix_fmt", "")
         self.width: int = stream["width"]
         self.height: int = stream["height"]
-        turns = [data["rotation"] for data in stream.get("side_data_list", ())
-                 if "rotation" in data]
-        self.turn = round(-float(turns[0])) % 360 if turns else 0
+        matrices = [data["displaymatrix"] for data in stream.get("side_data_list", ())
+                    if "displaymatrix" in data]
+        self.mirrored, self.turn = orientation_of(matrices[0]) if matrices else (False, 0)
         over, _, under = stream.get("avg_frame_rate", "0/0").partition("/")
         self.fps = int(over) / int(under) if int(under or 0) else 0
         self.sound: list[str] = [
@@ -74,22 +92,40 @@ class Video:
 
     @property
     def is_playable(self) -> bool:
-        """Whether browsers play the file as it is."""
-        return (self.pixels in PIXELS and bool(self.container) and
+        """Whether browsers play the file as it is. Not all of them mirror it."""
+        return (not self.mirrored and self.pixels in PIXELS and bool(self.container) and
                 self.codec in VIDEO[self.container] and
                 all(sound in SOUND[self.container] for sound in self.sound))
+
+    @property
+    def begins_late(self) -> bool:
+        return self.start > 1e-3
 
     def times(self) -> "array.array[float]":
         """When each frame is shown, s, ascending.
 
-        As browsers do, this counts from the first sound or picture.
+        As browsers do, this counts from the first sound or picture, and leaves out what the file's
+        edit list cuts off.
         """
-        text = probe(self.path, "-select_streams", str(self.index), "-show_entries",
-                     "packet=pts_time", "-of", "csv=p=0")
-        words = [word for word in text.replace(",", " ").split() if word != "N/A"]
-        if not words:
+        times = [time for time, is_shown in self._packets() if is_shown]
+        if not times:
             raise ReportError(f"'{self.path}' has no frames with times")
-        return array.array("d", sorted(float(word) - self.start for word in words))
+        return array.array("d", sorted(time - self.start for time in times))
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether an edit list cuts off frames at the beginning, and only there."""
+        packets = self._packets()
+        hidden = [time for time, is_shown in packets if not is_shown]
+        shown = (time for time, is_shown in packets if is_shown)
+        return bool(hidden) and max(hidden) < min(shown, default=0)
+
+    def _packets(self) -> list[tuple[float, bool]]:
+        """Of each packet the time, s, and whether its frame is shown."""
+        lines = probe(self.path, "-select_streams", str(self.index), "-show_entries",
+                      "packet=pts_time,flags", "-of", "csv=p=0").splitlines()
+        words = [line.split(",") for line in lines]
+        return [(float(time), "D" not in flags) for time, flags, *_ in words if time != "N/A"]
 
 
 def interval_of(times: "array.array[float]") -> float:
@@ -104,14 +140,19 @@ def prepare(video: Video, folder: pathlib.Path, wanted: bool) -> tuple[pathlib.P
     Returns its path, and how many columns and rows were cut off to make their numbers even. Raises
     ReportError.
     """
-    if video.is_playable:
-        path = folder / f"video.{video.container}"
+    playable = video.is_playable
+    container = video.container if playable else "mp4"
+    path = folder / f"video.{container}"
+    # Browsers don't agree about times that begin late, or an edit list that begins within a frame.
+    # ffmpeg lets both begin with a frame, at 0.
+    if playable and not video.begins_late and not video.is_cut:
         shutil.copyfile(video.path, path)
         return path, (0, 0)
-    path = folder / "video.mp4"
-    sound = ["-c:a", "copy" if all(s in SOUND["mp4"] for s in video.sound) else "aac"]
-    if video.pixels in PIXELS and video.codec in VIDEO["mp4"]:
-        convert(video, path, ["-c:v", "copy", *sound], "putting the video into mp4", wanted)
+    sound = ["-c:a", "copy" if all(s in SOUND[container] for s in video.sound) else "aac"]
+    if playable or (not video.mirrored and video.pixels in PIXELS and
+                    video.codec in VIDEO[container]):
+        convert(video, path, ["-c:v", "copy", *sound], f"putting the video into {container}",
+                wanted)
         return path, (0, 0)
     # A keyframe every other second lets a browser step backwards quickly. Each frame keeps its
     # time.
@@ -121,6 +162,10 @@ def prepare(video: Video, folder: pathlib.Path, wanted: bool) -> tuple[pathlib.P
         "-1"
     ]
     convert(video, path, [*encoder, *sound], "converting the video to H.264", True)
+    if Video(path).begins_late:  # an AVI with B-frames
+        late = path.rename(folder / "late.mp4")
+        convert(Video(late), path, ["-c", "copy"], "putting the video into mp4", wanted)
+        late.unlink()
     width, height = video.width, video.height
     if video.turn % 180:
         width, height = height, width

@@ -82,11 +82,54 @@ TEST(Series, UsesTheFrameRateWhereThereAreNoTimes) {
   EXPECT_THAT(series_of(tracks, {{}, {}, 50}).times, ElementsAre(7));
 }
 
-TEST(Series, RefusesTimesThatDoNotAdvanceAndTracksWithoutClaims) {
+TEST(Series, GoesByTheFirstClockThatNeverGoesBack) {
+  Recording tracks = recording();
+  for (const std::int64_t pts : {0, 40, 20}) add(tracks, pts * ms, {at(0, 0, 0)});
+  const auto set = [&](std::int64_t score::TrackFrame::*clock, std::initializer_list<std::int64_t> times) {
+    std::size_t i = 0;
+    for (const std::int64_t time : times) tracks.frames[i++].*clock = time * ms;
+  };
+  set(&score::TrackFrame::running_time, {100, 140, 180});
+  EXPECT_THAT(series_of(tracks).times, ElementsAre(.1, .14, .18)) << "there is no stream time";
+  set(&score::TrackFrame::stream_time, {0, 40, 30});
+  EXPECT_EQ(series_of(tracks).clock, "running_time");
+  set(&score::TrackFrame::stream_time, {1000, 1040, 1080});
+  EXPECT_THAT(series_of(tracks).times, ElementsAre(1, 1.04, 1.08));
+  EXPECT_EQ(series_of(tracks).clock, "stream_time");
+  set(&score::TrackFrame::pts, {0, 40, 40});
+  EXPECT_THAT(series_of(tracks).times, ElementsAre(0, .04, .04));
+  EXPECT_EQ(series_of(tracks).clock, "pts");
+}
+
+TEST(Series, HasAnIntervalAlsoWhereMostFramesShareTheirTimes) {
+  Recording tracks = recording();
+  for (int i = 0; i < 9; ++i) add(tracks, i / 3 * 120 * ms, {at(0, 0, 0)});
+  EXPECT_NEAR(series_of(tracks).interval, .03, 1e-12);
+}
+
+TEST(Series, HasOnlyFramesOfTheFirstPicturesSize) {
+  Recording tracks = recording();
+  for (int i = 0; i < 5; ++i) {
+    add(tracks, i * 40 * ms, {at(0, i, 0)});
+    tracks.frames[i].width = i == 1 || i == 3 ? 320 : 640;
+    tracks.frames[i].height = i == 3 ? 200 : 480;
+  }
+  tracks.width = 640;
+  tracks.height = 480;
+  const Series series = series_of(tracks);
+  EXPECT_THAT(series.frames, ElementsAre(0, 2, 4));
+  EXPECT_THAT(series.paths[0].positions, ElementsAre(cv::Point2d(0, 0), cv::Point2d(2, 0), cv::Point2d(4, 0)));
+  EXPECT_EQ(series.left_out, 2u);
+  EXPECT_EQ(series.other_width, 320);
+  EXPECT_EQ(series.other_height, 480);
+  EXPECT_EQ(series.other_line, 2u);
+}
+
+TEST(Series, RefusesTimesThatGoBackAndTracksWithoutClaims) {
   Recording tracks = recording();
   add(tracks, 40 * ms, {at(0, 0, 0)});
-  add(tracks, 40 * ms, {at(0, 0, 0)});
-  EXPECT_THAT(error_of(tracks), HasSubstr("t.jsonl:2: the time doesn't go on (frame 1)"));
+  add(tracks, 39 * ms, {at(0, 0, 0)});
+  EXPECT_THAT(error_of(tracks), HasSubstr("t.jsonl:2: the time goes back (frame 1)"));
   tracks.frames.pop_back();
   EXPECT_EQ(error_of(tracks), "no error");
   tracks.frames[0].features[0].y = -1e300;
@@ -119,6 +162,12 @@ TEST(Velocity, IsExactForAParabolaAlsoAtUnevenTimes) {
   EXPECT_NEAR(v[2].x, 6, 1e-12);
   EXPECT_NEAR(v[0].x, 4, 1e-12) << "by the next frame";
   EXPECT_NEAR(v[3].x, 8, 1e-12) << "by the previous frame";
+}
+
+TEST(Velocity, NeedsTimeBetweenFrames) {
+  const Series series = one_path({0, 1, 1, 3}, {0, 1, 2, 3}, {0, 2, 4, 10});
+  const auto v = velocities(series, series.paths[0]);
+  EXPECT_THAT(std::vector<double>({v[0].x, v[1].x, v[2].x, v[3].x}), ElementsAre(2, 2, 3, 3));
 }
 
 TEST(Velocity, DoesNotReachOverGaps) {

@@ -37,6 +37,16 @@ TEST(AbsentFeatures, NotesAnAbsenceInTheMiddle) {
                           "as not tracked: is the file whole?"));
 }
 
+TEST(AbsentFeatures, AnotherSizeOfThePictureEndsAllFeatures) {
+  score::Recording tracks;
+  for (int i = 0; i < 4; ++i)
+    tracks.frames.push_back(
+        {true, static_cast<std::uint64_t>(i), no_time, 0, {feature(i / 2)}, no_time, no_time, i < 2 ? 640 : 320, 480});
+  std::vector<std::string> notes;
+  note_absent(tracks, notes);
+  EXPECT_THAT(notes, IsEmpty());
+}
+
 TEST(AbsentFeatures, NotesAnAbsenceFromTheLastFrame) {
   EXPECT_THAT(notes_of({{feature(1), feature(2, FeatureState::lost)}, {feature(1)}}),
               ElementsAre("f:3: from frame 11 on, 1 feature is absent that had not ended, in 1 frame, counted "

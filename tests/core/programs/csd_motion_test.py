@@ -143,6 +143,64 @@ class Rhythms(Case):
             self.assertEqual(other["features"], report["features"], file)
             self.assertEqual(other["scene"], report["scene"], file)
 
+    def test_frames_of_the_same_time(self):
+        """As GStreamer has them in an AVI with B-frames, at each key frame."""
+        report = self.json(self.tracks)
+        for i in range(24, 1000, 24):
+            self.scene.times[i] = self.scene.times[i - 1]
+        self.scene.write_jsonl(self.tracks)
+        other = self.json("--series", self.tracks)
+        self.assertEqual(other["frames"], 1000)
+        self.assertEqual(other["notes"], [])
+        for one, two in zip(report["scene"]["rhythms"], other["scene"]["rhythms"], strict=True):
+            self.assertAlmostEqual(one["frequency"], two["frequency"], delta=0.002)
+            self.assertAlmostEqual(one["amplitude"], two["amplitude"], delta=0.1)
+        self.assertNotIn(None, other["series"]["features"][0]["vx"])
+        self.scene.times = [5] * 1000
+        self.scene.write_jsonl(self.tracks)
+        other = self.json(self.tracks)
+        self.assertEqual((other["interval"], other["scene"]["rhythms"]), (0, []))
+
+    def test_pts_that_go_back(self):
+        """The later half was played first: an edit list in another order."""
+        report = self.json(self.tracks)
+        lines = [json.loads(line) for line in self.tracks.read_text().splitlines()]
+        for line, later in zip(lines, lines[500:] + lines[:500]):
+            line["stream_time"], line["running_time"] = line["pts"], line["pts"] + 10**9
+            line["new"] = later["pts"]
+        for name, clock in (("stream_time", 0), ("running_time", 1)):
+            with open(self.tracks, "w") as file:
+                for line in lines:
+                    line = line | {"pts": line["new"]}
+                    if name == "running_time":
+                        line["stream_time"] = line["pts"]
+                    file.write(json.dumps(line) + "\n")
+            other = self.json(self.tracks)
+            self.assertEqual(other["from"], clock)
+            self.assertEqual(other["notes"],
+                             [f"{self.tracks}: pts go back, so the times are {name}"])
+            self.assertEqual(len(other["scene"]["rhythms"]), 2)
+            self.assertAlmostEqual(other["scene"]["rhythms"][1]["amplitude"],
+                                   report["scene"]["rhythms"][1]["amplitude"], delta=1e-3)
+
+    def test_the_picture_changes_its_size(self):
+        """csdtrack begins anew then, with other features."""
+        lines = self.tracks.read_text().splitlines(keepends=True)
+        late = [line.replace('"width": 640', '"width": 320').replace('"id": ', '"id": 1')
+                for line in lines[600:]]
+        self.tracks.write_text("".join(lines[:600] + late))
+        done = run(self.tracks)
+        said = "400 frames are left out, as the picture's size changes to 320x480"
+        self.assertEqual(
+            (done.returncode, done.stdout.splitlines()[0], done.stderr),
+            (0, f"{self.tracks}: 3 features, 600 frames, 0.000 to 23.960 s; {said}",
+             f"csd-motion: note: {self.tracks}:601: {said}\n"))
+        whole = self.json(self.tracks)
+        self.assertEqual(whole["notes"], [f"{self.tracks}:601: {said}"])
+        self.tracks.write_text("".join(lines[:600]))
+        first = self.json(self.tracks)
+        self.assertEqual(whole | {"notes": []}, first)
+
     def test_span_window_and_band(self):
         report = self.json("--from", 12, "--to", 32, "--window", 10, self.tracks)
         self.assertEqual([report["from"], report["to"], report["frames"]], [12, 32, 501])
@@ -243,8 +301,8 @@ class Wrong(Case):
             '{"schema":1,"role":"track","frame":0,"pts":0,"width":64,"height":48,"features":[]}\n',
             "claims no position")
         self.refused(self.LINE % (0, 0, 1, "lost"), "claims no position")
-        self.refused(self.LINE % (0, 0, 1, "tracked") + self.LINE % (1, 0, 1, "tracked"),
-                     ":2: the time doesn't go on")
+        self.refused(self.LINE % (0, 1, 1, "tracked") + self.LINE % (1, 0, 1, "tracked"),
+                     ":2: the time goes back")
         self.refused(self.LINE % (0, 0, 1, "flying"), ":1: there is no state 'flying'")
         self.refused(self.LINE % (0, 0, "1e400", "tracked"), "wrong:1: ")
         self.refused(self.LINE % (0, 0, "1e300", "tracked"), "is beyond 1048576 pixels")

@@ -60,13 +60,15 @@ TEST(TruthCsv, NamesEachDefect) {
 
 TEST(TracksCsv, ReadsWhatCsdtrackencWrites) {
   const auto tracks = read<score::Recording>(tracks_header +
-                                             "12,480000000,480000000,0,311.204,187.512,tracked,0.931,true\n"
+                                             "12,480000000,470000000,0,311.204,187.512,tracked,0.931,true\n"
                                              "12,480000000,480000000,4,1.000,2.000,ended,0.000,false\n" +
                                              tracks_header + "14,,,0,312.000,188.000,learning,1.000,true\n");
   EXPECT_TRUE(tracks.sparse);
   ASSERT_EQ(tracks.frames.size(), 2u);
   EXPECT_EQ(tracks.frames[0].frame, 12u);
   EXPECT_EQ(tracks.frames[0].pts, 480000000);
+  EXPECT_EQ(tracks.frames[0].stream_time, 470000000);
+  EXPECT_EQ(tracks.frames[1].stream_time, no_time);
   EXPECT_EQ(tracks.frames[0].line, 2u);
   ASSERT_EQ(tracks.frames[0].features.size(), 2u);
   EXPECT_EQ(tracks.frames[0].features[0].x, 311.204);

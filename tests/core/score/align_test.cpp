@@ -4,6 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
 namespace csd::score {
 namespace {
 
@@ -151,6 +154,15 @@ TEST(Align, SizesMustBeKnownAndAgree) {
   EXPECT_THAT(error_of(truth, tracks_of({0})), HasSubstr("says nothing of the picture's size"));
 }
 
+TEST(Align, ASizeThatChangesIsAnError) {
+  Recording tracks = tracks_of({0, 1, 2});
+  tracks.width = 640;
+  tracks.height = 480;
+  tracks.frames[1].width = 320;
+  tracks.frames[1].height = 480;
+  EXPECT_EQ(error_of(truth_of({0, 1}), tracks), "tracks.jsonl:2: the picture's size changes");
+}
+
 TEST(Align, FeaturesMissingInTheTracksAreAnError) {
   Truth truth = truth_of({0});
   truth.ids = {3, 4};
@@ -185,6 +197,37 @@ TEST(Align, NotesTracksThatBeginElsewhere) {
   std::vector<std::string> notes;
   align(truth, tracks_of({0}), {}, notes);
   EXPECT_THAT(notes, ElementsAre(HasSubstr("begin 39 px (median)")));
+}
+
+/// Notes on labels of every tenth frame, one frame late, of a point that oscillates by some pixels, with noise of
+/// `noise` px, uniform.
+std::vector<std::string> notes_of_late_labels(int late, double noise, std::size_t labels) {
+  const auto x = [](std::size_t frame) { return 100 + 20 * std::sin(static_cast<double>(frame) / 4); };
+  Recording tracks = tracks_of({});
+  for (std::size_t i = 0; i < 10 * labels + 10; ++i)
+    tracks.frames.push_back({true, i, no_time, i + 1, {{3, x(i), 50, FeatureState::tracked, .9, true}}});
+  Truth truth = truth_of({}, false);
+  std::mt19937 random(1);
+  for (std::size_t i = 1; i <= labels; ++i) {
+    const double error = noise * (static_cast<double>(random()) / 0x1p31 - 1);
+    const auto frame = static_cast<std::uint64_t>(static_cast<std::int64_t>(10 * i) + late);
+    truth.frames.push_back({frame, no_time, i + 1, {{Presence::visible, {x(10 * i) + error, 50}}}});
+  }
+  std::vector<std::string> notes;
+  align(truth, tracks, {}, notes);
+  return notes;
+}
+
+TEST(Align, NotesLabelsThatAreOneFrameOff) {
+  const auto from_one = ElementsAre(
+      "truth.csv: its labels fit the frame before theirs in tracks.jsonl better: are they numbered from 1? The first "
+      "frame is 0");
+  EXPECT_THAT(notes_of_late_labels(1, 0, 2), from_one);
+  EXPECT_THAT(notes_of_late_labels(1, 3, 40), from_one);
+  EXPECT_THAT(notes_of_late_labels(-1, 1, 10), ElementsAre(HasSubstr("fit the frame after theirs")));
+  for (const double noise : {0., 1., 4., 30.})
+    for (const std::size_t labels : {2u, 3u, 10u, 100u})
+      EXPECT_THAT(notes_of_late_labels(0, noise, labels), IsEmpty()) << noise << " px, " << labels << " labels";
 }
 
 TEST(Align, OfStirOnlyTheEndIsKnown) {

@@ -49,7 +49,6 @@ const csdReport = (() => {
 
   const tracks = new Chunks("tracks", TRACKS_KEPT, (told) => ({
     ids: told.ids,
-    times: new Uint32Array(bytes(told.times)),
     frames: new Uint32Array(bytes(told.frames)),
     x: new Uint16Array(bytes(told.x)),
     y: new Uint16Array(bytes(told.y)),
@@ -82,6 +81,7 @@ const csdReport = (() => {
     // What the scripts call.
     index(told) {
       report.about = told;
+      told.times = new Float64Array(bytes(told.times));
       told.byId = new Map(told.features.map((feature) => [feature.id, feature]));
       report.start();
     },
@@ -95,18 +95,20 @@ const csdReport = (() => {
     /** The frame that is shown at `time` (s): {number, time, chunk, row}; null if no line is of that frame; undefined if its chunk has to
      *  come first, `arrived` is called then. */
     frameAt(time, arrived) {
-      const { chunks, interval } = report.about;
-      const number = Math.max(0, last(chunks, time + interval / 2));
+      const { chunks, interval, times } = report.about;
+      const distance = (line) => Math.abs(times[line] - time);
+      let line = Math.max(0, last(times, time + interval / 2));
+      while (line > 0 && distance(line - 1) < distance(line)) --line;
+      const number = last(chunks, line);
       const chunk = tracks.get(number);
       if (number + 1 < chunks.length && !tracks.there.has(number + 1)) tracks.load(number + 1).catch(report.trouble);
       if (!chunk) {
         tracks.load(number).then(arrived, report.trouble);
         return undefined;
       }
-      const since = 1e6 * (time - chunks[number]);
-      const row = Math.max(0, last(chunk.times, since + 0.5e6 * interval));
-      if (Math.abs(chunk.times[row] - since) > 0.6e6 * interval) return null;
-      return { number: chunk.frames[row], time: chunks[number] + chunk.times[row] / 1e6, chunk, row };
+      if (distance(line) > 0.6 * interval) return null;
+      const row = line - chunks[number];
+      return { number: chunk.frames[row], time: times[line], chunk, row };
     },
 
     /** The features of a frame: [{id, x, y, state, confidence}], pixels of the tracks. */

@@ -33,6 +33,7 @@ const csdMarkers = (() => {
   /** From pixels of the tracks to the picture as it is shown, 0…1 each. Pixel centres are at integers. */
   function place(about, x, y) {
     let [u, v, w, h] = [x + 0.5, y + 0.5, about.width, about.height];
+    if (about.mirrored) u = w - u;
     if (about.turn === 90) [u, v] = [h - v, u];
     else if (about.turn === 180) [u, v] = [w - u, h - v];
     else if (about.turn === 270) [u, v] = [v, w - u];
