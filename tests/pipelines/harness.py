@@ -130,6 +130,21 @@ def scene_video(path, frames=60, *options, **scene):
     return encode(path, (made.picture(t) for t in range(frames)), *(options or H264))
 
 
+def odd_rates(folder, frames):
+    """Videos of 25 frames a second: one says that it has 1000, one says 0 as it doesn't know."""
+    made = Scene()
+    pictures = [made.picture(t) for t in range(frames)]
+    times = ("-vf", "settb=1/1000,setpts=N*40", "-fps_mode", "passthrough", "-enc_time_base",
+             "1/1000", "-r", "1000")
+    unknown = encode(folder / "0.webm", pictures, *times, "-c:v", "libvpx", "-b:v", "2M",
+                     "-deadline", "realtime", "-live", "1")
+    high = folder / "1000.mkv"
+    launch("filesrc", f"location={unknown}", "!", "decodebin", "!", "capssetter",
+           "caps=video/x-raw,framerate=1000/1", "!", "x264enc", "tune=zerolatency", "!",
+           "matroskamux", "!", "filesink", f"location={high}").check_returncode()
+    return {1000: high, 0: unknown}
+
+
 def decoded_frames(path):
     """How many frames ffmpeg decodes from a file: a count that does not depend on GStreamer."""
     out = subprocess.run(["ffprobe", "-v", "quiet", "-count_frames", "-select_streams", "v:0",

@@ -6,6 +6,7 @@ import importlib.util
 import json
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import unittest
@@ -95,6 +96,27 @@ class Page(harness.Case):
             self.assertEqual(int(time) % FRAME, 0)
             self.assertLessEqual({f.split(":")[1] for f in features}, set(STATES))
         self.assertIn(new.split()[-1], {f.split(":")[0] for row in rows for f in row.split()[1:]})
+
+    def test_any_video_whatever_its_rate_says(self):
+        for rate, video in harness.odd_rates(self.tmp, FRAMES).items():
+            with self.subTest(rate):
+                caps = harness.launch("-v", "filesrc", f"location={video}", "!", "decodebin", "!",
+                                      "fakesink").stdout
+                self.assertIn(f"framerate=(fraction){rate}/1", caps)
+                rows = [line.split() for line in self.run_block("max_features=30", video)[2:]]
+                # A point is learned for half a second, by the frames' times.
+                self.assertLessEqual(max(int(row[1]) for row in rows), FRAMES - 12)
+                self.assertGreater(len(rows), 10)
+                self.assertEqual(self.run_block("add_point(200, 60)", video)[-1],
+                                 "2 ['learning']")
+                times = {int(row.split()[0]) for row in self.run_block("get_custom_meta", video)}
+                self.assertEqual(sorted(times), [i * FRAME for i in range(FRAMES)])
+                self.assertEqual(self.run_block("add_signal_watch", video)[-1], f"{FRAMES} frames")
+                shutil.copy(video, self.tmp / "in.mp4")
+                for name, mark in (("csv", "read_csv"), ("jsonl", "json_normalize")):
+                    self.run_line(name)
+                    self.assertGreater(len(self.run_block(mark)), 2)
+        harness.scene_video(self.video, FRAMES)
 
     def test_an_error_is_printed_in_one_line(self):
         for block in (b for b in BLOCKS if "VideoCapture" in b):
