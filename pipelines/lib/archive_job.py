@@ -22,6 +22,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from pipelines.lib import archive_index, command, runner, video_errors
+from pipelines.lib.frame_times import FrameTimes
 from pipelines.lib.runner import GLib, Gst
 
 STALL = 600  # seconds without a new frame, after which the job gives up
@@ -47,8 +48,11 @@ class Job(runner.Run):
         # videoconvert passes on formats that csdtrack takes.
         super().__init__(
             "archive", "filesrc name=video ! decodebin ! videoconvert ! "
-            "csdtrack name=csdtrack ! csdtrackenc ! application/x-ndjson ! filesink name=tracks")
+            "identity name=times ! csdtrack name=csdtrack ! csdtrackenc ! application/x-ndjson ! "
+            "filesink name=tracks")
         self.video, self._out = video, out
+        self.times = FrameTimes(Gst, self.element("times").get_static_pad("src"), "archive",
+                                str(video), rising=False)
         self.element("video").set_property("location", str(video))
         runner.configure(self.element("csdtrack"), None, properties, [])
         self.is_videos_fault = True
@@ -184,9 +188,9 @@ def track(plan: Mapping[str, Any], number: int) -> None:
             raise command.Failure(video_errors.no_index(video))
         job.run(unfinished, report)
         counted = count(unfinished)
-        if counted["frames"] != job.frames:
+        if counted["frames"] != job.times.frames:
             job.is_videos_fault = False
-            raise command.Failure(f"{name}: {job.frames} frames were tracked, and the tracks hold "
+            raise command.Failure(f"{name}: {job.times.frames} frames came, and the tracks hold "
                                   f"{counted['frames']} lines: check the disk of '{out}'")
         result.update(counted, status="done",
                       duration=(job.position - (job.begin or 0)) / Gst.SECOND,

@@ -22,7 +22,7 @@ class FrameTimes:
     Muxers drop frames without a time, or write two of the same time in an order of their own, and
     readers can't tell which line belongs to which. So
 
-    - a frame without a time gets one: in a file by the frame rate, else by its arrival;
+    - a frame without a time gets one: of a live source by its arrival, else by the frame rate;
     - a frame that isn't later than the one before gets a time between that and the next;
     - times that go back by more than a second, or that leave the clock of a live source by more
       than ten, continue where the last frame ended: from there on all are moved.
@@ -32,13 +32,15 @@ class FrameTimes:
     """
 
     def __init__(self, Gst: Any, pad: Any, name: str, source: str,
-                 live: Callable[[], bool] | None = None, rising: bool = True) -> None:
-        """`name`, `source`: for messages. `live`: whether the source is; None for a file.
+                 live: Callable[[], bool] = lambda: False, rising: bool = True) -> None:
+        """`name`, `source`: for messages. `live`: whether the source is, asked for each frame.
         `rising`: False to change no time that a frame has, only to give it one."""
         self._rising = rising
         self._gst, self._name, self._source, self._live = Gst, name, source, live
         self.frames = 0
         self.last: int | None = None  # time of the newest frame, ns
+        self._own: int | None = None  # the time that it came with
+        self._repeated = 0  # how many frames before it had the same
         self._arrival = 0  # of the newest frame, ns
         self._moved = 0  # ns, by which times are moved
         self._said: set[str] = set()
@@ -57,36 +59,41 @@ class FrameTimes:
         moved, copied = Gst.Buffer.new(), Gst.BufferCopyFlags
         moved.pts = due
         # Without a duration, mp4mux leaves the last frame out of its edit list.
-        moved.duration = self._period(pad, buffer) if self._live is None else buffer.duration
+        moved.duration = buffer.duration if self._live() else self._period(pad, buffer)
         moved.copy_into(buffer, copied.FLAGS | copied.META | copied.MEMORY, 0, buffer.get_size())
         moved.add_parent_buffer_meta(buffer)
         pad.get_peer().chain(moved)
         return Gst.PadProbeReturn.DROP
 
     def _due(self, pad: Any, buffer: Any, own: int | None, arrival: int) -> int:
-        last, waited = self.last, arrival - self._arrival
+        last, before, waited = self.last, self._own, arrival - self._arrival
+        self._own = own
         if own is None:
             if last is None:
-                return 0 if self._live is None else self._running_time(pad)
+                return self._running_time(pad) if self._live() else 0
             return last + self._step(pad, buffer, waited)
         due = own + self._moved
         if last is None or not self._rising:
             return due
-        jumps = last - due >= JUMP * SECOND
-        if self._live and self._live():
-            jumps = jumps or abs(due - last - waited) >= LIVE_JUMP * SECOND
+        # By the source's own times: after a pause, `last` may be far from them for a while.
+        step = own - before if before is not None else due - last
+        jumps = step <= -JUMP * SECOND
+        if self._live():
+            jumps = jumps or min(abs(step), abs(step - waited)) >= LIVE_JUMP * SECOND
         if jumps:
-            step = self._step(pad, buffer, waited)
-            self._say(f"the times jump by {(due - last) / SECOND:+.1f} s: they go on from the "
-                      "frame before")
-            self._moved += last + step - due
-            return last + step
+            self._say(f"the times jump by {step / SECOND:+.1f} s: they go on from the frame before")
+            self._moved += last + self._step(pad, buffer, waited) - due
+            return last + self._step(pad, buffer, waited)
         if due <= last:
-            return last + max(SHORTEST, self._period(pad, buffer) // 2)
+            # One that repeats a time lies between its neighbours. More are a frame apart.
+            self._repeated = self._repeated + 1 if step <= 0 else 0
+            part = 1 if self._repeated > 1 else 2
+            return last + max(SHORTEST, self._period(pad, buffer) // part)
+        self._repeated = 0
         return due
 
     def _step(self, pad: Any, buffer: Any, waited: int) -> int:
-        return self._period(pad, buffer) if self._live is None else max(waited, SHORTEST)
+        return max(waited, SHORTEST) if self._live() else self._period(pad, buffer)
 
     def _running_time(self, pad: Any) -> int:
         element = pad.get_parent_element()

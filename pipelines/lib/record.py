@@ -49,12 +49,13 @@ came, the packets that the muxer got, those that are in the files, and the lines
 they differ, one line says how many are where. From a live source frames may lack a line, for they
 came faster than they could be tracked; the last line counts them.
 
-Frames without a time get one: in a file by the frame rate, else by their arrival. If two have the
-same time, the second gets one between its neighbours. If the times jump back, or a live source's
-clock is set, they go on from the frame before, and one line says so.
+Frames without a time get one: of a live source by their arrival, else by the frame rate. If two
+have the same time, the second gets one between its neighbours. If the times jump back, or a live
+source's clock is set, they go on from the frame before, and one line says so.
 
 Exit code: 0 if all was recorded, 1 if not: if a frame or a line is missing, or if the source broke
-off (one line says why; what came before is there), 2 for wrong use.
+off (one line says why; what came before is there), 2 for wrong use. A file whose picture ends
+before the length that it states is noted, and is no failure.
 """
 
 LATENCY = 5  # seconds of raw video that may wait for the encoder's look-ahead (2 s) and a busy disk
@@ -298,7 +299,7 @@ def record(options: argparse.Namespace, source: str, tracks: pathlib.Path) -> No
                      options.set)
     even_size.crop(run, "record", options.source, "single", "in")
     times = FrameTimes(Gst, run.element("single").get_static_pad("src"), "record", options.source,
-                       None if sources.is_file(options.source) else lambda: run.live)
+                       lambda: run.live)
     pace = Pace(runner, run.element("in").get_static_pad("sink"))
     on_stated_length(run.pipeline, pace.on_stated_length)
     # Before the first file is created: without its sink nothing must be left behind.
@@ -332,8 +333,9 @@ def record(options: argparse.Namespace, source: str, tracks: pathlib.Path) -> No
         created.remove_empty()
         if window:
             window.close()
-    found = ([failure, recorded.summary(times.frames)] if failure else recorded.differences(
-        times.frames, sidecar, tracks, all_tracked=not run.live))
+    found = list(recorded.differences(times.frames, sidecar, tracks, all_tracked=not run.live))
+    if failure:
+        found = [failure, recorded.summary(times.frames, sidecar)]
     if text := "; ".join(filter(None, found)):
         raise command.Failure(text)
     runner.print_cost(track, pace.frames)

@@ -78,17 +78,21 @@ class Recorded:
         for path in self.muxed:
             packets, text = self.packets.get(path, 0), tracks / tracks_name(str(path))
             lines = sidecar.lines[text.name]
-            there = counts.lines_in(text) if text.is_file() else lines
+            special = text.exists() and not text.is_file()  # nobody can count what went into a pipe
+            there = lines if special else counts.lines_in(text)
             if there != lines:
                 yield f"'{text}' holds {there} of the {lines} lines that were written"
             elif lines > packets or all_tracked and lines < packets:
                 yield (f"'{text}' holds {counts.plural(lines, 'line')}, and '{path}' "
                        f"{counts.plural(packets, 'packet')}")
 
-    def summary(self, frames: int) -> str:
+    def summary(self, frames: int, sidecar: Sidecar) -> str:
         """How much there is after an error; "" if it is all."""
-        packets = sum(self.packets.values())
-        return "" if packets == frames else f"{packets} of {frames} frames are in the files"
+        packets, lines = sum(self.packets.values()), sum(sidecar.lines.values())
+        if packets == frames == lines:
+            return ""
+        beside = counts.plural(lines, "line")
+        return f"{packets} of {frames} frames are in the files, {beside} beside"
 
 
 def _elements_of(files: Any) -> list[Any]:

@@ -40,7 +40,6 @@ class Sidecar:
         self._folder = folder
         self._name = tracks_name(first)  # of the newest file
         self._file: int | None = None
-        self.given = 0  # lines
         self.lines: collections.Counter[str] = collections.Counter()  # by the file they belong to
         # (running time, offset, line) of lines that may belong to the next file
         self._movable: collections.deque[tuple[int, int, bytes]] = collections.deque()
@@ -55,7 +54,6 @@ class Sidecar:
         self._thread.start()
 
     def add_line(self, time: int, text: bytes) -> None:
-        self.given += 1
         self._hand_over(self._write, time, text)
 
     def begin_file(self, time: int, name: str) -> None:

@@ -451,7 +451,7 @@ command.run("record", record.main)
                 self.assertEqual(done.returncode, 1)
                 self.assertRegex(done.stderr, rf"^record: can't write into '{disk}/{name}\.mkv' "
                                  r"\(the disk is full\): make room or give another place; \d+ of "
-                                 r"\d+ frames are in the files\n$")
+                                 r"\d+ frames are in the files, \d+ lines? beside\n$")
 
     def test_planar_rgb_and_411_are_recorded(self):
         """OBS records losslessly in RGB, NTSC DV is 4:1:1."""
