@@ -346,6 +346,8 @@ command.run("quickstart", quickstart.main)
                          (("filesink", 1), "tracks.jsonl' holds 49 lines of 50 frames")):
         out = tmp / place[0]
         environment = {**ENVIRONMENT, "PYTHONPATH": str(REPOSITORY),
+                       "GST_PLUGIN_PATH_1_0": str(BUILD / "gst"),
+                       "GST_REGISTRY": str(tmp / "registry.bin"),
                        "CSD_REPORT": str(REPOSITORY / "core" / "programs" / "csd-report"),
                        "PATH": f"{BUILD / 'core' / 'programs'}:{os.environ['PATH']}"}
         done = subprocess.run([sys.executable, "-c", plant % place, tmp / "x.mkv", out],
