@@ -59,8 +59,7 @@ class Job(runner.Run):
         self.begin: int | None = None  # ns in the file, of the first frame
         self.position = 0  # ns in the file, end of the newest frame
         self.length = 0    # ns, as the file says; 0 if it doesn't
-        self.stated = False  # it states its length; else it is guessed
-        video_errors.on_stated_length(self.pipeline, self._on_stated_length)
+        self.stated = video_errors.StatedLength(self.pipeline)
         self._missing: list[str] = []
         self._stalled = (0, time.monotonic())
 
@@ -71,9 +70,6 @@ class Job(runner.Run):
                                                                  self._on_frame)
         GLib.timeout_add_seconds(PROGRESS_INTERVAL, self._tick, report)
         self.play("")
-
-    def _on_stated_length(self) -> None:
-        self.stated = True
 
     def _query_length(self) -> None:
         known, length = self.pipeline.query_duration(Gst.Format.TIME)
@@ -194,8 +190,8 @@ def track(plan: Mapping[str, Any], number: int) -> None:
                                   f"{counted['frames']} lines: check the disk of '{out}'")
         result.update(counted, status="done",
                       duration=(job.position - (job.begin or 0)) / Gst.SECOND,
-                      note=job.stated and video_errors.breaks_off(video, job.position, job.length)
-                      or None)
+                      note=job.stated.known and video_errors.breaks_off(
+                          video, job.position, job.length) or None)
         with open(unfinished, "rb") as written:
             os.fsync(written.fileno())
         os.replace(unfinished, tracks)

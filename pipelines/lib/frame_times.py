@@ -38,7 +38,7 @@ class FrameTimes:
         self._rising = rising
         self._gst, self._name, self._source, self._live = Gst, name, source, live
         self.frames = 0
-        self.last: int | None = None  # time of the newest frame, ns
+        self._last: int | None = None  # time of the newest frame, ns
         self._own: int | None = None  # the time that it came with
         self._repeated = 0  # how many frames before it had the same
         self._arrival = 0  # of the newest frame, ns
@@ -52,7 +52,7 @@ class FrameTimes:
         own = None if buffer.pts == Gst.CLOCK_TIME_NONE else buffer.pts
         due = self._due(pad, buffer, own, arrival)
         self.frames += 1
-        self.last, self._arrival = due, arrival
+        self._last, self._arrival = due, arrival
         if due == own:
             return Gst.PadProbeReturn.OK
         # Others may hold this buffer, so its times can't be changed. The new one has its memory.
@@ -66,7 +66,7 @@ class FrameTimes:
         return Gst.PadProbeReturn.DROP
 
     def _due(self, pad: Any, buffer: Any, own: int | None, arrival: int) -> int:
-        last, before, waited = self.last, self._own, arrival - self._arrival
+        last, before, waited = self._last, self._own, arrival - self._arrival
         self._own = own
         if own is None:
             if last is None:
@@ -82,8 +82,9 @@ class FrameTimes:
             jumps = jumps or min(abs(step), abs(step - waited)) >= LIVE_JUMP * SECOND
         if jumps:
             self._say(f"the times jump by {step / SECOND:+.1f} s: they go on from the frame before")
-            self._moved += last + self._step(pad, buffer, waited) - due
-            return last + self._step(pad, buffer, waited)
+            after = last + self._step(pad, buffer, waited)
+            self._moved += after - due
+            return after
         if due <= last:
             # One that repeats a time lies between its neighbours. More are a frame apart.
             self._repeated = self._repeated + 1 if step <= 0 else 0
@@ -96,9 +97,8 @@ class FrameTimes:
         return max(waited, SHORTEST) if self._live() else self._period(pad, buffer)
 
     def _running_time(self, pad: Any) -> int:
-        element = pad.get_parent_element()
-        clock = element.get_clock()
-        return max(0, clock.get_time() - element.get_base_time()) if clock else 0
+        now = pad.get_parent_element().get_current_running_time()
+        return 0 if now == self._gst.CLOCK_TIME_NONE else now
 
     def _period(self, pad: Any, buffer: Any) -> int:
         """From a frame to the next, ns."""

@@ -160,12 +160,8 @@ class Pace:
         self.duration = 0  # ns, of the file, as it says
         self.frames = 0
         self._begin = self._end = 0.0  # arrival of the first frame and of the last, s
-        self.stated = False  # the file states its duration; else it is guessed
         self._rate = (0, 1)  # numerator and denominator; 0: it varies
         pad.add_probe(runner.Gst.PadProbeType.BUFFER, self._on_frame)
-
-    def on_stated_length(self) -> None:
-        self.stated = True
 
     def _on_frame(self, pad: Any, info: Any) -> Any:
         self._end = time.monotonic()
@@ -291,7 +287,7 @@ def write_tracks(runner: ModuleType, run: Any, files: Any, sidecar: Sidecar,
 def record(options: argparse.Namespace, source: str, tracks: pathlib.Path) -> None:
     """`source`: the beginning of the pipeline; `tracks`: the folder of the tracks."""
     from pipelines.lib import runner
-    from pipelines.lib.video_errors import breaks_off, on_stated_length
+    from pipelines.lib.video_errors import StatedLength, breaks_off
     Gst = runner.Gst
     run = runner.Run("record", description(options, source))
     track, files = run.element("csdtrack"), run.element("files")
@@ -301,7 +297,7 @@ def record(options: argparse.Namespace, source: str, tracks: pathlib.Path) -> No
     times = FrameTimes(Gst, run.element("single").get_static_pad("src"), "record", options.source,
                        lambda: run.live)
     pace = Pace(runner, run.element("in").get_static_pad("sink"))
-    on_stated_length(run.pipeline, pace.on_stated_length)
+    stated = StatedLength(run.pipeline)
     # Before the first file is created: without its sink nothing must be left behind.
     window = Window(runner, options.display) if options.display else None
     created = Files(options.out, first_number(options.out, tracks))
@@ -333,15 +329,16 @@ def record(options: argparse.Namespace, source: str, tracks: pathlib.Path) -> No
         created.remove_empty()
         if window:
             window.close()
-    found = list(recorded.differences(times.frames, sidecar, tracks, all_tracked=not run.live))
     if failure:
         found = [failure, recorded.summary(times.frames, sidecar)]
+    else:
+        found = list(recorded.differences(times.frames, sidecar, tracks, all_tracked=not run.live))
     if text := "; ".join(filter(None, found)):
         raise command.Failure(text)
     runner.print_cost(track, pace.frames)
     if run.live:
         pace.print_shortage(run.ending)
-    elif run.source_ended and pace.stated:
+    elif run.source_ended and stated.known:
         incomplete = breaks_off(options.source, pace.position, pace.duration)
         if incomplete:
             command.print_line(f"record: {incomplete}", sys.stderr)

@@ -28,10 +28,8 @@ class Recorded:
         self._thread = threading.Thread(target=self._read_back, daemon=True)
         self._thread.start()
         kinds = Gst.PadProbeType.BUFFER | Gst.PadProbeType.BUFFER_LIST
-        for element in _elements_of(files):
-            if element.get_factory().get_name() == "matroskamux":
-                for pad in element.sinkpads:
-                    pad.add_probe(kinds, self._on_packet)
+        files.iterate_all_by_element_factory_name("matroskamux").foreach(
+            lambda muxer: [pad.add_probe(kinds, self._on_packet) for pad in muxer.sinkpads])
 
     def _on_packet(self, _pad: Any, info: Any) -> Any:
         if self._newest:
@@ -93,9 +91,3 @@ class Recorded:
             return ""
         beside = counts.plural(lines, "line")
         return f"{packets} of {frames} frames are in the files, {beside} beside"
-
-
-def _elements_of(files: Any) -> list[Any]:
-    found: list[Any] = []
-    files.iterate_recurse().foreach(found.append)
-    return found

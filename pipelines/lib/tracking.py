@@ -90,7 +90,6 @@ class Job:
         self._ending = False
         if isinstance(video, pathlib.Path) and video_errors.lacks_index(video):
             raise Failure(video_errors.no_index(video))
-        self._stated = self.simulated  # the duration is stated, not guessed
         self._build(properties)
 
     # ---- The pipeline ----
@@ -114,7 +113,7 @@ class Job:
 
     def _build(self, properties: Sequence[str]) -> None:
         self.pipeline = Gst.Pipeline.new()
-        video_errors.on_stated_length(self.pipeline, self._on_stated_length)
+        self._stated = video_errors.StatedLength(self.pipeline)
         self.track = self._make("csdtrack")
         for name, value in PRESET.items():
             Gst.util_set_object_arg(self.track, name, value)
@@ -356,7 +355,7 @@ class Job:
             self._failure = video_errors.no_frame(self.video)
         if self._failure is not None:
             raise Failure(self._failure)
-        if self._stated and not self.cut_short:
+        if (self.simulated or self._stated.known) and not self.cut_short:
             self.cut_short = video_errors.breaks_off(self.video, self.position, self.duration)
         if not self.cut_short:
             progress.done(self.frames)
@@ -384,9 +383,6 @@ class Job:
         known = self.duration and (self.position or not self.frames)
         progress.show(self.position / self.duration if known else None, self.frames)
         return True
-
-    def _on_stated_length(self) -> None:
-        self._stated = True
 
     def _query_duration(self) -> None:
         known, duration = self.pipeline.query_duration(Gst.Format.TIME)

@@ -2,7 +2,7 @@
 """Messages about video files that can't be read, or not to their end."""
 
 import pathlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import gi
@@ -46,14 +46,15 @@ def no_index(video: object) -> str:
 STATING = ("matroskademux", "qtdemux", "avidemux", "asfdemux", "flvdemux", "oggdemux", "mxfdemux")
 
 
-def on_stated_length(pipeline: Gst.Pipeline, call: Callable[[], None]) -> None:
-    """Calls this when the pipeline reads a file that states its length."""
+class StatedLength:
+    """Notes whether a pipeline reads a file that states its length. Make it before that plays."""
 
-    def on_element(_pipeline: Gst.Bin, _bin: Gst.Bin, element: Gst.Element) -> None:
-        if factory_name(element) in STATING:
-            call()
+    def __init__(self, pipeline: Gst.Pipeline) -> None:
+        self.known = False
+        pipeline.connect("deep-element-added", self._on_element)
 
-    pipeline.connect("deep-element-added", on_element)
+    def _on_element(self, _pipeline: Gst.Bin, _bin: Gst.Bin, element: Gst.Element) -> None:
+        self.known = self.known or factory_name(element) in STATING
 
 
 def breaks_off(video: object, position: int, duration: int) -> str:
