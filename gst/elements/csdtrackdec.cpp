@@ -66,7 +66,7 @@ namespace {
 constexpr std::uint64_t relink_mark = UINT64_MAX;
 
 void on_impatience(GstElement *element, std::uint64_t frame);
-void on_unlink(GstElement *element, std::uint64_t);
+void on_look_again(GstElement *element, std::uint64_t);
 
 const csd::Guard guard(gst_csd_track_dec_debug,
                        "Out of memory for recorded tracks. Use overlay=none, or smaller pictures.",
@@ -79,7 +79,7 @@ struct GstCsdTrackDecState {
   GstCsdTrackDecState(GstElement *element, GstPad *sink)
       : overlay(element, sink, GST_AGGREGATOR_SRC_PAD(element)),
         patience(element, on_impatience),
-        look_again(element, on_unlink),
+        look_again(element, on_look_again),
         lines(element, guard),
         base_chain(GST_PAD_CHAINFUNC(sink)) {}
 
@@ -153,7 +153,7 @@ void on_impatience(GstElement *element, std::uint64_t frame) {
   if (frame == self->state->frame) wake(self, frame);
 }
 
-void on_unlink(GstElement *element, std::uint64_t) {
+void on_look_again(GstElement *element, std::uint64_t) {
   wake(GST_CSD_TRACK_DEC(element), 0);
 }
 
@@ -178,7 +178,10 @@ GstClockTime gst_csd_track_dec_get_next_time(GstAggregator *aggregator) {
   if (text)
     guard.logged(self, [&] {
       state.lines.frame(csd::shifted(state.video.head, live_of(self).ts_offset));
-      state.patience.begin(state.frame, state.lines.need_not_wait() ? 0 : live_of(self).max_wait);
+      if (state.lines.need_not_wait())
+        state.look_again.begin_anew(state.frame);
+      else
+        state.patience.begin(state.frame, live_of(self).max_wait);
     });
   const auto &running = state.video.head.running;
   return running ? static_cast<GstClockTime>(std::max<std::int64_t>(running->time, 0)) : GST_CLOCK_TIME_NONE;
@@ -537,10 +540,7 @@ void gst_csd_track_dec_text_unlink(GstPad *pad, GstObject *parent) {
   auto &state = *GST_CSD_TRACK_DEC(parent)->state;
   state.lines.set_linked(false);
   if (GST_PAD_IS_ACTIVE(pad))
-    guard.logged(parent, [&] {
-      state.look_again.end();
-      state.look_again.begin(state.frame, 0);
-    });
+    guard.logged(parent, [&] { state.look_again.begin_anew(state.frame); });
 }
 
 GstAggregatorPad *gst_csd_track_dec_create_new_pad(GstAggregator *aggregator, GstPadTemplate *templ, const gchar *,

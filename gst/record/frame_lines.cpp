@@ -133,7 +133,7 @@ bool FrameLines::find_on_pad(GstAggregatorPad *text, const Given &given, std::op
   {
     const std::lock_guard lock(mutex_);
     known = matcher_.decided() || pad_.over() || !more;
-    if (!known && !given.due && !given.overdue) return false;
+    if (!known && !given.due && !given.overdue && !late_) return false;
     line = matcher_.take();
     back = matcher_.lines_ahead();
   }

@@ -28,7 +28,15 @@ void forget(gpointer data) {
 
 void Patience::begin(std::uint64_t what, GstClockTime wait) {
   const std::lock_guard lock(mutex_);
-  if (alarm_ && what_ == what && wait_ <= wait) return;
+  if (!alarm_ || what_ != what || wait_ > wait) begin_locked(what, wait);
+}
+
+void Patience::begin_anew(std::uint64_t what) {
+  const std::lock_guard lock(mutex_);
+  begin_locked(what, 0);
+}
+
+void Patience::begin_locked(std::uint64_t what, GstClockTime wait) {
   end_locked();
   GstClock *const clock = gst_system_clock_obtain();
   const GstClockTime now = gst_clock_get_time(clock);

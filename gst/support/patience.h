@@ -22,10 +22,13 @@ class Patience {
   /// Calls `over` for `what` after `wait` ns. Waits for one thing at a time: changes nothing if it has already begun to
   /// wait as long, or less, for the same.
   void begin(std::uint64_t what, GstClockTime wait);
+  /// Calls `over` for `what` at once, also if it has done so before.
+  void begin_anew(std::uint64_t what);
   /// Ends the wait. A call may still be under way.
   void end();
 
  private:
+  void begin_locked(std::uint64_t what, GstClockTime wait);
   void end_locked();
 
   GstElement *const element_;

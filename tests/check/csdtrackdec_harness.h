@@ -119,18 +119,28 @@ inline int number_on(GstBuffer *buffer, const char *name = GST_CSD_TRACK_META_NA
   return static_cast<int>(header.frame);
 }
 
+/// The element asks at once whether its peers are live: what is set later comes too late.
+inline GstHarness *new_side(GstElement *element, bool live, const char *sink, const char *src) {
+  static GstStaticPadTemplate source = GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS, GST_STATIC_CAPS_ANY);
+  static GstStaticPadTemplate end = GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS, GST_STATIC_CAPS_ANY);
+  GstHarness *h = gst_harness_new_empty();
+  gst_harness_set_live(h, live);
+  gst_harness_add_element_full(h, element, &source, sink, &end, src);
+  return h;
+}
+
 struct Harness {
   GstElement *element;
   GstHarness *h = nullptr;
   GstBus *bus = gst_bus_new();
 
   explicit Harness(const std::string &location = "", const char *caps = gray_64, const char *overlay = "none",
-                   GstElement *given = nullptr)
+                   GstElement *given = nullptr, bool live = true)
       : element(given ? given : gst_element_factory_make("csdtrackdec", nullptr)) {
     if (!location.empty()) g_object_set(element, "location", location.c_str(), nullptr);
     gst_util_set_object_arg(G_OBJECT(element), "overlay", overlay);
     gst_element_set_bus(element, bus);
-    h = gst_harness_new_with_element(element, "sink", "src");
+    h = new_side(element, live, "sink", "src");
     if (caps) gst_harness_set_src_caps_str(h, caps);
   }
   ~Harness() {
@@ -281,11 +291,11 @@ struct TextHarness : Harness {
   GstHarness *text;
   std::unique_ptr<TextThread> thread;
 
-  explicit TextHarness(const char *caps = utf8, guint64 max_wait = 3600 * GST_SECOND) {
+  explicit TextHarness(const char *caps = utf8, guint64 max_wait = 3600 * GST_SECOND, bool live = false)
+      : Harness("", gray_64, "none", nullptr, live) {
     g_object_set(element, "max-wait", max_wait, nullptr);
-    text = gst_harness_new_with_element(element, "text", nullptr);
+    text = new_side(element, live, "text", nullptr);
     gst_harness_set_src_caps_str(text, caps);
-    for (GstHarness *side : {h, text}) gst_harness_set_live(side, FALSE);
     thread = std::make_unique<TextThread>(text->srcpad);
   }
   ~TextHarness() {

@@ -63,8 +63,8 @@ GstClockTime next_alarm(GstTestClock *clock, const char *what) {
 struct LiveHarness : TextHarness {
   GstTestClock *clock;
 
-  explicit LiveHarness(GstClockTime latency = 100 * ms, const char *caps = utf8) : TextHarness(caps) {
-    for (GstHarness *side : {h, text}) gst_harness_set_live(side, TRUE);
+  explicit LiveHarness(GstClockTime latency = 100 * ms, const char *caps = utf8)
+      : TextHarness(caps, 3600 * GST_SECOND, true) {
     gst_harness_set_upstream_latency(text, latency);
     clock = GST_TEST_CLOCK(gst_element_get_clock(element));
   }
@@ -125,8 +125,7 @@ GST_START_TEST(the_latency_is_at_least_min_upstream_latency) {
   g_object_set(harness.element, "min-upstream-latency", 300 * ms, nullptr);
   assert_same(latency_of(harness.element), {TRUE, 300 * ms, 700 * ms}, "more than upstream's");
   harness.assert_held_until(0, 300 * ms);
-  Harness still;
-  gst_harness_set_live(still.h, FALSE);
+  Harness still("", gray_64, "none", nullptr, false);
   g_object_set(still.element, "min-upstream-latency", 300 * ms, nullptr);
   fail_unless(!latency_of(still.element).live);
 }

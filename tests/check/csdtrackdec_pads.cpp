@@ -90,8 +90,7 @@ class When {
 /// csdtrackdec with a text pad linked while it starts, in one way or another. Expects its lines on its frames.
 void expect_lines(GstElement *element, Source &source) {
   g_object_set(element, "max-wait", 3600 * GST_SECOND, nullptr);
-  GstHarness *h = gst_harness_new_with_element(element, "sink", "src");
-  gst_harness_set_live(h, FALSE);
+  GstHarness *h = new_side(element, false, "sink", "src");
   gst_harness_set_src_caps_str(h, gray_64);
   std::thread streams([&] {
     for (guint64 n = 0; n < 3; ++n) fail_unless_equals_int(source.push(n), GST_FLOW_OK);
@@ -205,8 +204,7 @@ GST_START_TEST(the_element_stops_after_reading_the_text_of_a_released_pad) {
   GstBus *bus = gst_bus_new();
   gst_bus_set_sync_handler(bus, hold, &held, nullptr);
   gst_element_set_bus(element, bus);
-  GstHarness *h = gst_harness_new_with_element(element, "sink", "src");
-  gst_harness_set_live(h, FALSE);
+  GstHarness *h = new_side(element, false, "sink", "src");
   gst_harness_set_src_caps_str(h, gray_64);
   Source source;
   GstPad *text = request(element);
