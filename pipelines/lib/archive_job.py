@@ -40,7 +40,6 @@ def version() -> str:
 class Job(runner.Run):
     """A run over a file, which knows whether an error is the video's fault."""
 
-    SILENCE = 60
     NO_FRAME = "check that it plays, or convert it to H.264"
 
     def __init__(self, video: pathlib.Path, out: pathlib.Path,

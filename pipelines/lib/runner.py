@@ -63,7 +63,8 @@ def contains_any(text: str | None, parts: Iterable[str]) -> bool:
 
 
 class Run:
-    SILENCE = 10  # seconds without a first frame
+    SILENCE = 60  # seconds without a first frame; a file may lie on a slow disk
+    LIVE_SILENCE = 10
     NO_FRAME = "is it connected, and on?"
 
     def __init__(self, name: str, text: str, counted: Sequence[str] = ("csdtrack",)) -> None:
@@ -138,7 +139,8 @@ class Run:
             self.element(name).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER,
                                                                 self._count, name)
         self._notify_supervisor()
-        GLib.timeout_add_seconds(self.SILENCE, self._check_first_frame)
+        GLib.timeout_add_seconds(self.LIVE_SILENCE, self._check_first_frame, self.LIVE_SILENCE)
+        GLib.timeout_add_seconds(self.SILENCE, self._check_first_frame, self.SILENCE)
         bus = self.pipeline.get_bus()
         bus.add_signal_watch()
         bus.connect("message", lambda _, message: self._handle(message))
@@ -182,9 +184,9 @@ class Run:
         if self._failure:
             raise command.Failure(self._failure)
 
-    def _check_first_frame(self) -> Any:
-        if not self.frames:
-            self.fail(f"no picture came in {self.SILENCE} s: {self.NO_FRAME}")
+    def _check_first_frame(self, seconds: int) -> Any:
+        if not self.frames and (self.live or seconds == self.SILENCE):
+            self.fail(f"no picture came in {seconds} s: {self.NO_FRAME}")
         return GLib.SOURCE_REMOVE
 
     def _notify_supervisor(self) -> None:
