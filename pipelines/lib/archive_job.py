@@ -185,7 +185,7 @@ def track(plan: Mapping[str, Any], number: int) -> None:
         counted = count(unfinished)
         if counted["frames"] != job.times.frames:
             job.is_videos_fault = False
-            raise command.Failure(f"{name}: {job.times.frames} frames came, and the tracks hold "
+            raise command.Failure(f"{job.times.frames} frames came, and the tracks hold "
                                   f"{counted['frames']} lines: check the disk of '{out}'")
         result.update(counted, status="done",
                       duration=(job.position - (job.begin or 0)) / Gst.SECOND,

@@ -31,9 +31,9 @@ def start(*arguments):
                             stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
 
 
-def run(*arguments):
+def run(*arguments, env=ENVIRONMENT):
     return subprocess.run([ARCHIVE, "--no-install", *map(str, arguments)], capture_output=True,
-                          text=True, stdin=subprocess.DEVNULL, timeout=300, env=ENVIRONMENT)
+                          text=True, stdin=subprocess.DEVNULL, timeout=300, env=env)
 
 
 def index(out):
@@ -247,6 +247,20 @@ class Archive(harness.Case):
         before = files(elsewhere / "out {} \n")
         self.assertEqual(run(*FEW, moved, elsewhere / "out {} \n").returncode, 0)
         self.assertEqual(made_again(elsewhere / "out {} \n", before), set())
+
+    def test_a_disk_that_swallows_a_line_is_noticed(self):
+        folder = self.tmp / "plant"
+        folder.mkdir()
+        # Each Python program runs it first, and a job has its own. Others must not load GStreamer.
+        only = "import sys\nif 'pipelines.lib.archive_job' in sys.orig_argv:"
+        (folder / "sitecustomize.py").write_text(
+            only + (harness.SWALLOW % "tracks").replace("\n", "\n "))
+        videos = self.copy("three.MP4")
+        done = run(*FEW, videos, self.out, env={**ENVIRONMENT, "PYTHONPATH": str(folder)})
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(done.stdout.splitlines()[0], "unfinished: three.MP4: 20 frames came, and "
+                         f"the tracks hold 19 lines: check the disk of '{self.out}'")
+        self.assertEqual(files(self.out), {})
 
     def test_a_truncated_video_is_noted(self):
         videos = self.copy()

@@ -156,6 +156,11 @@ for name, settings in (("csdtrack", {"points": "1"}), ("csdtrack", {"points": "1
         self.assertEqual([line["frame"] for line in harness.read_lines(self.path)], list(range(30)))
         self.assertRegex(done.stdout, "^30 frames;")
 
+    def test_a_disk_that_swallows_a_line_is_noticed(self):
+        done = harness.run_swallowing("live", "--sink", "fakesink", "--tracks", self.path, "a")
+        self.assertEqual((done.returncode, done.stderr),
+                         (1, f"live: '{self.path}' holds 24 lines of 25 frames\n"))
+
     @unittest.skipUnless(shutil.which("Xvfb") and shutil.which("xdotool"), "needs Xvfb and xdotool")
     def test_clicks_in_a_real_window(self):
         display = self.enterContext(harness.screen("800x600"))

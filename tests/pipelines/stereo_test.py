@@ -97,30 +97,10 @@ command.run("stereo", stereo.main)
         self.assertLess(right[0]["running_time"], left[-1]["running_time"])
 
     def test_a_disk_that_swallows_a_line_is_noticed(self):
-        program = """
-from pipelines.lib import command, runner, sources, stereo
-sources.launch = lambda _: ("videotestsrc num-buffers=50 ! "
-                            "video/x-raw,width=160,height=120,framerate=25/1")
-watch, count = runner.Run.watch_lines, 0
-
-def swallow(run, name, path):
-    watch(run, name, path)
-
-    def drop(*_):
-        global count
-        count += 1
-        Gst = runner.Gst
-        return Gst.PadProbeReturn.DROP if count == 7 else Gst.PadProbeReturn.OK
-
-    if name == "right-file":
-        run.element(name).get_static_pad("sink").add_probe(runner.Gst.PadProbeType.BUFFER, drop)
-
-runner.Run.watch_lines = swallow
-command.run("stereo", stereo.main)
-"""
-        done = harness.run_python(program, "--preset", "", "a", "b", self.out, env=ENVIRONMENT)
+        done = harness.run_swallowing("stereo", "a", "b", self.out, sink="right-file",
+                                      env=ENVIRONMENT)
         self.assertEqual((done.returncode, done.stderr),
-                         (1, f"stereo: '{self.out}/right.jsonl' holds 49 lines of 50 frames\n"))
+                         (1, f"stereo: '{self.out}/right.jsonl' holds 24 lines of 25 frames\n"))
 
     def test_of_two_at_once_one_is_refused(self):
         command = [*STEREO, "--seconds", "2", "simulate", "simulate:smoke", self.out]

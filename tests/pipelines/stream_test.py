@@ -521,6 +521,21 @@ command.run("stream", stream.main)
                   for file in (first, self.got)]
         self.assertTrue(frames[1] - {max(frames[1])} <= frames[0], frames)
 
+    def test_a_disk_that_swallows_a_line_is_noticed(self):
+        self.sent.unlink(missing_ok=True)
+        done = harness.run_swallowing("stream", "--port", 0, "--tracks", self.sent, "a")
+        self.assertEqual((done.returncode, done.stderr),
+                         (1, f"stream: '{self.sent}' holds 24 lines of 25 frames\n"))
+        _, url = self.stream("--klv", "simulate")
+        for form in (), ("--klv",):  # it is tracked here, or its lines come with it
+            self.got.unlink(missing_ok=True)
+            done = harness.run_swallowing("receive", *form, "--set", "max-features=8", "--seconds",
+                                          1, url, self.got)
+            lines = self.got.read_bytes().count(b"\n")
+            self.assertEqual((done.returncode, done.stderr),
+                             (1, f"receive: '{self.got}' holds {lines} lines of {lines + 1} "
+                              "frames\n"))
+
     def test_any_caps_of_a_server_are_survived(self):
         """They are read in a callback of rtspsrc, which no exception may leave."""
         for caps in b"YQ", b"\xc3\xa4":
