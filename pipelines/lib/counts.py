@@ -2,16 +2,26 @@
 """Counts what is in finished files, so that a run can prove what it wrote."""
 
 import pathlib
+import threading
+import time
+from collections.abc import Callable
 from typing import Any
 
-STALLED = 10  # seconds without a packet, after which a file can't be read back
+from pipelines.lib.failure import Failure, one_line
+
+STALLED = 10  # seconds without a packet, after which reading a file is given up
 
 DEMUXERS = {".mkv": "matroskademux", ".mp4": "qtdemux"}
 
 
-def packets_in(Gst: Any, path: pathlib.Path) -> int:
+def packets_in(Gst: Any, path: pathlib.Path,
+               interrupted: Callable[[], bool] = lambda: False) -> int:
     """How many pictures a demuxer finds in this video, whatever its muxer said. 0 if it finds no
-    video."""
+    video, or there is no file.
+
+    Raises Failure, with the reason, if that can't be found out: the disk has an error, gives no
+    packet for STALLED seconds, or takes so long that the user has `interrupted`.
+    """
     pipeline, (source, demuxer, sink) = Gst.Pipeline.new(), (
         Gst.ElementFactory.make(name) for name in ("filesrc", DEMUXERS[path.suffix], "fakesink"))
     source.set_property("location", str(path))
@@ -27,16 +37,35 @@ def packets_in(Gst: Any, path: pathlib.Path) -> int:
             pad.link(target)
 
     demuxer.connect("pad-added", on_pad)
-    pipeline.set_state(Gst.State.PLAYING)
+
+    def change_to(state: Any, seconds: float = 0) -> None:
+        """In a thread, as a disk that stands still holds it up for ever."""
+        thread = threading.Thread(target=pipeline.set_state, args=(state,), daemon=True)
+        thread.start()
+        thread.join(seconds)
+
+    def count() -> int:
+        return sink.get_property("stats").get_value("rendered")
+
+    change_to(Gst.State.PLAYING)
     ends = Gst.MessageType.EOS | Gst.MessageType.ERROR
-    found, still = 0, 0
-    while still < STALLED:
-        message = pipeline.get_bus().timed_pop_filtered(Gst.SECOND, ends)
-        count = sink.get_property("stats").get_value("rendered")
-        found, still = count, 0 if count != found else still + 1
-        if message:
-            break
-    pipeline.set_state(Gst.State.NULL)
+    found, moved = 0, time.monotonic()
+    try:
+        while not (message := pipeline.get_bus().timed_pop_filtered(Gst.SECOND // 5, ends)):
+            before, found = found, count()
+            if found != before:
+                moved = time.monotonic()
+            if interrupted():
+                raise Failure("it was interrupted")
+            if time.monotonic() - moved > STALLED:
+                raise Failure(f"no packet came from its disk for {STALLED} s")
+        found = count()
+    finally:
+        change_to(Gst.State.NULL, 1)
+    if message.type == Gst.MessageType.ERROR and message.src == source:
+        error, _ = message.parse_error()
+        if not error.matches(Gst.ResourceError.quark(), Gst.ResourceError.NOT_FOUND):
+            raise Failure(one_line(error.message).rstrip("."))
     return found
 
 

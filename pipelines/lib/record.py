@@ -46,8 +46,9 @@ csdtrack runs with the preset laparoscopy-1080p (docs/pipelines.md), hence with 
 
 At the end of each file it is read back, and at the end of the run all is compared: the frames that
 came, the packets that the muxer got, those that are in the files, and the lines beside them. If
-they differ, one line says how many are where. From a live source frames may lack a line, for they
-came faster than they could be tracked; the last line counts them.
+they differ, one line says how many are where, or which file can't be read back, since its disk gave
+nothing for ten seconds or a second Ctrl-C ended the reading. From a live source frames may lack a
+line, for they came faster than they could be tracked; the last line counts them.
 
 Frames without a time get one: of a live source by their arrival, else by the frame rate. If two
 have the same time, the second gets one between its neighbours. If the times jump back, or a live

@@ -3,11 +3,13 @@
 
 import pathlib
 import queue
+import signal
 import threading
 from collections.abc import Iterator
 from typing import Any
 
-from pipelines.lib import counts
+from pipelines.lib import counts, supervisor
+from pipelines.lib.failure import Failure
 from pipelines.lib.sidecar import Sidecar, tracks_name
 
 
@@ -22,7 +24,9 @@ class Recorded:
         """`files`: the splitmuxsink."""
         self._gst = Gst
         self.muxed: dict[pathlib.Path, int] = {}  # packets that the muxer got for each file
-        self.packets: dict[pathlib.Path, int] = {}  # that are in each file
+        self.packets: dict[pathlib.Path, int] = {}  # that are in each file that could be read back
+        self.unread: dict[pathlib.Path, str] = {}  # in some words, of each other file
+        self._interrupted = threading.Event()
         self._newest: pathlib.Path | None = None
         self._finished: queue.Queue[pathlib.Path | None] = queue.Queue()
         self._thread = threading.Thread(target=self._read_back, daemon=True)
@@ -46,15 +50,25 @@ class Recorded:
 
     def _read_back(self) -> None:
         while path := self._finished.get():
-            self.packets[path] = counts.packets_in(self._gst, path)
+            self._read(path)
+        for path in self.muxed:
+            if path not in self.packets and path not in self.unread:
+                self._read(path)
+
+    def _read(self, path: pathlib.Path) -> None:
+        try:
+            self.packets[path] = counts.packets_in(self._gst, path, self._interrupted.is_set)
+        except Failure as failure:
+            self.unread[path] = f"'{path}' could not be read back: {failure}"
 
     def end(self) -> None:
-        """Reads the files back that were not finished before."""
+        """Reads the files back that were not finished before. A signal interrupts that."""
         self._finished.put(None)
-        self._thread.join()
-        for path in self.muxed:
-            if path not in self.packets and path.exists():
-                self.packets[path] = counts.packets_in(self._gst, path)
+        before = {number: signal.signal(number, lambda *_: self._interrupted.set())
+                  for number in (signal.SIGINT, signal.SIGTERM)}
+        supervisor.wait_for(self._thread)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
     def differences(self, frames: int, sidecar: Sidecar, tracks: pathlib.Path,
                     all_tracked: bool) -> Iterator[str]:
@@ -67,15 +81,18 @@ class Recorded:
         if muxed != frames:
             yield f"{frames} frames came, and {muxed} left the encoder"
         for path, expected in self.muxed.items():
-            packets = self.packets.get(path, 0)
-            if packets != expected:
-                yield f"'{path}' holds {packets} of the {expected} packets that its muxer got"
+            if path in self.unread:
+                yield self.unread[path]
+            elif self.packets[path] != expected:
+                yield (f"'{path}' holds {self.packets[path]} of the {expected} packets that its "
+                       "muxer got")
         if sidecar.failed:
             yield f"{sum(sidecar.lines.values())} of {frames} frames have a line"
             return
         for path in self.muxed:
-            packets, text = self.packets.get(path, 0), tracks / tracks_name(str(path))
+            text = tracks / tracks_name(str(path))
             lines = sidecar.lines[text.name]
+            packets = self.packets.get(path, lines)  # an unread one proves nothing
             special = text.exists() and not text.is_file()  # nobody can count what went into a pipe
             there = lines if special else counts.lines_in(text)
             if there != lines:
@@ -86,6 +103,8 @@ class Recorded:
 
     def summary(self, frames: int, sidecar: Sidecar) -> str:
         """How much there is after an error; "" if it is all."""
+        if self.unread:
+            return "; ".join(self.unread.values())
         packets, lines = sum(self.packets.values()), sum(sidecar.lines.values())
         if packets == frames == lines:
             return ""

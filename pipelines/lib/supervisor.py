@@ -4,6 +4,7 @@
 import contextlib
 import os
 import socket
+import threading
 
 
 def notify(text: str) -> None:
@@ -23,3 +24,11 @@ def interval() -> int | None:
     if not wanted.isdecimal() or os.environ.get("WATCHDOG_PID", own) != own:
         return None
     return max(1, int(wanted) // 3000)
+
+
+def wait_for(thread: threading.Thread) -> None:
+    """Waits for a thread that ends by itself. The supervisor takes that for work meanwhile."""
+    pause = (interval() or 1000) / 1000
+    while thread.is_alive():
+        notify("WATCHDOG=1")
+        thread.join(pause)

@@ -368,7 +368,12 @@ class Job:
         found += [counts.missing_lines(self.folder / name, self.frames) for name in texts]
         videos = ["overlay.mp4", "clean.mp4"] if self.simulated else ["overlay.mp4"]
         for name in videos:
-            if (packets := counts.packets_in(Gst, self.folder / name)) != self.frames:
+            try:
+                packets = counts.packets_in(Gst, self.folder / name)
+            except Failure as failure:
+                found.append(f"{name} could not be read back: {failure}")
+                continue
+            if packets != self.frames:
                 found.append(f"{name} holds {packets} of {self.frames} frames")
         return [text for text in found if text]
 

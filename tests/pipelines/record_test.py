@@ -473,7 +473,7 @@ command.run("record", record.main)
         """Records with a fault that says nothing itself. The recording must say it."""
         program = f"""
 import sys
-from pipelines.lib import command, record, recorded, runner, sidecar
+from pipelines.lib import command, counts, record, recorded, runner, sidecar
 Gst = runner.Gst
 plain, count = recorded.Recorded.__init__, 0
 
@@ -536,6 +536,26 @@ def fault(*_):
     pass
 """, r"warning: the tracks end here, the recording goes on: '.*/00000\.jsonl': holds \d+ of the "
                            r"\d+ bytes that were written\nrecord: \d+ of 130 frames have a line")
+
+    def test_a_file_that_cannot_be_read_back_is_told_from_a_loss(self):
+        self.check_planted("""
+import os
+counts.STALLED, end = 1, recorded.Recorded.end_file
+
+def spoil(self, name):
+    if not name.endswith("0.mkv"):
+        os.unlink(name)
+        make = os.mkdir if name.endswith("1.mkv") else os.mkfifo  # whose reader waits for a writer
+        make(name)
+    end(self, name)
+
+recorded.Recorded.end_file = spoil
+
+def fault(*_):
+    pass
+""", r"'.*/00001\.mkv' could not be read back: \".*\" is a directory; "
+                           r"'.*/00002\.mkv' could not be read back: no packet came from its disk "
+                           "for 1 s")
 
     def check_rising(self, frames, live=False):
         """Each frame is in the one file, at a time of its own, with its line."""

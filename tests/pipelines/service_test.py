@@ -126,6 +126,39 @@ run.play("test")
         process.send_signal(signal.SIGUSR2)
         self.assertEqual(supervisor.notification(), "WATCHDOG=1")
 
+    def test_the_watchdog_is_fed_while_the_last_file_is_read_back(self):
+        """And a second signal ends that."""
+        supervisor, out = Supervisor(self, 300_000), self.tmp / "standing"
+        program = """
+import os
+from pipelines.lib import command, record, recorded
+end = recorded.Recorded.end_file
+
+def stand_still(self, name):
+    os.unlink(name)
+    os.mkfifo(name)  # its reader waits for a writer
+    end(self, name)
+
+recorded.Recorded.end_file = stand_still
+command.run("record", record.main)
+"""
+        process = subprocess.Popen([sys.executable, "-c", program, "--preset", "", "simulate", out],
+                                   cwd=SOURCE, env=supervisor.environment, stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.communicate)
+        self.addCleanup(process.kill)
+        self.assertEqual(supervisor.notification(), "READY=1")
+        process.terminate()
+        video = out / "00000.mkv"
+        while process.poll() is None and not video.is_fifo():
+            supervisor.notification(0.01)
+        for _ in range(5):  # the first may have been sent before
+            self.assertEqual(supervisor.notification(5), "WATCHDOG=1")
+        process.terminate()
+        _, said = process.communicate(timeout=60)
+        self.assertEqual((process.returncode, said),
+                         (1, f"record: '{video}' could not be read back: it was interrupted\n"))
+
 
 if __name__ == "__main__":
     del sys.argv[1:3]
