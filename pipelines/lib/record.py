@@ -17,6 +17,7 @@ import os
 import pathlib
 import sys
 import time
+from collections.abc import Mapping
 from types import ModuleType
 from typing import Any
 
@@ -54,9 +55,10 @@ Frames without a time get one: of a live source by their arrival, else by the fr
 have the same time, the second gets one between its neighbours. If the times jump back, or a live
 source's clock is set, they go on from the frame before, and one line says so.
 
-Exit code: 0 if all was recorded, 1 if not: if a frame or a line is missing, or if the source broke
-off (one line says why; what came before is there), 2 for wrong use. A file whose picture ends
-before the length that it states is noted, and is no failure.
+Exit code: 0 if all was recorded, 1 if not: if a frame or a line is missing, if the source broke off
+(one line says why; what came before is there), or if there is no picture, also because it was
+stopped before the first (no file is left then), 2 for wrong use. A file whose picture ends before
+the length that it states is noted, and is no failure.
 """
 
 LATENCY = 5  # seconds of raw video that may wait for the encoder's look-ahead (2 s) and a busy disk
@@ -102,10 +104,11 @@ class Files:
             self._names[fragment] = self._create()
         return self._names[fragment]
 
-    def remove_empty(self) -> None:
+    def remove_empty(self, muxed: Mapping[pathlib.Path, int]) -> None:
+        """`muxed`: how many packets the muxer got for a file. Without any it wrote its head."""
         for name in self._names.values():
             with contextlib.suppress(OSError):
-                if not os.path.getsize(name):
+                if not os.path.getsize(name) or not muxed.get(pathlib.Path(name), 1):
                     os.unlink(name)
 
     def _create(self) -> str:
@@ -322,12 +325,14 @@ def record(options: argparse.Namespace, source: str, tracks: pathlib.Path) -> No
         run.play(options.source, options.seconds, through="in", leaky=("look",))
     except command.Failure as failed:
         failure = str(failed)
+        if run.stopped and not times.frames:
+            failure += ": nothing was recorded"
     finally:
         for sink in appsinks:
             sink.set_state(Gst.State.NULL)
         sidecar.end()
         recorded.end()
-        created.remove_empty()
+        created.remove_empty(recorded.muxed)
         if window:
             window.close()
     if failure:

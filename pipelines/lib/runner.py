@@ -180,7 +180,8 @@ class Run:
             self.pipeline.set_state(Gst.State.NULL)
             bus.remove_signal_watch()
         if not self.frames:
-            self.fail(f"no picture came: {self.NO_FRAME}")
+            self.fail("it was stopped before the first picture came" if self.stopped else
+                      f"no picture came: {self.NO_FRAME}")
         if self._failure:
             raise command.Failure(self._failure)
 

@@ -565,6 +565,27 @@ def fault(*_):
         self.assertEqual(len(set(times)), frames)
         return times
 
+    def test_stopped_before_the_first_picture_it_leaves_nothing(self):
+        program = """
+import os, signal
+from pipelines.lib import command, record, runner, sources
+sources.launch = lambda _: ("videotestsrc is-live=true ! video/x-raw,width=160,height=120 ! "
+                            "valve drop=true drop-mode=forward-sticky-events")
+play = runner.Run.play
+
+def stop(run, *arguments, **options):
+    runner.GLib.timeout_add(500, os.kill, os.getpid(), signal.SIGINT)
+    play(run, *arguments, **options)
+
+runner.Run.play = stop
+command.run("record", record.main)
+"""
+        done = harness.run_python(program, "--preset", "", "camera", self.out, env=ENVIRONMENT)
+        self.assertEqual((done.returncode, done.stderr),
+                         (1, "record: camera: it was stopped before the first picture came: "
+                          "nothing was recorded\n"))
+        self.assertFalse(self.out.exists())
+
     def test_a_file_without_times_gets_them_by_its_rate(self):
         raw = harness.encode(self.tmp / "raw.mjpeg",
                              (harness.Scene().picture(t) for t in range(40)), "-q:v", 3)
