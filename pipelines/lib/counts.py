@@ -87,4 +87,6 @@ def missing_lines(path: pathlib.Path, frames: int) -> str:
     if not path.is_file():  # nobody can count what went into a pipe or a device
         return "" if path.exists() else f"'{path}' is gone"
     lines = lines_in(path)
-    return "" if lines == frames else f"'{path}' holds {plural(lines, 'line')} of {frames} frames"
+    if lines == frames:
+        return ""
+    return f"'{path}' holds {plural(lines, 'line')} of {plural(frames, 'frame')}"

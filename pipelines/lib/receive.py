@@ -302,8 +302,8 @@ def main() -> None:
         if run.frames != receiver.lines:
             uneven = " (at the beginning and the end one can come without the other)"
         command.print_line(
-            f"{run.frames} frames; {receiver.lines} lines of tracks came with them{uneven}",
-            sys.stdout)
+            f"{counts.plural(run.frames, 'frame')}; {counts.plural(receiver.lines, 'line')} of "
+            f"tracks came with them{uneven}", sys.stdout)
     if lost := counts.missing_lines(options.tracks, receiver.due_lines()):
         raise command.Failure(lost)
 

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from pipelines.lib import command
+from pipelines.lib import command, counts
 
 if TYPE_CHECKING:
     from pipelines.lib.runner import Run
@@ -206,7 +206,7 @@ def main() -> None:
     match = TimeMatch(runner, run, options.tracks)
     run.play(options.video, options.seconds, harmless=("window was closed",))
     match.end()
-    command.print_line(f"{run.frames} frames", sys.stdout)
+    command.print_line(counts.plural(run.frames, "frame"), sys.stdout)
 
 
 if __name__ == "__main__":

@@ -51,8 +51,9 @@ def print_cost(track: Gst.Element, received: int | None = None) -> None:
     """`received`: how many frames arrived, if not each of them was tracked."""
     stats = track.get_property("stats")
     frames = stats.get_value("frames")
-    all_tracked = received in (None, frames)
-    tracked = f"{frames} frames" if all_tracked else f"{frames} of {received} frames were tracked"
+    tracked = counts.plural(frames, "frame")
+    if received not in (None, frames):
+        tracked = f"{frames} of {received} frames were tracked"
     command.print_line(
         f"{tracked}; tracking cost {stats.get_value('time-p50') / 1e6:.1f} ms a frame (p50), "
         f"{stats.get_value('time-p95') / 1e6:.1f} ms (p95)", sys.stdout)

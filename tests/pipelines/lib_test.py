@@ -12,7 +12,7 @@ import unittest.mock
 import harness
 from gi.repository import GLib
 from harness import Gst
-from pipelines.lib import archive_index, failure, klv, properties, video_errors
+from pipelines.lib import archive_index, counts, failure, klv, properties, runner, video_errors
 
 
 class Lib(harness.Case):
@@ -32,6 +32,16 @@ class Lib(harness.Case):
             self.assertEqual((type(found), str(found)), (kind, text))
             self.assertEqual(video_errors.explain("video", "a  b", "csdtrack", "filesink", given,
                                                   debug or "", []), text)
+
+    def test_one_frame_is_one_frame(self):
+        run = harness.play("videotestsrc num-buffers=1 ! csdtrack name=track ! fakesink")
+        with unittest.mock.patch("pipelines.lib.command.print_line") as said:
+            runner.print_cost(run.element("track"))
+        self.assertRegex(said.call_args.args[0], "^1 frame; ")
+        self.assertEqual(counts.missing_lines(pathlib.Path("/none"), 1), "'/none' is gone")
+        path = self.tmp / "empty.jsonl"
+        path.write_text("")
+        self.assertEqual(counts.missing_lines(path, 1), f"'{path}' holds 0 lines of 1 frame")
 
     def test_only_complete_klv_gives_lines(self):
         def packet(number, left, value):
