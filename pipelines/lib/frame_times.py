@@ -28,7 +28,7 @@ class FrameTimes:
       than ten, continue where the last frame ended: from there on all are moved.
 
     All other frames pass as they are. Call it on the source pad of `identity single-segment=true`,
-    so times are running times.
+    so times are running times. That pad sends no list of buffers.
     """
 
     def __init__(self, Gst: Any, pad: Any, name: str, source: str,

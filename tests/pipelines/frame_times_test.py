@@ -84,6 +84,26 @@ class FrameTimes(harness.Case):
         self.assertEqual(self.through([0, 40, 100040, 100080], True), [0, 40, 80, 120])
         self.assertIn("jump by +100.0 s", self.said[0])
 
+    def test_frames_that_come_in_a_list_are_counted(self):
+        """Neither element that frames come from passes lists on."""
+        for element in "identity single-segment=true", "csdtrack ! queue":
+            pipeline = Gst.parse_launch(
+                "appsrc name=in format=time caps=video/x-raw,format=GRAY8,width=64,height=64,"
+                f"framerate=25/1 ! {element} name=last ! fakesink sync=false")
+            pad = pipeline.get_by_name("last").get_static_pad("src")
+            counted = frame_times.FrameTimes(Gst, pad, "test", "frames")
+            pipeline.set_state(Gst.State.PLAYING)
+            frames = Gst.BufferList.new()
+            for time in 0, 0, 80:
+                buffer = Gst.Buffer.new_wrapped(bytes(64 * 64))
+                buffer.pts = time * MS
+                frames.insert(-1, buffer)
+            pipeline.get_by_name("in").emit("push-buffer-list", frames)
+            pipeline.get_by_name("in").emit("end-of-stream")
+            pipeline.get_bus().timed_pop_filtered(60 * Gst.SECOND, Gst.MessageType.EOS)
+            pipeline.set_state(Gst.State.NULL)
+            self.assertEqual(counted.frames, 3, element)
+
     def test_a_pause_is_no_jump(self):
         """The frames that waited meanwhile come at once, with their own times."""
         self.assertEqual(self.through([0, 40, 80, 120], True, [0, 40, 12000, 0]), [0, 40, 80, 120])
