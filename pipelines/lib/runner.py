@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Runs a command's pipeline until it ends, is stopped by a signal, or fails."""
 
-import collections
 import pathlib
 import re
 import signal
@@ -87,7 +86,6 @@ class Run:
         self.warnings: set[str] = set()
         self.drained = False  # EOS came through
         self._counts = dict.fromkeys(counted, 0)
-        self._pictures: collections.Counter[str] = collections.Counter()  # of each decodebin
         self._lines: dict[str, Any] = {}  # file and number of lines, by the filesink's name
 
     @property
@@ -161,8 +159,9 @@ class Run:
             if factory_name(element) == "multipartdemux":
                 element.set_property("single-stream", True)
                 be_live()
-            elif factory_name(element) == "decodebin":
-                element.connect("pad-added", self._on_stream)
+            # They add all pads before data flows.
+            elif factory_name(element) in ("decodebin", "uridecodebin"):
+                element.connect("no-more-pads", self._take_largest)
 
         self.pipeline.connect("deep-element-added", on_element)
         self.pipeline.iterate_elements().foreach(lambda one: on_element(None, None, one))
@@ -301,13 +300,23 @@ class Run:
         elif message.type == Gst.MessageType.WARNING:
             self._on_warning(message.src, *message.parse_warning())
 
-    def _on_stream(self, decoder: Gst.Element, pad: Gst.Pad) -> None:
-        caps = pad.get_current_caps()
-        if caps and first_structure(caps).get_name() == "video/x-raw":
-            self._pictures[decoder.get_name()] += 1
-            if self._pictures[decoder.get_name()] == 2:
-                command.print_line(f"{self._name}: warning: {self._source} has more than one "
-                                   "picture: the first is taken", sys.stderr)
+    def _take_largest(self, decoder: Gst.Element) -> None:
+        """Of several pictures the first was linked, and a small one may be a thumbnail."""
+        areas = {}
+        for pad in decoder.srcpads:
+            caps = first_structure(pad.get_current_caps() or pad.query_caps(None))
+            if caps.get_name() == "video/x-raw":
+                areas[pad] = caps.get_int("width")[1] * caps.get_int("height")[1]
+        first = next((pad for pad in areas if pad.is_linked()), None)
+        # decodebin in uridecodebin: the pads of this one count.
+        if len(areas) < 2 or first is None or decoder.get_parent() != self.pipeline:
+            return
+        largest, peer = max(areas, key=areas.__getitem__), first.get_peer()
+        if largest is not first:
+            first.unlink(peer)
+            largest.link(peer)
+        command.print_line(f"{self._name}: warning: {self._source} has {len(areas)} pictures: the "
+                           "largest is taken", sys.stderr)
 
     def _on_warning(self, element: Gst.Element, warning: Any, debug: str | None) -> None:
         text = one_line(warning.message)

@@ -13,7 +13,7 @@ SOURCE is one of
   /dev/videoN                    a camera or capture card of Video4Linux
   decklink, decklink:N           a DeckLink card (the first, or number N from 0)
   rtsp://…, srt://…, http://…    a stream, anything that GStreamer's uridecodebin plays
-  FILE                           a video file; of several pictures in it the first counts
+  FILE                           a video file; of several pictures in it the largest counts
   simulate, simulate:SCENARIO    simulated tissue (mixed; docs/simulator.md)
   test:UYVY, test:v210           a test picture as a capture card gives it, 1920×1080
 """

@@ -453,6 +453,23 @@ command.run("record", record.main)
                                  r"\(the disk is full\): make room or give another place; \d+ of "
                                  r"\d+ frames are in the files, \d+ lines? beside\n$")
 
+    def test_of_several_pictures_the_largest_is_recorded(self):
+        video = self.tmp / "two.mkv"
+        harness.play(f"matroskamux name=m ! filesink location={video} "
+                     + "".join("videotestsrc num-buffers=20 ! "
+                               f"video/x-raw,width={width},height=120 ! "
+                               "x264enc tune=zerolatency ! m. " for width in (80, 160)))
+        for source in video, video.as_uri():
+            with self.subTest(source):
+                self.out = self.tmp / f"largest-{str(source)[:4]}".replace("/", "")
+                done = run(source, self.out)
+                self.assertEqual((done.returncode, done.stderr),
+                                 (0, f"record: warning: {source} has 2 pictures: the largest is "
+                                  "taken\n"))
+                self.assertEqual(self.check_together(1), 20)
+                lines = harness.read_lines(self.out / "00000.jsonl")
+                self.assertEqual({line["width"] for line in lines}, {160})
+
     def test_planar_rgb_and_411_are_recorded(self):
         """OBS records losslessly in RGB, NTSC DV is 4:1:1."""
         cases = (
