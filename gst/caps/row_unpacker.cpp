@@ -119,6 +119,14 @@ bool holds_its_tiles(const GstVideoFrame &frame) {
   return true;
 }
 
+int whole_groups(const GstVideoFormatInfo &format, int pixels) {
+  // In 1.22 the last pixel of an odd number has U for V and V for U in VYUY.
+  if (!GST_VIDEO_FORMAT_INFO_IS_TILED(&format)) return (pixels + 3) / 4 * 4;
+  // In 1.26 those of MT2110T and MT2110R leave out a tile that isn't whole. The memory holds it: holds_its_tiles().
+  const int tile = static_cast<int>(GST_VIDEO_FORMAT_INFO_TILE_WIDTH(&format, 0));
+  return tile > 0 ? (pixels + tile - 1) / tile * tile : pixels;
+}
+
 MappedLines::MappedLines(const GstVideoFrame &frame, int width)
     : frame_(frame),
       tiled_(GST_VIDEO_FORMAT_INFO_IS_TILED(frame.info.finfo)),
@@ -221,9 +229,7 @@ void RowUnpacker::read(int row, int first, int n, const std::array<std::uint8_t 
 void RowUnpacker::read_part(const MappedLines::Line &line, int begin, int n, int sub_x,
                             const std::array<std::uint8_t *, 3> &out) const {
   const int from = grain_ > 0 ? begin / grain_ * grain_ : 0;
-  int pixels = begin + ((n - 1) << sub_x) + 1 - from;
-  // In 1.22 the last pixel of an odd number has U for V and V for U in VYUY. MappedLines has room for more.
-  if (!frame_lines_.tiled()) pixels = (pixels + 3) / 4 * 4;
+  const int pixels = whole_groups(format_, begin + ((n - 1) << sub_x) + 1 - from);
   alignas(16) guint8 own[(block + slack) * 8];
   std::vector<guint16> large;
   guint8 *unpacked = own;

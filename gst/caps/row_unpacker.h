@@ -24,6 +24,10 @@ gint64 plane_line_bytes(const GstVideoFormatInfo &format, guint plane, gint64 wi
 /// Whether the planes of a frame in tiles hold all tiles of its size.
 bool holds_its_tiles(const GstVideoFrame &frame);
 
+/// As many pixels, or the next number of them that the format's unpack and pack functions take without a mistake.
+/// MappedLines has room for these.
+int whole_groups(const GstVideoFormatInfo &format, int pixels);
+
 /// Whether GstVideoFormatInfo's plane is a palette instead of samples.
 inline bool is_palette(const GstVideoFormatInfo &format, guint plane) {
   return GST_VIDEO_FORMAT_INFO_HAS_PALETTE(&format) && plane == 1;

@@ -60,7 +60,7 @@ bool gives_back(const GstVideoFormatInfo &format) {
   return before == frame.bytes;
 }
 
-/// Whether the functions know chroma lines of fields: NV12_10BE_8L128's don't (1.22).
+/// Whether the functions know chroma lines of fields: NV12_10BE_8L128's (1.22), MT2110T's and MT2110R's (1.26) don't.
 bool knows_fields(const GstVideoFormatInfo &format) {
   const RandomFrame frame(format);
   return frame.unpack(1, GST_VIDEO_PACK_FLAG_NONE) != frame.unpack(1, GST_VIDEO_PACK_FLAG_INTERLACED);
@@ -71,8 +71,7 @@ class RowPainter {
  public:
   explicit RowPainter(GstVideoFrame &frame)
       : frame_(frame), format_(*frame.info.finfo), lines_(frame, frame.info.width), deep_(unpacks_deep(format_)) {
-    // Whole groups of pixels: some functions take the last of an odd number for another. MappedLines has room for them.
-    width_ = lines_.tiled() ? frame.info.width : (frame.info.width + 3) / 4 * 4;
+    width_ = whole_groups(format_, frame.info.width);
     pixels_.resize(static_cast<std::size_t>(width_ + 16));
     // Samples of less than 8 bits need all bits, so that white is 255.
     const bool fields = frame_fields(frame) != Fields::progressive && (!lines_.tiled() || knows_fields(format_));

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 /// One scene in every raw format, made by GStreamer's own converter.
@@ -63,6 +64,23 @@ inline GstVideoInfo info_of(GstVideoFormat format, int width, int height,
   return info;
 }
 
+/// MT2110T and MT2110R. GStreamer's own functions (seen, 1.26) unpack and pack only tiles that lie within the width.
+inline bool takes_whole_tiles_only(const GstVideoFormatInfo &format) {
+  const std::string name = GST_VIDEO_FORMAT_INFO_NAME(&format);
+  return name == "MT2110T" || name == "MT2110R";
+}
+
+/// The pixels to ask these functions for, so that they do all of `width`.
+inline int whole_width(const GstVideoFormatInfo &format, int width) {
+  return takes_whole_tiles_only(format) ? (width + 15) / 16 * 16 : width;
+}
+
+/// Whether GStreamer's own functions keep the fields' chroma apart. In the formats named here they unpack it as that of
+/// both fields (seen, 1.22 and 1.26).
+inline bool knows_fields(const GstVideoFormatInfo &format) {
+  return !takes_whole_tiles_only(format) && GST_VIDEO_FORMAT_INFO_NAME(&format) != std::string("NV12_10BE_8L128");
+}
+
 /// A buffer of that format with every byte set to `fill`. With `padding` it has a GstVideoMeta with that many extra
 /// pixels and lines on all sides, for unusual strides and offsets.
 inline Buffer allocate(const GstVideoInfo &info, unsigned padding = 0, std::uint8_t fill = 0xa5) {
@@ -100,6 +118,19 @@ inline void convert(const GstVideoInfo &from, GstBuffer *source, const GstVideoI
 
 /// The scene in that format.
 inline Buffer make(const GstVideoInfo &info, unsigned padding = 0, bool fields = false) {
+  if (const int whole = whole_width(*info.finfo, info.width); whole > info.width) {
+    // The same bytes as a wider picture in the same tiles.
+    const GstVideoInfo wide =
+        info_of(GST_VIDEO_INFO_FORMAT(&info), whole, info.height, GST_VIDEO_INFO_INTERLACE_MODE(&info));
+    const Buffer source = make(wide, 0, fields);
+    Buffer out = allocate(info, padding);
+    GST_BUFFER_FLAGS(out.get()) = GST_BUFFER_FLAGS(source.get());
+    GstMapInfo map;
+    gst_buffer_map(source.get(), &map, GST_MAP_READ);
+    gst_buffer_fill(out.get(), 0, map.data, map.size);
+    gst_buffer_unmap(source.get(), &map);
+    return out;
+  }
   GstVideoInfo rgb = info_of(GST_VIDEO_FORMAT_xRGB, info.width, info.height, GST_VIDEO_INFO_INTERLACE_MODE(&info));
   Buffer source = allocate(rgb);
   {
