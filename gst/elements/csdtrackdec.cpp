@@ -138,6 +138,11 @@ bool is_text(GstAggregatorPad *pad) {
   return GST_PAD_TEMPLATE_PRESENCE(GST_PAD_PAD_TEMPLATE(pad)) == GST_PAD_REQUEST;
 }
 
+/// Whether no frame can go on. A link may still come.
+bool is_final(GstFlowReturn flow) {
+  return flow != GST_FLOW_OK && flow != GST_FLOW_NOT_LINKED;
+}
+
 // ---- How long a frame waits ----------------------------------------------------------------------------------------
 //
 // The base class calls aggregate() once each pad has a buffer, or has ended; live, at the latest when the frame is due.
@@ -174,11 +179,16 @@ GstClockTime gst_csd_track_dec_get_next_time(GstAggregator *aggregator) {
   auto *self = GST_CSD_TRACK_DEC(aggregator);
   auto &state = *self->state;
   const PadPtr video = pad_named(self, "sink"), text = pad_named(self, "text");
-  if (!gst_aggregator_pad_has_buffer(video.get())) return GST_CLOCK_TIME_NONE;
+  const bool final = is_final(state.flow);
+  if (!gst_aggregator_pad_has_buffer(video.get())) {
+    // Nothing reads the text any more, and its thread must not wait for room.
+    if (text && (state.video_ended || final)) csd::drop_all(text.get());
+    return GST_CLOCK_TIME_NONE;
+  }
   if (text)
     guard.logged(self, [&] {
       state.lines.frame(csd::shifted(state.video.head, live_of(self).ts_offset));
-      if (state.lines.need_not_wait())
+      if (final || state.lines.need_not_wait())
         state.look_again.begin_anew(state.frame);
       else
         state.patience.begin(state.frame, live_of(self).max_wait);
@@ -188,11 +198,6 @@ GstClockTime gst_csd_track_dec_get_next_time(GstAggregator *aggregator) {
 }
 
 // ---- A frame -------------------------------------------------------------------------------------------------------
-
-/// Whether no frame can go on. A link may still come.
-bool is_final(GstFlowReturn flow) {
-  return flow != GST_FLOW_OK && flow != GST_FLOW_NOT_LINKED;
-}
 
 /// A frame that a flush drops is no failure.
 void push_frame(GstCsdTrackDec *self, GstBuffer *buffer) {
@@ -258,7 +263,6 @@ GstFlowReturn gst_csd_track_dec_aggregate(GstAggregator *aggregator, gboolean ti
     state.flow = flow;
     gst_buffer_unref(buffer);
   }
-  if (text && is_final(state.flow)) csd::drop_all(text.get());
   return GST_FLOW_OK;
 }
 
@@ -364,9 +368,7 @@ gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEven
         gst_event_unref(event);
         return TRUE;
       }
-      // Text that still comes is dropped from here on. One buffer of it may wait in the queue, another for it.
       state.video_ended = true;
-      if (const PadPtr text = pad_named(self, "text")) csd::drop_all(text.get());
       return gst_pad_push_event(GST_AGGREGATOR_SRC_PAD(self), event);
     }
     default:
@@ -539,8 +541,7 @@ GstPadLinkReturn gst_csd_track_dec_text_link(GstPad *, GstObject *parent, GstPad
 void gst_csd_track_dec_text_unlink(GstPad *pad, GstObject *parent) {
   auto &state = *GST_CSD_TRACK_DEC(parent)->state;
   state.lines.set_linked(false);
-  if (GST_PAD_IS_ACTIVE(pad))
-    guard.logged(parent, [&] { state.look_again.begin_anew(state.frame); });
+  if (GST_PAD_IS_ACTIVE(pad)) guard.logged(parent, [&] { state.look_again.begin_anew(state.frame); });
 }
 
 GstAggregatorPad *gst_csd_track_dec_create_new_pad(GstAggregator *aggregator, GstPadTemplate *templ, const gchar *,

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+//
+// What csdtrackdec's thread and those of its sources tell each other: how downstream took the frames, what ends, and
+// what a flush makes void.
+#include <atomic>
+#include <optional>
+
+#include "csdtrackdec_harness.h"
+
+using namespace csd_check;
+
+namespace {
+
+/// Downstream: takes frames up to a time, and no others. It can hold one for as long as the test wants.
+class Downstream {
+ public:
+  explicit Downstream(Harness &harness) : pad_(gst_element_get_static_pad(harness.element, "src")) {
+    probe_ = gst_pad_add_probe(pad_, GST_PAD_PROBE_TYPE_BUFFER, take, this, nullptr);
+  }
+  ~Downstream() {
+    let_go();
+    gst_pad_remove_probe(pad_, probe_);
+    gst_object_unref(pad_);
+  }
+  Downstream(const Downstream &) = delete;
+  Downstream &operator=(const Downstream &) = delete;
+
+  void end_at(GstClockTime time) { end_ = time; }
+  void hold() { held_ = true; }
+  void wait_for_frame() {
+    while (!inside_) g_usleep(1000);
+  }
+  void let_go() { held_ = false; }
+  void link_anew() {
+    GstPad *peer = gst_pad_get_peer(pad_);
+    fail_unless(gst_pad_unlink(pad_, peer));
+    fail_unless_equals_int(gst_pad_link(pad_, peer), GST_PAD_LINK_OK);
+    gst_object_unref(peer);
+  }
+
+ private:
+  static GstPadProbeReturn take(GstPad *, GstPadProbeInfo *info, gpointer data) {
+    auto *self = static_cast<Downstream *>(data);
+    GstBuffer *buffer = GST_PAD_PROBE_INFO_BUFFER(info);
+    for (self->inside_ = true; self->held_;) g_usleep(1000);
+    self->inside_ = false;
+    if (GST_BUFFER_PTS(buffer) < self->end_) return GST_PAD_PROBE_OK;
+    gst_buffer_unref(buffer);
+    GST_PAD_PROBE_INFO_FLOW_RETURN(info) = GST_FLOW_EOS;
+    return GST_PAD_PROBE_HANDLED;
+  }
+
+  GstPad *const pad_;
+  gulong probe_ = 0;
+  std::atomic<GstClockTime> end_ = GST_CLOCK_TIME_NONE;
+  std::atomic<bool> held_ = false, inside_ = false;
+};
+
+}  // namespace
+
+GST_START_TEST(text_flows_on_unread_after_the_video) {
+  for (const bool gap : {false, true}) {
+    TextHarness harness;
+    Downstream downstream(harness);
+    downstream.hold();
+    gst_harness_push(harness.h, frame_at(0));
+    harness.push_line(0);
+    downstream.wait_for_frame();
+    // One in the queue, maybe after an event, and another that waits for room.
+    if (gap) harness.text_event(gst_event_new_gap(1 * frame_time, frame_time));
+    for (guint64 n = 2; n < 6; ++n) harness.push_line(n);
+    harness.wait_begun(3);
+    g_usleep(20000);  // see push_waiting()
+    gst_harness_push_event(harness.h, gst_event_new_eos());
+    downstream.let_go();
+    harness.wait_text();
+    fail_unless_equals_uint64(harness.thread->taken(), 5);
+    fail_unless_equals_int(harness.thread->flow(), GST_FLOW_OK);
+  }
+}
+GST_END_TEST
+
+static Suite *csdtrackdec_flow_suite() {
+  Suite *s = suite_create("csdtrackdec_flow");
+  TCase *tc = tcase_create("flow");
+  suite_add_tcase(s, tc);
+  gst_object_unref(gst_plugin_load_by_name("csdtrack"));
+  tcase_add_test(tc, text_flows_on_unread_after_the_video);
+  return s;
+}
+
+GST_CHECK_MAIN(csdtrackdec_flow)
