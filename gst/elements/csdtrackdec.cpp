@@ -55,15 +55,14 @@
 #include "support/guard.h"
 #include "support/lock.h"
 #include "support/patience.h"
-#include "support/wake.h"
 
 GST_DEBUG_CATEGORY_STATIC(gst_csd_track_dec_debug);
 #define GST_CAT_DEFAULT gst_csd_track_dec_debug
 
 namespace {
 
-/// What has no frame's number.
-constexpr std::uint64_t relink_mark = UINT64_MAX;
+/// The name of the event that says that the text comes over another link.
+constexpr char relink_mark[] = "csdtrack-relinked";
 
 void on_impatience(GstElement *element, std::uint64_t frame);
 void on_look_again(GstElement *element, std::uint64_t);
@@ -94,9 +93,10 @@ struct GstCsdTrackDecState {
   csd::VideoStream video;
   const GstPadChainFunction base_chain;  ///< of the base class's pads
 
-  std::recursive_mutex frame_mutex;      ///< held while a frame is handled and pushed; a flush ends only in between
-  std::mutex text_mutex;                 ///< held by a flush of the text, and while one of its events takes effect
-  std::atomic<std::uint64_t> frame = 1;  ///< number of the frame that is handled next
+  std::recursive_mutex frame_mutex;        ///< held while a frame is handled and pushed; a flush ends only in between
+  std::mutex text_mutex;                   ///< held by a flush of the text, and while one of its events takes effect
+  std::atomic<std::uint64_t> frame = 1;    ///< number of the frame that is handled next
+  std::atomic<std::uint64_t> overdue = 0;  ///< this frame has waited for max-wait
   /// What downstream said of the last frame. The base class would stop for good if it heard of it.
   std::atomic<GstFlowReturn> flow = GST_FLOW_OK;
   std::atomic<bool> video_ended = false;   ///< by EOS: the text flows on, unread
@@ -138,6 +138,11 @@ bool is_text(GstAggregatorPad *pad) {
   return GST_PAD_TEMPLATE_PRESENCE(GST_PAD_PAD_TEMPLATE(pad)) == GST_PAD_REQUEST;
 }
 
+/// Lets the base class handle an event.
+gboolean base_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
+  return GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, event);
+}
+
 /// Whether no frame can go on. A link may still come.
 bool is_final(GstFlowReturn flow) {
   return flow != GST_FLOW_OK && flow != GST_FLOW_NOT_LINKED;
@@ -146,11 +151,19 @@ bool is_final(GstFlowReturn flow) {
 // ---- How long a frame waits ----------------------------------------------------------------------------------------
 //
 // The base class calls aggregate() once each pad has a buffer, or has ended; live, at the latest when the frame is due.
-// Not live, it would wait for ever, and so it would for a pad that isn't linked: then a wake lets the frame go on.
+// Not live, it would wait for ever, and so it would for a pad that isn't linked. A wake tells it that the text has
+// ended; aggregate() takes that back. It gets through while the text is being flushed, when the pad takes no events.
 
-/// Lets `frame` go on, or, for 0, only makes the element's thread look again. Never blocks.
+/// Lets `frame` go on, or, for 0, only makes the element's thread look again. From any thread.
 void wake(GstCsdTrackDec *self, std::uint64_t frame) {
-  if (const PadPtr text = pad_named(self, "text")) csd::queue_wake(GST_AGGREGATOR(self), text.get(), frame);
+  auto &overdue = self->state->overdue;
+  for (auto last = overdue.load(); last < frame && !overdue.compare_exchange_weak(last, frame);) continue;
+  if (const PadPtr text = pad_named(self, "text")) base_event(self, text.get(), gst_event_new_eos());
+}
+
+void take_wake(GstCsdTrackDec *self, GstAggregatorPad *text) {
+  if (gst_aggregator_pad_is_eos(text) && !self->state->lines.text_ended())
+    base_event(self, text, gst_event_new_stream_start("text"));
 }
 
 void on_impatience(GstElement *element, std::uint64_t frame) {
@@ -182,7 +195,7 @@ GstClockTime gst_csd_track_dec_get_next_time(GstAggregator *aggregator) {
   const bool final = is_final(state.flow);
   if (!gst_aggregator_pad_has_buffer(video.get())) {
     // Nothing reads the text any more, and its thread must not wait for room.
-    if (text && (state.video_ended || final)) csd::drop_all(text.get());
+    while (text && (state.video_ended || final) && gst_aggregator_pad_drop_buffer(text.get())) continue;
     return GST_CLOCK_TIME_NONE;
   }
   if (text)
@@ -234,14 +247,15 @@ GstFlowReturn gst_csd_track_dec_aggregate(GstAggregator *aggregator, gboolean ti
   }
   const std::lock_guard lock(state.frame_mutex);
   const PadPtr video = pad_named(self, "sink"), text = pad_named(self, "text");
+  if (text) take_wake(self, text.get());
   if (!gst_aggregator_pad_has_buffer(video.get())) return GST_AGGREGATOR_FLOW_NEED_DATA;
   std::optional<csd::TrackLine> line;
   bool known = true;
   const bool read = guard.posted(self, [&] {
     if (is_final(state.flow)) return;  // upstream hears of it with its next frame
     state.lines.frame(csd::shifted(state.video.head, live_of(self).ts_offset));
-    known = state.lines.find(text.get(), {timeout != FALSE, state.video.overdue == state.frame, live_of(self).max_wait},
-                             line);
+    known =
+        state.lines.find(text.get(), {timeout != FALSE, state.overdue == state.frame, live_of(self).max_wait}, line);
   });
   if (!known) return GST_AGGREGATOR_FLOW_NEED_DATA;
   ++state.frame;
@@ -266,15 +280,22 @@ GstFlowReturn gst_csd_track_dec_aggregate(GstAggregator *aggregator, gboolean ti
   return GST_FLOW_OK;
 }
 
+bool is_relink_mark(GstEvent *event) {
+  return GST_EVENT_TYPE(event) == GST_EVENT_CUSTOM_DOWNSTREAM && gst_event_has_name(event, relink_mark);
+}
+
 /// Between what came over the old link, some of which may still be in the queue, and what comes over the new one.
 void mark_new_link(GstCsdTrackDec *self, GstAggregatorPad *text) {
-  if (self->state->lines.take_relinked()) csd::queue_wake(GST_AGGREGATOR(self), text, relink_mark);
+  if (self->state->lines.take_relinked())
+    GST_AGGREGATOR_GET_CLASS(self)->sink_event_pre_queue(
+        GST_AGGREGATOR(self), text,
+        gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM, gst_structure_new_empty(relink_mark)));
 }
 
 GstFlowReturn gst_csd_track_dec_sink_event_pre_queue(GstAggregator *aggregator, GstAggregatorPad *pad,
                                                      GstEvent *event) {
   const bool serialized = (gst_event_type_get_flags(GST_EVENT_TYPE(event)) & GST_EVENT_TYPE_SERIALIZED) != 0;
-  if (is_text(pad) && serialized && !csd::wakes(event)) mark_new_link(GST_CSD_TRACK_DEC(aggregator), pad);
+  if (is_text(pad) && serialized && !is_relink_mark(event)) mark_new_link(GST_CSD_TRACK_DEC(aggregator), pad);
   auto &state = *GST_CSD_TRACK_DEC(aggregator)->state;
   const bool text = is_text(pad);
   if (GST_EVENT_TYPE(event) == GST_EVENT_EOS)
@@ -353,7 +374,7 @@ gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEven
       state.lines.frames_begin(nullptr);
       state.video_ended = false;
       // The base class measures the queue by it.
-      GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, gst_event_ref(event));
+      base_event(self, pad, gst_event_ref(event));
       break;
     case GST_EVENT_GAP: {
       // The text goes along, as far as it is there.
@@ -380,15 +401,10 @@ gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEven
 /// The text ends here: its events don't go downstream.
 gboolean handle_text_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
   auto &state = *self->state;
-  if (const auto frame = csd::wakes(event)) {
-    if (*frame == relink_mark) {
-      state.lines.text_relinked();
-      gst_event_unref(event);
-      return TRUE;
-    }
-    state.video.overdue = *frame;
-    return csd::take_wake(GST_AGGREGATOR(self), pad, event,
-                          GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event, state.text_mutex);
+  if (is_relink_mark(event)) {
+    state.lines.text_relinked();
+    gst_event_unref(event);
+    return TRUE;
   }
   std::unique_lock<std::mutex> no_flush(state.text_mutex);
   // An EOS in hand during a flush must not end what comes after it.
@@ -399,7 +415,8 @@ gboolean handle_text_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent
   const auto notices = state.lines.text_event(event);
   gboolean done = TRUE;
   if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START || GST_EVENT_TYPE(event) == GST_EVENT_EOS) {
-    done = GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, event);
+    done = base_event(self, pad, event);
+    state.patience.end();  // this may have undone a wake: the frame begins to wait again
   } else {
     // A segment not by the base class: it would give the text's sequence number to the video.
     const csd::ObjectLock lock(pad);
@@ -429,9 +446,7 @@ gboolean flush_video(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *even
     state.flow = GST_FLOW_OK;
     state.video_ended = false;
   }
-  gst_event_ref(event);
-  const gboolean done =
-      GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, event);
+  const gboolean done = base_event(self, pad, gst_event_ref(event));
   if (!start) state.flushing = false;
   if ((GST_PAD_IS_FLUSHING(src) != 0) == start)
     gst_event_unref(event);
@@ -449,13 +464,11 @@ gboolean flush_text(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event
   gst_event_unref(event);
   std::unique_lock<std::mutex> lock(state.text_mutex);
   if (start) ++state.text_flushes;
-  const gboolean done = GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)
-                            ->sink_event(GST_AGGREGATOR(self), pad,
-                                         start ? gst_event_new_flush_start() : gst_event_new_flush_stop(reset));
+  const gboolean done = base_event(self, pad, start ? gst_event_new_flush_start() : gst_event_new_flush_stop(reset));
   state.lines.flush_text();
   lock.unlock();
   state.text_flushed = true;
-  if (!start) {  // a wake may have been flushed, too
+  if (!start) {  // this may have undone a wake
     state.patience.end();
     wake(self, 0);
   }

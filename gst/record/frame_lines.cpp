@@ -128,7 +128,7 @@ std::optional<TrackLine> FrameLines::find_in_file() {
 
 bool FrameLines::find_on_pad(GstAggregatorPad *text, const Given &given, std::optional<TrackLine> &line) {
   if (text) read(text);
-  const bool more = text && linked_ && !gst_aggregator_pad_is_eos(text);
+  const bool more = text && linked_;
   bool known = false, back = false;
   {
     const std::lock_guard lock(mutex_);
@@ -175,6 +175,11 @@ void FrameLines::text_relinked() {
 void FrameLines::flush_text() {
   const std::lock_guard lock(mutex_);
   pad_.flush(matcher_);
+}
+
+bool FrameLines::text_ended() {
+  const std::lock_guard lock(mutex_);
+  return pad_.ended();
 }
 
 void FrameLines::set_linked(bool linked) {

@@ -62,6 +62,8 @@ class FrameLines {
   void text_relinked();
   /// From any thread.
   void flush_text();
+  /// By EOS.
+  bool text_ended();
   void set_linked(bool linked);
   bool linked() const { return linked_; }
   /// Whether the link is another one than at the last call. Linking the same pads again brings no STREAM_START. From

@@ -275,6 +275,36 @@ GST_START_TEST(pads_come_and_go_during_state_changes) {
 }
 GST_END_TEST
 
+GST_START_TEST(frames_pass_a_text_that_is_being_flushed) {
+  for (const bool unlinked : {false, true})
+    for (const bool waiting : {false, true}) {
+      // Either max-wait is over, or the text is unlinked; before the flush has ended.
+      TextHarness harness(utf8, unlinked ? 3600 * GST_SECOND : 20 * GST_MSECOND);
+      if (waiting) fail_unless_equals_int(gst_harness_push(harness.h, frame_at(0)), GST_FLOW_OK);
+      gst_harness_push_event(harness.text, gst_event_new_flush_start());
+      GstPad *pad = gst_element_get_static_pad(harness.element, "text");
+      if (unlinked) fail_unless(gst_pad_unlink(harness.text->srcpad, pad));
+      if (!waiting) fail_unless_equals_int(gst_harness_push(harness.h, frame_at(0)), GST_FLOW_OK);
+      fail_unless_equals_int(harness.pull_number(), -1);
+      fail_unless_equals_int(harness.push(frame_time), -1);
+      const std::string warning = harness.said(GST_MESSAGE_WARNING);
+      if (!unlinked) assert_holds(warning, "no text has come within 20 ms");
+      // The flush ends.
+      g_object_set(harness.element, "max-wait", 3600 * GST_SECOND, nullptr);
+      if (unlinked) fail_unless_equals_int(gst_pad_link(harness.text->srcpad, pad), GST_PAD_LINK_OK);
+      gst_harness_push_event(harness.text, gst_event_new_flush_stop(TRUE));
+      harness.text_event(segment_event(0));
+      harness.push_line(2);
+      harness.wait_text();  // frames don't wait until text is in time again
+      fail_unless_equals_int(harness.push(2 * frame_time), 2);
+      harness.push_waiting(3 * frame_time);
+      harness.push_line(3);
+      fail_unless_equals_int(harness.pull_number(), 3);
+      gst_object_unref(pad);
+    }
+}
+GST_END_TEST
+
 static Suite *csdtrackdec_pads_suite() {
   Suite *s = suite_create("csdtrackdec_pads");
   TCase *tc = tcase_create("pads");
@@ -286,6 +316,7 @@ static Suite *csdtrackdec_pads_suite() {
   tcase_add_test(tc, text_comes_before_the_element_has_started);
   tcase_add_test(tc, the_element_stops_after_reading_the_text_of_a_released_pad);
   tcase_add_test(tc, pads_come_and_go_during_state_changes);
+  tcase_add_test(tc, frames_pass_a_text_that_is_being_flushed);
   return s;
 }
 
