@@ -55,6 +55,7 @@
 #include "support/guard.h"
 #include "support/lock.h"
 #include "support/patience.h"
+#include "support/queued_events.h"
 
 GST_DEBUG_CATEGORY_STATIC(gst_csd_track_dec_debug);
 #define GST_CAT_DEFAULT gst_csd_track_dec_debug
@@ -103,8 +104,8 @@ struct GstCsdTrackDecState {
   std::atomic<bool> seeking = false;       ///< a flushing seek is under way: frames wait for both pads' flush
   std::atomic<bool> text_flushed = false;  ///< since the seek began
   std::atomic<bool> flushing = false;      ///< the video, from FLUSH_START to FLUSH_STOP
-  std::atomic<std::uint64_t> flushes = 0, eos_after = 0;  ///< of the video; how many when its last EOS came
-  std::atomic<std::uint64_t> text_flushes = 0, text_eos_after = 0;
+  std::atomic<std::uint64_t> flushes = 0;  ///< of the video
+  csd::QueuedEvents video_events, text_events;
 };
 
 struct _GstCsdTrackDec {
@@ -294,14 +295,18 @@ void mark_new_link(GstCsdTrackDec *self, GstAggregatorPad *text) {
 
 GstFlowReturn gst_csd_track_dec_sink_event_pre_queue(GstAggregator *aggregator, GstAggregatorPad *pad,
                                                      GstEvent *event) {
-  const bool serialized = (gst_event_type_get_flags(GST_EVENT_TYPE(event)) & GST_EVENT_TYPE_SERIALIZED) != 0;
-  if (is_text(pad) && serialized && !is_relink_mark(event)) mark_new_link(GST_CSD_TRACK_DEC(aggregator), pad);
-  auto &state = *GST_CSD_TRACK_DEC(aggregator)->state;
-  const bool text = is_text(pad);
-  if (GST_EVENT_TYPE(event) == GST_EVENT_EOS)
-    (text ? state.text_eos_after : state.eos_after) = (text ? state.text_flushes : state.flushes).load();
-  if (!text && GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START && state.flow == GST_FLOW_EOS) state.flow = GST_FLOW_OK;
-  return GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event_pre_queue(aggregator, pad, event);
+  auto *self = GST_CSD_TRACK_DEC(aggregator);
+  auto &queued = is_text(pad) ? self->state->text_events : self->state->video_events;
+  const bool serialized = GST_EVENT_IS_SERIALIZED(event) && GST_EVENT_TYPE(event) != GST_EVENT_FLUSH_STOP;
+  if (is_text(pad) && GST_EVENT_IS_SERIALIZED(event) && !is_relink_mark(event)) mark_new_link(self, pad);
+  if (serialized) queued.add(event);
+  auto &flow_before = self->state->flow;
+  if (!is_text(pad) && GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START && flow_before == GST_FLOW_EOS)
+    flow_before = GST_FLOW_OK;
+  const GstFlowReturn flow =
+      GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event_pre_queue(aggregator, pad, event);
+  if (serialized && flow != GST_FLOW_OK) queued.remove(event);
+  return flow;
 }
 
 /// Upstream hears what downstream said of the frame before.
@@ -355,6 +360,11 @@ bool set_caps(GstCsdTrackDec *self, GstCaps *caps) {
 /// The video's serialized events go downstream in order with its frames. The base class would make up its own.
 gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
   auto &state = *self->state;
+  const std::lock_guard between_flushes(state.frame_mutex);
+  if (!state.video_events.take(event)) {
+    gst_event_unref(event);
+    return TRUE;
+  }
   switch (GST_EVENT_TYPE(event)) {
     case GST_EVENT_CAPS: {
       GstCaps *caps = nullptr;
@@ -382,16 +392,9 @@ gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEven
       state.lines.skip(text.get(), csd::shifted(csd::gap_moments(pad->segment, event), live_of(self).ts_offset));
       break;
     }
-    case GST_EVENT_EOS: {
-      // One that our thread has in hand during a flush must not end what comes after it.
-      const std::lock_guard lock(state.frame_mutex);
-      if (state.eos_after != state.flushes) {
-        gst_event_unref(event);
-        return TRUE;
-      }
+    case GST_EVENT_EOS:
       state.video_ended = true;
-      return gst_pad_push_event(GST_AGGREGATOR_SRC_PAD(self), event);
-    }
+      break;
     default:
       break;
   }
@@ -401,14 +404,11 @@ gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEven
 /// The text ends here: its events don't go downstream.
 gboolean handle_text_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
   auto &state = *self->state;
-  if (is_relink_mark(event)) {
-    state.lines.text_relinked();
-    gst_event_unref(event);
-    return TRUE;
-  }
-  std::unique_lock<std::mutex> no_flush(state.text_mutex);
-  // An EOS in hand during a flush must not end what comes after it.
-  if (GST_EVENT_TYPE(event) == GST_EVENT_EOS && state.text_eos_after != state.text_flushes) {
+  std::unique_lock<std::mutex> between_flushes(state.text_mutex);
+  const bool flushed = !state.text_events.take(event);
+  if (flushed || is_relink_mark(event)) {
+    between_flushes.unlock();
+    if (!flushed) state.lines.text_relinked();
     gst_event_unref(event);
     return TRUE;
   }
@@ -423,7 +423,7 @@ gboolean handle_text_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent
     if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) gst_event_copy_segment(event, &pad->segment);
     gst_event_unref(event);
   }
-  no_flush.unlock();
+  between_flushes.unlock();
   csd::PadLines::post(GST_ELEMENT(self), notices);
   return done;
 }
@@ -446,6 +446,7 @@ gboolean flush_video(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *even
     state.flow = GST_FLOW_OK;
     state.video_ended = false;
   }
+  state.video_events.flush();
   const gboolean done = base_event(self, pad, gst_event_ref(event));
   if (!start) state.flushing = false;
   if ((GST_PAD_IS_FLUSHING(src) != 0) == start)
@@ -463,7 +464,7 @@ gboolean flush_text(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event
   if (!start) gst_event_parse_flush_stop(event, &reset);
   gst_event_unref(event);
   std::unique_lock<std::mutex> lock(state.text_mutex);
-  if (start) ++state.text_flushes;
+  state.text_events.flush();
   const gboolean done = base_event(self, pad, start ? gst_event_new_flush_start() : gst_event_new_flush_stop(reset));
   state.lines.flush_text();
   lock.unlock();
@@ -579,6 +580,7 @@ GstAggregatorPad *gst_csd_track_dec_create_new_pad(GstAggregator *aggregator, Gs
 void gst_csd_track_dec_release_pad(GstElement *element, GstPad *pad) {
   auto *self = GST_CSD_TRACK_DEC(element);
   GST_ELEMENT_CLASS(gst_csd_track_dec_parent_class)->release_pad(element, pad);
+  self->state->text_events.clear();
   guard.logged(self, [&] { self->state->lines.flush_text(); });
 }
 
@@ -605,6 +607,8 @@ void start_anew(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> file) {
   state.video = {};
   state.flow = GST_FLOW_OK;
   state.video_ended = state.flushing = false;
+  state.video_events.clear();
+  state.text_events.clear();
   state.lines.start(std::move(file));
 }
 

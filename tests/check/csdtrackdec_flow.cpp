@@ -80,12 +80,44 @@ GST_START_TEST(text_flows_on_unread_after_the_video) {
 }
 GST_END_TEST
 
+GST_START_TEST(an_event_in_hand_during_a_flush_is_flushed) {
+  for (const GstEventType type : {GST_EVENT_GAP, GST_EVENT_SEGMENT_DONE, GST_EVENT_EOS}) {
+    TextHarness harness;  // with the pad text, GStreamer's base class goes on while the video is being flushed
+    harness.push_line(0);
+    fail_unless_equals_int(harness.push(0 * frame_time), 0);
+    std::atomic<bool> pushed = false, flushed = false;
+    const std::string processing = std::string("Processing ") + gst_event_type_get_name(type) + " event";
+    {
+      const When in_hand("aggregator", processing.c_str(), [&] {
+        while (!pushed) g_usleep(1000);
+        flush(harness.h);
+        flushed = true;
+      });
+      gst_harness_push_event(harness.h, type == GST_EVENT_GAP ? gst_event_new_gap(frame_time, frame_time)
+                                        : type == GST_EVENT_EOS
+                                            ? gst_event_new_eos()
+                                            : gst_event_new_segment_done(GST_FORMAT_TIME, frame_time));
+      pushed = true;
+      while (!flushed) g_usleep(1000);
+    }
+    new_segment(harness.h, 0);
+    harness.push_line(1);
+    fail_unless_equals_int(harness.push(1 * frame_time), 1);
+    while (GstEvent *event = gst_harness_try_pull_event(harness.h)) {
+      fail_unless(GST_EVENT_TYPE(event) != type, "%s after the flush", gst_event_type_get_name(type));
+      gst_event_unref(event);
+    }
+  }
+}
+GST_END_TEST
+
 static Suite *csdtrackdec_flow_suite() {
   Suite *s = suite_create("csdtrackdec_flow");
   TCase *tc = tcase_create("flow");
   suite_add_tcase(s, tc);
   gst_object_unref(gst_plugin_load_by_name("csdtrack"));
   tcase_add_test(tc, text_flows_on_unread_after_the_video);
+  tcase_add_test(tc, an_event_in_hand_during_a_flush_is_flushed);
   return s;
 }
 

@@ -3,7 +3,6 @@
 // csdtrackdec's pad `text`: requested, linked and released while another thread changes the element's state. The tests
 // hook GStreamer's log messages to act between two of its steps.
 #include <atomic>
-#include <functional>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -58,34 +57,6 @@ void release(GstElement *element, GstPad *pad) {
 void change_state(GstElement *element, GstState state) {
   fail_unless(gst_element_set_state(element, state) == GST_STATE_CHANGE_SUCCESS);
 }
-
-/// Acts once, within the call that logs `text`.
-class When {
- public:
-  When(const char *category, const char *text, std::function<void()> act)
-      : category_(category), text_(text), act_(std::move(act)) {
-    gst_debug_set_threshold_for_name(category_, GST_LEVEL_DEBUG);
-    (gst_debug_add_log_function)(logged, this, nullptr);  // the macro compares it with a void pointer
-  }
-  ~When() {
-    gst_debug_remove_log_function_by_data(this);
-    gst_debug_unset_threshold_for_name(category_);
-    fail_unless(done_, "'%s' was not logged", text_);
-  }
-  When(const When &) = delete;
-  When &operator=(const When &) = delete;
-
- private:
-  static void logged(GstDebugCategory *, GstDebugLevel, const gchar *, const gchar *, gint, GObject *,
-                     GstDebugMessage *message, gpointer when) {
-    auto *self = static_cast<When *>(when);
-    if (g_str_has_prefix(gst_debug_message_get(message), self->text_) && !self->done_.exchange(true)) self->act_();
-  }
-
-  const char *category_, *text_;
-  std::function<void()> act_;
-  std::atomic<bool> done_ = false;
-};
 
 /// csdtrackdec with a text pad linked while it starts, in one way or another. Expects its lines on its frames.
 void expect_lines(GstElement *element, Source &source) {
