@@ -300,20 +300,18 @@ GstFlowReturn gst_csd_track_dec_sink_event_pre_queue(GstAggregator *aggregator, 
   const bool serialized = GST_EVENT_IS_SERIALIZED(event) && GST_EVENT_TYPE(event) != GST_EVENT_FLUSH_STOP;
   if (is_text(pad) && GST_EVENT_IS_SERIALIZED(event) && !is_relink_mark(event)) mark_new_link(self, pad);
   if (serialized) queued.add(event);
-  auto &flow_before = self->state->flow;
-  if (!is_text(pad) && GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START && flow_before == GST_FLOW_EOS)
-    flow_before = GST_FLOW_OK;
   const GstFlowReturn flow =
       GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event_pre_queue(aggregator, pad, event);
   if (serialized && flow != GST_FLOW_OK) queued.remove(event);
   return flow;
 }
 
-/// Upstream hears what downstream said of the frame before.
+/// Upstream hears what downstream said of the frame before, unless another stream or segment has begun since.
 GstFlowReturn gst_csd_track_dec_chain(GstPad *pad, GstObject *parent, GstBuffer *buffer) {
   auto &state = *GST_CSD_TRACK_DEC(parent)->state;
   const bool text = is_text(GST_AGGREGATOR_PAD(pad));
-  const GstFlowReturn flow = state.flow;
+  const bool anew = state.video_events.begin_anew();  // first: then the flow is of what has begun
+  const GstFlowReturn flow = anew ? GST_FLOW_OK : state.flow.load();
   if (text) mark_new_link(GST_CSD_TRACK_DEC(parent), GST_AGGREGATOR_PAD(pad));
   if (!is_final(flow) && !(text && (state.video_ended || state.lines.leave_text()))) {
     const GstFlowReturn queued = state.base_chain(pad, parent, buffer);
@@ -357,10 +355,17 @@ bool set_caps(GstCsdTrackDec *self, GstCaps *caps) {
 
 // ---- Events --------------------------------------------------------------------------------------------------------
 
+/// What comes next may be wanted again.
+void forget_eos(GstCsdTrackDec *self) {
+  GstFlowReturn eos = GST_FLOW_EOS;
+  self->state->flow.compare_exchange_strong(eos, GST_FLOW_OK);
+}
+
 /// The video's serialized events go downstream in order with its frames. The base class would make up its own.
 gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
   auto &state = *self->state;
   const std::lock_guard between_flushes(state.frame_mutex);
+  if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START || GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) forget_eos(self);
   if (!state.video_events.take(event)) {
     gst_event_unref(event);
     return TRUE;
@@ -510,6 +515,7 @@ gboolean gst_csd_track_dec_src_event(GstAggregator *aggregator, GstEvent *event)
   auto *self = GST_CSD_TRACK_DEC(aggregator);
   guard.logged(self, [&] { self->state->overlay.see_event(event); });
   const PadPtr video = pad_named(self, "sink"), text = pad_named(self, "text");
+  if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE) forget_eos(self);  // another link
   if (GST_EVENT_TYPE(event) == GST_EVENT_SEEK) return seek(self, GST_PAD(video.get()), GST_PAD(text.get()), event);
   if (text) gst_pad_push_event(GST_PAD(text.get()), gst_event_ref(event));
   return gst_pad_push_event(GST_PAD(video.get()), event);

@@ -56,7 +56,75 @@ class Downstream {
   std::atomic<bool> held_ = false, inside_ = false;
 };
 
+/// Pushes frames until downstream has said that it wants no more.
+void push_until_eos(Harness &harness) {
+  for (int n = 0; gst_harness_push(harness.h, frame_at(n * frame_time)) != GST_FLOW_EOS; ++n) {
+    fail_unless(n < 20000, "no EOS");
+    g_usleep(1000);
+  }
+  while (GstBuffer *buffer = gst_harness_try_pull(harness.h)) gst_buffer_unref(buffer);
+}
+
+void expect_frames(Harness &harness) {
+  for (guint64 n = 0; n < 3; ++n) {
+    fail_unless_equals_int(gst_harness_push(harness.h, frame_at(n * frame_time)), GST_FLOW_OK);
+    GstBuffer *out = gst_harness_pull(harness.h);
+    fail_unless(out && GST_BUFFER_PTS(out) == n * frame_time);
+    gst_buffer_unref(out);
+  }
+}
+
 }  // namespace
+
+GST_START_TEST(frames_go_on_when_downstream_wants_them_again) {
+  const struct {
+    const char *name;
+    void (*go)(Harness &, Downstream &);
+  } ways[] = {
+      {"a segment", [](Harness &harness, Downstream &) { new_segment(harness.h, 0); }},
+      {"a stream",
+       [](Harness &harness, Downstream &) {
+         gst_harness_push_event(harness.h, gst_event_new_stream_start("another"));
+         new_segment(harness.h, 0);
+       }},
+      {"a link", [](Harness &, Downstream &downstream) { downstream.link_anew(); }},
+  };
+  for (const auto &way : ways) {
+    Harness harness;
+    Downstream downstream(harness);
+    downstream.end_at(2 * frame_time);
+    push_until_eos(harness);
+    downstream.end_at(GST_CLOCK_TIME_NONE);
+    way.go(harness, downstream);
+    const GstFlowReturn flow = gst_harness_push(harness.h, frame_at(0));
+    fail_unless(flow == GST_FLOW_OK, "%s: %s", way.name, gst_flow_get_name(flow));
+    gst_buffer_unref(gst_harness_pull(harness.h));
+    expect_frames(harness);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(an_end_of_what_came_before_does_not_end_what_comes_next) {
+  for (const bool stream : {true, false}) {
+    Harness harness;
+    Downstream downstream(harness);
+    downstream.end_at(frame_time);
+    downstream.hold();
+    fail_unless_equals_int(gst_harness_push(harness.h, frame_at(frame_time)), GST_FLOW_OK);
+    downstream.wait_for_frame();
+    fail_unless_equals_int(gst_harness_push(harness.h, frame_at(2 * frame_time)), GST_FLOW_OK);
+    if (stream) gst_harness_push_event(harness.h, gst_event_new_stream_start("another"));
+    new_segment(harness.h, 0);
+    downstream.let_go();
+    fail_unless_equals_int(gst_harness_push(harness.h, frame_at(0)), GST_FLOW_OK);
+    GstBuffer *out = gst_harness_pull(harness.h);
+    fail_unless(out && GST_BUFFER_PTS(out) == 0);
+    gst_buffer_unref(out);
+    downstream.end_at(GST_CLOCK_TIME_NONE);
+    expect_frames(harness);
+  }
+}
+GST_END_TEST
 
 GST_START_TEST(text_flows_on_unread_after_the_video) {
   for (const bool gap : {false, true}) {
@@ -116,6 +184,8 @@ static Suite *csdtrackdec_flow_suite() {
   TCase *tc = tcase_create("flow");
   suite_add_tcase(s, tc);
   gst_object_unref(gst_plugin_load_by_name("csdtrack"));
+  tcase_add_test(tc, frames_go_on_when_downstream_wants_them_again);
+  tcase_add_test(tc, an_end_of_what_came_before_does_not_end_what_comes_next);
   tcase_add_test(tc, text_flows_on_unread_after_the_video);
   tcase_add_test(tc, an_event_in_hand_during_a_flush_is_flushed);
   return s;
