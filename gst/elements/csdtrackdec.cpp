@@ -539,6 +539,7 @@ gboolean gst_csd_track_dec_src_query(GstAggregator *aggregator, GstQuery *query)
   auto *self = GST_CSD_TRACK_DEC(aggregator);
   switch (GST_QUERY_TYPE(query)) {
     case GST_QUERY_LATENCY:
+    case GST_QUERY_SCHEDULING:  // nobody can pull from a thread of our own
       return GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->src_query(aggregator, query);
     case GST_QUERY_CAPS:
     case GST_QUERY_ACCEPT_CAPS:
@@ -561,7 +562,8 @@ GstPadLinkReturn gst_csd_track_dec_text_link(GstPad *, GstObject *parent, GstPad
 void gst_csd_track_dec_text_unlink(GstPad *pad, GstObject *parent) {
   auto &state = *GST_CSD_TRACK_DEC(parent)->state;
   state.lines.set_linked(false);
-  if (GST_PAD_IS_ACTIVE(pad)) guard.logged(parent, [&] { state.look_again.begin_anew(state.frame); });
+  if (GST_PAD_IS_ACTIVE(pad))
+    guard.logged(parent, [&] { state.look_again.begin_anew(state.frame); });
 }
 
 GstAggregatorPad *gst_csd_track_dec_create_new_pad(GstAggregator *aggregator, GstPadTemplate *templ, const gchar *,

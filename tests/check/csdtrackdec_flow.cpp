@@ -179,6 +179,24 @@ GST_START_TEST(an_event_in_hand_during_a_flush_is_flushed) {
 }
 GST_END_TEST
 
+GST_START_TEST(downstream_is_told_that_it_cannot_pull) {
+  Harness harness;
+  const auto pull = [](GstPad *, GstPadProbeInfo *info, gpointer) {
+    GstQuery *query = GST_PAD_PROBE_INFO_QUERY(info);
+    if (GST_QUERY_TYPE(query) != GST_QUERY_SCHEDULING) return GST_PAD_PROBE_OK;
+    gst_query_set_scheduling(query, GST_SCHEDULING_FLAG_SEEKABLE, 1, -1, 0);
+    gst_query_add_scheduling_mode(query, GST_PAD_MODE_PULL);
+    return GST_PAD_PROBE_HANDLED;
+  };
+  gst_pad_add_probe(harness.h->srcpad, GST_PAD_PROBE_TYPE_QUERY_UPSTREAM, pull, nullptr, nullptr);
+  GstPad *src = gst_element_get_static_pad(harness.element, "src");
+  GstQuery *query = gst_query_new_scheduling();
+  fail_unless(!gst_pad_query(src, query) || !gst_query_has_scheduling_mode(query, GST_PAD_MODE_PULL));
+  gst_query_unref(query);
+  gst_object_unref(src);
+}
+GST_END_TEST
+
 static Suite *csdtrackdec_flow_suite() {
   Suite *s = suite_create("csdtrackdec_flow");
   TCase *tc = tcase_create("flow");
@@ -188,6 +206,7 @@ static Suite *csdtrackdec_flow_suite() {
   tcase_add_test(tc, an_end_of_what_came_before_does_not_end_what_comes_next);
   tcase_add_test(tc, text_flows_on_unread_after_the_video);
   tcase_add_test(tc, an_event_in_hand_during_a_flush_is_flushed);
+  tcase_add_test(tc, downstream_is_told_that_it_cannot_pull);
   return s;
 }
 
