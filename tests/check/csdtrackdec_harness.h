@@ -145,6 +145,7 @@ struct Harness {
   }
   ~Harness() {
     gst_bus_set_flushing(bus, TRUE);
+    gst_element_set_state(element, GST_STATE_NULL);  // its thread may still ask a pad that goes
     gst_harness_teardown(h);
     gst_element_set_bus(element, nullptr);
     gst_object_unref(element);
