@@ -52,9 +52,9 @@
 #include "record/track_file.h"
 #include "record/video_stream.h"
 #include "support/dec_properties.h"
+#include "support/frame_wait.h"
 #include "support/guard.h"
 #include "support/lock.h"
-#include "support/patience.h"
 #include "support/queued_events.h"
 
 GST_DEBUG_CATEGORY_STATIC(gst_csd_track_dec_debug);
@@ -65,8 +65,7 @@ namespace {
 /// The name of the event that says that the text comes over another link.
 constexpr char relink_mark[] = "csdtrack-relinked";
 
-void on_impatience(GstElement *element, std::uint64_t frame);
-void on_look_again(GstElement *element, std::uint64_t);
+void wake(GstElement *element);
 
 const csd::Guard guard(gst_csd_track_dec_debug,
                        "Out of memory for recorded tracks. Use overlay=none, or smaller pictures.",
@@ -78,8 +77,7 @@ const csd::Guard guard(gst_csd_track_dec_debug,
 struct GstCsdTrackDecState {
   GstCsdTrackDecState(GstElement *element, GstPad *sink)
       : overlay(element, sink, GST_AGGREGATOR_SRC_PAD(element)),
-        patience(element, on_impatience),
-        look_again(element, on_look_again),
+        wait(element, wake),
         lines(element, guard),
         base_chain(GST_PAD_CHAINFUNC(sink)) {}
 
@@ -87,17 +85,14 @@ struct GstCsdTrackDecState {
   csd::DecValues values;
   bool running = false;  ///< since READY→PAUSED; location is then read-only
 
-  csd::Overlay overlay;  ///< documents which thread may call what
-  // Both are thread-safe.
-  csd::Patience patience, look_again;
+  csd::Overlay overlay;   ///< documents which thread may call what
+  csd::FrameWait wait;    ///< thread-safe
   csd::FrameLines lines;  ///< documents which thread may call what
   csd::VideoStream video;
   const GstPadChainFunction base_chain;  ///< of the base class's pads
 
-  std::recursive_mutex frame_mutex;        ///< held while a frame is handled and pushed; a flush ends only in between
-  std::mutex text_mutex;                   ///< held by a flush of the text, and while one of its events takes effect
-  std::atomic<std::uint64_t> frame = 1;    ///< number of the frame that is handled next
-  std::atomic<std::uint64_t> overdue = 0;  ///< this frame has waited for max-wait
+  std::recursive_mutex frame_mutex;  ///< held while a frame is handled and pushed; a flush ends only in between
+  std::mutex text_mutex;             ///< held by a flush of the text, and while one of its events takes effect
   /// What downstream said of the last frame. The base class would stop for good if it heard of it.
   std::atomic<GstFlowReturn> flow = GST_FLOW_OK;
   std::atomic<bool> video_ended = false;   ///< by EOS: the text flows on, unread
@@ -155,25 +150,16 @@ bool is_final(GstFlowReturn flow) {
 // Not live, it would wait for ever, and so it would for a pad that isn't linked. A wake tells it that the text has
 // ended; aggregate() takes that back. It gets through while the text is being flushed, when the pad takes no events.
 
-/// Lets `frame` go on, or, for 0, only makes the element's thread look again. From any thread.
-void wake(GstCsdTrackDec *self, std::uint64_t frame) {
-  auto &overdue = self->state->overdue;
-  for (auto last = overdue.load(); last < frame && !overdue.compare_exchange_weak(last, frame);) continue;
+/// From any thread, also the system clock's: the base class holds its lock only for moments, and not while it waits,
+/// pushes or queries.
+void wake(GstElement *element) {
+  auto *self = GST_CSD_TRACK_DEC(element);
   if (const PadPtr text = pad_named(self, "text")) base_event(self, text.get(), gst_event_new_eos());
 }
 
 void take_wake(GstCsdTrackDec *self, GstAggregatorPad *text) {
   if (gst_aggregator_pad_is_eos(text) && !self->state->lines.text_ended())
     base_event(self, text, gst_event_new_stream_start("text"));
-}
-
-void on_impatience(GstElement *element, std::uint64_t frame) {
-  auto *self = GST_CSD_TRACK_DEC(element);
-  if (frame == self->state->frame) wake(self, frame);
-}
-
-void on_look_again(GstElement *element, std::uint64_t) {
-  wake(GST_CSD_TRACK_DEC(element), 0);
 }
 
 /// Called when a buffer comes to the head of its pad's queue. The base class holds the pad's lock, which it takes
@@ -203,9 +189,9 @@ GstClockTime gst_csd_track_dec_get_next_time(GstAggregator *aggregator) {
     guard.logged(self, [&] {
       state.lines.frame(csd::shifted(state.video.head, live_of(self).ts_offset));
       if (final || state.lines.need_not_wait())
-        state.look_again.begin_anew(state.frame);
+        state.wait.look_again();
       else
-        state.patience.begin(state.frame, live_of(self).max_wait);
+        state.wait.begin(live_of(self).max_wait);
     });
   const auto &running = state.video.head.running;
   return running ? static_cast<GstClockTime>(std::max<std::int64_t>(running->time, 0)) : GST_CLOCK_TIME_NONE;
@@ -255,12 +241,10 @@ GstFlowReturn gst_csd_track_dec_aggregate(GstAggregator *aggregator, gboolean ti
   const bool read = guard.posted(self, [&] {
     if (is_final(state.flow)) return;  // upstream hears of it with its next frame
     state.lines.frame(csd::shifted(state.video.head, live_of(self).ts_offset));
-    known =
-        state.lines.find(text.get(), {timeout != FALSE, state.overdue == state.frame, live_of(self).max_wait}, line);
+    known = state.lines.find(text.get(), {timeout != FALSE, state.wait.over(), live_of(self).max_wait}, line);
   });
   if (!known) return GST_AGGREGATOR_FLOW_NEED_DATA;
-  ++state.frame;
-  state.patience.end();
+  state.wait.next();
   GstBuffer *buffer = gst_aggregator_pad_pop_buffer(video.get());
   if (!buffer) return GST_AGGREGATOR_FLOW_NEED_DATA;  // flushed meanwhile
   csd::sync_properties(self, video->segment, buffer);
@@ -421,7 +405,7 @@ gboolean handle_text_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent
   gboolean done = TRUE;
   if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START || GST_EVENT_TYPE(event) == GST_EVENT_EOS) {
     done = base_event(self, pad, event);
-    state.patience.end();  // this may have undone a wake: the frame begins to wait again
+    state.wait.begin_anew();  // this may have undone a wake: the frame begins to wait again
   } else {
     // A segment not by the base class: it would give the text's sequence number to the video.
     const csd::ObjectLock lock(pad);
@@ -445,8 +429,7 @@ gboolean flush_video(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *even
   } else {
     between_frames.lock();
     gst_aggregator_pad_drop_buffer(pad);  // one that the base class has looked at before
-    ++state.frame;
-    state.patience.end();
+    state.wait.next();
     state.lines.flush_frames();
     state.flow = GST_FLOW_OK;
     state.video_ended = false;
@@ -475,8 +458,8 @@ gboolean flush_text(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event
   lock.unlock();
   state.text_flushed = true;
   if (!start) {  // this may have undone a wake
-    state.patience.end();
-    wake(self, 0);
+    state.wait.begin_anew();
+    wake(GST_ELEMENT(self));
   }
   return done;
 }
@@ -506,7 +489,7 @@ bool seek(GstCsdTrackDec *self, GstPad *video, GstPad *text, GstEvent *event) {
   // A demuxer of both has flushed the text already.
   if (sought && text && !state.text_flushed) gst_pad_push_event(text, gst_event_ref(event));
   gst_event_unref(event);
-  if (state.seeking.exchange(false)) wake(self, 0);
+  if (state.seeking.exchange(false)) wake(GST_ELEMENT(self));
   return sought;
 }
 
@@ -562,8 +545,7 @@ GstPadLinkReturn gst_csd_track_dec_text_link(GstPad *, GstObject *parent, GstPad
 void gst_csd_track_dec_text_unlink(GstPad *pad, GstObject *parent) {
   auto &state = *GST_CSD_TRACK_DEC(parent)->state;
   state.lines.set_linked(false);
-  if (GST_PAD_IS_ACTIVE(pad))
-    guard.logged(parent, [&] { state.look_again.begin_anew(state.frame); });
+  if (GST_PAD_IS_ACTIVE(pad)) guard.logged(parent, [&] { state.wait.look_again(); });
 }
 
 GstAggregatorPad *gst_csd_track_dec_create_new_pad(GstAggregator *aggregator, GstPadTemplate *templ, const gchar *,
@@ -609,8 +591,7 @@ bool open_file(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> &file) {
 /// Before the element's thread starts, or after it has stopped.
 void start_anew(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> file) {
   auto &state = *self->state;
-  state.patience.end();
-  state.look_again.end();
+  state.wait.stop();
   gst_clear_caps(&state.video.caps);
   state.video = {};
   state.flow = GST_FLOW_OK;

@@ -7,8 +7,8 @@
 
 namespace csd {
 
-/// The serialized events in the queue of a GstAggregator's sink pad, which only the base class sees. Its thread takes an
-/// event in hand and handles it later, while a flush may empty the queue: here it learns that the event is void.
+/// The serialized events in the queue of a GstAggregator's sink pad, which only the base class sees. Its thread takes
+/// an event in hand and handles it later, while a flush may empty the queue: here it learns that the event is void.
 /// Thread-safe. Nothing throws.
 class QueuedEvents {
  public:
@@ -27,7 +27,8 @@ class QueuedEvents {
   void flush();
   /// Forgets all.
   void clear();
-  /// Whether a STREAM_START or a SEGMENT is in the queue: what comes now belongs to another stream than what is handled.
+  /// Whether a STREAM_START or a SEGMENT is in the queue: what comes now belongs to another stream than what is
+  /// handled.
   bool begin_anew() const;
 
  private:
