@@ -139,6 +139,14 @@ gboolean base_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event
   return GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, event);
 }
 
+GstFlowReturn base_pre_queue(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
+  return GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event_pre_queue(GST_AGGREGATOR(self), pad, event);
+}
+
+bool is_flush(GstEvent *event) {
+  return GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START || GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP;
+}
+
 /// Whether no frame can go on. A link may still come.
 bool is_final(GstFlowReturn flow) {
   return flow != GST_FLOW_OK && flow != GST_FLOW_NOT_LINKED;
@@ -277,19 +285,6 @@ void mark_new_link(GstCsdTrackDec *self, GstAggregatorPad *text) {
         gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM, gst_structure_new_empty(relink_mark)));
 }
 
-GstFlowReturn gst_csd_track_dec_sink_event_pre_queue(GstAggregator *aggregator, GstAggregatorPad *pad,
-                                                     GstEvent *event) {
-  auto *self = GST_CSD_TRACK_DEC(aggregator);
-  auto &queued = is_text(pad) ? self->state->text_events : self->state->video_events;
-  const bool serialized = GST_EVENT_IS_SERIALIZED(event) && GST_EVENT_TYPE(event) != GST_EVENT_FLUSH_STOP;
-  if (is_text(pad) && GST_EVENT_IS_SERIALIZED(event) && !is_relink_mark(event)) mark_new_link(self, pad);
-  if (serialized) queued.add(event);
-  const GstFlowReturn flow =
-      GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event_pre_queue(aggregator, pad, event);
-  if (serialized && flow != GST_FLOW_OK) queued.remove(event);
-  return flow;
-}
-
 /// Upstream hears what downstream said of the frame before, unless another stream or segment has begun since.
 GstFlowReturn gst_csd_track_dec_chain(GstPad *pad, GstObject *parent, GstBuffer *buffer) {
   auto &state = *GST_CSD_TRACK_DEC(parent)->state;
@@ -418,14 +413,14 @@ gboolean handle_text_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent
 }
 
 /// A flush of the video goes downstream, also one of the video alone, which the base class keeps to itself.
-gboolean flush_video(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
+GstFlowReturn flush_video(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
   auto &state = *self->state;
   GstPad *src = GST_AGGREGATOR_SRC_PAD(self);
   const bool start = GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START;
   std::unique_lock<std::recursive_mutex> between_frames(state.frame_mutex, std::defer_lock);
+  state.flushing = true;
   if (start) {
     ++state.flushes;
-    state.flushing = true;
   } else {
     between_frames.lock();
     gst_aggregator_pad_drop_buffer(pad);  // one that the base class has looked at before
@@ -435,17 +430,17 @@ gboolean flush_video(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *even
     state.video_ended = false;
   }
   state.video_events.flush();
-  const gboolean done = base_event(self, pad, gst_event_ref(event));
+  const GstFlowReturn flow = base_pre_queue(self, pad, gst_event_ref(event));
   if (!start) state.flushing = false;
   if ((GST_PAD_IS_FLUSHING(src) != 0) == start)
     gst_event_unref(event);
   else
     gst_pad_push_event(src, event);
-  return done;
+  return flow;
 }
 
 /// A flush of the text stays here. With the video's sequence number, the base class would flush everything.
-gboolean flush_text(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
+GstFlowReturn flush_text(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
   auto &state = *self->state;
   gboolean reset = TRUE;
   const bool start = GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START;
@@ -453,7 +448,8 @@ gboolean flush_text(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event
   gst_event_unref(event);
   std::unique_lock<std::mutex> lock(state.text_mutex);
   state.text_events.flush();
-  const gboolean done = base_event(self, pad, start ? gst_event_new_flush_start() : gst_event_new_flush_stop(reset));
+  const GstFlowReturn flow =
+      base_pre_queue(self, pad, start ? gst_event_new_flush_start() : gst_event_new_flush_stop(reset));
   state.lines.flush_text();
   lock.unlock();
   state.text_flushed = true;
@@ -461,19 +457,42 @@ gboolean flush_text(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event
     state.wait.begin_anew();
     wake(GST_ELEMENT(self));
   }
-  return done;
+  return flow;
+}
+
+/// Before an event waits in the queue. A flush takes effect here: from GStreamer 1.30 on, sink_event() hears of few
+/// FLUSH_STOPs.
+GstFlowReturn gst_csd_track_dec_sink_event_pre_queue(GstAggregator *aggregator, GstAggregatorPad *pad,
+                                                     GstEvent *event) {
+  auto *self = GST_CSD_TRACK_DEC(aggregator);
+  if (is_text(pad) && GST_EVENT_IS_SERIALIZED(event) && !is_relink_mark(event)) mark_new_link(self, pad);
+  GstFlowReturn flow = GST_FLOW_ERROR;
+  if (is_flush(event)) {
+    guard.logged(self, [&] { flow = (is_text(pad) ? flush_text : flush_video)(self, pad, event); });
+    return flow;
+  }
+  auto &queued = is_text(pad) ? self->state->text_events : self->state->video_events;
+  if (GST_EVENT_IS_SERIALIZED(event)) queued.add(event);
+  flow = base_pre_queue(self, pad, event);
+  if (flow != GST_FLOW_OK) queued.remove(event);
+  return flow;
+}
+
+/// The base class's part of a flush.
+gboolean handle_flush(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
+  if (is_text(pad) || GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START) return base_event(self, pad, event);
+  // GStreamer 1.30 queues it for its own thread, and then it has gone downstream.
+  const std::lock_guard between_frames(self->state->frame_mutex);
+  if (self->state->flushing) return base_event(self, pad, event);
+  gst_event_unref(event);
+  return TRUE;
 }
 
 gboolean gst_csd_track_dec_sink_event(GstAggregator *aggregator, GstAggregatorPad *pad, GstEvent *event) {
   auto *self = GST_CSD_TRACK_DEC(aggregator);
-  const bool flush = GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START || GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP;
+  const auto handle = is_flush(event) ? handle_flush : is_text(pad) ? handle_text_event : handle_video_event;
   gboolean done = FALSE;
-  guard.logged(self, [&] {
-    if (is_text(pad))
-      done = flush ? flush_text(self, pad, event) : handle_text_event(self, pad, event);
-    else
-      done = flush ? flush_video(self, pad, event) : handle_video_event(self, pad, event);
-  });
+  guard.logged(self, [&] { done = handle(self, pad, event); });
   return done;
 }
 
