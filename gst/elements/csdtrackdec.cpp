@@ -55,15 +55,13 @@
 #include "support/frame_wait.h"
 #include "support/guard.h"
 #include "support/lock.h"
+#include "support/pads.h"
 #include "support/queued_events.h"
 
 GST_DEBUG_CATEGORY_STATIC(gst_csd_track_dec_debug);
 #define GST_CAT_DEFAULT gst_csd_track_dec_debug
 
 namespace {
-
-/// The name of the event that says that the text comes over another link.
-constexpr char relink_mark[] = "csdtrack-relinked";
 
 void wake(GstElement *element);
 
@@ -115,24 +113,14 @@ GST_ELEMENT_REGISTER_DEFINE_WITH_CODE(csdtrackdec, "csdtrackdec", GST_RANK_NONE,
 
 namespace {
 
-struct Unref {
-  void operator()(gpointer object) const { gst_object_unref(object); }
-};
-using PadPtr = std::unique_ptr<GstAggregatorPad, Unref>;
+using csd::PadPtr, csd::pad_named;
 
 csd::DecLive live_of(GstCsdTrackDec *self) {
   const csd::ObjectLock lock(self);
   return self->state->values.live;
 }
 
-PadPtr pad_named(GstCsdTrackDec *self, const char *name) {
-  GstPad *pad = gst_element_get_static_pad(GST_ELEMENT(self), name);
-  return PadPtr(pad ? GST_AGGREGATOR_PAD(pad) : nullptr);
-}
-
-bool is_text(GstAggregatorPad *pad) {
-  return GST_PAD_TEMPLATE_PRESENCE(GST_PAD_PAD_TEMPLATE(pad)) == GST_PAD_REQUEST;
-}
+constexpr auto is_text = csd::is_request_pad;
 
 /// Lets the base class handle an event.
 gboolean base_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
@@ -273,16 +261,10 @@ GstFlowReturn gst_csd_track_dec_aggregate(GstAggregator *aggregator, gboolean ti
   return GST_FLOW_OK;
 }
 
-bool is_relink_mark(GstEvent *event) {
-  return GST_EVENT_TYPE(event) == GST_EVENT_CUSTOM_DOWNSTREAM && gst_event_has_name(event, relink_mark);
-}
-
 /// Between what came over the old link, some of which may still be in the queue, and what comes over the new one.
 void mark_new_link(GstCsdTrackDec *self, GstAggregatorPad *text) {
-  if (self->state->lines.take_relinked())
-    GST_AGGREGATOR_GET_CLASS(self)->sink_event_pre_queue(
-        GST_AGGREGATOR(self), text,
-        gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM, gst_structure_new_empty(relink_mark)));
+  if (GstEvent *mark = self->state->lines.take_relinked())
+    GST_AGGREGATOR_GET_CLASS(self)->sink_event_pre_queue(GST_AGGREGATOR(self), text, mark);
 }
 
 /// Upstream hears what downstream said of the frame before, unless another stream or segment has begun since.
@@ -389,10 +371,7 @@ gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEven
 gboolean handle_text_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
   auto &state = *self->state;
   std::unique_lock<std::mutex> between_flushes(state.text_mutex);
-  const bool flushed = !state.text_events.take(event);
-  if (flushed || is_relink_mark(event)) {
-    between_flushes.unlock();
-    if (!flushed) state.lines.text_relinked();
+  if (!state.text_events.take(event)) {
     gst_event_unref(event);
     return TRUE;
   }
@@ -465,7 +444,7 @@ GstFlowReturn flush_text(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *
 GstFlowReturn gst_csd_track_dec_sink_event_pre_queue(GstAggregator *aggregator, GstAggregatorPad *pad,
                                                      GstEvent *event) {
   auto *self = GST_CSD_TRACK_DEC(aggregator);
-  if (is_text(pad) && GST_EVENT_IS_SERIALIZED(event) && !is_relink_mark(event)) mark_new_link(self, pad);
+  if (is_text(pad) && GST_EVENT_IS_SERIALIZED(event)) mark_new_link(self, pad);
   GstFlowReturn flow = GST_FLOW_ERROR;
   if (is_flush(event)) {
     guard.logged(self, [&] { flow = (is_text(pad) ? flush_text : flush_video)(self, pad, event); });
