@@ -444,14 +444,14 @@ GstFlowReturn flush_text(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *
 GstFlowReturn gst_csd_track_dec_sink_event_pre_queue(GstAggregator *aggregator, GstAggregatorPad *pad,
                                                      GstEvent *event) {
   auto *self = GST_CSD_TRACK_DEC(aggregator);
-  if (is_text(pad) && GST_EVENT_IS_SERIALIZED(event)) mark_new_link(self, pad);
+  if (is_text(pad)) mark_new_link(self, pad);
   GstFlowReturn flow = GST_FLOW_ERROR;
   if (is_flush(event)) {
     guard.logged(self, [&] { flow = (is_text(pad) ? flush_text : flush_video)(self, pad, event); });
     return flow;
   }
   auto &queued = is_text(pad) ? self->state->text_events : self->state->video_events;
-  if (GST_EVENT_IS_SERIALIZED(event)) queued.add(event);
+  queued.add(event);
   flow = base_pre_queue(self, pad, event);
   if (flow != GST_FLOW_OK) queued.remove(event);
   return flow;

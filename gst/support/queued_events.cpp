@@ -5,14 +5,19 @@ namespace csd {
 
 namespace {
 
+bool is(GstEvent *event, GstEventTypeFlags flag) {
+  return (gst_event_type_get_flags(GST_EVENT_TYPE(event)) & flag) != 0;
+}
+
 bool flushable(GstEvent *event) {
   return GST_EVENT_TYPE(event) == GST_EVENT_EOS || GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT ||
-         !GST_EVENT_IS_STICKY(event);
+         !is(event, GST_EVENT_TYPE_STICKY);
 }
 
 }  // namespace
 
 void QueuedEvents::add(GstEvent *event) {
+  if (!is(event, GST_EVENT_TYPE_SERIALIZED)) return;
   const std::lock_guard lock(mutex_);
   g_queue_push_tail(&events_, gst_event_ref(event));
 }

@@ -17,7 +17,7 @@ class QueuedEvents {
   QueuedEvents(const QueuedEvents &) = delete;
   QueuedEvents &operator=(const QueuedEvents &) = delete;
 
-  /// Before the base class's sink_event_pre_queue().
+  /// Before the base class's sink_event_pre_queue(). Other events than serialized ones don't count.
   void add(GstEvent *event);
   /// If that did not take it.
   void remove(GstEvent *event);
