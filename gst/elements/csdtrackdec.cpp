@@ -52,21 +52,18 @@
 #include "record/track_file.h"
 #include "record/video_stream.h"
 #include "support/dec_properties.h"
+#include "support/frame_wait.h"
 #include "support/guard.h"
 #include "support/lock.h"
-#include "support/patience.h"
-#include "support/wake.h"
+#include "support/pads.h"
+#include "support/queued_events.h"
 
 GST_DEBUG_CATEGORY_STATIC(gst_csd_track_dec_debug);
 #define GST_CAT_DEFAULT gst_csd_track_dec_debug
 
 namespace {
 
-/// What has no frame's number.
-constexpr std::uint64_t relink_mark = UINT64_MAX;
-
-void on_impatience(GstElement *element, std::uint64_t frame);
-void on_look_again(GstElement *element, std::uint64_t);
+void wake(GstElement *element);
 
 const csd::Guard guard(gst_csd_track_dec_debug,
                        "Out of memory for recorded tracks. Use overlay=none, or smaller pictures.",
@@ -78,8 +75,7 @@ const csd::Guard guard(gst_csd_track_dec_debug,
 struct GstCsdTrackDecState {
   GstCsdTrackDecState(GstElement *element, GstPad *sink)
       : overlay(element, sink, GST_AGGREGATOR_SRC_PAD(element)),
-        patience(element, on_impatience),
-        look_again(element, on_look_again),
+        wait(element, wake),
         lines(element, guard),
         base_chain(GST_PAD_CHAINFUNC(sink)) {}
 
@@ -87,24 +83,22 @@ struct GstCsdTrackDecState {
   csd::DecValues values;
   bool running = false;  ///< since READY→PAUSED; location is then read-only
 
-  csd::Overlay overlay;  ///< documents which thread may call what
-  // Both are thread-safe.
-  csd::Patience patience, look_again;
+  csd::Overlay overlay;   ///< documents which thread may call what
+  csd::FrameWait wait;    ///< thread-safe
   csd::FrameLines lines;  ///< documents which thread may call what
   csd::VideoStream video;
   const GstPadChainFunction base_chain;  ///< of the base class's pads
 
-  std::recursive_mutex frame_mutex;      ///< held while a frame is handled and pushed; a flush ends only in between
-  std::mutex text_mutex;                 ///< held by a flush of the text, and while one of its events takes effect
-  std::atomic<std::uint64_t> frame = 1;  ///< number of the frame that is handled next
+  std::recursive_mutex frame_mutex;  ///< held while a frame is handled and pushed; a flush ends only in between
+  std::mutex text_mutex;             ///< held by a flush of the text, and while one of its events takes effect
   /// What downstream said of the last frame. The base class would stop for good if it heard of it.
   std::atomic<GstFlowReturn> flow = GST_FLOW_OK;
   std::atomic<bool> video_ended = false;   ///< by EOS: the text flows on, unread
   std::atomic<bool> seeking = false;       ///< a flushing seek is under way: frames wait for both pads' flush
   std::atomic<bool> text_flushed = false;  ///< since the seek began
   std::atomic<bool> flushing = false;      ///< the video, from FLUSH_START to FLUSH_STOP
-  std::atomic<std::uint64_t> flushes = 0, eos_after = 0;  ///< of the video; how many when its last EOS came
-  std::atomic<std::uint64_t> text_flushes = 0, text_eos_after = 0;
+  std::atomic<std::uint64_t> flushes = 0;  ///< of the video
+  csd::QueuedEvents video_events, text_events;
 };
 
 struct _GstCsdTrackDec {
@@ -119,42 +113,49 @@ GST_ELEMENT_REGISTER_DEFINE_WITH_CODE(csdtrackdec, "csdtrackdec", GST_RANK_NONE,
 
 namespace {
 
-struct Unref {
-  void operator()(gpointer object) const { gst_object_unref(object); }
-};
-using PadPtr = std::unique_ptr<GstAggregatorPad, Unref>;
+using csd::PadPtr, csd::pad_named;
 
 csd::DecLive live_of(GstCsdTrackDec *self) {
   const csd::ObjectLock lock(self);
   return self->state->values.live;
 }
 
-PadPtr pad_named(GstCsdTrackDec *self, const char *name) {
-  GstPad *pad = gst_element_get_static_pad(GST_ELEMENT(self), name);
-  return PadPtr(pad ? GST_AGGREGATOR_PAD(pad) : nullptr);
+constexpr auto is_text = csd::is_request_pad;
+
+/// Lets the base class handle an event.
+gboolean base_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
+  return GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, event);
 }
 
-bool is_text(GstAggregatorPad *pad) {
-  return GST_PAD_TEMPLATE_PRESENCE(GST_PAD_PAD_TEMPLATE(pad)) == GST_PAD_REQUEST;
+GstFlowReturn base_pre_queue(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
+  return GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event_pre_queue(GST_AGGREGATOR(self), pad, event);
+}
+
+bool is_flush(GstEvent *event) {
+  return GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START || GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP;
+}
+
+/// Whether no frame can go on. A link may still come.
+bool is_final(GstFlowReturn flow) {
+  return flow != GST_FLOW_OK && flow != GST_FLOW_NOT_LINKED;
 }
 
 // ---- How long a frame waits ----------------------------------------------------------------------------------------
 //
 // The base class calls aggregate() once each pad has a buffer, or has ended; live, at the latest when the frame is due.
-// Not live, it would wait for ever, and so it would for a pad that isn't linked: then a wake lets the frame go on.
+// Not live, it would wait for ever, and so it would for a pad that isn't linked. A wake tells it that the text has
+// ended; aggregate() takes that back. It gets through while the text is being flushed, when the pad takes no events.
 
-/// Lets `frame` go on, or, for 0, only makes the element's thread look again. Never blocks.
-void wake(GstCsdTrackDec *self, std::uint64_t frame) {
-  if (const PadPtr text = pad_named(self, "text")) csd::queue_wake(GST_AGGREGATOR(self), text.get(), frame);
-}
-
-void on_impatience(GstElement *element, std::uint64_t frame) {
+/// From any thread, also the system clock's: the base class holds its lock only for moments, and not while it waits,
+/// pushes or queries.
+void wake(GstElement *element) {
   auto *self = GST_CSD_TRACK_DEC(element);
-  if (frame == self->state->frame) wake(self, frame);
+  if (const PadPtr text = pad_named(self, "text")) base_event(self, text.get(), gst_event_new_eos());
 }
 
-void on_look_again(GstElement *element, std::uint64_t) {
-  wake(GST_CSD_TRACK_DEC(element), 0);
+void take_wake(GstCsdTrackDec *self, GstAggregatorPad *text) {
+  if (gst_aggregator_pad_is_eos(text) && !self->state->lines.text_ended())
+    base_event(self, text, gst_event_new_stream_start("text"));
 }
 
 /// Called when a buffer comes to the head of its pad's queue. The base class holds the pad's lock, which it takes
@@ -174,25 +175,25 @@ GstClockTime gst_csd_track_dec_get_next_time(GstAggregator *aggregator) {
   auto *self = GST_CSD_TRACK_DEC(aggregator);
   auto &state = *self->state;
   const PadPtr video = pad_named(self, "sink"), text = pad_named(self, "text");
-  if (!gst_aggregator_pad_has_buffer(video.get())) return GST_CLOCK_TIME_NONE;
+  const bool final = is_final(state.flow);
+  if (!gst_aggregator_pad_has_buffer(video.get())) {
+    // Nothing reads the text any more, and its thread must not wait for room.
+    while (text && (state.video_ended || final) && gst_aggregator_pad_drop_buffer(text.get())) continue;
+    return GST_CLOCK_TIME_NONE;
+  }
   if (text)
     guard.logged(self, [&] {
       state.lines.frame(csd::shifted(state.video.head, live_of(self).ts_offset));
-      if (state.lines.need_not_wait())
-        state.look_again.begin_anew(state.frame);
+      if (final || state.lines.need_not_wait())
+        state.wait.look_again();
       else
-        state.patience.begin(state.frame, live_of(self).max_wait);
+        state.wait.begin(live_of(self).max_wait);
     });
   const auto &running = state.video.head.running;
   return running ? static_cast<GstClockTime>(std::max<std::int64_t>(running->time, 0)) : GST_CLOCK_TIME_NONE;
 }
 
 // ---- A frame -------------------------------------------------------------------------------------------------------
-
-/// Whether no frame can go on. A link may still come.
-bool is_final(GstFlowReturn flow) {
-  return flow != GST_FLOW_OK && flow != GST_FLOW_NOT_LINKED;
-}
 
 /// A frame that a flush drops is no failure.
 void push_frame(GstCsdTrackDec *self, GstBuffer *buffer) {
@@ -229,18 +230,17 @@ GstFlowReturn gst_csd_track_dec_aggregate(GstAggregator *aggregator, gboolean ti
   }
   const std::lock_guard lock(state.frame_mutex);
   const PadPtr video = pad_named(self, "sink"), text = pad_named(self, "text");
+  if (text) take_wake(self, text.get());
   if (!gst_aggregator_pad_has_buffer(video.get())) return GST_AGGREGATOR_FLOW_NEED_DATA;
   std::optional<csd::TrackLine> line;
   bool known = true;
   const bool read = guard.posted(self, [&] {
     if (is_final(state.flow)) return;  // upstream hears of it with its next frame
     state.lines.frame(csd::shifted(state.video.head, live_of(self).ts_offset));
-    known = state.lines.find(text.get(), {timeout != FALSE, state.video.overdue == state.frame, live_of(self).max_wait},
-                             line);
+    known = state.lines.find(text.get(), {timeout != FALSE, state.wait.over(), live_of(self).max_wait}, line);
   });
   if (!known) return GST_AGGREGATOR_FLOW_NEED_DATA;
-  ++state.frame;
-  state.patience.end();
+  state.wait.next();
   GstBuffer *buffer = gst_aggregator_pad_pop_buffer(video.get());
   if (!buffer) return GST_AGGREGATOR_FLOW_NEED_DATA;  // flushed meanwhile
   csd::sync_properties(self, video->segment, buffer);
@@ -258,32 +258,21 @@ GstFlowReturn gst_csd_track_dec_aggregate(GstAggregator *aggregator, gboolean ti
     state.flow = flow;
     gst_buffer_unref(buffer);
   }
-  if (text && is_final(state.flow)) csd::drop_all(text.get());
   return GST_FLOW_OK;
 }
 
 /// Between what came over the old link, some of which may still be in the queue, and what comes over the new one.
 void mark_new_link(GstCsdTrackDec *self, GstAggregatorPad *text) {
-  if (self->state->lines.take_relinked()) csd::queue_wake(GST_AGGREGATOR(self), text, relink_mark);
+  if (GstEvent *mark = self->state->lines.take_relinked())
+    GST_AGGREGATOR_GET_CLASS(self)->sink_event_pre_queue(GST_AGGREGATOR(self), text, mark);
 }
 
-GstFlowReturn gst_csd_track_dec_sink_event_pre_queue(GstAggregator *aggregator, GstAggregatorPad *pad,
-                                                     GstEvent *event) {
-  const bool serialized = (gst_event_type_get_flags(GST_EVENT_TYPE(event)) & GST_EVENT_TYPE_SERIALIZED) != 0;
-  if (is_text(pad) && serialized && !csd::wakes(event)) mark_new_link(GST_CSD_TRACK_DEC(aggregator), pad);
-  auto &state = *GST_CSD_TRACK_DEC(aggregator)->state;
-  const bool text = is_text(pad);
-  if (GST_EVENT_TYPE(event) == GST_EVENT_EOS)
-    (text ? state.text_eos_after : state.eos_after) = (text ? state.text_flushes : state.flushes).load();
-  if (!text && GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START && state.flow == GST_FLOW_EOS) state.flow = GST_FLOW_OK;
-  return GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event_pre_queue(aggregator, pad, event);
-}
-
-/// Upstream hears what downstream said of the frame before.
+/// Upstream hears what downstream said of the frame before, unless another stream or segment has begun since.
 GstFlowReturn gst_csd_track_dec_chain(GstPad *pad, GstObject *parent, GstBuffer *buffer) {
   auto &state = *GST_CSD_TRACK_DEC(parent)->state;
   const bool text = is_text(GST_AGGREGATOR_PAD(pad));
-  const GstFlowReturn flow = state.flow;
+  const bool anew = state.video_events.begin_anew();  // first: then the flow is of what has begun
+  const GstFlowReturn flow = anew ? GST_FLOW_OK : state.flow.load();
   if (text) mark_new_link(GST_CSD_TRACK_DEC(parent), GST_AGGREGATOR_PAD(pad));
   if (!is_final(flow) && !(text && (state.video_ended || state.lines.leave_text()))) {
     const GstFlowReturn queued = state.base_chain(pad, parent, buffer);
@@ -327,9 +316,21 @@ bool set_caps(GstCsdTrackDec *self, GstCaps *caps) {
 
 // ---- Events --------------------------------------------------------------------------------------------------------
 
+/// What comes next may be wanted again.
+void forget_eos(GstCsdTrackDec *self) {
+  GstFlowReturn eos = GST_FLOW_EOS;
+  self->state->flow.compare_exchange_strong(eos, GST_FLOW_OK);
+}
+
 /// The video's serialized events go downstream in order with its frames. The base class would make up its own.
 gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
   auto &state = *self->state;
+  const std::lock_guard between_flushes(state.frame_mutex);
+  if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START || GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) forget_eos(self);
+  if (!state.video_events.take(event)) {
+    gst_event_unref(event);
+    return TRUE;
+  }
   switch (GST_EVENT_TYPE(event)) {
     case GST_EVENT_CAPS: {
       GstCaps *caps = nullptr;
@@ -349,7 +350,7 @@ gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEven
       state.lines.frames_begin(nullptr);
       state.video_ended = false;
       // The base class measures the queue by it.
-      GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, gst_event_ref(event));
+      base_event(self, pad, gst_event_ref(event));
       break;
     case GST_EVENT_GAP: {
       // The text goes along, as far as it is there.
@@ -357,18 +358,9 @@ gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEven
       state.lines.skip(text.get(), csd::shifted(csd::gap_moments(pad->segment, event), live_of(self).ts_offset));
       break;
     }
-    case GST_EVENT_EOS: {
-      // One that our thread has in hand during a flush must not end what comes after it.
-      const std::lock_guard lock(state.frame_mutex);
-      if (state.eos_after != state.flushes) {
-        gst_event_unref(event);
-        return TRUE;
-      }
-      // Text that still comes is dropped from here on. One buffer of it may wait in the queue, another for it.
+    case GST_EVENT_EOS:
       state.video_ended = true;
-      if (const PadPtr text = pad_named(self, "text")) csd::drop_all(text.get());
-      return gst_pad_push_event(GST_AGGREGATOR_SRC_PAD(self), event);
-    }
+      break;
     default:
       break;
   }
@@ -378,98 +370,108 @@ gboolean handle_video_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEven
 /// The text ends here: its events don't go downstream.
 gboolean handle_text_event(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
   auto &state = *self->state;
-  if (const auto frame = csd::wakes(event)) {
-    if (*frame == relink_mark) {
-      state.lines.text_relinked();
-      gst_event_unref(event);
-      return TRUE;
-    }
-    state.video.overdue = *frame;
-    return csd::take_wake(GST_AGGREGATOR(self), pad, event,
-                          GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event, state.text_mutex);
-  }
-  std::unique_lock<std::mutex> no_flush(state.text_mutex);
-  // An EOS in hand during a flush must not end what comes after it.
-  if (GST_EVENT_TYPE(event) == GST_EVENT_EOS && state.text_eos_after != state.text_flushes) {
+  std::unique_lock<std::mutex> between_flushes(state.text_mutex);
+  if (!state.text_events.take(event)) {
     gst_event_unref(event);
     return TRUE;
   }
   const auto notices = state.lines.text_event(event);
   gboolean done = TRUE;
   if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START || GST_EVENT_TYPE(event) == GST_EVENT_EOS) {
-    done = GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, event);
+    done = base_event(self, pad, event);
+    state.wait.begin_anew();  // this may have undone a wake: the frame begins to wait again
   } else {
     // A segment not by the base class: it would give the text's sequence number to the video.
     const csd::ObjectLock lock(pad);
     if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) gst_event_copy_segment(event, &pad->segment);
     gst_event_unref(event);
   }
-  no_flush.unlock();
+  between_flushes.unlock();
   csd::PadLines::post(GST_ELEMENT(self), notices);
   return done;
 }
 
 /// A flush of the video goes downstream, also one of the video alone, which the base class keeps to itself.
-gboolean flush_video(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
+GstFlowReturn flush_video(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
   auto &state = *self->state;
   GstPad *src = GST_AGGREGATOR_SRC_PAD(self);
   const bool start = GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START;
   std::unique_lock<std::recursive_mutex> between_frames(state.frame_mutex, std::defer_lock);
+  state.flushing = true;
   if (start) {
     ++state.flushes;
-    state.flushing = true;
   } else {
     between_frames.lock();
     gst_aggregator_pad_drop_buffer(pad);  // one that the base class has looked at before
-    ++state.frame;
-    state.patience.end();
+    state.wait.next();
     state.lines.flush_frames();
     state.flow = GST_FLOW_OK;
     state.video_ended = false;
   }
-  gst_event_ref(event);
-  const gboolean done =
-      GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->sink_event(GST_AGGREGATOR(self), pad, event);
+  state.video_events.flush();
+  const GstFlowReturn flow = base_pre_queue(self, pad, gst_event_ref(event));
   if (!start) state.flushing = false;
   if ((GST_PAD_IS_FLUSHING(src) != 0) == start)
     gst_event_unref(event);
   else
     gst_pad_push_event(src, event);
-  return done;
+  return flow;
 }
 
 /// A flush of the text stays here. With the video's sequence number, the base class would flush everything.
-gboolean flush_text(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
+GstFlowReturn flush_text(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
   auto &state = *self->state;
   gboolean reset = TRUE;
   const bool start = GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START;
   if (!start) gst_event_parse_flush_stop(event, &reset);
   gst_event_unref(event);
   std::unique_lock<std::mutex> lock(state.text_mutex);
-  if (start) ++state.text_flushes;
-  const gboolean done = GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)
-                            ->sink_event(GST_AGGREGATOR(self), pad,
-                                         start ? gst_event_new_flush_start() : gst_event_new_flush_stop(reset));
+  state.text_events.flush();
+  const GstFlowReturn flow =
+      base_pre_queue(self, pad, start ? gst_event_new_flush_start() : gst_event_new_flush_stop(reset));
   state.lines.flush_text();
   lock.unlock();
   state.text_flushed = true;
-  if (!start) {  // a wake may have been flushed, too
-    state.patience.end();
-    wake(self, 0);
+  if (!start) {  // this may have undone a wake
+    state.wait.begin_anew();
+    wake(GST_ELEMENT(self));
   }
-  return done;
+  return flow;
+}
+
+/// Before an event waits in the queue. A flush takes effect here: from GStreamer 1.30 on, sink_event() hears of few
+/// FLUSH_STOPs.
+GstFlowReturn gst_csd_track_dec_sink_event_pre_queue(GstAggregator *aggregator, GstAggregatorPad *pad,
+                                                     GstEvent *event) {
+  auto *self = GST_CSD_TRACK_DEC(aggregator);
+  if (is_text(pad)) mark_new_link(self, pad);
+  GstFlowReturn flow = GST_FLOW_ERROR;
+  if (is_flush(event)) {
+    guard.logged(self, [&] { flow = (is_text(pad) ? flush_text : flush_video)(self, pad, event); });
+    return flow;
+  }
+  auto &queued = is_text(pad) ? self->state->text_events : self->state->video_events;
+  queued.add(event);
+  flow = base_pre_queue(self, pad, event);
+  if (flow != GST_FLOW_OK) queued.remove(event);
+  return flow;
+}
+
+/// The base class's part of a flush.
+gboolean handle_flush(GstCsdTrackDec *self, GstAggregatorPad *pad, GstEvent *event) {
+  if (is_text(pad) || GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START) return base_event(self, pad, event);
+  // GStreamer 1.30 queues it for its own thread, and then it has gone downstream.
+  const std::lock_guard between_frames(self->state->frame_mutex);
+  if (self->state->flushing) return base_event(self, pad, event);
+  gst_event_unref(event);
+  return TRUE;
 }
 
 gboolean gst_csd_track_dec_sink_event(GstAggregator *aggregator, GstAggregatorPad *pad, GstEvent *event) {
   auto *self = GST_CSD_TRACK_DEC(aggregator);
-  const bool flush = GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START || GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP;
+  const auto handle = is_flush(event) ? handle_flush : is_text(pad) ? handle_text_event : handle_video_event;
   gboolean done = FALSE;
-  guard.logged(self, [&] {
-    if (is_text(pad))
-      done = flush ? flush_text(self, pad, event) : handle_text_event(self, pad, event);
-    else
-      done = flush ? flush_video(self, pad, event) : handle_video_event(self, pad, event);
-  });
+  guard.logged(self, [&] { done = handle(self, pad, event); });
   return done;
 }
 
@@ -485,7 +487,7 @@ bool seek(GstCsdTrackDec *self, GstPad *video, GstPad *text, GstEvent *event) {
   // A demuxer of both has flushed the text already.
   if (sought && text && !state.text_flushed) gst_pad_push_event(text, gst_event_ref(event));
   gst_event_unref(event);
-  if (state.seeking.exchange(false)) wake(self, 0);
+  if (state.seeking.exchange(false)) wake(GST_ELEMENT(self));
   return sought;
 }
 
@@ -494,6 +496,7 @@ gboolean gst_csd_track_dec_src_event(GstAggregator *aggregator, GstEvent *event)
   auto *self = GST_CSD_TRACK_DEC(aggregator);
   guard.logged(self, [&] { self->state->overlay.see_event(event); });
   const PadPtr video = pad_named(self, "sink"), text = pad_named(self, "text");
+  if (GST_EVENT_TYPE(event) == GST_EVENT_RECONFIGURE) forget_eos(self);  // another link
   if (GST_EVENT_TYPE(event) == GST_EVENT_SEEK) return seek(self, GST_PAD(video.get()), GST_PAD(text.get()), event);
   if (text) gst_pad_push_event(GST_PAD(text.get()), gst_event_ref(event));
   return gst_pad_push_event(GST_PAD(video.get()), event);
@@ -517,6 +520,7 @@ gboolean gst_csd_track_dec_src_query(GstAggregator *aggregator, GstQuery *query)
   auto *self = GST_CSD_TRACK_DEC(aggregator);
   switch (GST_QUERY_TYPE(query)) {
     case GST_QUERY_LATENCY:
+    case GST_QUERY_SCHEDULING:  // nobody can pull from a thread of our own
       return GST_AGGREGATOR_CLASS(gst_csd_track_dec_parent_class)->src_query(aggregator, query);
     case GST_QUERY_CAPS:
     case GST_QUERY_ACCEPT_CAPS:
@@ -539,7 +543,7 @@ GstPadLinkReturn gst_csd_track_dec_text_link(GstPad *, GstObject *parent, GstPad
 void gst_csd_track_dec_text_unlink(GstPad *pad, GstObject *parent) {
   auto &state = *GST_CSD_TRACK_DEC(parent)->state;
   state.lines.set_linked(false);
-  if (GST_PAD_IS_ACTIVE(pad)) guard.logged(parent, [&] { state.look_again.begin_anew(state.frame); });
+  if (GST_PAD_IS_ACTIVE(pad)) guard.logged(parent, [&] { state.wait.look_again(); });
 }
 
 GstAggregatorPad *gst_csd_track_dec_create_new_pad(GstAggregator *aggregator, GstPadTemplate *templ, const gchar *,
@@ -564,6 +568,7 @@ GstAggregatorPad *gst_csd_track_dec_create_new_pad(GstAggregator *aggregator, Gs
 void gst_csd_track_dec_release_pad(GstElement *element, GstPad *pad) {
   auto *self = GST_CSD_TRACK_DEC(element);
   GST_ELEMENT_CLASS(gst_csd_track_dec_parent_class)->release_pad(element, pad);
+  self->state->text_events.clear();
   guard.logged(self, [&] { self->state->lines.flush_text(); });
 }
 
@@ -584,12 +589,13 @@ bool open_file(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> &file) {
 /// Before the element's thread starts, or after it has stopped.
 void start_anew(GstCsdTrackDec *self, std::unique_ptr<csd::TrackFile> file) {
   auto &state = *self->state;
-  state.patience.end();
-  state.look_again.end();
+  state.wait.stop();
   gst_clear_caps(&state.video.caps);
   state.video = {};
   state.flow = GST_FLOW_OK;
   state.video_ended = state.flushing = false;
+  state.video_events.clear();
+  state.text_events.clear();
   state.lines.start(std::move(file));
 }
 

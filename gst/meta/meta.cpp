@@ -88,11 +88,12 @@ void set_mapped_features(GstStructure *to, const GValue *from, const Map &map, c
   const unsigned n = gst_value_array_get_size(from);
   gst_value_array_init(&array, n);
   for (unsigned i = 0; i < n; ++i) {
-    const GValue *feature = gst_value_array_get_value(from, i);
-    if (!GST_VALUE_HOLDS_STRUCTURE(feature)) continue;
+    const GValue *item = gst_value_array_get_value(from, i);
+    const GstStructure *feature = GST_VALUE_HOLDS_STRUCTURE(item) ? gst_value_get_structure(item) : nullptr;
+    if (!feature) continue;
     GValue value = G_VALUE_INIT;
     g_value_init(&value, GST_TYPE_STRUCTURE);
-    g_value_take_boxed(&value, mapped_feature(gst_value_get_structure(feature), map, visible));
+    g_value_take_boxed(&value, mapped_feature(feature, map, visible));
     gst_value_array_append_and_take_value(&array, &value);
   }
   gst_structure_take_value(to, "features", &array);

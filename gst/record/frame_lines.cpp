@@ -14,6 +14,8 @@ struct UnrefBuffer {
 };
 using BufferPtr = std::unique_ptr<GstBuffer, UnrefBuffer>;
 
+constexpr char relink_mark[] = "csdtrack-relinked";
+
 }  // namespace
 
 void FrameLines::warn_late_once(const Given &given, GstClockTime latency) {
@@ -128,7 +130,7 @@ std::optional<TrackLine> FrameLines::find_in_file() {
 
 bool FrameLines::find_on_pad(GstAggregatorPad *text, const Given &given, std::optional<TrackLine> &line) {
   if (text) read(text);
-  const bool more = text && linked_ && !gst_aggregator_pad_is_eos(text);
+  const bool more = text && linked_;
   bool known = false, back = false;
   {
     const std::lock_guard lock(mutex_);
@@ -164,17 +166,26 @@ void FrameLines::skip(GstAggregatorPad *text, const FrameMoments &moments) {
 
 PadLines::Notices FrameLines::text_event(GstEvent *event) {
   const std::lock_guard lock(mutex_);
-  pad_.handle(event, matcher_);
+  if (GST_EVENT_TYPE(event) == GST_EVENT_CUSTOM_DOWNSTREAM && gst_event_has_name(event, relink_mark))
+    pad_.relinked(matcher_);
+  else
+    pad_.handle(event, matcher_);
   return pad_.take_notices();
 }
 
-void FrameLines::text_relinked() {
-  change_pad([&] { pad_.relinked(matcher_); });
+GstEvent *FrameLines::take_relinked() {
+  if (!relinked_.exchange(false)) return nullptr;
+  return gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM, gst_structure_new_empty(relink_mark));
 }
 
 void FrameLines::flush_text() {
   const std::lock_guard lock(mutex_);
   pad_.flush(matcher_);
+}
+
+bool FrameLines::text_ended() {
+  const std::lock_guard lock(mutex_);
+  return pad_.ended();
 }
 
 void FrameLines::set_linked(bool linked) {

@@ -58,15 +58,15 @@ class FrameLines {
 
   /// What to post then, with no lock held.
   [[nodiscard]] PadLines::Notices text_event(GstEvent *event);
-  /// What comes next comes over another link than what came before.
-  void text_relinked();
   /// From any thread.
   void flush_text();
+  /// By EOS.
+  bool text_ended();
   void set_linked(bool linked);
   bool linked() const { return linked_; }
-  /// Whether the link is another one than at the last call. Linking the same pads again brings no STREAM_START. From
-  /// any thread.
-  bool take_relinked() { return relinked_.exchange(false); }
+  /// If the link is another one than at the last call: an event for text_event() that says so, in order with what comes
+  /// over both. Linking the same pads again brings no STREAM_START. From any thread.
+  GstEvent *take_relinked();
   /// Whether to drop what comes to the pad, as there is a file. Reports it once. From any thread.
   bool leave_text();
 

@@ -32,8 +32,9 @@ class PadLines {
   /// On the bus of `element`. Its handler may call anything, so hold no lock.
   static void post(GstElement *element, const Notices &notices);
 
+  bool ended() const { return ended_; }
   /// Whether no frame need wait: no line can come.
-  bool over() const { return ended_ || refused_ || reader_.hopeless(); }
+  bool over() const { return ended() || refused_ || reader_.hopeless(); }
 
  private:
   void begin_stream(LineMatcher &matcher);

@@ -3,8 +3,6 @@
 
 #include <gst/video/video.h>
 
-#include <cstdint>
-
 #include "caps/frame_time.h"
 
 namespace csd {
@@ -16,7 +14,6 @@ struct VideoStream {
   bool negotiated = false;
   FrameMoments head;  ///< of the frame at the head of the queue
   FramePace pace;
-  std::uint64_t overdue = 0;  ///< this frame has waited for max-wait
   bool warned_aspect = false;
 
   VideoStream() { gst_video_info_init(&info); }

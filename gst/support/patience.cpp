@@ -8,12 +8,13 @@ namespace {
 struct Call {
   GstElement *element;
   Patience::Over over;
+  gpointer data;
   std::uint64_t what;
 };
 
 gboolean ring(GstClock *, GstClockTime, GstClockID, gpointer data) {
   auto *const call = static_cast<Call *>(data);
-  call->over(call->element, call->what);
+  call->over(call->data, call->what);
   gst_clear_object(&call->element);  // the element may hold the alarm for ever
   return TRUE;
 }
@@ -45,7 +46,7 @@ void Patience::begin_locked(std::uint64_t what, GstClockTime wait) {
   what_ = what;
   wait_ = wait;
   gst_object_ref(element_);
-  gst_clock_id_wait_async(alarm_, ring, new Call{element_, over_, what}, forget);
+  gst_clock_id_wait_async(alarm_, ring, new Call{element_, over_, data_, what}, forget);
   gst_object_unref(clock);
 }
 

@@ -11,10 +11,11 @@ namespace csd {
 /// Tells an element when it has waited long enough for something. Thread-safe.
 class Patience {
  public:
-  /// Called by the system clock's thread. It must not block.
-  using Over = void (*)(GstElement *element, std::uint64_t what);
+  /// Called by the system clock's thread, with a reference to the element. Other elements wait for that thread, so this
+  /// must take no lock that is held for longer than a moment.
+  using Over = void (*)(gpointer data, std::uint64_t what);
 
-  Patience(GstElement *element, Over over) : element_(element), over_(over) {}
+  Patience(GstElement *element, Over over, gpointer data) : element_(element), over_(over), data_(data) {}
   ~Patience() { end(); }
   Patience(const Patience &) = delete;
   Patience &operator=(const Patience &) = delete;
@@ -33,6 +34,7 @@ class Patience {
 
   GstElement *const element_;
   const Over over_;
+  const gpointer data_;
   std::mutex mutex_;
   // Guarded by mutex_.
   GstClockID alarm_ = nullptr;

@@ -145,6 +145,7 @@ struct Harness {
   }
   ~Harness() {
     gst_bus_set_flushing(bus, TRUE);
+    gst_element_set_state(element, GST_STATE_NULL);  // its thread may still ask a pad that goes
     gst_harness_teardown(h);
     gst_element_set_bus(element, nullptr);
     gst_object_unref(element);
@@ -353,6 +354,34 @@ class Waiting {
  private:
   GstFlowReturn flow_ = GST_FLOW_CUSTOM_ERROR;
   std::thread thread_;
+};
+
+/// Acts once, within the call that logs `text`.
+class When {
+ public:
+  When(const char *category, const char *text, std::function<void()> act)
+      : category_(category), text_(text), act_(std::move(act)) {
+    gst_debug_set_threshold_for_name(category_, GST_LEVEL_LOG);
+    (gst_debug_add_log_function)(logged, this, nullptr);  // the macro compares it with a void pointer
+  }
+  ~When() {
+    gst_debug_remove_log_function_by_data(this);
+    gst_debug_unset_threshold_for_name(category_);
+    fail_unless(done_, "'%s' was not logged", text_);
+  }
+  When(const When &) = delete;
+  When &operator=(const When &) = delete;
+
+ private:
+  static void logged(GstDebugCategory *, GstDebugLevel, const gchar *, const gchar *, gint, GObject *,
+                     GstDebugMessage *message, gpointer when) {
+    auto *self = static_cast<When *>(when);
+    if (g_str_has_prefix(gst_debug_message_get(message), self->text_) && !self->done_.exchange(true)) self->act_();
+  }
+
+  const char *category_, *text_;
+  std::function<void()> act_;
+  std::atomic<bool> done_ = false;
 };
 
 inline void flush(GstHarness *h) {

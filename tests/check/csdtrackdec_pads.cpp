@@ -3,7 +3,6 @@
 // csdtrackdec's pad `text`: requested, linked and released while another thread changes the element's state. The tests
 // hook GStreamer's log messages to act between two of its steps.
 #include <atomic>
-#include <functional>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -58,34 +57,6 @@ void release(GstElement *element, GstPad *pad) {
 void change_state(GstElement *element, GstState state) {
   fail_unless(gst_element_set_state(element, state) == GST_STATE_CHANGE_SUCCESS);
 }
-
-/// Acts once, within the call that logs `text`.
-class When {
- public:
-  When(const char *category, const char *text, std::function<void()> act)
-      : category_(category), text_(text), act_(std::move(act)) {
-    gst_debug_set_threshold_for_name(category_, GST_LEVEL_DEBUG);
-    (gst_debug_add_log_function)(logged, this, nullptr);  // the macro compares it with a void pointer
-  }
-  ~When() {
-    gst_debug_remove_log_function_by_data(this);
-    gst_debug_unset_threshold_for_name(category_);
-    fail_unless(done_, "'%s' was not logged", text_);
-  }
-  When(const When &) = delete;
-  When &operator=(const When &) = delete;
-
- private:
-  static void logged(GstDebugCategory *, GstDebugLevel, const gchar *, const gchar *, gint, GObject *,
-                     GstDebugMessage *message, gpointer when) {
-    auto *self = static_cast<When *>(when);
-    if (g_str_has_prefix(gst_debug_message_get(message), self->text_) && !self->done_.exchange(true)) self->act_();
-  }
-
-  const char *category_, *text_;
-  std::function<void()> act_;
-  std::atomic<bool> done_ = false;
-};
 
 /// csdtrackdec with a text pad linked while it starts, in one way or another. Expects its lines on its frames.
 void expect_lines(GstElement *element, Source &source) {
@@ -275,6 +246,36 @@ GST_START_TEST(pads_come_and_go_during_state_changes) {
 }
 GST_END_TEST
 
+GST_START_TEST(frames_pass_a_text_that_is_being_flushed) {
+  for (const bool unlinked : {false, true})
+    for (const bool waiting : {false, true}) {
+      // Either max-wait is over, or the text is unlinked; before the flush has ended.
+      TextHarness harness(utf8, unlinked ? 3600 * GST_SECOND : 20 * GST_MSECOND);
+      if (waiting) fail_unless_equals_int(gst_harness_push(harness.h, frame_at(0)), GST_FLOW_OK);
+      gst_harness_push_event(harness.text, gst_event_new_flush_start());
+      GstPad *pad = gst_element_get_static_pad(harness.element, "text");
+      if (unlinked) fail_unless(gst_pad_unlink(harness.text->srcpad, pad));
+      if (!waiting) fail_unless_equals_int(gst_harness_push(harness.h, frame_at(0)), GST_FLOW_OK);
+      fail_unless_equals_int(harness.pull_number(), -1);
+      fail_unless_equals_int(harness.push(frame_time), -1);
+      const std::string warning = harness.said(GST_MESSAGE_WARNING);
+      if (!unlinked) assert_holds(warning, "no text has come within 20 ms");
+      // The flush ends.
+      g_object_set(harness.element, "max-wait", 3600 * GST_SECOND, nullptr);
+      if (unlinked) fail_unless_equals_int(gst_pad_link(harness.text->srcpad, pad), GST_PAD_LINK_OK);
+      gst_harness_push_event(harness.text, gst_event_new_flush_stop(TRUE));
+      harness.text_event(segment_event(0));
+      harness.push_line(2);
+      harness.wait_text();  // frames don't wait until text is in time again
+      fail_unless_equals_int(harness.push(2 * frame_time), 2);
+      harness.push_waiting(3 * frame_time);
+      harness.push_line(3);
+      fail_unless_equals_int(harness.pull_number(), 3);
+      gst_object_unref(pad);
+    }
+}
+GST_END_TEST
+
 static Suite *csdtrackdec_pads_suite() {
   Suite *s = suite_create("csdtrackdec_pads");
   TCase *tc = tcase_create("pads");
@@ -286,6 +287,7 @@ static Suite *csdtrackdec_pads_suite() {
   tcase_add_test(tc, text_comes_before_the_element_has_started);
   tcase_add_test(tc, the_element_stops_after_reading_the_text_of_a_released_pad);
   tcase_add_test(tc, pads_come_and_go_during_state_changes);
+  tcase_add_test(tc, frames_pass_a_text_that_is_being_flushed);
   return s;
 }
 

@@ -167,6 +167,33 @@ GST_START_TEST(test_scales_but_is_dropped_by_a_scaled_rectangle) {
 }
 GST_END_TEST;
 
+/// Other programs write the metadata, too.
+GST_START_TEST(test_scales_features_beside_an_empty_one) {
+  GstVideoInfo info;
+  gst_video_info_set_format(&info, GST_VIDEO_FORMAT_I420, 64, 48);
+  GstVideoMetaTransform data = {&info, &info};
+  GstBuffer *from = gst_buffer_new(), *to = gst_buffer_new();
+  attach(from, "a", 0, 64, 48, 10, 20);
+  GstCustomMeta *meta = gst_buffer_get_custom_meta(from, GST_CSD_TRACK_META_NAME);
+  GstStructure *s = gst_custom_meta_get_structure(meta);
+  GValue features = G_VALUE_INIT, nothing = G_VALUE_INIT;
+  g_value_init(&features, GST_TYPE_ARRAY);
+  g_value_init(&nothing, GST_TYPE_STRUCTURE);
+  gst_value_array_append_and_take_value(&features, &nothing);
+  gst_value_array_append_value(&features, gst_value_array_get_value(gst_structure_get_value(s, "features"), 0));
+  gst_structure_take_value(s, "features", &features);
+  GstMeta *base = GST_META_CAST(meta);
+  fail_unless(base->info->transform_func(to, base, from, gst_video_meta_transform_scale_get_quark(), &data));
+  const GstStructure *scaled = gst_buffer_get_csd_tracks(to, GST_CSD_TRACK_META_NAME, nullptr);
+  GstCsdHeader header;
+  GstCsdFeature feature;
+  fail_unless(gst_csd_structure_get_header(scaled, &header) && header.n_features == 1);
+  fail_unless(gst_csd_structure_get_feature(scaled, 0, &feature) && feature.x == 10 && feature.y == 20);
+  gst_buffer_unref(from);
+  gst_buffer_unref(to);
+}
+GST_END_TEST;
+
 static Suite *csdtrackmeta_suite() {
   Suite *s = suite_create("csdtrackmeta");
   TCase *tc = tcase_create("general");
@@ -180,6 +207,7 @@ static Suite *csdtrackmeta_suite() {
   tcase_add_test(tc, test_several_metas);
   tcase_add_test(tc, test_unreadable_structures);
   tcase_add_test(tc, test_scales_but_is_dropped_by_a_scaled_rectangle);
+  tcase_add_test(tc, test_scales_features_beside_an_empty_one);
   return s;
 }
 
