@@ -360,28 +360,39 @@ class Waiting {
 class When {
  public:
   When(const char *category, const char *text, std::function<void()> act)
-      : category_(category), text_(text), act_(std::move(act)) {
+      : category_(category), hook_(keep(text, std::move(act))) {
     gst_debug_set_threshold_for_name(category_, GST_LEVEL_LOG);
-    (gst_debug_add_log_function)(logged, this, nullptr);  // the macro compares it with a void pointer
+    (gst_debug_add_log_function)(logged, hook_, nullptr);  // the macro compares it with a void pointer
   }
   ~When() {
-    gst_debug_remove_log_function_by_data(this);
+    gst_debug_remove_log_function_by_data(hook_);
     gst_debug_unset_threshold_for_name(category_);
-    fail_unless(done_, "'%s' was not logged", text_);
+    fail_unless(hook_->done, "'%s' was not logged", hook_->text.c_str());
   }
   When(const When &) = delete;
   When &operator=(const When &) = delete;
 
  private:
+  struct Hook {
+    std::string text;
+    std::function<void()> act;
+    std::atomic<bool> done = false;
+    Hook(const char *its, std::function<void()> do_it) : text(its), act(std::move(do_it)) {}
+  };
+
+  /// As long as the process lives: another thread may still be in the call after the function is removed.
+  static Hook *keep(const char *text, std::function<void()> act) {
+    static auto *const hooks = new std::deque<Hook>;
+    return &hooks->emplace_back(text, std::move(act));
+  }
   static void logged(GstDebugCategory *, GstDebugLevel, const gchar *, const gchar *, gint, GObject *,
-                     GstDebugMessage *message, gpointer when) {
-    auto *self = static_cast<When *>(when);
-    if (g_str_has_prefix(gst_debug_message_get(message), self->text_) && !self->done_.exchange(true)) self->act_();
+                     GstDebugMessage *message, gpointer data) {
+    auto *hook = static_cast<Hook *>(data);
+    if (g_str_has_prefix(gst_debug_message_get(message), hook->text.c_str()) && !hook->done.exchange(true)) hook->act();
   }
 
-  const char *category_, *text_;
-  std::function<void()> act_;
-  std::atomic<bool> done_ = false;
+  const char *category_;
+  Hook *hook_;
 };
 
 inline void flush(GstHarness *h) {
