@@ -41,7 +41,10 @@ constexpr NamedNumber<Choices> fields[] = {
     FIELD(widening),
     FIELD(widest_search),
     FIELD(cluster_radius),
+    FIELD(own_patches),
+    FIELD(likeness_power),
     FIELD(min_probability),
+    FIELD(refind_probability),
     FIELD(random_updates),
     FIELD(false_updates),
     FIELD(update_warps),
@@ -61,7 +64,7 @@ Choices forest_choices() {
   c.highlights = 1;
   c.blurs = 1;
   c.co_training = 1;
-  c.min_probability = 0.01;
+  c.refind_probability = 0.01;
   c.update_warps = 0;
   return c;
 }

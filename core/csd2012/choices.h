@@ -37,8 +37,8 @@ struct Choices {
   double widest_test = 1;     ///< among tests of entropy 0: 0: the first by rank, 1: the one of largest Σ|P1 − P2|
   double top_pixels = 64;     ///< of the ranking, paired with each other
   double random_pairs = 512;  ///< in addition
-  double max_depth = 16;      ///< of a tree; samples may contradict each other
-  double min_samples = 4;     ///< a node with fewer is not divided
+  double max_depth = 64;      ///< of a tree; samples may contradict each other
+  double min_samples = 2;     ///< a node with fewer is not divided
 
   // The paper's future work (§5): several trees,
   double trees = 1;
@@ -67,7 +67,11 @@ struct Choices {
   /// Half the side of a square cluster of patches: the position is the centre of the best cluster. 0: the patch with
   /// the largest weighted probability, among equals the nearest to the last position.
   double cluster_radius = 2;
-  double min_probability = 0.05;  ///< weighted P(N) of the best patch or sum over the best cluster; below, it is hidden
+  double own_patches = 16;     ///< the newest of a leaf, with which a patch that reaches it is compared
+  double likeness_power = 32;  ///< P(N) counts times the likeness to these, to this power; 0: alone
+  double min_probability =
+      0.0001;  ///< weighted P(N) of the best patch or sum over the best cluster; below, it is hidden
+  double refind_probability = 0.05;  ///< the same of a feature that was hidden in the frame before
 
   // The adaptive update (§2.1.5).
   double random_updates = 10;        ///< random negatives per frame

@@ -118,6 +118,7 @@ void FeatureLearner::plant(const ColourSpace &space) {
   growth.search.stop_at_zero = c.widest_test == 0;
   growth.search.random_pairs = static_cast<std::size_t>(c.random_pairs);
   growth.search.top_pixels = static_cast<std::size_t>(c.top_pixels);
+  growth.own_patches = c.likeness_power > 0 ? static_cast<std::size_t>(c.own_patches) : 0;
   growth.stop.max_depth = whole(c.max_depth);
   growth.stop.min_samples = static_cast<std::size_t>(c.min_samples);
   std::vector<Member> members;  // all or none: if memory runs out, the next training frame tries again

@@ -79,7 +79,7 @@ SearchResult search(const Forest &descriptor, const cv::Mat &channel, cv::Point 
   const auto &centres = area.centres;
   if (centres.empty()) return result;
   cv::Mat probability;
-  descriptor.scan(channel, centres - origin, area.step, probability);
+  descriptor.scan(channel, centres - origin, area.step, probability, wanted.likeness_power);
   for (int row = 0; row < probability.rows; ++row)
     for (int column = 0; column < probability.cols; ++column)
       if (probability.at<float>(row, column) > 0)

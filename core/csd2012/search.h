@@ -25,6 +25,7 @@ struct SearchResult {
 struct Best {
   int cluster_radius = 0;      ///< half of a cluster's side; 0: single patches
   double min_probability = 0;  ///< weighted; below, the feature is hidden
+  double likeness_power = 0;   ///< P(N) counts times the likeness to the leaf's own patches to this power; 0: alone
 };
 
 /// The positions to search: each `step`-th position of each `step`-th line of `centres` (working pixels).

@@ -21,8 +21,10 @@ class Forest {
 
   /// Classifies the patches around each `step`-th pixel of each `step`-th row of `centres`. `probability` becomes
   /// CV_32FC1: where more than half of the trees say feature, the mean of their P(N) (§2.1.4; a tree that disagrees
-  /// counts as 0); else 0. `channel` as in Tree::scan().
-  void scan(const cv::Mat &channel, const cv::Rect &centres, int step, cv::Mat &probability) const;
+  /// counts as 0), each times its leaf's likeness to the power of `likeness_power` (0: not); else 0. `channel` as in
+  /// Tree::scan().
+  void scan(const cv::Mat &channel, const cv::Rect &centres, int step, cv::Mat &probability,
+            double likeness_power = 0) const;
   /// The same for one patch of patch_size², CV_8UC1.
   double probability(const cv::Mat &patch) const;
 

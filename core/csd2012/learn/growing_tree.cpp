@@ -16,7 +16,11 @@ GrowingTree::GrowingTree(int patch_size, const ColourSpace &space, const GrowthO
 
 SampleId GrowingTree::add(const cv::Mat &patch, Label label) {
   const SampleId id = set_.add(patch, label);
-  if (places_.size() < set_.slots()) places_.resize(set_.slots());
+  if (places_.size() < set_.slots()) {
+    places_.resize(set_.slots());
+    age_.resize(set_.slots());
+  }
+  age_[id] = added_++;
   put(id, drop(set_.patch(id)));
   return id;
 }
@@ -27,6 +31,7 @@ void GrowingTree::replace(SampleId id, const cv::Mat &patch, Label label) {
   set_.check(patch);
   take(id);
   set_.replace(id, patch, label);
+  age_[id] = added_++;
   put(id, drop(set_.patch(id)));
 }
 
@@ -91,6 +96,7 @@ void GrowingTree::put(SampleId id, std::int32_t leaf) {
   Node &n = nodes_[static_cast<std::size_t>(leaf)];
   places_[id] = {leaf, static_cast<std::uint32_t>(n.samples.size())};
   n.samples.push_back(id);
+  n.own = nullptr;
   n.feature += set_.label(id) == Label::feature;
 }
 
@@ -102,6 +108,7 @@ void GrowingTree::take(SampleId id) {
   n.samples[place.index] = last;
   places_[last].index = place.index;
   n.samples.pop_back();
+  n.own = nullptr;
 }
 
 // ID3 from one leaf down. False if the leaf was not divided.
@@ -139,6 +146,7 @@ bool GrowingTree::grow(std::int32_t leaf) {
     n.first_child = first_child;
     n.feature = 0;
     n.samples = {};
+    n.own = nullptr;
     const SplitCounts &c = choice.counts;
     const std::array<std::size_t, 3> sizes{c.feature_greater + c.other_greater, c.feature_equal + c.other_equal,
                                            c.feature_less + c.other_less};
@@ -156,8 +164,21 @@ bool GrowingTree::grow(std::int32_t leaf) {
   return open.size() > 1;
 }
 
+std::shared_ptr<const LeafPatches> GrowingTree::own_patches(const Node &leaf) const {
+  std::vector<SampleId> ids;
+  for (const SampleId id : leaf.samples)
+    if (set_.label(id) == Label::feature) ids.push_back(id);
+  const auto newest = static_cast<std::ptrdiff_t>(std::min(options_.own_patches, ids.size()));
+  std::partial_sort(ids.begin(), ids.begin() + newest, ids.end(),
+                    [&](SampleId a, SampleId b) { return age_[a] > age_[b]; });
+  auto own = std::make_shared<LeafPatches>(static_cast<std::size_t>(set_.pixels()));
+  for (std::ptrdiff_t k = 0; k < newest; ++k) own->add(set_.patch(ids[static_cast<std::size_t>(k)]));
+  return own;
+}
+
 std::shared_ptr<const Tree> GrowingTree::publish() const {
   std::vector<Tree::Node> table;
+  Tree::LeavesPatches own;
   table.reserve(nodes_.size());
   std::vector<std::int32_t> order{0};  // breadth first: table index -> own index
   order.reserve(nodes_.size());
@@ -177,8 +198,13 @@ std::shared_ptr<const Tree> GrowingTree::publish() const {
       for (std::int32_t k = 0; k < 3; ++k) order.push_back(n.first_child + k);
     }
     table.push_back(out);
+    if (options_.own_patches == 0) continue;
+    // Few leaves change in a frame: the others share theirs with the trees published before.
+    const bool shows = n.first_child < 0 && leaf_says_feature(n);
+    if (shows && !n.own) n.own = own_patches(n);
+    own.push_back(shows ? n.own : nullptr);
   }
-  return std::make_shared<const Tree>(set_.patch_size(), space_, std::move(table), depth);
+  return std::make_shared<const Tree>(set_.patch_size(), space_, std::move(table), depth, std::move(own));
 }
 
 }  // namespace csd

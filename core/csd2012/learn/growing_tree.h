@@ -26,6 +26,7 @@ struct StopRules {
 struct GrowthOptions {
   PairSearchOptions search;
   StopRules stop;
+  std::size_t own_patches = 0;      ///< the newest patches labelled feature that each leaf shows to others; 0: none
   std::size_t max_nodes = 1 << 14;  ///< with more, and with more than four per sample, retrain() rebuilds the tree
   std::uint64_t seed = 1;           ///< of the random pairs
   std::uint64_t stream = 0;         ///< also of them, e.g. the feature's id
@@ -77,8 +78,9 @@ class GrowingTree {
     PixelPair test;
     std::int32_t first_child = -1;  ///< −1: leaf
     int depth = 0;
-    std::uint32_t feature = 0;      ///< leaf: number of `samples` labelled feature
-    std::vector<SampleId> samples;  ///< leaf: unordered
+    std::uint32_t feature = 0;                            ///< leaf: number of `samples` labelled feature
+    std::vector<SampleId> samples;                        ///< leaf: unordered
+    mutable std::shared_ptr<const LeafPatches> own = {};  ///< made by publish(); null when its samples have changed
   };
   struct Place {
     std::int32_t leaf = -1;
@@ -90,12 +92,15 @@ class GrowingTree {
   void put(SampleId id, std::int32_t leaf);
   void take(SampleId id);
   bool grow(std::int32_t leaf);
+  std::shared_ptr<const LeafPatches> own_patches(const Node &leaf) const;
 
   SampleSet set_;
   ColourSpace space_;
   GrowthOptions options_;
   std::vector<Node> nodes_;
-  std::vector<Place> places_;  ///< by sample
+  std::vector<Place> places_;       ///< by sample
+  std::vector<std::uint64_t> age_;  ///< by sample: how many were added before it
+  std::uint64_t added_ = 0;
   std::uint64_t growths_ = 0;
   std::uint64_t retrainings_ = 0;
 };

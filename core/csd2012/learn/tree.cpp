@@ -40,9 +40,9 @@ void check_scan(const cv::Mat &channel, const cv::Rect &centres, int patch_size)
 
 }  // namespace
 
-Tree::Tree(int patch_size, const ColourSpace &space, std::vector<Node> nodes, int depth)
-    : patch_size_(patch_size), space_(space), nodes_(std::move(nodes)), depth_(depth) {
-  CV_Assert(!nodes_.empty());
+Tree::Tree(int patch_size, const ColourSpace &space, std::vector<Node> nodes, int depth, LeavesPatches own)
+    : patch_size_(patch_size), space_(space), nodes_(std::move(nodes)), depth_(depth), own_(std::move(own)) {
+  CV_Assert(!nodes_.empty() && (own_.empty() || own_.size() == nodes_.size()));
   for (const Node &n : nodes_) features_ += n.feature;
 }
 

@@ -4,8 +4,10 @@
 #include <opencv2/core.hpp>
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
+#include "csd2012/learn/leaf_patches.h"
 #include "image/colour_space.h"
 
 namespace csd {
@@ -24,8 +26,12 @@ class Tree {
     std::uint32_t not_feature = 0;  ///< leaf: its samples labelled not a feature
   };
 
-  /// `nodes` as described above. `depth`: comparisons on the longest path from the root to a leaf.
-  Tree(int patch_size, const ColourSpace &space, std::vector<Node> nodes, int depth);
+  /// The leaves' own patches, by node; null for an inner node and for a leaf labelled not a feature.
+  using LeavesPatches = std::vector<std::shared_ptr<const LeafPatches>>;
+
+  /// `nodes` as described above. `depth`: comparisons on the longest path from the root to a leaf. `own`: one for each
+  /// node, or none at all.
+  Tree(int patch_size, const ColourSpace &space, std::vector<Node> nodes, int depth, LeavesPatches own = {});
 
   int patch_size() const { return patch_size_; }
   /// Colour space of the channel that the tree was learnt on (§2.2.1: one for the whole tree).
@@ -48,6 +54,12 @@ class Tree {
     return features_ ? static_cast<double>(nodes_[static_cast<std::size_t>(leaf)].feature) / features_ : 0.0;
   }
 
+  /// How alike a patch (row by row without gaps) is to the leaf's own patches; 0 if it has none.
+  double likeness(std::int32_t leaf, const std::uint8_t *patch) const {
+    const auto at = static_cast<std::size_t>(leaf);
+    return at < own_.size() && own_[at] ? own_[at]->likeness(patch) : 0;
+  }
+
   /// The leaves of the patches around each `step`-th pixel of each `step`-th row of `centres`, row by row, into
   /// `leaves` (resized to their number). `channel`: CV_8UC1 in the tree's colour space; it must contain the patches
   /// (throws cv::Exception). 16 patches descend the tree in lock-step: 1.8 times as fast as one by one.
@@ -60,6 +72,7 @@ class Tree {
   ColourSpace space_;
   std::vector<Node> nodes_;
   int depth_;
+  LeavesPatches own_;
   std::uint32_t features_ = 0;
 };
 

@@ -121,11 +121,47 @@ TEST(Choices, AnUnreachableLeastProbabilityClaimsNothingAfterTheHandover) {
   auto settings = few_features();
   settings.max_features = 3;
   Choices choices;
-  choices.min_probability = 1e3;
+  choices.min_probability = 1e3;  // holds for a feature that is hidden, too
   const auto all = run(settings, 2, 30, choices);
   ASSERT_EQ(all.back().features.size(), 3u);
   EXPECT_TRUE(std::none_of(all.back().features.begin(), all.back().features.end(),
                            [](const Feature &f) { return claims_position(f.state); }));
+}
+
+/// How many of 20 frames before, and of 20 after the scene was hidden, claim the feature.
+std::pair<int, int> claims_around_hiding(const Choices &choices) {
+  auto settings = few_features();
+  settings.points = {{160, 120}};
+  const MovingScene scene;
+  ThreadPool pool(1);
+  Tracker tracker(settings, std::make_unique<Csd2012>(settings, pool, choices));
+  int before = 0, after = 0;
+  for (int i = 0; i < 60; ++i) {
+    auto picture = scene.render({0, 0});
+    // A ramp: no order of pixels that the tree has learnt.
+    if (i >= 35 && i < 40)
+      for (int x = 0; x < picture.cols; ++x) picture.col(x).setTo(cv::Scalar::all(40 + x / 2));
+    const auto state = tracker.process(MovingScene::view(picture), i * frame_time).features.at(0).state;
+    before += i >= 15 && i < 35 && claims_position(state);
+    after += i >= 40 && claims_position(state);
+  }
+  return {before, after};
+}
+
+// A hidden feature needs more to be found again than one in sight needs to be followed.
+TEST(Choices, AHiddenFeatureNeedsMoreToBeFoundAgain) {
+  Choices choices;
+  EXPECT_EQ(claims_around_hiding(choices), std::pair(20, 20));
+  choices.refind_probability = 1e3;
+  EXPECT_EQ(claims_around_hiding(choices), std::pair(20, 0));
+}
+
+// Without a likeness to what the tree has learnt, no leaf counts.
+TEST(Choices, AnUnreachableLikenessClaimsNothingAfterTheHandover) {
+  Choices choices;
+  choices.likeness_power = 1e9;
+  choices.min_probability = 1e-6;
+  EXPECT_EQ(claims_around_hiding(choices).second, 0);
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace csd {
 namespace {
 
@@ -51,6 +53,35 @@ TEST(Forest, ScansTheAreaAndAgreesWithSinglePatches) {
       }
     EXPECT_GT(cv::countNonZero(found), 0);
   }
+}
+
+/// stump(0, 6) whose leaf of features has seen `own`.
+std::shared_ptr<const Tree> stump_with(const cv::Mat &own) {
+  auto patches = std::make_shared<LeafPatches>(9);
+  patches->add(own.data);
+  auto nodes = stump(0, 6)->nodes();
+  return std::make_shared<const Tree>(3, ColourSpace{1, 1, 1}, std::move(nodes), 1,
+                                      Tree::LeavesPatches{nullptr, std::move(patches), nullptr, nullptr});
+}
+
+TEST(Forest, ALeafCountsByTheLikenessToItsOwnPatches) {
+  const cv::Mat seen = patch({0, 1}), other = patch({0, 5});
+  const double likeness = stump_with(seen)->likeness(1, other.data);
+  ASSERT_GT(likeness, 0.3);
+  ASSERT_LT(likeness, 0.9);
+  const auto scanned = [&](const Forest &forest, double power) {
+    cv::Mat found;
+    forest.scan(other, {1, 1, 1, 1}, 1, found, power);
+    return found.at<float>(0, 0);
+  };
+  EXPECT_FLOAT_EQ(scanned(Forest({stump_with(seen)}), 0), 6 / 8.F) << "not asked for";
+  EXPECT_FLOAT_EQ(scanned(Forest({stump_with(seen)}), 1), static_cast<float>(6 / 8. * likeness));
+  EXPECT_FLOAT_EQ(scanned(Forest({stump_with(seen)}), 3), static_cast<float>(6 / 8. * std::pow(likeness, 3)));
+  EXPECT_FLOAT_EQ(scanned(Forest({stump_with(other)}), 3), 6 / 8.F) << "the very patch";
+  // Each tree's own patches count for its own probability, and a tree that disagrees counts as 0.
+  EXPECT_FLOAT_EQ(scanned(Forest({stump_with(seen), stump_with(other), stump(1, 4)}), 1),
+                  static_cast<float>(6 / 8. * (likeness + 1) / 3));
+  EXPECT_EQ(scanned(Forest({stump(0, 6)}), 1), 0) << "a leaf without patches of its own";
 }
 
 TEST(Forest, RefusesNoTreesAndTreesOfDifferentKinds) {

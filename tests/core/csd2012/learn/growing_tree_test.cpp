@@ -218,6 +218,62 @@ TEST(GrowingTree, CountsFollowAddReplaceAndRemove) {
   expect_counts_agree(growing);
 }
 
+// The root is the only leaf here.
+TEST(GrowingTree, ALeafShowsItsNewestFeaturePatches) {
+  Random random(7, 0);
+  GrowthOptions options = exhaustive();
+  options.own_patches = 2;
+  GrowingTree growing(side, {1, 1, 1}, options);
+  std::vector<cv::Mat> patches;
+  std::vector<SampleId> ids;
+  const auto shown = [&](std::size_t i) { return growing.publish()->likeness(0, patches[i].data) > 0.999; };
+  const auto add = [&](Label label) {
+    patches.push_back(noise_patch(random));
+    ids.push_back(growing.add(patches.back(), label));
+  };
+  for (int i = 0; i < 3; ++i) add(Label::feature);
+  EXPECT_FALSE(shown(0));
+  EXPECT_TRUE(shown(1) && shown(2));
+  add(Label::not_feature);
+  EXPECT_FALSE(shown(3)) << "not labelled feature";
+  EXPECT_TRUE(shown(1) && shown(2));
+  // A patch that replaces an old one is the newest.
+  patches.push_back(noise_patch(random));
+  growing.replace(ids[0], patches.back(), Label::feature);
+  EXPECT_TRUE(shown(2) && shown(4));
+  EXPECT_FALSE(shown(1));
+  growing.remove(ids[2]);
+  EXPECT_TRUE(shown(1) && shown(4));
+  // A published tree keeps what it was published with.
+  const auto before = growing.publish();
+  for (int i = 0; i < 2; ++i) add(Label::feature);
+  EXPECT_GT(before->likeness(0, patches[4].data), 0.999);
+  EXPECT_FALSE(shown(4));
+}
+
+TEST(GrowingTree, ALeafThatIsDividedGivesItsPatchesToItsChildren) {
+  Random random(8, 0);
+  GrowthOptions options = exhaustive();
+  options.own_patches = 4;
+  GrowingTree growing(side, {1, 1, 1}, options);
+  std::vector<cv::Mat> patches;
+  for (int i = 0; i < 40; ++i) {
+    patches.push_back(noise_patch(random));
+    growing.add(patches.back(), i % 2 == 0 ? Label::feature : Label::not_feature);
+    if (i % 8 == 0) growing.publish();
+  }
+  growing.build();
+  const auto tree = growing.publish();
+  for (const auto &patch : patches) {
+    const auto leaf = tree->leaf(patch);
+    if (tree->is_feature(leaf) && tree->nodes()[static_cast<std::size_t>(leaf)].feature <= 4)
+      EXPECT_GT(tree->likeness(leaf, patch.data), 0.999);
+    else
+      EXPECT_TRUE(!tree->is_feature(leaf) ? tree->likeness(leaf, patch.data) == 0 : true);
+  }
+  EXPECT_EQ(GrowingTree(side, {1, 1, 1}, exhaustive()).publish()->likeness(0, patches[0].data), 0) << "none wanted";
+}
+
 TEST(GrowingTree, TheSameSeedGivesTheSameTree) {
   const auto grown = [](std::uint64_t stream) {
     GrowthOptions options;
