@@ -252,10 +252,42 @@ ComponentLines component_lines(const GstVideoFrame &frame, guint c, const Rows &
   return has_line(frame, c, lines.first + 2 * ((count - 1) >> sub_y)) ? lines : of_both;
 }
 
+/// Makes `view` the first field of an interlaced frame. Returns its lines in the frame.
+Rows take_rows(const GstVideoFrame &frame, const PictureArea &area, FrameView &view) {
+  const Fields fields = frame_fields(frame);
+  Rows rows{area.y, 1, fields == Fields::progressive};
+  // In a mixed stream the view of a progressive frame is its top field, because the tracker can't change the frame size
+  // between frames.
+  const bool as_field =
+      fields != Fields::progressive || GST_VIDEO_INFO_INTERLACE_MODE(&frame.info) == GST_VIDEO_INTERLACE_MODE_MIXED;
+  if (!as_field) return rows;
+  // A field's lines have its parity in the frame; a crop that starts on an odd line swaps the parities.
+  view.row_offset = (area.y & 1) == (fields == Fields::bottom_first ? 1 : 0) ? 0 : 1;
+  if (view.row_offset < area.height) {
+    view.row_step = rows.line_step = 2;
+    // The same count for both parities, for the same reason: with an odd height the last line is dropped.
+    view.rows = std::max(area.height / 2, 1);
+    rows.first_line += view.row_offset;
+  } else {
+    view.row_offset = 0;  // a single line, of the other field: better than none
+  }
+  return rows;
+}
+
+/// For samples that are packed in groups: the place of the picture's first group.
+void set_groups(const GstVideoFrame &frame, const PictureArea &area, const Rows &rows, const SampleGroups &groups,
+                FrameView &view) {
+  view.packing = groups.packing;
+  const std::ptrdiff_t stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0);
+  view.x_offset = area.x % groups.pixels;
+  view.component[0].data = static_cast<const guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0)) +
+                           rows.first_line * stride + area.x / groups.pixels * groups.bytes;
+  view.component[0].row_stride = stride * rows.line_step;
+}
+
 FrameView make_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const GstVideoCropMeta *crop, bool native) {
   const GstVideoFormatInfo &format = *frame.info.finfo;
   const PictureArea area = picture_area(frame, caps, crop);
-  const Fields fields = frame_fields(frame);
 
   FrameView view;
   view.model = GST_VIDEO_FORMAT_INFO_IS_GRAY(&format)  ? ColourModel::gray
@@ -267,31 +299,9 @@ FrameView make_view(const GstVideoFrame &frame, const GstVideoInfo &caps, const 
   view.height = view.rows = area.height;
   if (area.width == 0) return view;
 
-  Rows rows{area.y, 1, fields == Fields::progressive};
-  // In a mixed stream the view of a progressive frame is its top field, because the tracker can't change the frame size
-  // between frames.
-  const bool as_field =
-      fields != Fields::progressive || GST_VIDEO_INFO_INTERLACE_MODE(&frame.info) == GST_VIDEO_INTERLACE_MODE_MIXED;
-  if (as_field) {
-    // A field's lines have its parity in the frame; a crop that starts on an odd line swaps the parities.
-    view.row_offset = (area.y & 1) == (fields == Fields::bottom_first ? 1 : 0) ? 0 : 1;
-    if (view.row_offset < area.height) {
-      view.row_step = rows.line_step = 2;
-      // The same count for both parities, for the same reason: with an odd height the last line is dropped.
-      view.rows = std::max(area.height / 2, 1);
-      rows.first_line += view.row_offset;
-    } else {
-      view.row_offset = 0;  // a single line, of the other field: better than none
-    }
-  }
-
+  const Rows rows = take_rows(frame, area, view);
   if (const SampleGroups *groups = native ? sample_groups(format) : nullptr) {
-    view.packing = groups->packing;
-    const std::ptrdiff_t stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0);
-    view.x_offset = area.x % groups->pixels;
-    view.component[0].data = static_cast<const guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0)) +
-                             rows.first_line * stride + area.x / groups->pixels * groups->bytes;
-    view.component[0].row_stride = stride * rows.line_step;
+    set_groups(frame, area, rows, *groups, view);
     return view;
   }
 
