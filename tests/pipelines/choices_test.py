@@ -74,10 +74,11 @@ class Choices(unittest.TestCase):
     def test_choices_make_a_difference(self):
         rows = {row[0]: row[1:4] for row in self.rows()[-len(PLAN["rows"]):]}
         literal = rows[PLAN["rows"][0]["title"]]
-        for title in ("patches are smoothed, σ = 2 px",
+        for title in ("the colour space is chosen by differences of pixels, not by pixels",
                       "a patch of less than .05 of the probability is no feature",
-                      "**csd-forest**", "lk"):
+                      "a node becomes a leaf at depth 16 and below 4 samples, too"):
             self.assertNotEqual(rows[title], literal, title)
+        self.assertNotEqual(rows["csd-forest with coded copies, too"], rows["**csd-forest**"])
 
     def test_resumes(self):
         """Known scores are not measured again: a wrong one stays, a missing one comes back."""
