@@ -69,8 +69,8 @@ struct Choices {
   double cluster_radius = 2;
   double own_patches = 16;     ///< the newest of a leaf, with which a patch that reaches it is compared
   double likeness_power = 32;  ///< P(N) counts times the likeness to these, to this power; 0: alone
-  double min_probability =
-      0.0001;  ///< weighted P(N) of the best patch or sum over the best cluster; below, it is hidden
+  /// Weighted P(N) of the best patch, or sum over the best cluster; below, the feature is hidden.
+  double min_probability = 0.0001;
   double refind_probability = 0.05;  ///< the same of a feature that was hidden in the frame before
 
   // The adaptive update (§2.1.5).
