@@ -82,11 +82,14 @@ def plural(count: int, what: str) -> str:
     return f"{count} {what}{'' if count == 1 else 's'}"
 
 
-def missing_lines(path: pathlib.Path, frames: int) -> str:
-    """In some words, if not each of so many frames has its line in this file; else ""."""
+def missing_lines(path: pathlib.Path, frames: int, in_flight: int = 0) -> str:
+    """In some words, if not each of so many frames has its line in this file; else "".
+
+    `in_flight`: so many lines were on their way as the pipeline was stopped, and may be missing.
+    """
     if not path.is_file():  # nobody can count what went into a pipe or a device
         return "" if path.exists() else f"'{path}' is gone"
     lines = lines_in(path)
-    if lines == frames:
+    if frames - in_flight <= lines <= frames:
         return ""
     return f"'{path}' holds {plural(lines, 'line')} of {plural(frames, 'frame')}"

@@ -167,7 +167,6 @@ class Receiver:
         self._streams: dict[str, int] = {}  # number of a stream of the session, by its kind
         self._built: Any = None
         self._lock = threading.Lock()
-        self.lines = 0  # that came to the file
         self.track: Any = None  # csdtrack, if it tracks here
 
     def select(self, _source: Any, number: int, caps: Any) -> bool:
@@ -211,8 +210,6 @@ class Receiver:
             consumers(self._options, has_tracks), False)
         for name in ("picture", "lines") if has_tracks else ("picture",):
             built.add_pad(Gst.GhostPad.new(name, built.get_by_name(name).get_static_pad("sink")))
-        built.get_by_name("file").get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER,
-                                                                   self._count)
         if has_tracks:
             if self._options.klv:
                 self._unpack(built.get_by_name("packets"), built.get_by_name("unpacked"))
@@ -220,6 +217,7 @@ class Receiver:
             self.track = built.get_by_name("picture")
             configure(self._runner, self.track, self._options)
         self._run.pipeline.add(built)
+        self._run.watch_lines("file", self._options.tracks)
         self._run.element("frames").get_static_pad("src").link(built.get_static_pad("picture"))
         built.sync_state_with_parent()
         return built
@@ -235,16 +233,6 @@ class Receiver:
 
         packets.connect("new-sample", on_sample)
         packets.connect("eos", lambda _: unpacked.emit("end-of-stream"))
-
-    def due_lines(self) -> int:
-        """How many lines the file must hold."""
-        if self.track and self._run.drained:
-            return self.track.get_property("stats").get_value("frames")
-        return self.lines  # others may have been on their way
-
-    def _count(self, _pad: Any, _info: Any) -> Any:
-        self.lines += 1
-        return self._runner.Gst.PadProbeReturn.OK
 
 
 def configure(runner: ModuleType, track: Any, options: argparse.Namespace) -> None:
@@ -295,16 +283,18 @@ def main() -> None:
     run.play(options.url, options.seconds, harmless=("window was closed",), through="frames")
     if run.source_ended:
         command.print_line("the sender's stream ended", sys.stdout)
+    lines = run.lines("file")
     if receiver.track:
         runner.print_cost(receiver.track)
+        due = receiver.track.get_property("stats").get_value("frames")
     else:
-        uneven = ""
-        if run.frames != receiver.lines:
+        due, uneven = lines, ""
+        if run.frames != lines:
             uneven = " (at the beginning and the end one can come without the other)"
         command.print_line(
-            f"{counts.plural(run.frames, 'frame')}; {counts.plural(receiver.lines, 'line')} of "
+            f"{counts.plural(run.frames, 'frame')}; {counts.plural(lines, 'line')} of "
             f"tracks came with them{uneven}", sys.stdout)
-    if lost := counts.missing_lines(options.tracks, receiver.due_lines()):
+    if lost := run.lost_lines("file", due):
         raise command.Failure(lost)
 
 

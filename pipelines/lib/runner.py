@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Runs a command's pipeline until it ends, is stopped by a signal, or fails."""
 
+import dataclasses
 import pathlib
 import re
 import signal
@@ -62,6 +63,14 @@ def contains_any(text: str | None, parts: Iterable[str]) -> bool:
     return any(part in (text or "") for part in parts)
 
 
+@dataclasses.dataclass
+class Lines:
+    """What went into a file of tracks."""
+    path: pathlib.Path
+    came: int = 0       # to the filesink
+    in_flight: int = 0  # of these, when the pipeline was stopped
+
+
 class Run:
     SILENCE = 60  # seconds without a first frame; a file may lie on a slow disk
     LIVE_SILENCE = 10  # of a camera or a sender; a simulator computes its frame
@@ -87,7 +96,7 @@ class Run:
         self.warnings: set[str] = set()
         self.drained = False  # EOS came through
         self._counts = dict.fromkeys(counted, 0)
-        self._lines: dict[str, Any] = {}  # file and number of lines, by the filesink's name
+        self._lines: dict[str, Lines] = {}  # by the filesink's name
 
     @property
     def frames(self) -> int:
@@ -99,23 +108,47 @@ class Run:
         return self._counts[name]
 
     def watch_lines(self, name: str, path: pathlib.Path) -> None:
-        """Has lost_lines() look at the lines that this filesink writes into this file."""
-        self._lines[name] = [path, 0]
+        """Counts the lines that this filesink writes into this file, for lost_lines()."""
+        watched = self._lines[name] = Lines(path)
 
         def on_line(_pad: Gst.Pad, _info: Gst.PadProbeInfo) -> Any:
-            self._lines[name][1] += 1
+            watched.came += 1
             return Gst.PadProbeReturn.OK
 
-        self.element(name).get_static_pad("sink").add_probe(Gst.PadProbeType.BUFFER, on_line)
+        self._feeding(name).add_probe(Gst.PadProbeType.BUFFER, on_line)
+
+    def lines(self, name: str) -> int:
+        """How many lines came to this filesink, one of those that are watched."""
+        return self._lines[name].came if name in self._lines else 0
 
     def lost_lines(self, name: str, frames: int) -> str:
         """In some words, if the file lacks lines, else "". Call it after play().
 
-        `frames`: how many were tracked. If the run did not end at the end of the stream, some may
-        have been on their way.
+        `frames`: how many lines are due. If the run did not end at the end of the stream, fewer may
+        have come.
         """
-        path, written = self._lines[name]
-        return counts.missing_lines(path, frames if self.drained else written)
+        lines = self._lines[name]
+        if self.drained:
+            return counts.missing_lines(lines.path, frames)
+        return counts.missing_lines(lines.path, lines.came, lines.in_flight)
+
+    def _is_idle(self, name: str) -> bool:
+        """Waits until this sink has taken what came to it, and lets nothing more come.
+
+        Else a line may have come, and been counted, that a stopped sink refuses (seen).
+        """
+        idle = threading.Event()
+
+        def on_idle(_pad: Gst.Pad, _info: Gst.PadProbeInfo) -> Any:
+            idle.set()
+            return Gst.PadProbeReturn.OK  # it stays blocked
+
+        self._feeding(name).add_probe(Gst.PadProbeType.IDLE, on_idle)
+        return idle.wait(PATIENCE)
+
+    def _feeding(self, name: str) -> Any:
+        """The pad that is linked to this sink."""
+        return self.element(name).get_static_pad("sink").get_peer()
 
     def element(self, name: str) -> Any:
         return self.pipeline.get_by_name(name)
@@ -180,6 +213,8 @@ class Run:
         try:
             self._loop.run()
         finally:
+            for name, lines in self._lines.items():
+                lines.in_flight = int(not self._is_idle(name))
             self.pipeline.set_state(Gst.State.NULL)
             bus.remove_signal_watch()
         if not self.frames:

@@ -42,6 +42,9 @@ class Lib(harness.Case):
         path = self.tmp / "empty.jsonl"
         path.write_text("")
         self.assertEqual(counts.missing_lines(path, 1), f"'{path}' holds 0 lines of 1 frame")
+        self.assertEqual(counts.missing_lines(path, 1, in_flight=1), "")
+        self.assertEqual(counts.missing_lines(path, 2, in_flight=1),
+                         f"'{path}' holds 0 lines of 2 frames")
 
     def test_only_complete_klv_gives_lines(self):
         def packet(number, left, value):
