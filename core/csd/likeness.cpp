@@ -25,7 +25,7 @@ const std::array<cv::Vec2d, rings * ways> &directions() {
 }
 
 double correlation(const AnchorLevel &anchor, PatchSample &seen, double min_weight) {
-  for (std::size_t i = 0; i < PatchPlane::size; ++i) seen.weight.data[i] *= anchor.weight.data[i];
+  weigh_agreement(anchor, seen.weight);
   const auto m = patch_moments(anchor, seen.value, seen.weight);
   const double scale = m.frame_variance * m.anchor_variance;
   return m.weight >= min_weight && scale > 0 ? m.covariance / std::sqrt(scale) : 0;

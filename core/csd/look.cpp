@@ -17,7 +17,7 @@ AnchorLevel inner_disc(const AnchorLevel &anchor, double reach, double &share) {
   for (int v = -PatchPlane::radius; v <= PatchPlane::radius; ++v)
     for (int u = -PatchPlane::radius; u <= PatchPlane::radius; ++u)
       if (u * u + v * v > reach * reach)
-        inner.weight.at(u, v) = 0;
+        inner.weight.at(u, v) = inner.shown.at(u, v) = 0;
       else
         ++pixels;
   share = pixels / static_cast<double>(PatchPlane::pixels);

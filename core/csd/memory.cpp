@@ -16,8 +16,8 @@ std::size_t slot(int level) {
 double deviation(const AnchorLevel &anchor) {
   double sum = 0, weight = 0;
   for (std::size_t i = 0; i < PatchPlane::size; ++i) {
-    weight += anchor.weight.data[i];
-    sum += double{anchor.weight.data[i]} * anchor.patch.data[i] * anchor.patch.data[i];
+    weight += anchor.shown.data[i];
+    sum += double{anchor.shown.data[i]} * anchor.patch.data[i] * anchor.patch.data[i];
   }
   return weight > 0 ? std::sqrt(sum / weight) : 0;
 }
@@ -39,8 +39,8 @@ Memory::Memory(const CsdFrame &frame, const AffineState &state)
 }
 
 void Memory::set_anchor(int level, const AnchorLevel &anchor) {
-  const auto &weight = anchor.weight.data;
-  unmasked_[slot(level - Anchor::finest)] = std::accumulate(weight.begin(), weight.end(), 0.0) / PatchPlane::pixels;
+  const auto &shown = anchor.shown.data;
+  shown_[slot(level - Anchor::finest)] = std::accumulate(shown.begin(), shown.end(), 0.0) / PatchPlane::pixels;
   anchor_.set(level, anchor);
 }
 
@@ -87,7 +87,7 @@ void Memory::refine(const CsdFrame &frame, const AffineState &state, double scal
 }
 
 int Memory::finest_level(double zoom, const Tuning &tuning) const {
-  const auto share = [this](int level) { return unmasked_[slot(level - Anchor::finest)]; };
+  const auto share = [this](int level) { return shown_[slot(level - Anchor::finest)]; };
   int best = anchor_.fine_level(zoom);
   for (int level = best; level <= Anchor::coarsest && share(best) < tuning.min_anchor; ++level)
     if (anchor_.has(level) && share(level) > share(best)) best = level;

@@ -118,7 +118,7 @@ void Recall::describe(const cv::Mat &level, const cv::Mat &mask, const Tuning &t
   // After darkness the picture is dim at first.
   const double gain = tuning.stretched / std::max(contrast(level), tuning.min_contrast) / 256;
   level.convertTo(picture, CV_8U, gain, 128 - gain * cv::mean(level)[0]);
-  sift_->detectAndCompute(picture, mask, keypoints, descriptors);
+  sift_->detectAndCompute(picture, mask > GlareWeights::highlight, keypoints, descriptors);
 }
 
 bool Recall::knows(int chart) const {

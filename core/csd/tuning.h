@@ -34,7 +34,7 @@ struct Tuning {
       csd::support_precision;  ///< of a supporting point: one of many in a map, whose spread is at least .5 px
   double coarse_precision = csd::coarse_precision;  ///< of a coarser level: the finer one continues from there
   double inner_reach = 5;     ///< samples, radius of the inner disc, for a tool or its shadow nearby
-  double min_anchor = 0.4;    ///< unmasked share of the level that is aligned last
+  double min_anchor = 0.4;    ///< share of the level that is aligned last that lay in the picture
   double calm_miss = 1.5;     ///< px that the finest level converges over by itself
   double faded = -0.3;        ///< change of ln gain below which the coarser level is aligned too: blur()
   double blurred_zncc = 0.5;  ///< below, the patch shows something else, not the same tissue blurred
@@ -125,7 +125,7 @@ struct Tuning {
   double quality = 0.003;        ///< of the picture's best corner
   double min_eigenvalue = 0.05;  ///< a mean slope of .1 grey levels a pixel; less is noise
   double corner_window = 7;      ///< pixels of level 1
-  double clear_weight = 230;     ///< of 255: no highlight nearby
+  double clear_weight = 243;     ///< of GlareWeights' 255: no highlight nearby
   double avoid_tools = 1;        ///< 1: no point starts on a tool, as colour shows it
   double min_agreeing = 5;       ///< points that make a motion reliable after none was known
   double replenish_every = 0.5;  ///< s

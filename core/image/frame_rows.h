@@ -30,8 +30,9 @@ void add_row(const std::uint8_t *row, const std::uint8_t *forbidden, int n, std:
 /// part) / 65536) + floor(below·part / 65536): 0 if it is above the limit, else 255.
 void tissue_row(const std::uint8_t *const rows[3], const std::uint16_t *above, const std::uint16_t *below,
                 std::uint16_t part, int n, std::uint16_t *scratch, std::uint8_t *out);
-/// Minimum over five rows and five columns, those outside excluded, of pixels that are 0 or 255; also 0 where
-/// `forbidden` is 255 (it is 0 elsewhere).
+/// Minimum over five rows and five columns, those outside excluded, of pixels that are 0 or 255; `marked` instead of 0;
+/// 0 where `forbidden` is 255 (it is 0 elsewhere).
+inline constexpr std::uint8_t marked = 128;
 void erode_row(const std::uint8_t *const rows[5], const std::uint8_t *forbidden, int n, std::uint8_t *scratch,
                std::uint8_t *out);
 

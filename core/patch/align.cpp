@@ -184,8 +184,7 @@ Alignment align_with(const Pyramid &pyramid, const GlareWeights &weights, const 
     const double inside = twin.sample(pyramid.level(frame_level), weights.level(frame_level),
                                       patch_map(state, level, frame_level), value, weight, plain);
     m = plain ? &anchor.weight : &weight;
-    if (!plain)
-      for (std::size_t i = 0; i < PatchPlane::size; ++i) weight.data[i] *= anchor.weight.data[i];
+    if (!plain) weigh_agreement(anchor, weight);
     Twin::fit(anchor, value, *m, robust, fit);
     out.unmasked = fit.weight / PatchPlane::pixels;
     if (inside < min_inside || fit.counted < min_counted) return out;

@@ -61,11 +61,12 @@ PatchSample sample(const Pyramid &pyramid, const GlareWeights &weights, const Af
 
 AnchorLevel make_anchor_level(const PatchSample &sample) {
   AnchorLevel out;
-  out.weight = sample.weight;
   double sum = 0, weight = 0;
   for (std::size_t i = 0; i < PatchPlane::size; ++i) {
-    sum += double{sample.weight.data[i]} * sample.value.data[i];
-    weight += sample.weight.data[i];
+    out.weight.data[i] = GlareWeights::tissue_share(sample.weight.data[i]);
+    out.shown.data[i] = GlareWeights::shown_share(sample.weight.data[i]);
+    sum += double{out.shown.data[i]} * sample.value.data[i];
+    weight += out.shown.data[i];
   }
   const auto mean = static_cast<float>(weight > 0 ? sum / weight : 0);
   for (int y = -radius; y <= radius; ++y)
@@ -79,6 +80,14 @@ AnchorLevel make_anchor_level(const PatchSample &sample) {
           (sample.value.at(x, below) - sample.value.at(x, above)) / static_cast<float>(below - above);
     }
   return out;
+}
+
+void weigh_agreement(const AnchorLevel &anchor, PatchPlane &weight) {
+  for (std::size_t i = 0; i < PatchPlane::size; ++i) {
+    const float seen = weight.data[i];
+    const float agreement = 1 - std::abs(GlareWeights::tissue_share(seen) - anchor.weight.data[i]);
+    weight.data[i] = agreement * anchor.shown.data[i] * GlareWeights::shown_share(seen);
+  }
 }
 
 }  // namespace csd

@@ -19,7 +19,8 @@ struct AnchorLevel {
   PatchPlane patch;       ///< grey levels, weighted mean removed
   PatchPlane gradient_x;  ///< ∂patch/∂v, central differences within the patch (one-sided on its edge)
   PatchPlane gradient_y;
-  PatchPlane weight;  ///< 0…1; 0: a highlight, outside the picture, or padding
+  PatchPlane weight;  ///< 0…1; 0: may be a highlight; outside the picture, or padding
+  PatchPlane shown;   ///< 0…1; 0: outside the picture, forbidden, or padding
 };
 
 /// A feature's appearance at several resolutions: levels 0, 1 and 2 from its start; −1 and −2, finer than its first
@@ -41,7 +42,7 @@ class Anchor {
 /// A feature's patch in one frame at one level.
 struct PatchSample {
   PatchPlane value;   ///< grey levels; outside the picture its border is replicated
-  PatchPlane weight;  ///< 0…1: GlareWeights, and 0 outside the picture
+  PatchPlane weight;  ///< 0…1: GlareWeights / 255, and 0 outside the picture
   double inside = 0;  ///< share of the samples inside the picture
 };
 
@@ -50,5 +51,9 @@ struct PatchSample {
 PatchSample sample(const Pyramid &pyramid, const GlareWeights &weights, const AffineState &state, int level);
 
 AnchorLevel make_anchor_level(const PatchSample &sample);
+
+/// Replaces a sample's weights by those of its comparison with an anchor: how far they agree on what each pixel shows.
+/// What is bright in both is texture. What is bright in one of them is a highlight that came or went.
+void weigh_agreement(const AnchorLevel &anchor, PatchPlane &weight);
 
 }  // namespace csd

@@ -200,20 +200,23 @@ void MedianOf(const CompactPatch *samples, std::size_t n, PatchSample &out) {
   const hn::Rebind<std::uint8_t, Shorts> d8;
   const auto zero = hn::Zero(d), one = hn::Set(d, std::int16_t{1}), masked = hn::Set(d, std::int16_t{32767});
   const auto least = hn::Set(d, std::int16_t{CompactPatch::unmasked - 1});
-  alignas(64) std::int16_t sorted[AnchorMedian::most * 32], weights[kQuantised], counts[kQuantised], lower[kQuantised],
-      upper[kQuantised];
+  const auto most_masked = hn::Set(d, std::int16_t{GlareWeights::highlight});
+  alignas(64) std::int16_t sorted[AnchorMedian::most * 32], weights[kQuantised], masked_weights[kQuantised],
+      counts[kQuantised], lower[kQuantised], upper[kQuantised];
   const std::size_t lanes = hn::Lanes(d);
   for (std::size_t i = 0; i < kQuantised; i += lanes) {
-    auto count = zero, weight = zero;
+    auto count = zero, weight = zero, dim = zero;
     for (std::size_t k = 0; k < n; ++k) {
       const auto w = hn::PromoteTo(d, hn::Load(d8, samples[k].weight.data() + i));
       const auto is_unmasked = hn::Gt(w, least);
       count = hn::Sub(count, hn::VecFromMask(d, is_unmasked));
       weight = hn::Add(weight, hn::IfThenElseZero(is_unmasked, w));
+      dim = hn::Add(dim, hn::Min(w, most_masked));
       hn::Store(hn::IfThenElse(is_unmasked, hn::Load(d, samples[k].value.data() + i), masked), d, sorted + k * lanes);
     }
     hn::Store(count, d, counts + i);
     hn::Store(weight, d, weights + i);
+    hn::Store(dim, d, masked_weights + i);
     if (const auto never = hn::Eq(count, zero); !hn::AllFalse(d, never)) {
       for (std::size_t k = 0; k < n; ++k)
         hn::Store(hn::IfThenElse(never, hn::Load(d, samples[k].value.data() + i), hn::Load(d, sorted + k * lanes)), d,
@@ -239,7 +242,8 @@ void MedianOf(const CompactPatch *samples, std::size_t n, PatchSample &out) {
   for (std::size_t i = 0; i < PatchPlane::size; ++i) {
     out.value.data[i] = static_cast<float>(lower[i] + upper[i]) * (CompactPatch::unit / 2);
     const bool seen = 3 * counts[i] >= static_cast<int>(n);
-    out.weight.data[i] = seen ? static_cast<float>(weights[i]) / static_cast<float>(255 * counts[i]) : 0.F;
+    out.weight.data[i] = seen ? static_cast<float>(weights[i]) / static_cast<float>(255 * counts[i])
+                              : static_cast<float>(masked_weights[i]) / static_cast<float>(255 * n);
   }
 }
 
@@ -340,14 +344,17 @@ PatchSample median_of_scalar(std::span<const CompactPatch> samples) {
   std::vector<int> values;
   for (std::size_t i = 0; i < PatchPlane::size; ++i) {
     values.clear();
-    int weight = 0;
-    for (const auto &s : samples)
+    int weight = 0, masked = 0;
+    for (const auto &s : samples) {
+      masked += std::min(s.weight[i], GlareWeights::highlight);
       if (s.weight[i] >= CompactPatch::unmasked) {
         values.push_back(s.value[i]);
         weight += s.weight[i];
       }
-    if (3 * values.size() >= samples.size())
-      out.weight.data[i] = static_cast<float>(weight) / static_cast<float>(255 * values.size());
+    }
+    const bool seen = 3 * values.size() >= samples.size();
+    out.weight.data[i] = seen ? static_cast<float>(weight) / static_cast<float>(255 * values.size())
+                              : static_cast<float>(masked) / static_cast<float>(255 * samples.size());
     if (values.empty())  // values for the neighbours' gradients
       for (const auto &s : samples) values.push_back(s.value[i]);
     std::sort(values.begin(), values.end());

@@ -15,14 +15,14 @@ namespace csd {
 struct CompactPatch {
   static constexpr std::size_t size = 544;                ///< PatchPlane::size in whole vectors of 32
   alignas(64) std::array<std::int16_t, size> value{};     ///< 1/128 of a grey level, ±255.98
-  alignas(64) std::array<std::uint8_t, size> weight{};    ///< 1/255
-  static constexpr std::uint8_t unmasked = 128;           ///< weight from which a pixel counts
+  alignas(64) std::array<std::uint8_t, size> weight{};    ///< as in GlareWeights
+  static constexpr std::uint8_t unmasked = 192;           ///< weight from which a pixel counts: half of it is tissue
   static constexpr float unit = 1 / 128.F, most = 32766;  ///< 32767 marks masked values
 };
 
 /// Per-pixel median of a level's samples over the first half second, each matched robustly to the first one's gain and
 /// bias. It removes highlights and noise of the first frame. A pixel that is masked in more than two thirds of the
-/// samples gets weight 0. add() does most of the work, which spreads it over the training time.
+/// samples is masked. add() does most of the work, which spreads it over the training time.
 class AnchorMedian {
  public:
   static constexpr std::size_t most = 16;
@@ -45,7 +45,8 @@ CompactPatch compact(const PatchSample &sample);
 void bring_to(const CompactPatch &first, CompactPatch &patch);
 
 /// Per pixel, the median of the unmasked samples and their mean weight. If fewer than a third are unmasked, the weight
-/// is 0; if none is, the median is of all samples. 1 to AnchorMedian::most samples.
+/// is the mean of all, each at most GlareWeights::highlight; if none is, the median is of all samples. 1 to
+/// AnchorMedian::most samples.
 PatchSample median_of(std::span<const CompactPatch> samples);
 
 /// The same without SIMD. bring_to_scalar() always takes ten rounds.

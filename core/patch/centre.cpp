@@ -8,7 +8,7 @@ namespace {
 
 constexpr int reach = 3;
 constexpr int samples = (2 * reach + 1) * (2 * reach + 1);
-constexpr float min_known = 0.3F;  // unmasked share of the anchor there
+constexpr float min_known = 0.3F;  // share of the anchor that is known there
 constexpr double min_noise = 2, outlier = 3;
 
 }  // namespace
@@ -22,7 +22,7 @@ std::optional<double> centre_inliers(const AnchorLevel &anchor, const PatchPlane
   for (int v = -reach; v <= reach; ++v)
     for (int u = -reach; u <= reach; ++u) {
       const float q = scale * value.at(u, v) - shift - unit * anchor.patch.at(u, v);
-      known += anchor.weight.at(u, v);
+      known += std::max(anchor.weight.at(u, v), weight.at(u, v));
       fits += weight.at(u, v) / ((1 + q * q) * (1 + q * q));
     }
   if (known < min_known * samples) return {};

@@ -7,10 +7,10 @@
 
 namespace csd {
 
-/// Inlier share of the patch's centre, 0…1: Σ robust weights / Σ anchor weights over the inner 7 × 7 samples. It drops
-/// when a tool's edge or a highlight reaches the point while most of the patch still fits. Empty if the anchor is
-/// masked there.
-/// @param value, weight the picture's values and weights at the anchor's samples
+/// Inlier share of the patch's centre, 0…1: Σ robust weights / Σ weights over the inner 7 × 7 samples. It drops when a
+/// tool's edge or a highlight reaches the point while most of the patch still fits: what only the picture masks counts
+/// as known. Empty if the anchor is masked there.
+/// @param value, weight the picture's values at the anchor's samples, and weigh_agreement()
 /// @param gain, bias value = gain·anchor + bias
 /// @param noise the residual's usual deviation, grey levels of the anchor. Measured in the same frame, it would grow
 /// with an occlusion and hide it.

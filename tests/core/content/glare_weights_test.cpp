@@ -30,7 +30,7 @@ const cv::Scalar tissue(60, 70, 160), pale(190, 200, 215), white(250, 250, 250);
 const cv::Size vga(640, 480);
 
 int masked(const GlareWeights &weights) {
-  return static_cast<int>(weights.level(0).total()) - cv::countNonZero(weights.level(0));
+  return cv::countNonZero(weights.level(0) == GlareWeights::highlight);
 }
 
 TEST(GlareWeights, MasksAHighlightAndItsRim) {
@@ -40,9 +40,9 @@ TEST(GlareWeights, MasksAHighlightAndItsRim) {
   // Smoothing adds no pixels (a quarter of a step of 190 is below .4·(250 − 60) = 76) and removes none (a corner keeps
   // 9/16). The dilation, a square, adds two on each side.
   EXPECT_EQ(masked(weights), 13 * 11);
-  EXPECT_EQ(weights.level(0).at<std::uint8_t>(200, 298), 0);
+  EXPECT_EQ(weights.level(0).at<std::uint8_t>(200, 298), GlareWeights::highlight);
   EXPECT_EQ(weights.level(0).at<std::uint8_t>(200, 297), 255);
-  EXPECT_EQ(weights.level(0).at<std::uint8_t>(208, 303), 0);
+  EXPECT_EQ(weights.level(0).at<std::uint8_t>(208, 303), GlareWeights::highlight);
   EXPECT_EQ(weights.level(0).at<std::uint8_t>(209, 303), 255);
 }
 
@@ -68,6 +68,27 @@ TEST(GlareWeights, InGrayOnlyLumaCounts) {
   bgr({300, 200, 9, 7}).setTo(cv::Scalar(60, 180, 255));  // Y 189 on 90
   EXPECT_EQ(masked(weights_of(bgr)), 0);
   EXPECT_GT(masked(weights_of(bgr, {}, test::Layout::gray8)), 9 * 7);
+}
+
+TEST(GlareWeights, AHighlightOnForbiddenGroundIsForbidden) {
+  cv::Mat bgr(vga, CV_8UC3, tissue), forbidden = cv::Mat::zeros(vga, CV_8UC1);
+  bgr({300, 200, 9, 7}).setTo(white);
+  forbidden({300, 200, 4, 7}).setTo(255);
+  const auto weights = weights_of(bgr, forbidden);
+  EXPECT_EQ(weights.level(0).at<std::uint8_t>(203, 303), GlareWeights::nothing);
+  EXPECT_EQ(weights.level(0).at<std::uint8_t>(203, 304), GlareWeights::highlight);
+}
+
+TEST(GlareWeights, AValueSaysWhatAPixelShowsAndHowMuchOfIt) {
+  constexpr float most = 255, highlight = 128 / most;
+  const auto of = [](float value) {
+    return std::pair(GlareWeights::tissue_share(value), GlareWeights::shown_share(value));
+  };
+  EXPECT_EQ(of(1), std::pair(1.F, 1.F));
+  EXPECT_EQ(of((1 + highlight) / 2), std::pair(.5F, 1.F));
+  EXPECT_EQ(of(highlight), std::pair(0.F, 1.F));
+  EXPECT_EQ(of(highlight / 2), std::pair(0.F, .5F));
+  EXPECT_EQ(of(0), std::pair(0.F, 0.F));
 }
 
 TEST(GlareWeights, ForbiddenPixelsWeighNothingAndDoNotDarkenTheBackground) {
@@ -143,7 +164,7 @@ TEST(GlareWeights, IsAsDefined) {
       frame.load(packed.view);
       GlareWeights weights;
       weights.build(frame, {});
-      const cv::Mat masked = weights.level(0) == 0;
+      const cv::Mat masked = weights.level(0) == GlareWeights::highlight;
       const cv::Mat1d above = excess(darkest(frame));
       EXPECT_EQ(cv::countNonZero(masked) + cv::countNonZero(weights.level(0) == 255), size.area());
       EXPECT_EQ(cv::countNonZero(masked & ~reference_mask(above, -.02)), 0);
@@ -167,7 +188,7 @@ TEST(GlareWeights, OnALargeClipIsAsDefinedWithinAPixel) {
       frame.load(packed.view);
       GlareWeights weights;
       weights.build(frame, {});
-      const cv::Mat masked = weights.level(0) == 0, expected = reference_mask(excess(darkest(frame)), 0);
+      const cv::Mat masked = weights.level(0) == GlareWeights::highlight, expected = reference_mask(excess(darkest(frame)), 0);
       cv::Mat wide_masked, wide_expected;
       cv::dilate(masked, wide_masked, {});
       cv::dilate(expected, wide_expected, {});

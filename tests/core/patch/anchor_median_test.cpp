@@ -68,12 +68,16 @@ TEST(AnchorMedian, MaskedInMoreThanTwoThirdsIsMasked) {
     PatchSample s = texture(1, 100);
     if (k < 8) s.weight.at(2, 3) = 0, s.value.at(2, 3) = 255;
     if (k < 9) s.weight.at(-4, 5) = 0, s.value.at(-4, 5) = 255;
+    s.weight.at(7, 7) = k < 9 ? GlareWeights::highlight / 255.F : 1;
     median.add(s);
   }
   const AnchorLevel found = median.make(), clean = make_anchor_level(texture(1, 100));
   EXPECT_EQ(found.weight.at(2, 3), 1);
   EXPECT_NEAR(found.patch.at(2, 3), clean.patch.at(2, 3), .1);  // from the four that saw it
   EXPECT_EQ(found.weight.at(-4, 5), 0);
+  EXPECT_LT(found.shown.at(-4, 5), .3) << "nothing was shown in nine of twelve";
+  EXPECT_LT(found.weight.at(7, 7), .01);
+  EXPECT_EQ(found.shown.at(7, 7), 1) << "a highlight is something";
   EXPECT_EQ(found.weight.at(0, 0), 1);
 }
 

@@ -21,11 +21,17 @@ class Centre : public testing::Test {
     ASSERT_TRUE(seen.usable);
     bias_ = seen.bias;
   }
+  /// The picture at the anchor's own place, weighed by their agreement.
+  PatchSample agreeing() const {
+    auto seen = sample(pyramid_, glare_, {at_}, 0);
+    weigh_agreement(anchor_, seen.weight);
+    return seen;
+  }
   /// At the anchor's own place, in a picture with an area `covered`.
   double of(cv::Rect covered) {
     luma_(covered).setTo(250);
     pyramid_.build(luma_);
-    const auto seen = sample(pyramid_, glare_, {at_}, 0);
+    const auto seen = agreeing();
     return centre_inliers(anchor_, seen.value, seen.weight, 1, bias_, 1).value();
   }
   const cv::Point2d at_{160, 120};
@@ -83,12 +89,23 @@ TEST_F(Centre, IsPartOfAnAlignment) {
 }
 
 TEST_F(Centre, IsUnknownWhereTheAnchorIsMasked) {
-  const auto seen = sample(pyramid_, glare_, {at_}, 0);
+  const auto known = [&] {
+    const auto seen = agreeing();
+    return centre_inliers(anchor_, seen.value, seen.weight, 1, bias_, 1).has_value();
+  };
   for (int v = -3; v <= 3; ++v)
     for (int u = -3; u <= 1; ++u) anchor_.weight.at(u, v) = 0;  // 35 of 49
-  EXPECT_FALSE(centre_inliers(anchor_, seen.value, seen.weight, 1, bias_, 1));
+  EXPECT_FALSE(known());
   for (int v = -3; v <= 3; ++v) anchor_.weight.at(1, v) = 1;
-  EXPECT_TRUE(centre_inliers(anchor_, seen.value, seen.weight, 1, bias_, 1));
+  EXPECT_TRUE(known());
+}
+
+TEST_F(Centre, WhatPictureAndAnchorMaskIsTexture) {
+  for (float &w : anchor_.weight.data) w = 0;
+  auto seen = sample(pyramid_, glare_, {at_}, 0);
+  for (float &w : seen.weight.data) w *= .5F;
+  weigh_agreement(anchor_, seen.weight);
+  EXPECT_GT(centre_inliers(anchor_, seen.value, seen.weight, 1, bias_, 1).value(), 0.98);
 }
 
 }  // namespace
