@@ -26,8 +26,8 @@ constexpr int patch_units = 21;
 constexpr double form_units = 30;  // larger forms don't count as pattern
 
 constexpr std::array<std::string_view, style_count> names = {"heart",  "liver",  "peritoneum", "bowel",  "fat",
-                                                             "retina", "mucosa", "lobes",      "charred"};
-constexpr std::array<std::uint8_t, style_count> glosses = {235, 245, 150, 215, 190, 110, 255, 200, 215};
+                                                             "retina", "mucosa", "lobes",      "charred", "speckle", "pale"};
+constexpr std::array<std::uint8_t, style_count> glosses = {235, 245, 150, 215, 190, 110, 255, 200, 215, 60, 120};
 
 struct Colour {
   float b, g, r;
@@ -289,9 +289,26 @@ cv::Mat charred(Loom &loom, std::uint8_t gloss) {
   });
 }
 
-/// The retina's patches contain little more than a thin vessel each.
+cv::Mat speckle(Loom &loom, std::uint8_t gloss) {
+  const Cells dots = loom.cells_of(9, 0.7, 0);
+  return weave(loom.side(), gloss, [&](int x, int y) {
+    return mix({20, 20, 20}, {250, 250, 250}, above(dots.edge.row(y)[x], 0.4F, 0.3F));
+  });
+}
+
+cv::Mat pale(Loom &loom, std::uint8_t gloss) {
+  const NoiseField form = loom.noise({{240, 1}, {100, 0.5}}), fine = loom.noise({{16, 1}, {8, 0.8}, {4, 0.6}});
+  return weave(loom.side(), gloss, [&](int x, int y) {
+    const Colour c = mix({168, 184, 200}, {196, 206, 216}, clamp01(0.5F + 0.3F * form.row(y)[x]));
+    return (1 + 0.05F * fine.row(y)[x]) * c;
+  });
+}
+
 double deviation_of(Style style) {
-  return style == Style::retina ? 1.14 * pattern_deviation : pattern_deviation;
+  // The retina's patches contain little more than a thin vessel each.
+  if (style == Style::retina) return 1.14 * pattern_deviation;
+  // Else it would be no speckle.
+  return style == Style::speckle ? 5 * pattern_deviation : pattern_deviation;
 }
 
 /// The value exceeded by a fifth of all patches: the deviation of luma within a patch of 21 units.
@@ -370,6 +387,12 @@ TextureMap tissue_texture(Style style, std::uint64_t seed, int side, double cont
       break;
     case Style::charred:
       texture = charred(loom, gloss);
+      break;
+    case Style::speckle:
+      texture = speckle(loom, gloss);
+      break;
+    case Style::pale:
+      texture = pale(loom, gloss);
       break;
   }
   const double per_unit = side / period;

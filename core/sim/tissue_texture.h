@@ -19,8 +19,10 @@ enum class Style : std::uint8_t {
   mucosa,      ///< pale pink, softly folded, a fine net of vessels; wet
   lobes,       ///< fat in large round lobes with dark seams
   charred,     ///< burnt: black crusts with pale rims, red patches
+  speckle,     ///< white dots on dark grey, as for digital image correlation: as bright as highlights; dull
+  pale,        ///< cartilage: near white, with a faint mottle; half dull
 };
-inline constexpr std::size_t style_count = static_cast<std::size_t>(Style::charred) + 1;
+inline constexpr std::size_t style_count = static_cast<std::size_t>(Style::pale) + 1;
 
 /// "heart", "liver", …
 std::string_view style_name(Style style);

@@ -51,7 +51,7 @@ namespace {
 
 // Same enumerators, in the same order, as in the core.
 static_assert(GST_CSD_SIM_SCENARIO_CUT + 1 == csd::sim::scenario_count);
-static_assert(GST_CSD_SIM_STYLE_CHARRED + 1 == csd::sim::style_count);
+static_assert(GST_CSD_SIM_STYLE_PALE + 1 == csd::sim::style_count);
 
 struct ConverterFree {
   void operator()(GstVideoConverter *converter) const { gst_video_converter_free(converter); }

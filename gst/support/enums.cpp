@@ -113,6 +113,8 @@ GType gst_csd_sim_style_get_type() {
                                       {GST_CSD_SIM_STYLE_MUCOSA, "Mucosa", "mucosa"},
                                       {GST_CSD_SIM_STYLE_LOBES, "Fat in large lobes", "lobes"},
                                       {GST_CSD_SIM_STYLE_CHARRED, "Charred and bleeding tissue", "charred"},
+                                      {GST_CSD_SIM_STYLE_SPECKLE, "White dots on dark grey", "speckle"},
+                                      {GST_CSD_SIM_STYLE_PALE, "Cartilage: near white, faintly mottled", "pale"},
                                       {0, nullptr, nullptr}};
   static const GType type = g_enum_register_static("GstCsdSimStyle", values);
   return type;

@@ -69,7 +69,9 @@ enum GstCsdSimStyle {
   GST_CSD_SIM_STYLE_RETINA,
   GST_CSD_SIM_STYLE_MUCOSA,
   GST_CSD_SIM_STYLE_LOBES,
-  GST_CSD_SIM_STYLE_CHARRED
+  GST_CSD_SIM_STYLE_CHARRED,
+  GST_CSD_SIM_STYLE_SPECKLE,
+  GST_CSD_SIM_STYLE_PALE
 };
 #define GST_TYPE_CSD_SIM_STYLE (gst_csd_sim_style_get_type())
 GType gst_csd_sim_style_get_type();

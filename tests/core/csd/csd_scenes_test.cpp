@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// csd on a short sequence of each kind of tissue, and of each effect that moves parts of the tissue separately. Needs
+// csd on a short sequence of many kinds of tissue, and of each effect that moves parts of the tissue separately. Needs
 // no files.
 #include <gtest/gtest.h>
 
@@ -83,6 +83,11 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"folds", S::deformation, "specular=1", T::mucosa, 0.97, 0.01},
                     Case{"fat", S::deformation, "heart-mild=0,heart-strong=1", T::lobes, 0.97, 0.01},
                     Case{"charred", S::zoom, "specular=0.5", T::charred, 0.97, 0.01},
+                    // Its dots are as bright as highlights.
+                    Case{"speckle", S::deformation, "", T::speckle, 0.97, 0.01},
+                    Case{"speckle_and_highlights", S::specular, "", T::speckle, 0.97, 0.01},
+                    Case{"pale", S::deformation, "", T::pale, 0.97, 0.01},
+                    Case{"pale_and_highlights", S::specular, "", T::pale, 0.97, 0.01},
                     Case{"grasp", S::deformation, "grasp=1.5,heart-mild=0.5,liver=0.5", T::bowel, 0.97, 0.01},
                     // Looser than the other cases' .97 and .01: one map can't follow two sheets (docs/method.md).
                     Case{"slide", S::deformation, "slide=1.3,heart-mild=0.7,sway=0.5", T::lobes, 0.85, 0.06},
