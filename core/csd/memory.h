@@ -49,8 +49,9 @@ class Memory {
   void set_anchor(int level, const AnchorLevel &anchor);
 
   Anchor anchor_;
-  std::array<double, Anchor::coarsest - Anchor::finest + 1> shown_{};  ///< share of each anchor level that shows anything
-  std::vector<AnchorMedian> medians_;                                     ///< while learning: levels 0…2
+  std::array<double, Anchor::coarsest - Anchor::finest + 1>
+      shown_{};                        ///< share of each anchor level that shows anything
+  std::vector<AnchorMedian> medians_;  ///< while learning: levels 0…2
   std::int64_t begun_, last_sample_;
   std::optional<Likeness> likeness_;
   double contrast_ = 0;

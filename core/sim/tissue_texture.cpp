@@ -25,8 +25,8 @@ constexpr double pattern_share = 0.8;
 constexpr int patch_units = 21;
 constexpr double form_units = 30;  // larger forms don't count as pattern
 
-constexpr std::array<std::string_view, style_count> names = {"heart",  "liver",  "peritoneum", "bowel",  "fat",
-                                                             "retina", "mucosa", "lobes",      "charred", "speckle", "pale"};
+constexpr std::array<std::string_view, style_count> names = {
+    "heart", "liver", "peritoneum", "bowel", "fat", "retina", "mucosa", "lobes", "charred", "speckle", "pale"};
 constexpr std::array<std::uint8_t, style_count> glosses = {235, 245, 150, 215, 190, 110, 255, 200, 215, 60, 120};
 
 struct Colour {

@@ -188,7 +188,8 @@ TEST(GlareWeights, OnALargeClipIsAsDefinedWithinAPixel) {
       frame.load(packed.view);
       GlareWeights weights;
       weights.build(frame, {});
-      const cv::Mat masked = weights.level(0) == GlareWeights::highlight, expected = reference_mask(excess(darkest(frame)), 0);
+      const cv::Mat masked = weights.level(0) == GlareWeights::highlight,
+                    expected = reference_mask(excess(darkest(frame)), 0);
       cv::Mat wide_masked, wide_expected;
       cv::dilate(masked, wide_masked, {});
       cv::dilate(expected, wide_expected, {});

@@ -164,42 +164,6 @@ TEST(Align, DoesNotFollowOutliers) {
   EXPECT_EQ(a.unmasked, 1);
 }
 
-/// The picture of a texture with bright spots, and what passes for highlights in it.
-struct Spotted {
-  Spotted(const Waves &texture, const View &view, bool spots) {
-    cv::Mat luma = render(texture, view);
-    const auto spot = [](double x, double y) { return std::hypot(x - 4, y + 3) < 3 || std::hypot(x + 5, y - 4) < 3; };
-    if (spots) paint(luma, view.state, 240, spot);
-    WorkFrame frame;
-    frame.load(MovingScene::gray_view(luma));
-    glare.build(frame, {});
-    pixels.build(luma);
-  }
-  GlareWeights glare;
-  Pyramid pixels;
-};
-
-TEST(Align, BrightSpotsOfBothAreTextureAndOfOneAreHighlights) {
-  const Waves faint(6, 6, 1, 8);
-  View first, second;
-  first.state.position = {64, 64}, second.state.position = {66.3, 61.8};
-  first.bias = second.bias = 110;
-  for (const bool then : {true, false})
-    for (const bool now : {true, false})
-      for (const auto run : {align, align_scalar}) {
-        SCOPED_TRACE(testing::Message() << then << now);
-        const Spotted before(faint, first, then), after(faint, second, now);
-        const auto known = make_anchor_level(sample(before.pixels, before.glare, first.state, 0));
-        const AffineState start{second.state.position + cv::Point2d(.6, -.5)};
-        const auto found = run(after.pixels, after.glare, known, 0, start, {}, AlignModel::affine, fine_precision);
-        ASSERT_TRUE(found.usable);
-        // The spots and their rims are two fifths of the patch. Without them there is little to align by.
-        EXPECT_NEAR(found.unmasked, then == now ? 1 : .6, .1);
-        EXPECT_LT(distance(found.state, second.state), then && now ? .2 : .7);
-        EXPECT_EQ(found.zncc > .98, then && now) << found.zncc;
-      }
-}
-
 TEST(Align, MaskedHighlightsDoNotCount) {
   const Waves texture(6, 6, 25, 8);
   const AnchorLevel level0 = anchor(texture, 0);
