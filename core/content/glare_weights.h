@@ -39,11 +39,13 @@ class GlareWeights {
   static constexpr double usual_highlight = 0.4;
 
   /// Shares of tissue, and of what is not forbidden, at a pixel or sample of this value / 255, 0…1. Of a highlight
-  /// exactly nothing is tissue: its contrast is such that .4 % of it would be seen.
+  /// exactly nothing is tissue: its contrast is such that .4 % of it would be seen. Half tissue, half forbidden passes
+  /// for a highlight; `forbidden` reaches beyond the field's edge by half a patch, so such pixels show tissue.
   static constexpr float tissue_share(float value) {
-    return std::max(0.F, (value * tissue - highlight) / (tissue - highlight));
+    constexpr float of_highlight = highlight / 255.F;
+    return std::max(0.F, (value - of_highlight) / (1 - of_highlight));
   }
-  static constexpr float shown_share(float value) { return std::min(1.F, value * tissue / highlight); }
+  static constexpr float shown_share(float value) { return std::min(1.F, value * 255 / highlight); }
 
   bool empty() const { return levels_[0].empty(); }
   const cv::Mat &level(int l) const { return levels_[static_cast<std::size_t>(l)]; }  ///< CV_8UC1, sizes as Pyramid's

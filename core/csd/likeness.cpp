@@ -24,11 +24,11 @@ const std::array<cv::Vec2d, rings * ways> &directions() {
   return all;
 }
 
-double correlation(const AnchorLevel &anchor, PatchSample &seen, double min_weight) {
-  weigh_agreement(anchor, seen.weight);
-  const auto m = patch_moments(anchor, seen.value, seen.weight);
-  const double scale = m.frame_variance * m.anchor_variance;
-  return m.weight >= min_weight && scale > 0 ? m.covariance / std::sqrt(scale) : 0;
+double fit_of(const AnchorLevel &anchor, PatchSample &seen, double min_weight) {
+  PatchPlane tissue;
+  weigh_agreement(anchor, seen.weight, tissue);
+  const auto all = patch_moments(anchor, seen.value, seen.weight);
+  return all.weight >= min_weight ? correlation(all, patch_moments(anchor, seen.value, tissue)) : 0;
 }
 
 }  // namespace
@@ -39,7 +39,7 @@ Likeness::Likeness(const Pyramid &pyramid, const GlareWeights &weights, const An
   for (std::size_t i = 0; i < fit_.size(); ++i) {
     const cv::Vec2d off = state.shape * place(i) * std::ldexp(1.0, level);
     auto seen = sample(pyramid, weights, {state.position + cv::Point2d(off[0], off[1]), state.shape}, level);
-    const double fit = correlation(anchor, seen, tuning.likeness_weight);
+    const double fit = fit_of(anchor, seen, tuning.likeness_weight);
     fit_[i] = static_cast<float>(fit);
     if (radius(i / ways) >= tuning.likeness_far) far_ = std::max(far_, fit);
   }

@@ -8,21 +8,26 @@
 namespace csd {
 namespace {
 
+constexpr double tissue_share = 0.1;  // of a patch: with less, what may be highlights are its texture
+
 std::size_t slot(int level) {
   return static_cast<std::size_t>(level);
 }
 
-/// sd over the patch's unmasked pixels, whose mean is 0.
-double deviation(const AnchorLevel &anchor) {
-  double sum = 0, weight = 0;
+/// Of the patch, grey levels.
+double deviation(const AnchorLevel &anchor, const PatchPlane &weight) {
+  double sum = 0, squares = 0, total = 0;
   for (std::size_t i = 0; i < PatchPlane::size; ++i) {
-    weight += anchor.shown.data[i];
-    sum += double{anchor.shown.data[i]} * anchor.patch.data[i] * anchor.patch.data[i];
+    const double w = weight.data[i], value = anchor.patch.data[i];
+    total += w, sum += w * value, squares += w * value * value;
   }
-  return weight > 0 ? std::sqrt(sum / weight) : 0;
+  return total > 0 ? std::sqrt(std::max(0.0, squares / total - (sum / total) * (sum / total))) : 0;
 }
 
-/// Of the residual in the picture's grey levels; at least half a grey level.
+double share(const PatchPlane &plane) {
+  return std::accumulate(plane.data.begin(), plane.data.end(), 0.0) / PatchPlane::pixels;
+}
+
 double log_noise(const Alignment &seen) {
   return std::log(std::max(seen.noise * seen.gain, 0.5));
 }
@@ -39,8 +44,7 @@ Memory::Memory(const CsdFrame &frame, const AffineState &state)
 }
 
 void Memory::set_anchor(int level, const AnchorLevel &anchor) {
-  const auto &shown = anchor.shown.data;
-  shown_[slot(level - Anchor::finest)] = std::accumulate(shown.begin(), shown.end(), 0.0) / PatchPlane::pixels;
+  shown_[slot(level - Anchor::finest)] = share(anchor.shown);
   anchor_.set(level, anchor);
 }
 
@@ -74,7 +78,8 @@ void Memory::measure_likeness(const CsdFrame &frame, const AffineState &state) {
   if (likeness_) return;
   const int level = finest_level(state.scale() / frame.patch, frame.tuning);
   likeness_.emplace(frame.pyramid, frame.weights, anchor_.level(level), level, state, frame.tuning);
-  contrast_ = deviation(anchor_.level(level));
+  const auto &anchor = anchor_.level(level);
+  contrast_ = deviation(anchor, share(anchor.weight) >= tissue_share ? anchor.weight : anchor.shown);
 }
 
 void Memory::refine(const CsdFrame &frame, const AffineState &state, double scale, const Alignment &seen) {
@@ -82,8 +87,12 @@ void Memory::refine(const CsdFrame &frame, const AffineState &state, double scal
   if (seen.zncc < tuning.finer_zncc || seen.inliers <= tuning.finer_inliers) return;
   for (int level = -1; level >= Anchor::finest; --level)
     if (!anchor_.has(level) && anchor_.has(level + 1) &&
-        scale / frame.patch * std::ldexp(1.0, level) >= tuning.finer_scale)
-      set_anchor(level, make_anchor_level(sample(frame.pyramid, frame.weights, state, level)));
+        scale / frame.patch * std::ldexp(1.0, level) >= tuning.finer_scale) {
+      const auto finer = make_anchor_level(sample(frame.pyramid, frame.weights, state, level));
+      // Else a highlight that passes would be the level for good.
+      if (share(finer.weight) >= std::min(tissue_share, share(anchor_.level(level + 1).weight)))
+        set_anchor(level, finer);
+    }
 }
 
 int Memory::finest_level(double zoom, const Tuning &tuning) const {

@@ -173,7 +173,7 @@ Alignment align_with(const Pyramid &pyramid, const GlareWeights &weights, const 
   if (!sane(start)) return out;
   const int frame_level = matching_level(start, level);
   Twin twin;
-  PatchPlane value, weight, robust;
+  PatchPlane value, weight, tissue, robust;
   robust.data.fill(1);
   const PatchPlane *m = &weight;
   PatchFit fit;
@@ -184,7 +184,7 @@ Alignment align_with(const Pyramid &pyramid, const GlareWeights &weights, const 
     const double inside = twin.sample(pyramid.level(frame_level), weights.level(frame_level),
                                       patch_map(state, level, frame_level), value, weight, plain);
     m = plain ? &anchor.weight : &weight;
-    if (!plain) weigh_agreement(anchor, weight);
+    if (!plain) weigh_agreement(anchor, weight, tissue);
     Twin::fit(anchor, value, *m, robust, fit);
     out.unmasked = fit.weight / PatchPlane::pixels;
     if (inside < min_inside || fit.counted < min_counted) return out;
@@ -197,11 +197,12 @@ Alignment align_with(const Pyramid &pyramid, const GlareWeights &weights, const 
   }
   // Of the last residuals: the last step changes them little, so the patch is not sampled again.
   const PatchMoments moments = Twin::moments(anchor, value, *m);
+  const PatchMoments of_tissue = m == &weight ? Twin::moments(anchor, value, tissue) : moments;
   out.gain = fit.gain, out.bias = fit.bias, out.noise = fit.noise;
   out.inliers = fit.inliers / fit.weight;
   out.centre = centre_inliers(anchor, value, *m, fit.gain, fit.bias, prior.noise / fit.gain).value_or(out.inliers);
   if (moments.anchor_variance < min_variance || moments.frame_variance < min_variance) return out;
-  out.zncc = moments.covariance / std::sqrt(moments.frame_variance * moments.anchor_variance);
+  out.zncc = correlation(moments, of_tissue);
   out.state = state;
   out.usable = true;
   return out;

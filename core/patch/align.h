@@ -26,7 +26,7 @@ struct Alignment {
   double zncc = 0;            ///< weighted (not robustly) zero-mean normalised cross-correlation, −1…1
   double inliers = 0;         ///< Σ robust weights / Σ weights, 0…1
   double centre = 0;          ///< the same for the patch's centre: centre_inliers(); `inliers` if that is unknown
-  double unmasked = 0;        ///< unmasked share of the patch, 0…1
+  double unmasked = 0;        ///< share of the patch on which picture and anchor agree: weigh_agreement(), 0…1
   double gain = 1, bias = 0;  ///< frame = gain·anchor + bias, grey levels
   double noise = 0;           ///< robust standard deviation of the residual, grey levels of the anchor, ≤ 379 ("sig")
   cv::Matx22d information;    ///< about the position, from the data alone, 1/px² (working pixels)

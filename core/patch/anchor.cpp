@@ -82,11 +82,12 @@ AnchorLevel make_anchor_level(const PatchSample &sample) {
   return out;
 }
 
-void weigh_agreement(const AnchorLevel &anchor, PatchPlane &weight) {
+void weigh_agreement(const AnchorLevel &anchor, PatchPlane &weight, PatchPlane &tissue) {
   for (std::size_t i = 0; i < PatchPlane::size; ++i) {
-    const float seen = weight.data[i];
-    const float agreement = 1 - std::abs(GlareWeights::tissue_share(seen) - anchor.weight.data[i]);
-    weight.data[i] = agreement * anchor.shown.data[i] * GlareWeights::shown_share(seen);
+    const float seen = GlareWeights::tissue_share(weight.data[i]), known = anchor.weight.data[i];
+    const float shown = anchor.shown.data[i] * GlareWeights::shown_share(weight.data[i]);
+    weight.data[i] = (1 - std::abs(seen - known)) * shown;
+    tissue.data[i] = seen * known;
   }
 }
 

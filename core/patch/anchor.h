@@ -54,6 +54,7 @@ AnchorLevel make_anchor_level(const PatchSample &sample);
 
 /// Replaces a sample's weights by those of its comparison with an anchor: how far they agree on what each pixel shows.
 /// What is bright in both is texture. What is bright in one of them is a highlight that came or went.
-void weigh_agreement(const AnchorLevel &anchor, PatchPlane &weight);
+/// @param tissue becomes the part of that weight where both show tissue
+void weigh_agreement(const AnchorLevel &anchor, PatchPlane &weight, PatchPlane &tissue);
 
 }  // namespace csd

@@ -241,9 +241,10 @@ void MedianOf(const CompactPatch *samples, std::size_t n, PatchSample &out) {
   }
   for (std::size_t i = 0; i < PatchPlane::size; ++i) {
     out.value.data[i] = static_cast<float>(lower[i] + upper[i]) * (CompactPatch::unit / 2);
-    const bool seen = 3 * counts[i] >= static_cast<int>(n);
-    out.weight.data[i] = seen ? static_cast<float>(weights[i]) / static_cast<float>(255 * counts[i])
-                              : static_cast<float>(masked_weights[i]) / static_cast<float>(255 * n);
+    const bool seen = 3 * counts[i] >= static_cast<int>(n), never = counts[i] == 0;
+    out.weight.data[i] = seen    ? static_cast<float>(weights[i]) / static_cast<float>(255 * counts[i])
+                         : never ? static_cast<float>(masked_weights[i]) / static_cast<float>(255 * n)
+                                 : 0.F;
   }
 }
 
@@ -352,9 +353,10 @@ PatchSample median_of_scalar(std::span<const CompactPatch> samples) {
         weight += s.weight[i];
       }
     }
-    const bool seen = 3 * values.size() >= samples.size();
-    out.weight.data[i] = seen ? static_cast<float>(weight) / static_cast<float>(255 * values.size())
-                              : static_cast<float>(masked) / static_cast<float>(255 * samples.size());
+    if (3 * values.size() >= samples.size())
+      out.weight.data[i] = static_cast<float>(weight) / static_cast<float>(255 * values.size());
+    else if (values.empty())
+      out.weight.data[i] = static_cast<float>(masked) / static_cast<float>(255 * samples.size());
     if (values.empty())  // values for the neighbours' gradients
       for (const auto &s : samples) values.push_back(s.value[i]);
     std::sort(values.begin(), values.end());

@@ -22,7 +22,8 @@ struct CompactPatch {
 
 /// Per-pixel median of a level's samples over the first half second, each matched robustly to the first one's gain and
 /// bias. It removes highlights and noise of the first frame. A pixel that is masked in more than two thirds of the
-/// samples is masked. add() does most of the work, which spreads it over the training time.
+/// samples counts as nothing, or as bright texture if it is masked in each. add() does most of the work, which spreads
+/// it over the training time.
 class AnchorMedian {
  public:
   static constexpr std::size_t most = 16;
@@ -44,9 +45,9 @@ CompactPatch compact(const PatchSample &sample);
 /// than all the texture. Ends when a round changes less than .01 grey levels. Gain .1 to 10.
 void bring_to(const CompactPatch &first, CompactPatch &patch);
 
-/// Per pixel, the median of the unmasked samples and their mean weight. If fewer than a third are unmasked, the weight
-/// is the mean of all, each at most GlareWeights::highlight; if none is, the median is of all samples. 1 to
-/// AnchorMedian::most samples.
+/// Per pixel, the median of the unmasked samples and their mean weight. If fewer than a third are unmasked, a highlight
+/// came or went: the weight is 0. If none is, the pixel is bright texture: its weight is the mean, each at most
+/// GlareWeights::highlight, and the median is of all samples. 1 to AnchorMedian::most samples.
 PatchSample median_of(std::span<const CompactPatch> samples);
 
 /// The same without SIMD. bring_to_scalar() always takes ten rounds.

@@ -266,6 +266,16 @@ namespace csd {
 HWY_EXPORT(FitPatch);
 HWY_EXPORT(Moments);
 
+double correlation(const PatchMoments &all, const PatchMoments &of_tissue) {
+  constexpr double least = PatchPlane::pixels / 10., deviation = 3;
+  const auto zncc = [](const PatchMoments &m) {
+    const double scale = m.frame_variance * m.anchor_variance;
+    return scale > 0 ? m.covariance / std::sqrt(scale) : 0;
+  };
+  const bool textured = of_tissue.weight >= least && of_tissue.anchor_variance >= deviation * deviation;
+  return textured ? std::min(zncc(all), zncc(of_tissue)) : zncc(all);
+}
+
 void fit_patch(const AnchorLevel &anchor, const PatchPlane &value, const PatchPlane &weight, PatchPlane &robust,
                PatchFit &fit) {
   HWY_DYNAMIC_DISPATCH(FitPatch)(anchor, value, weight, robust, fit);

@@ -59,7 +59,7 @@ def main() -> None:
     track = run.element("csdtrack")
     runner.configure(track, options.preset, {"overlay": "draw", "navigation": "true"}, options.set)
     if options.tracks:
-        run.watch_lines("file", options.tracks)
+        run.watch_lines(run.element("file"), options.tracks)
     run.play(options.source, options.seconds, harmless=("window was closed",), leaky=("in",))
     runner.print_cost(track)
     if options.tracks and (lost := run.lost_lines("file", run.frames)):

@@ -216,8 +216,8 @@ class Receiver:
         else:
             self.track = built.get_by_name("picture")
             configure(self._runner, self.track, self._options)
+        self._run.watch_lines(built.get_by_name("file"), self._options.tracks)
         self._run.pipeline.add(built)
-        self._run.watch_lines("file", self._options.tracks)
         self._run.element("frames").get_static_pad("src").link(built.get_static_pad("picture"))
         built.sync_state_with_parent()
         return built

@@ -66,6 +66,7 @@ def contains_any(text: str | None, parts: Iterable[str]) -> bool:
 @dataclasses.dataclass
 class Lines:
     """What went into a file of tracks."""
+    pad: Any  # of the filesink
     path: pathlib.Path
     came: int = 0       # to the filesink
     in_flight: int = 0  # of these, when the pipeline was stopped
@@ -107,15 +108,15 @@ class Run:
         """How many frames reached this element, one of those that are counted."""
         return self._counts[name]
 
-    def watch_lines(self, name: str, path: pathlib.Path) -> None:
+    def watch_lines(self, sink: Any, path: pathlib.Path) -> None:
         """Counts the lines that this filesink writes into this file, for lost_lines()."""
-        watched = self._lines[name] = Lines(path)
+        watched = self._lines[sink.get_name()] = Lines(sink.get_static_pad("sink"), path)
 
         def on_line(_pad: Gst.Pad, _info: Gst.PadProbeInfo) -> Any:
             watched.came += 1
             return Gst.PadProbeReturn.OK
 
-        self._feeding(name).add_probe(Gst.PadProbeType.BUFFER, on_line)
+        watched.pad.add_probe(Gst.PadProbeType.BUFFER, on_line)
 
     def lines(self, name: str) -> int:
         """How many lines came to this filesink, one of those that are watched."""
@@ -132,23 +133,26 @@ class Run:
             return counts.missing_lines(lines.path, frames)
         return counts.missing_lines(lines.path, lines.came, lines.in_flight)
 
-    def _is_idle(self, name: str) -> bool:
-        """Waits until this sink has taken what came to it, and lets nothing more come.
+    def _hold_lines(self) -> None:
+        """Waits until the files have taken what came to them, and lets nothing more come.
 
-        Else a line may have come, and been counted, that a stopped sink refuses (seen).
+        Else a line may have come, and been counted, that a stopped sink refuses (seen). The probe
+        is at the pad before, which is busy from before a line is counted until it is written.
         """
-        idle = threading.Event()
+        end = time.monotonic() + PATIENCE
+        waited = []
+        for lines in self._lines.values():
+            idle = threading.Event()
 
-        def on_idle(_pad: Gst.Pad, _info: Gst.PadProbeInfo) -> Any:
-            idle.set()
-            return Gst.PadProbeReturn.OK  # it stays blocked
+            def on_idle(_pad: Gst.Pad, _info: Gst.PadProbeInfo, idle: threading.Event) -> Any:
+                idle.set()
+                return Gst.PadProbeReturn.OK  # it stays blocked
 
-        self._feeding(name).add_probe(Gst.PadProbeType.IDLE, on_idle)
-        return idle.wait(PATIENCE)
-
-    def _feeding(self, name: str) -> Any:
-        """The pad that is linked to this sink."""
-        return self.element(name).get_static_pad("sink").get_peer()
+            lines.pad.get_peer().add_probe(
+                Gst.PadProbeType(Gst.PadProbeType.IDLE | Gst.PadProbeType.BLOCK), on_idle, idle)
+            waited.append((lines, idle))
+        for lines, idle in waited:
+            lines.in_flight = int(not idle.wait(max(0, end - time.monotonic())))
 
     def element(self, name: str) -> Any:
         return self.pipeline.get_by_name(name)
@@ -213,8 +217,7 @@ class Run:
         try:
             self._loop.run()
         finally:
-            for name, lines in self._lines.items():
-                lines.in_flight = int(not self._is_idle(name))
+            self._hold_lines()
             self.pipeline.set_state(Gst.State.NULL)
             bus.remove_signal_watch()
         if not self.frames:

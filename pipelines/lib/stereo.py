@@ -102,7 +102,7 @@ def track_both(options: argparse.Namespace, launch: Mapping[str, str]) -> None:
         times[side] = FrameTimes(
             runner.Gst, run.element(f"{side}-single").get_static_pad("src"), "stereo", source,
             lambda: run.live, rising=False)
-        run.watch_lines(f"{side}-file", tracks_path(options, side))
+        run.watch_lines(run.element(f"{side}-file"), tracks_path(options, side))
         runner.configure(run.element(side), options.preset,
                          {"overlay": "draw" if options.display else "none"}, options.set)
 

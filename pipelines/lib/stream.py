@@ -303,7 +303,7 @@ def main() -> None:
     if page:
         command.print_line(page.url, sys.stdout)
     if options.tracks:
-        run.watch_lines("file", options.tracks)
+        run.watch_lines(run.element("file"), options.tracks)
     try:
         run.play(options.source, options.seconds, leaky=("in",))
     finally:

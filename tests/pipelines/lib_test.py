@@ -7,12 +7,14 @@ import os
 import pathlib
 import shutil
 import subprocess
+import time
 import unittest.mock
 
 import harness
 from gi.repository import GLib
 from harness import Gst
-from pipelines.lib import archive_index, counts, failure, klv, properties, runner, video_errors
+from pipelines.lib import (archive_index, command, counts, failure, klv, properties, runner,
+                           video_errors)
 
 
 class Lib(harness.Case):
@@ -45,6 +47,24 @@ class Lib(harness.Case):
         self.assertEqual(counts.missing_lines(path, 1, in_flight=1), "")
         self.assertEqual(counts.missing_lines(path, 2, in_flight=1),
                          f"'{path}' holds 0 lines of 2 frames")
+
+    def test_what_came_to_a_file_is_in_it_before_the_pipeline_stops(self):
+        path, bytes_each = self.tmp / "file", 200
+        run = runner.Run("x", "audiotestsrc is-live=true samplesperbuffer=100 ! "
+                         "audio/x-raw,format=S16LE,channels=1,rate=44100 ! queue ! "
+                         f"{command.line_sink(path)}", counted=())
+        run.watch_lines(run.element("file"), path)
+        run.pipeline.set_state(Gst.State.PLAYING)
+        try:
+            while run.lines("file") < 20:
+                time.sleep(0.01)
+            run._hold_lines()
+            came = run.lines("file")
+            self.assertEqual(path.stat().st_size, came * bytes_each)
+            time.sleep(0.2)
+            self.assertEqual((run.lines("file"), path.stat().st_size), (came, came * bytes_each))
+        finally:
+            run.pipeline.set_state(Gst.State.NULL)
 
     def test_only_complete_klv_gives_lines(self):
         def packet(number, left, value):

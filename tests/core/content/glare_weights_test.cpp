@@ -80,15 +80,17 @@ TEST(GlareWeights, AHighlightOnForbiddenGroundIsForbidden) {
 }
 
 TEST(GlareWeights, AValueSaysWhatAPixelShowsAndHowMuchOfIt) {
-  constexpr float most = 255, highlight = 128 / most;
-  const auto of = [](float value) {
-    return std::pair(GlareWeights::tissue_share(value), GlareWeights::shown_share(value));
+  constexpr float highlight = GlareWeights::highlight / 255.F;
+  const auto expect = [](float value, float tissue, float shown) {
+    EXPECT_FLOAT_EQ(GlareWeights::tissue_share(value), tissue) << value;
+    EXPECT_FLOAT_EQ(GlareWeights::shown_share(value), shown) << value;
   };
-  EXPECT_EQ(of(1), std::pair(1.F, 1.F));
-  EXPECT_EQ(of((1 + highlight) / 2), std::pair(.5F, 1.F));
-  EXPECT_EQ(of(highlight), std::pair(0.F, 1.F));
-  EXPECT_EQ(of(highlight / 2), std::pair(0.F, .5F));
-  EXPECT_EQ(of(0), std::pair(0.F, 0.F));
+  expect(1, 1, 1);
+  expect((1 + highlight) / 2, .5F, 1);
+  expect(highlight / 2, 0, .5F);
+  expect(0, 0, 0);
+  EXPECT_EQ(GlareWeights::tissue_share(highlight), 0) << "exactly: its contrast is large";
+  EXPECT_EQ(GlareWeights::shown_share(highlight), 1);
 }
 
 TEST(GlareWeights, ForbiddenPixelsWeighNothingAndDoNotDarkenTheBackground) {

@@ -110,19 +110,22 @@ TEST(Sample, HighlightsWeighNothing) {
 TEST(WeighAgreement, WhatIsBrightInBothIsTextureAndInOneAHighlight) {
   constexpr float tissue = 1, bright = GlareWeights::highlight / 255.F, nothing = 0, half = (tissue + bright) / 2;
   const struct {
-    float anchor, picture, weight;
-  } cases[] = {{tissue, tissue, 1},      {bright, bright, 1},  {tissue, bright, 0},  {bright, tissue, 0},
-               {tissue, half, .5F},      {half, half, 1},      {half, bright, .5F},  {nothing, tissue, 0},
-               {tissue, nothing, 0},     {nothing, bright, 0}, {bright, nothing, 0}, {nothing, nothing, 0},
-               {bright, bright / 2, .5F}};
+    float anchor, picture, weight, tissue;
+  } cases[] = {{tissue, tissue, 1, 1},      {bright, bright, 1, 0},  {tissue, bright, 0, 0},  {bright, tissue, 0, 0},
+               {tissue, half, .5F, .5F},    {half, half, 1, .25F},   {half, bright, .5F, 0},  {nothing, tissue, 0, 0},
+               {tissue, nothing, 0, 0},     {nothing, bright, 0, 0}, {bright, nothing, 0, 0}, {nothing, nothing, 0, 0},
+               {bright, bright / 2, .5F, 0}};
   for (const auto &c : cases) {
     SCOPED_TRACE(testing::Message() << c.anchor << ' ' << c.picture);
     PatchSample first;
     for_each_offset([&](int x, int y) { first.weight.at(x, y) = c.anchor; });
-    PatchPlane weight;
+    PatchPlane weight, of_tissue;
     weight.data.fill(c.picture);
-    weigh_agreement(make_anchor_level(first), weight);
-    for_each_offset([&](int x, int y) { ASSERT_FLOAT_EQ(weight.at(x, y), c.weight); });
+    weigh_agreement(make_anchor_level(first), weight, of_tissue);
+    for_each_offset([&](int x, int y) {
+      ASSERT_FLOAT_EQ(weight.at(x, y), c.weight);
+      ASSERT_FLOAT_EQ(of_tissue.at(x, y), c.tissue);
+    });
     // The padding shows nothing.
     for (int x = radius + 1; x < PatchPlane::stride - radius; ++x) EXPECT_EQ(weight.at(x, 0), 0);
     for (int x = -radius; x <= radius; ++x) EXPECT_EQ(weight.at(x, radius + 1), 0);

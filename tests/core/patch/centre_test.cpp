@@ -24,7 +24,8 @@ class Centre : public testing::Test {
   /// The picture at the anchor's own place, weighed by their agreement.
   PatchSample agreeing() const {
     auto seen = sample(pyramid_, glare_, {at_}, 0);
-    weigh_agreement(anchor_, seen.weight);
+    PatchPlane tissue;
+    weigh_agreement(anchor_, seen.weight, tissue);
     return seen;
   }
   /// At the anchor's own place, in a picture with an area `covered`.
@@ -104,7 +105,8 @@ TEST_F(Centre, WhatPictureAndAnchorMaskIsTexture) {
   for (float &w : anchor_.weight.data) w = 0;
   auto seen = sample(pyramid_, glare_, {at_}, 0);
   for (float &w : seen.weight.data) w *= .5F;
-  weigh_agreement(anchor_, seen.weight);
+  PatchPlane tissue;
+  weigh_agreement(anchor_, seen.weight, tissue);
   EXPECT_GT(centre_inliers(anchor_, seen.value, seen.weight, 1, bias_, 1).value(), 0.98);
 }
 
