@@ -14,6 +14,8 @@
 namespace csd {
 namespace {
 
+constexpr int clipped = 250;  // grey levels, with noise and compression
+
 using Words = std::vector<std::uint16_t>;
 using Bytes = std::vector<std::uint8_t>;
 
@@ -66,7 +68,8 @@ cv::Mat1b means_of_cells(const cv::Mat &least, const cv::Mat &forbidden, int cel
 
 /// Brightness above which a pixel is a highlight, 1/256.
 int limit(int surroundings, double share) {
-  return static_cast<int>(std::lround(std::clamp(256 * (surroundings + share * (250 - surroundings)), 0.0, 65535.0)));
+  return static_cast<int>(
+      std::lround(std::clamp(256 * (surroundings + share * (clipped - surroundings)), 0.0, 65535.0)));
 }
 
 /// Limits of a row of cells at every pixel, interpolated linearly between the cells' centres.
@@ -102,7 +105,7 @@ void GlareWeights::build(const WorkFrame &frame, const cv::Mat &forbidden, doubl
 
   const auto n = static_cast<std::size_t>(size.width), slots = n + row_slack;
   Words above(n), below(n), sums(slots);
-  Bytes bytes(slots), all(n, 255), none(n, 0);
+  Bytes bytes(slots), all(n, 255), none(n, 0), hidden(n);
   // Rows of tissue before the erosion, in a ring buffer as high as its window: row y is at y modulo that height.
   std::vector<Bytes> tissue(side, Bytes(n));
   const auto tissue_at = [&](int y) {
@@ -128,7 +131,9 @@ void GlareWeights::build(const WorkFrame &frame, const cv::Mat &forbidden, doubl
     if (y + reach < size.height) mark(y + reach);
     const std::uint8_t *around[side];
     for (int k = 0; k < side; ++k) around[k] = tissue_at(y + k - reach);
-    erode_row(around, forbidden.empty() ? none.data() : forbidden.ptr(y), size.width, bytes.data(), levels_[0].ptr(y));
+    const std::uint8_t *outside = forbidden.empty() ? none.data() : forbidden.ptr(y), *least = least_.ptr(y);
+    for (std::size_t x = 0; x < n; ++x) hidden[x] = least[x] >= clipped ? 255 : outside[x];
+    erode_row(around, hidden.data(), size.width, bytes.data(), levels_[0].ptr(y));
     done[0] = y + 1;
     for (std::size_t l = 1; l < Pyramid::levels; ++l) {
       const cv::Mat &fine = levels_[l - 1];

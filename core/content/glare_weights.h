@@ -14,11 +14,11 @@ namespace csd {
 class WorkFrame;
 
 /// What each pixel shows, at the pyramid's resolutions: 255: tissue; 128: what may be a highlight, or its rim; 0:
-/// nothing (forbidden). A mixture lies between: tissue_share() and shown_share() take it apart.
+/// nothing (forbidden, or clipped: m ≥ 250). A mixture lies between: tissue_share() and shown_share() take it apart.
 ///
 /// Brightness alone does not make a highlight: bright dots of a texture pass for one, too. But a highlight moves with
 /// the lamp and the lens, and texture with the tissue. So an alignment weighs a pixel by whether picture and anchor
-/// agree (patch/align.cpp).
+/// agree (weigh_agreement()). A clipped pixel has no texture: under changing light, counting it put points .05 px off.
 ///
 /// A highlight exceeds its surroundings in the smallest of B, G and R (so that pale tissue is not one) by a share of
 /// the room left above them: an absolute threshold would mask pale tissue. m = min(B, G, R), smoothed by 1 2 1 in both

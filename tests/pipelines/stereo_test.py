@@ -83,9 +83,17 @@ command.run("stereo", stereo.main)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
         files = [self.out / "left.jsonl", self.out / "right.jsonl"]
+
+        def enough():
+            """More than 20 lines each; if busy, one side may begin a second later (seen)."""
+            if not all(file.exists() and file.read_bytes().count(b"\n") > 20 for file in files):
+                return False
+            left, right = (harness.read_lines(file, torn=True) for file in files)
+            return (left[0]["running_time"] < right[-1]["running_time"] and
+                    right[0]["running_time"] < left[-1]["running_time"])
+
         for _ in range(600):
-            if process.poll() is not None or all(
-                    file.exists() and file.read_bytes().count(b"\n") > 20 for file in files):
+            if process.poll() is not None or enough():
                 break
             time.sleep(0.1)
         os.killpg(process.pid, signal.SIGINT)

@@ -70,11 +70,15 @@ TEST(TissueTexture, IsRedAndFadesWithoutLosingItsForms) {
   for (std::size_t i = 0; i < style_count; ++i) {
     const auto style = static_cast<Style>(i);
     const Look full = look(tissue_texture(style, 2, 1024)), faint = look(tissue_texture(style, 2, 1024, 0.25));
-    EXPECT_GT(full.red, 1.15 * full.green) << style_name(style);
-    EXPECT_GT(full.red, 1.15 * full.blue) << style_name(style);
+    if (style <= Style::charred) {  // speckle is grey, and cartilage nearly
+      EXPECT_GT(full.red, 1.15 * full.green) << style_name(style);
+      EXPECT_GT(full.red, 1.15 * full.blue) << style_name(style);
+    }
     // In the later styles, most patches lie within a lobe, a crust or between vessels, and have little pattern to lose.
     EXPECT_LT(faint.small, (style > Style::fat ? 0.6 : 0.5) * full.small) << style_name(style);
-    EXPECT_GT(faint.large, 0.6 * full.large) << style_name(style);
+    if (style != Style::speckle) {  // it has no forms but its dots
+      EXPECT_GT(faint.large, 0.6 * full.large) << style_name(style);
+    }
   }
 }
 
