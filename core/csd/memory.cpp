@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "patch/patch_fit.h"
+
 namespace csd {
 namespace {
 
@@ -14,20 +16,11 @@ std::size_t slot(int level) {
   return static_cast<std::size_t>(level);
 }
 
-/// Of the patch, grey levels.
-double deviation(const AnchorLevel &anchor, const PatchPlane &weight) {
-  double sum = 0, squares = 0, total = 0;
-  for (std::size_t i = 0; i < PatchPlane::size; ++i) {
-    const double w = weight.data[i], value = anchor.patch.data[i];
-    total += w, sum += w * value, squares += w * value * value;
-  }
-  return total > 0 ? std::sqrt(std::max(0.0, squares / total - (sum / total) * (sum / total))) : 0;
-}
-
 double share(const PatchPlane &plane) {
   return std::accumulate(plane.data.begin(), plane.data.end(), 0.0) / PatchPlane::pixels;
 }
 
+/// Of the residual in the picture's grey levels; at least half a grey level.
 double log_noise(const Alignment &seen) {
   return std::log(std::max(seen.noise * seen.gain, 0.5));
 }
@@ -79,7 +72,8 @@ void Memory::measure_likeness(const CsdFrame &frame, const AffineState &state) {
   const int level = finest_level(state.scale() / frame.patch, frame.tuning);
   likeness_.emplace(frame.pyramid, frame.weights, anchor_.level(level), level, state, frame.tuning);
   const auto &anchor = anchor_.level(level);
-  contrast_ = deviation(anchor, share(anchor.weight) >= tissue_share ? anchor.weight : anchor.shown);
+  const auto &weight = share(anchor.weight) >= tissue_share ? anchor.weight : anchor.shown;
+  contrast_ = std::sqrt(patch_moments(anchor, anchor.patch, weight).anchor_variance);
 }
 
 void Memory::refine(const CsdFrame &frame, const AffineState &state, double scale, const Alignment &seen) {

@@ -178,6 +178,9 @@ TEST(GlareWeights, IsAsDefined) {
       weights.build(frame, {});
       const cv::Mat masked = weights.level(0) != GlareWeights::tissue;
       const cv::Mat1d above = excess(darkest(frame));
+      const auto count = [&](int value) { return cv::countNonZero(weights.level(0) == value); };
+      EXPECT_EQ(count(GlareWeights::tissue) + count(GlareWeights::highlight) + count(GlareWeights::nothing),
+                size.area());
       EXPECT_EQ(cv::countNonZero(masked & ~reference_mask(above, -.02)), 0);
       EXPECT_EQ(cv::countNonZero(~masked & reference_mask(above, .02)), 0);
       EXPECT_GT(cv::countNonZero(masked), 0);
