@@ -41,7 +41,7 @@ void Memory::set_anchor(int level, const AnchorLevel &anchor) {
   anchor_.set(level, anchor);
 }
 
-void Memory::freeze() {
+void Memory::freeze_anchor() {
   for (int level = 0; level <= Anchor::coarsest; ++level) set_anchor(level, medians_[slot(level)].make());
   medians_.clear();
 }
@@ -67,10 +67,10 @@ void Memory::learn_usual(const CsdFrame &frame, const Alignment &seen) {
   usual_->brightness += rate * (now.brightness - usual_->brightness);
 }
 
-void Memory::measure_likeness(const CsdFrame &frame, const AffineState &state) {
-  if (likeness_) return;
+void Memory::measure_self_similarity(const CsdFrame &frame, const AffineState &state) {
+  if (self_similarity_) return;
   const int level = finest_level(state.scale() / frame.patch, frame.tuning);
-  likeness_.emplace(frame.pyramid, frame.weights, anchor_.level(level), level, state, frame.tuning);
+  self_similarity_.emplace(frame.pyramid, frame.weights, anchor_.level(level), level, state, frame.tuning);
   const auto &anchor = anchor_.level(level);
   const auto &weight = share(anchor.weight) >= tissue_share ? anchor.weight : anchor.shown;
   contrast_ = std::sqrt(patch_moments(anchor, anchor.patch, weight).anchor_variance);

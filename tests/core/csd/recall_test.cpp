@@ -58,8 +58,12 @@ class RecallTest : public testing::Test {
     frame_.load(MovingScene::view(bgr));
     pyramid_.build(luma);
     glare_.build(frame_, {});
-    return {pyramid_,  glare_, luma.size(), luma.rows / 480.0, 1, static_cast<std::int64_t>(seconds * second),
-            second / 2};
+    return {.pyramid = pyramid_,
+            .weights = glare_,
+            .size = luma.size(),
+            .unit = luma.rows / 480.0,
+            .time = static_cast<std::int64_t>(seconds * second),
+            .training_time = second / 2};
   }
   cv::Mat turned(const Similarity &motion) const {
     cv::Mat out;

@@ -20,8 +20,14 @@ class Support : public testing::Test {
     frame_.load(MovingScene::view(bgr));
     pyramid_.build(luma);
     glare_.build(frame_, {});
-    const CsdFrame frame{pyramid_, glare_, luma.size(), luma.rows / 480.0, 1, time_ += second / 25, second / 2,
-                         1,        budget, &frame_};
+    const CsdFrame frame{.pyramid = pyramid_,
+                         .weights = glare_,
+                         .size = luma.size(),
+                         .unit = luma.rows / 480.0,
+                         .time = time_ += second / 25,
+                         .training_time = second / 2,
+                         .budget = budget,
+                         .colour = &frame_};
     support_.follow(frame);
     support_.replenish(frame);
   }
