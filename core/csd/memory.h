@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -46,11 +45,7 @@ class Memory {
   std::optional<double> brightness_change(const Alignment &seen) const;  ///< the same for the patch's mean, grey levels
 
  private:
-  void set_anchor(int level, const AnchorLevel &anchor);
-
   Anchor anchor_;
-  std::array<double, Anchor::coarsest - Anchor::finest + 1>
-      shown_{};                        ///< share of each anchor level that shows anything
   std::vector<AnchorMedian> medians_;  ///< while learning: levels 0…2
   std::int64_t begun_, last_sample_;
   std::optional<SelfSimilarity> self_similarity_;
