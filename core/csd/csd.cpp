@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "track/find_id.h"
+#include "base/find_id.h"
 #include "track/patch_side.h"
 
 namespace csd {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "track/types.h"
+#include "base/types.h"
 
 namespace csd {
 namespace {

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/types.h"
 #include "content/tools.h"
-#include "track/types.h"
 
 namespace csd {
 namespace {

@@ -6,10 +6,10 @@
 #include <span>
 #include <string_view>
 
+#include "base/named_number.h"
+#include "base/types.h"
 #include "content/glare_weights.h"
 #include "patch/align.h"
-#include "track/named_number.h"
-#include "track/types.h"
 
 namespace csd {
 

@@ -4,10 +4,11 @@
 #include <memory>
 #include <vector>
 
+#include "base/types.h"
 #include "image/work_frame.h"
 #include "track/executor.h"
 #include "track/frame_budget.h"
-#include "track/types.h"
+#include "track/settings.h"
 
 namespace csd {
 

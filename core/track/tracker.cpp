@@ -6,6 +6,7 @@
 #include <mutex>
 #include <utility>
 
+#include "base/find_id.h"
 #include "content/content_area.h"
 #include "content/specular.h"
 #include "content/tools.h"
@@ -14,7 +15,6 @@
 #include "image/pyramid.h"
 #include "image/work_frame.h"
 #include "track/algorithm.h"
-#include "track/find_id.h"
 #include "track/life.h"
 #include "track/patch_side.h"
 #include "track/requests.h"

@@ -3,8 +3,9 @@
 
 #include <gst/gst.h>
 
+#include "base/types.h"
 #include "support/latency.h"
-#include "track/types.h"
+#include "track/settings.h"
 
 namespace csd {
 

@@ -245,10 +245,10 @@ rule_core() {
 rule_rooms() {
   local bad=0 room other
   local -A may=(
-    [image]='' [content]='image' [detect]='image' [patch]='image content' [track]='image content detect'
-    [csd]='image content detect patch track' [csd2012]='image content detect patch track' [baselines]='image track csd2012'
-    [algorithms]='track csd csd2012 baselines' [sim]='image content detect track' [score]='track' [motion]='score' [text]='track'
-    [programs]='image track score motion text')
+    [base]='' [image]='' [content]='image' [detect]='image' [patch]='image content' [track]='base image content detect'
+    [csd]='base image content detect patch track' [csd2012]='base image content detect patch track'
+    [baselines]='base image track csd2012' [algorithms]='base track csd csd2012 baselines'
+    [sim]='base image content detect' [score]='base' [motion]='base score' [text]='base' [programs]='base image score motion text')
   for room in "$root"/core/*/; do
     room=$(basename "$room")
     [ "$room" != precompiled ] || continue
@@ -275,7 +275,7 @@ rule_mirrored() {
   while read -r name; do
     case $name in
       # Only types, constants and interfaces.
-      image/frame_view | csd/frame | track/algorithm | track/executor | precompiled/*) continue ;;
+      image/frame_view | csd/frame | track/algorithm | track/executor | track/settings | precompiled/*) continue ;;
       # A program's parts are tested through the program (csd_X_test.py), or by themselves where that covers more.
       programs/*) continue ;;
       # Parts of text/read_line, which its test covers.

@@ -5,9 +5,9 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "base/types.h"
 #include "image/work_frame.h"
 #include "track/moving_scene.h"
-#include "track/types.h"
 
 namespace csd {
 namespace {

@@ -3,10 +3,10 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "base/types.h"
 #include "csd/frame.h"
 #include "csd/neighbour_map.h"
 #include "track/moving_scene.h"
-#include "track/types.h"
 
 namespace csd {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "track/types.h"
+#include "base/types.h"
 
 #include <gtest/gtest.h>
 
