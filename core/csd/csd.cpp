@@ -76,8 +76,7 @@ void Csd::follow_queries(const CsdFrame &frame) {
   update_models(frame, turns_);
   // Points that began without supporting points around them, or before a cut.
   for (auto &query : queries_)
-    if (query.point.reliable() && !query.point.map())
-      query.point.enter_chart(support_.field(), support_.chart(), frame);
+    if (query.point.reliable() && !query.point.map()) query.point.enter_chart(neighbours, support_.chart(), frame);
 }
 
 void Csd::report(const Query &query, const CsdFrame &frame, const WorkFrame &work, Claim &claim) const {

@@ -24,7 +24,7 @@ class Csd final : public Algorithm {
 
   bool replenishes() const override { return true; }
   bool avoids_tools() const override { return true; }
-  double max_likeness() const override { return tuning_.max_likeness; }
+  double max_look_alike() const override { return tuning_.max_look_alike; }
   void track(const FrameContext &context, std::vector<Claim> &claims) override;
   Claim::Kind begin(FeatureId id, cv::Point2d position, const FrameContext &context) override;
   void end(FeatureId id) override;

@@ -11,16 +11,16 @@ namespace {
 
 /// The anchor's self-similarity at the point's offset from the predicted position; without a map, the highest far
 /// value. 1 while unknown.
-double similarity_there(const CsdFrame &frame, const PointAlignment &alignment, const Memory &memory,
-                        const Expectation &expected) {
+double self_similarity_there(const CsdFrame &frame, const PointAlignment &alignment, const Memory &memory,
+                             const Expectation &expected) {
   const auto &tuning = frame.tuning;
   if (!memory.self_similarity()) return 1;
   if (!expected) return memory.self_similarity()->far();
   const auto off = alignment.fine.state.position - expected.state.position;
   const cv::Vec2d samples = alignment.fine.state.shape.inv() * cv::Vec2d(off.x, off.y);
-  return memory.self_similarity()->near(samples, tuning.similar_reach +
-                                                     tuning.similar_per_spread * expected.map.spread / frame.unit +
-                                                     tuning.similar_per_distance * cv::norm(samples));
+  return memory.self_similarity()->near(
+      samples, tuning.self_similarity_reach + tuning.self_similarity_per_spread * expected.map.spread / frame.unit +
+                   tuning.self_similarity_per_distance * cv::norm(samples));
 }
 
 }  // namespace
@@ -31,7 +31,7 @@ bool is_distinctive(const CsdFrame &frame, const PointAlignment &alignment, cons
   const double zncc = std::min(alignment.fine.zncc, alignment.zncc_coarse);
   return alignment.fine.usable && zncc >= tuning.distinctive_zncc &&
          alignment.fine.inliers >= tuning.distinctive_inliers && alignment.fine.unmasked >= tuning.reliable_unmasked &&
-         zncc - similarity_there(frame, alignment, memory, expected) > tuning.distinctive_margin;
+         zncc - self_similarity_there(frame, alignment, memory, expected) > tuning.distinctive_margin;
 }
 
 Judgement judge(const CsdFrame &frame, const PointAlignment &alignment, const Memory &memory,
@@ -44,14 +44,14 @@ Judgement judge(const CsdFrame &frame, const PointAlignment &alignment, const Me
   if (!fine.usable || !expected) return out;
   const double scale = expected.map.scale() * frame.unit;
   out.distance = cv::norm(expected.state.position - fine.state.position) / scale;
-  if (!expected.overrules(tuning)) return out;
+  if (!expected.may_veto(tuning)) return out;
   const double gate = tuning.gate_floor + tuning.gate_deviations * expected.deviation +
                       tuning.gate_spreads * expected.map.spread / scale;
   const auto distortion = expected.state.shape.inv() * fine.state.shape - cv::Matx22d::eye();
-  out.agrees = out.distance <= gate && cv::norm(distortion) <= tuning.max_distortion;
-  out.own_motion = !out.agrees && is_distinctive(frame, alignment, memory, expected);
-  out.agrees = out.agrees || out.own_motion;
-  out.reliable = out.reliable && out.agrees;
+  const bool agrees = out.distance <= gate && cv::norm(distortion) <= tuning.max_distortion;
+  out.own_motion = !agrees && is_distinctive(frame, alignment, memory, expected);
+  out.vetoed = !agrees && !out.own_motion;
+  out.reliable = out.reliable && !out.vetoed;
   return out;
 }
 
@@ -72,7 +72,7 @@ std::optional<Evidence> evidence_for(const CsdFrame &frame, const PointAlignment
                                      const Surroundings &around) {
   const auto &fine = alignment.fine;
   const bool distinctive = is_distinctive(frame, alignment, memory, expected);
-  const bool possible = fine.usable && judgement.agrees && (expected || around.alone || distinctive) &&
+  const bool possible = fine.usable && !judgement.vetoed && (expected || around.alone || distinctive) &&
                         fine.unmasked >= frame.tuning.min_unmasked && frame.shows(fine.state.position);
   if (!possible) return {};
   Evidence e;
@@ -87,7 +87,7 @@ std::optional<Evidence> evidence_for(const CsdFrame &frame, const PointAlignment
   if (memory.self_similarity()) e.self_similarity = memory.self_similarity()->far();
   if (!distinctive)
     e.disagreement =
-        judgement.distance / (1 + expected.deviation) * similarity_there(frame, alignment, memory, expected);
+        judgement.distance / (1 + expected.deviation) * self_similarity_there(frame, alignment, memory, expected);
   return e;
 }
 

@@ -16,13 +16,13 @@ struct Expectation {
   double deviation = 0;  ///< NeighbourOffset::deviation()
 
   explicit operator bool() const { return static_cast<bool>(map); }
-  bool overrules(const Tuning &tuning) const { return map.support >= count(tuning.min_judges); }
+  bool may_veto(const Tuning &tuning) const { return map.support >= count(tuning.min_judges); }
 };
 
 /// How the alignment compares with the neighbours' map.
 struct Judgement {
-  bool reliable = false;    ///< reliable: aligned well and no veto
-  bool agrees = true;       ///< the map agrees or does not count
+  bool reliable = false;    ///< aligned well and no veto
+  bool vetoed = false;      ///< the map contradicts and counts
   bool own_motion = false;  ///< disagrees with the map, but the patch is distinctive
   double distance = 0;      ///< from the predicted position, reference px
 };

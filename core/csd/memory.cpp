@@ -9,10 +9,6 @@
 namespace csd {
 namespace {
 
-std::size_t slot(int level) {
-  return static_cast<std::size_t>(level);
-}
-
 /// Of the residual in the picture's grey levels; at least half a grey level.
 double log_noise(const Alignment &seen) {
   return std::log(std::max(seen.noise * seen.gain, 0.5));
@@ -25,12 +21,12 @@ Memory::Memory(const CsdFrame &frame, const AffineState &state)
   for (int level = 0; level <= Anchor::coarsest; ++level) {
     const auto patch = sample(frame.pyramid, frame.weights, state, level);
     anchor_.set(level, make_anchor_level(patch));
-    medians_[slot(level)].add(patch);
+    median_of_level(level).add(patch);
   }
 }
 
 void Memory::freeze_anchor() {
-  for (int level = 0; level <= Anchor::coarsest; ++level) anchor_.set(level, medians_[slot(level)].make());
+  for (int level = 0; level <= Anchor::coarsest; ++level) anchor_.set(level, median_of_level(level).make());
   medians_.clear();
 }
 
@@ -39,7 +35,7 @@ void Memory::sample_at(const CsdFrame &frame, const AffineState &state) {
   const double pause = static_cast<double>(frame.training_time) / std::max(most - 1, 1.0);
   if (static_cast<double>(medians_.front().size()) >= most || frame.time - last_sample_ < std::floor(pause)) return;
   for (int level = 0; level <= Anchor::coarsest; ++level)
-    medians_[slot(level)].add(sample(frame.pyramid, frame.weights, state, level));
+    median_of_level(level).add(sample(frame.pyramid, frame.weights, state, level));
   last_sample_ = frame.time;
 }
 

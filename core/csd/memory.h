@@ -45,6 +45,8 @@ class Memory {
   std::optional<double> brightness_change(const Alignment &seen) const;  ///< the same for the patch's mean, grey levels
 
  private:
+  AnchorMedian &median_of_level(int level) { return medians_[static_cast<std::size_t>(level)]; }
+
   Anchor anchor_;
   std::vector<AnchorMedian> medians_;  ///< while learning: levels 0…2
   std::int64_t begun_, last_sample_;

@@ -24,7 +24,7 @@ NeighbourMap map_by(const Similarity &s) {
 /// One weighted least-squares fit. Affine: L = S + (D − S·C)(C + λI)⁻¹, with the similarity S and the ridge λ. False if
 /// the points coincide.
 bool fit(std::span<const Correspondence> points, const double *weights, bool affine, double ridge, NeighbourMap &map) {
-  const auto m = Moments::of(points, weights);
+  const auto m = PointMoments::of(points, weights);
   if (m.degenerate()) return false;
   const auto s = fit_similarity(m);
   double l00 = s.a, l01 = -s.b, l10 = s.b, l11 = s.a;

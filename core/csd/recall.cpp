@@ -23,7 +23,7 @@ Similarity refit(const std::vector<Correspondence> &matches, const Similarity &l
   std::vector<double> weights;
   weights.reserve(matches.size());
   for (const auto &m : matches) weights.push_back(squared(like(m.from) - m.to) <= limit ? 1 : 0);
-  const auto moments = Moments::of(matches, weights.data());
+  const auto moments = PointMoments::of(matches, weights.data());
   return moments.degenerate() ? like : fit_similarity(moments);
 }
 

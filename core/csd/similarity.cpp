@@ -23,8 +23,8 @@ Similarity similarity_through(const Correspondence &u, const Correspondence &v) 
   return about(u.from, u.to, from.dot(to) / size, (from.x * to.y - from.y * to.x) / size);
 }
 
-Moments Moments::of(std::span<const Correspondence> points, const double *weights) {
-  Moments m;
+PointMoments PointMoments::of(std::span<const Correspondence> points, const double *weights) {
+  PointMoments m;
   for (std::size_t i = 0; i < points.size(); ++i) {
     m.weight += weights[i];
     m.from += weights[i] * points[i].from;
@@ -46,11 +46,11 @@ Moments Moments::of(std::span<const Correspondence> points, const double *weight
   return m;
 }
 
-bool Moments::degenerate() const {
+bool PointMoments::degenerate() const {
   return !(cxx + cyy > 1e-9 * weight);
 }
 
-Similarity fit_similarity(const Moments &m) {
+Similarity fit_similarity(const PointMoments &m) {
   const double trace = m.cxx + m.cyy;
   return about(m.from, m.to, (m.dxx + m.dyy) / trace, (m.dyx - m.dxy) / trace);
 }

@@ -33,16 +33,16 @@ struct Similarity {
 Similarity similarity_through(const Correspondence &u, const Correspondence &v);
 
 /// Weighted moments of correspondences x → y about their weighted means.
-struct Moments {
+struct PointMoments {
   double weight = 0;                          ///< Σ w
   cv::Point2d from, to;                       ///< means
   double cxx = 0, cxy = 0, cyy = 0;           ///< C = Σ w x xᵀ
   double dxx = 0, dxy = 0, dyx = 0, dyy = 0;  ///< D = Σ w y xᵀ
   bool degenerate() const;                    ///< the points coincide
-  static Moments of(std::span<const Correspondence> points, const double *weights);
+  static PointMoments of(std::span<const Correspondence> points, const double *weights);
 };
 
 /// The weighted least-squares similarity. Not if degenerate().
-Similarity fit_similarity(const Moments &moments);
+Similarity fit_similarity(const PointMoments &moments);
 
 }  // namespace csd

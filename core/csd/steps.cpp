@@ -32,9 +32,9 @@ void order_by_urgency(const CsdFrame &frame, Points &points) {
     return u != v ? u > v : place(a) < place(b);
   });
   // Points that maps may use come first, however many new or hidden ones there are.
-  const auto first_ones = static_cast<std::ptrdiff_t>(frame.tuning.min_at_visible);
+  const auto most_first = static_cast<std::ptrdiff_t>(frame.tuning.min_at_visible);
   auto first = points.begin();
-  for (auto p = first; p != points.end() && first - points.begin() < first_ones; ++p)
+  for (auto p = first; p != points.end() && first - points.begin() < most_first; ++p)
     if ((*p)->established && (*p)->point.visible()) std::rotate(first++, p, p + 1);
 }
 
@@ -48,7 +48,7 @@ void first_alignments(const CsdFrame &frame, const Points &points, const Shares 
       p.point.rest();
     } else if (budget.limited() && aligned >= (few ? shares.more : shares.least) && budget.spent()) {
       p.turn = Turn::waits;
-      p.point.skip();
+      p.point.wait();
     } else {
       p.turn = Turn::aligns;
       p.point.first_alignment(frame);
@@ -72,7 +72,7 @@ void second_alignments(const CsdFrame &frame, const Points &points, const Shares
     if (!p.point.visible() && searched_for && !searched_for(p)) return;
     if (budget.limited() && aligned++ >= shares.least && budget.spent()) {
       p.turn = Turn::waits;
-      p.point.skip();
+      p.point.wait();
     } else {
       p.point.second_alignment(frame, alone);
     }

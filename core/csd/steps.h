@@ -29,18 +29,22 @@ struct Shares {
   std::size_t least = 1, more = 1;
 };
 
-/// The steps of a frame, in this order, for a list of points: the user's or the supporting ones. Within a step points
-/// are independent, and tracked in parallel unless there is a budget. docs/method.md, "How a frame is processed".
 using Points = std::vector<Followed *>;
 using Choice = std::function<bool(const Followed &)>;
+/// Whose points are compared with a field's maps.
+enum class Among : std::uint8_t {
+  others,      ///< none of them is in the field
+  themselves,  ///< the points are in the field; each is left out of its own map
+};
+
+// The steps of a frame, in this order, for a list of points: the user's or the supporting ones. Within a step points
+// are independent, and tracked in parallel unless there is a budget. docs/method.md, "How a frame is processed".
 
 /// With a budget, the most urgent points come first: when it is spent, the others wait.
 void order_by_urgency(const CsdFrame &frame, Points &points);
-/// Each point is aligned from where its own motion predicts it, or rests if `may_rest`.
+/// Each point is aligned from where its own motion predicts it, or rests if `may_rest`. Past the budget the rest wait.
 void first_alignments(const CsdFrame &frame, const Points &points, const Shares &shares, const Choice &may_rest = {});
-/// Each point is compared with the map of its neighbours in `field`. `among`: the points are in the field themselves,
-/// and each is left out of its own map.
-enum class Among : std::uint8_t { others, themselves };
+/// Each point is compared with the map of its neighbours in `field`.
 void compare_with_maps(const CsdFrame &frame, const Points &points, const NeighbourField &field, Among among);
 /// Unreliable points are aligned again, from their maps' predictions; without a map and if `alone`, from where they
 /// were last visible. Hidden ones only if `searched_for`.
@@ -49,9 +53,9 @@ void second_alignments(const CsdFrame &frame, const Points &points, const Shares
 /// Points without a map have been aligned on their own: they are compared with the field that these make. Chance
 /// matches rarely agree on a motion.
 void compare_unmapped(const CsdFrame &frame, const Points &points, const NeighbourField &field, Among among);
-/// Whether each point is visible, and where.
+/// Whether each point is visible, and where. A point that rests or waits follows its map.
 void decide_visibility(const CsdFrame &frame, const Points &points, const Surroundings &around);
-/// Visible points update their models.
+/// Aligned points update their models. Anchors whose training time is over are frozen, as long as the budget lasts.
 void update_models(const CsdFrame &frame, const Points &points);
 
 }  // namespace csd

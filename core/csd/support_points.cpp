@@ -122,7 +122,7 @@ void SupportPoints::recall(const CsdFrame &frame) {
     if (s.point.chart() == chart) s.point.compare_with_map(frame, field_, s.id);
   rebuild_field(frame);
   if (field_.size(chart) == 0) return;
-  // The same tissue may have started a newer chart meanwhile: its points join the older one.
+  // The same tissue may have started a newer chart meanwhile: its points enter the older one.
   for (auto &s : points_)
     if (s.point.chart() > chart && s.point.reliable()) {
       recall_.forget(s.point.chart());
@@ -137,8 +137,7 @@ void SupportPoints::follow(const CsdFrame &frame) {
   turns_.clear();
   for (auto &s : points_) turns_.push_back(&s);
   ++frames_;
-  const Shares shares{tuning.first_alignments, tuning.query_share, count(tuning.min_aligned),
-                      count(tuning.more_aligned)};
+  const Shares shares{tuning.first_share, tuning.query_share, count(tuning.min_aligned), count(tuning.more_aligned)};
   order_by_urgency(frame, turns_);
   first_alignments(frame, turns_, shares, [&](const Followed &s) { return may_rest(frame, s); });
   rebuild_field(frame);
@@ -206,13 +205,13 @@ void SupportPoints::drop(const CsdFrame &frame) {
 
 void SupportPoints::begin(const CsdFrame &frame) {
   const auto &tuning = frame.tuning;
-  const bool founding = points_.empty() || frame.time - last_reliable_ > nanoseconds(tuning.new_chart_after);
-  if (founding && blank(frame)) return;
+  const bool new_chart = points_.empty() || frame.time - last_reliable_ > nanoseconds(tuning.new_chart_after);
+  if (new_chart && blank(frame)) return;
   Cells cells(frame);
   for (const auto &s : points_) {
     const auto position = s.point.state().position;
     // When a new chart is due, the positions of the old chart's points are unknown.
-    if (frame.shows(position) && !(founding && !s.point.visible())) ++cells.count(position);
+    if (frame.shows(position) && !(new_chart && !s.point.visible())) ++cells.count(position);
   }
   bool full = true;
   for (int y = 0; y < cells.rows(); ++y)
@@ -234,9 +233,9 @@ void SupportPoints::begin(const CsdFrame &frame) {
   const int margin = static_cast<int>(std::lround(tuning.edge * frame.unit / 2));
   const cv::Rect inner(margin, margin, half.cols - 2 * margin, half.rows - 2 * margin);
   // A point that sways across the border of two cells leaves one empty for a while: that gap needs no new point.
-  const double apart = (founding ? tuning.min_distance : tuning.gap) * frame.unit;
+  const double distance = (new_chart ? tuning.min_distance : tuning.gap) * frame.unit;
   const auto begun = points_.size();
-  if (founding && begun == 0) chart_ = -1;
+  if (new_chart && begun == 0) chart_ = -1;
   for (int y = 0; y < cells.rows(); ++y)
     for (int x = 0; x < cells.columns(); ++x) {
       if (cells.count(x, y) > 0) continue;
@@ -245,8 +244,8 @@ void SupportPoints::begin(const CsdFrame &frame) {
       near_.clear();
       for (const auto &s : points_) {
         const auto p = s.point.state().position;
-        if (p.x > 2 * rect.x - apart && p.x < 2 * (rect.x + rect.width) + apart && p.y > 2 * rect.y - apart &&
-            p.y < 2 * (rect.y + rect.height) + apart)
+        if (p.x > 2 * rect.x - distance && p.x < 2 * (rect.x + rect.width) + distance && p.y > 2 * rect.y - distance &&
+            p.y < 2 * (rect.y + rect.height) + distance)
           near_.push_back(p);
       }
       float strongest = least;
@@ -256,7 +255,7 @@ void SupportPoints::begin(const CsdFrame &frame) {
           if (corners_.at<float>(v, u) > strongest && weights.at<std::uint8_t>(v, u) >= tuning.clear_weight) {
             const cv::Point2d p(2 * u, 2 * v);
             if (std::any_of(near_.begin(), near_.end(),
-                            [&](cv::Point2d other) { return (other - p).dot(other - p) < apart * apart; }))
+                            [&](cv::Point2d other) { return squared(other - p) < distance * distance; }))
               continue;
             strongest = corners_.at<float>(v, u);
             at = {2 * u, 2 * v};
@@ -266,13 +265,13 @@ void SupportPoints::begin(const CsdFrame &frame) {
           {{TrackedPoint(frame, at, TrackedPoint::Purpose::support), next_id_++}, frame.time, frame.time});
     }
   if (points_.size() == begun) return;
-  if (founding) {
+  if (new_chart) {
     ++chart_;
     last_reliable_ = frame.time;
   }
   for (auto i = begun; i < points_.size(); ++i) {
     auto &s = points_[i];
-    if (founding) {
+    if (new_chart) {
       s.point.begin_chart(chart_);
       s.established = true;
     } else {

@@ -28,7 +28,8 @@ class SupportPoints {
   /// The stream has jumped: no point is visible until it is found again.
   void hide_until_found(const CsdFrame &frame);
 
-  const NeighbourField &field() const { return field_; }  ///< of the points that are reliable in this frame
+  /// Of the established points that are reliable in this frame.
+  const NeighbourField &field() const { return field_; }
   const Surroundings &surroundings() const { return surroundings_; }
   int chart() const { return chart_; }
   std::size_t size() const { return points_.size(); }

@@ -78,7 +78,7 @@ void TrackedPoint::compare_with_map(const CsdFrame &frame, const NeighbourMap &m
 }
 
 void TrackedPoint::compare_with_map(const CsdFrame &frame, const NeighbourField &field, std::size_t owner) {
-  // In the first meeting reliable() is the patch's own judgement, as the map of this frame is not known yet.
+  // In the first comparison reliable() is the patch's own judgement, as the map of this frame is not known yet.
   const Correspondence own{own_reference(), alignment_.fine.state.position};
   const auto map =
       field.map_at(own_reference(), chart_, frame.unit, frame.tuning, owner, nearby_, reliable() ? &own : nullptr);
@@ -114,7 +114,8 @@ void TrackedPoint::second_alignment(const CsdFrame &frame, bool alone) {
     }
   } else if (alone && !visible_) {
     set_alignment(frame, align_point(frame, memory_, plan));
-    judgement_.reliable = judgement_.agrees = reliable() && alignment_.fine.zncc >= tuning.alone_zncc;
+    judgement_.reliable = reliable() && alignment_.fine.zncc >= tuning.alone_zncc;
+    judgement_.vetoed = !judgement_.reliable;
   }
   alignment_.second = true;
 }
@@ -123,7 +124,7 @@ void TrackedPoint::decide_visibility(const CsdFrame &frame, const Surroundings &
   const auto &tuning = frame.tuning;
   const auto expected = expectation(tuning);
   aligned_ = alignment_.fine.state;
-  if (alignment_.fine.usable && expected.overrules(tuning) && !judgement_.own_motion)
+  if (alignment_.fine.usable && expected.may_veto(tuning) && !judgement_.own_motion)
     alignment_.fine.state.position = fuse(frame, alignment_, expected);
   evidence_ = evidence_for(frame, alignment_, memory_, expected, judgement_, around);
   if (!evidence_)
@@ -158,14 +159,14 @@ void TrackedPoint::update(const CsdFrame &frame) {
   }
 }
 
-void TrackedPoint::skip() {
+void TrackedPoint::wait() {
   rest();
   missed_ = unknown_miss;
 }
 
 bool TrackedPoint::may_rest(const CsdFrame &frame) const {
   const auto &tuning = frame.tuning;
-  return reliable() && !learning() && expectation(tuning).overrules(tuning) &&
+  return reliable() && !learning() && expectation(tuning).may_veto(tuning) &&
          map_.spread <= tuning.rest_spread * frame.unit && judgement_.distance <= tuning.rest_miss &&
          missed_ * frame.steps <= tuning.rest_miss * frame.unit;
 }
@@ -188,7 +189,7 @@ double TrackedPoint::urgency(const CsdFrame &frame) const {
 }
 
 void TrackedPoint::hide_until_found() {
-  skip();
+  wait();
   map_ = {};
   velocity_ = {};
   visible_ = false;

@@ -43,7 +43,7 @@ class TrackedPoint {
   void freeze_anchor() { memory_.freeze_anchor(); }
 
   /// Instead of first_alignment(): the point is not aligned in this frame.
-  void skip();
+  void wait();
   /// Whether the neighbours predict the point, which was aligned in the last frame, well enough that it can rest()
   /// instead of first_alignment().
   bool may_rest(const CsdFrame &frame) const;
@@ -57,7 +57,7 @@ class TrackedPoint {
   /// The next frame may show anything: the point is invisible until it is found again.
   void hide_until_found();
 
-  bool reliable() const { return judgement_.reliable; }  ///< reliable: aligned well and no veto
+  bool reliable() const { return judgement_.reliable; }  ///< aligned well and no veto
   bool visible() const { return visible_; }              ///< after decide_visibility()
   bool learning() const { return memory_.learning(); }
   double confidence() const { return confidence_; }

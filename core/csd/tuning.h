@@ -20,15 +20,15 @@ namespace csd {
 /// counts are integers, switches 0 or 1. Where no reason is given, the value comes from the study that preceded this
 /// code.
 struct Tuning {
-  // Alignment: look.cpp.
+  // Alignment: point_alignment.cpp.
   double shape_deviation = 0.03;    ///< sd of each element of A₀⁻¹A − 1, in a frame
   double shape_pull = 0.3;          ///< towards the neighbours' shape before alignment, in a frame
   double coarse_information = 0.6;  ///< share of the coarser level's in the finer one's prior: both see the same pixels
   double levels_first = 1;          ///< coarser levels of the first alignment
   double levels_second = 2;         ///< of the second, which may start farther away
   double levels_inner = 1;          ///< of the inner disc's
-  double second_alignments = 2;  ///< second alignments: 2: the patch, then its inner disc; 1: the patch alone; 0: none
-  double affine = 1;             ///< 1: affine at the finest level; 0: rotation and zoom only
+  double second_alignments = 2;     ///< mode: 2: the patch, then its inner disc; 1: the patch alone; 0: none
+  double affine = 1;                ///< 1: affine at the finest level; 0: rotation and zoom only
   double query_precision = fine_precision;  ///< samples, where a user's point converges: below, noise dominates
   double support_precision =
       csd::support_precision;  ///< of a supporting point: one of many in a map, whose spread is at least .5 px
@@ -47,20 +47,20 @@ struct Tuning {
   double min_unmasked = 0.1;       ///< to be reported at all
 
   // Distinctive patches: without a similar place near the prediction, a patch needs no support from its neighbours.
-  double distinctive_zncc = 0.8;       ///< of both levels
-  double distinctive_inliers = 0.6;    ///< of the fine one
-  double distinctive_margin = 0.1;     ///< ZNCC above the best look-alike's
-  double similar_reach = 4;            ///< samples about the position in which a similar place counts,
-  double similar_per_spread = 0.5;     ///< plus this for each px of the map's spread,
-  double similar_per_distance = 0.2;   ///< plus this for each sample of distance between point and prediction
-  double self_similarity_nearest = 4;  ///< samples, radius of the innermost of five rings
-  double self_similarity_step = 2.5;   ///< samples from ring to ring
-  double self_similarity_far = 9;      ///< samples, from which a similar place is a different one
-  double self_similarity_pixels = 40;  ///< pixels: a mostly masked place is not measured
+  double distinctive_zncc = 0.8;              ///< of both levels
+  double distinctive_inliers = 0.6;           ///< of the fine one
+  double distinctive_margin = 0.1;            ///< ZNCC above the best look-alike's
+  double self_similarity_reach = 4;           ///< samples about the position in which a similar place counts,
+  double self_similarity_per_spread = 0.5;    ///< plus this for each px of the map's spread,
+  double self_similarity_per_distance = 0.2;  ///< plus this for each sample of distance between point and prediction
+  double self_similarity_nearest = 4;         ///< samples, radius of the innermost of five rings
+  double self_similarity_step = 2.5;          ///< samples from ring to ring
+  double self_similarity_far = 9;             ///< samples, from which a similar place is a different one
+  double self_similarity_pixels = 40;         ///< pixels: a mostly masked place is not measured
   /// Limit for detection: LookAlikes. Points on an edge slide along it: on cholecystectomy.mp4 12 % of the claims that
   /// forward-backward tracking compares were apart, with this 3 %; on smoke.mp4 80 % of the samples are claimed instead
   /// of 72 %.
-  double max_likeness = 0.9;
+  double max_look_alike = 0.9;
 
   // The neighbours' veto, and the fusion with their map: judgement.cpp.
   double min_judges = 5;                 ///< neighbours that may veto a point
@@ -139,13 +139,13 @@ struct Tuning {
   double search_every = 2;
 
   // The frame budget: steps.cpp, csd.cpp.
-  double min_aligned = 24;        ///< supporting points aligned whatever the budget
-  double min_at_visible = 18;     ///< of these, points that were visible; the others may return from hiding
-  double more_aligned = 96;       ///< the same while fewer are reliable than a map uses: else the scene seems gone
-  double support_share = 0.5;     ///< of the budget, from its start, for supporting points
-  double query_share = 0.85;      ///< until users' points are aligned; the rest is for anchors
-  double first_alignments = 0.6;  ///< of the supporting points' part: first alignments
-  double max_steps = 10;          ///< frames: after a longer gap nothing can be predicted
+  double min_aligned = 24;     ///< supporting points aligned whatever the budget
+  double min_at_visible = 18;  ///< of these, points that were visible; the others may return from hiding
+  double more_aligned = 96;    ///< the same while fewer are reliable than a map uses: else the scene seems gone
+  double support_share = 0.5;  ///< of the budget, from its start, for supporting points
+  double query_share = 0.85;   ///< until users' points are aligned; the rest is for anchors
+  double first_share = 0.6;    ///< of the supporting points' part: first alignments
+  double max_steps = 10;       ///< frames: after a longer gap nothing can be predicted
 
   // Finding a scene again: recall.cpp.
   double max_scenes = 4;            ///< that are stored

@@ -21,11 +21,11 @@ struct AnchorLevel {
   PatchPlane gradient_y;
   PatchPlane weight;                         ///< 0…1; 0: may be a highlight; outside the picture, or padding
   PatchPlane shown;                          ///< 0…1; 0: outside the picture, forbidden, or padding
-  double tissue_share = 0, shown_share = 0;  ///< means of `weight` and `shown` over the patch
+  double tissue_share = 0, shown_share = 0;  ///< means of `weight` and `shown`, set by make_anchor_level
 };
 
-/// Share of a patch: with less tissue than that, what may be highlights are its texture.
-inline constexpr double min_tissue = .1;
+/// With a smaller share of tissue in a patch, what may be highlights are its texture.
+inline constexpr double min_tissue = 0.1;
 
 /// A feature's appearance at several resolutions: levels 0, 1 and 2 from its start; −1 and −2, finer than its first
 /// frame, once a zoom resolves them.

@@ -214,7 +214,7 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
   DetectOptions options;
   options.patch = patch_side(settings, context.frame);
   options.wanted = static_cast<std::size_t>(wanted);
-  options.max_likeness = algorithm->max_likeness();
+  options.max_look_alike = algorithm->max_look_alike();
   std::vector<cv::Point2d> taken;
   for (const auto &life : lives)
     if (life.feature.state != FeatureState::ended)

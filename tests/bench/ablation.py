@@ -42,7 +42,7 @@ Found = dict[str | None, dict[str, Pair]]  # by change (None: csd as it is), by 
 PARTS: tuple[tuple[str, Numbers], ...] = (
     ("the neighbours' veto", {"gate_floor": NEVER, "max_distortion": NEVER}),
     ("distinctive patches, which need no support from their neighbours", {"distinctive_zncc": 2}),
-    ("leaving out features that have a look-alike nearby", {"max_likeness": 1}),
+    ("leaving out features that have a look-alike nearby", {"max_look_alike": 1}),
     ("weighing a patch's position against that of its neighbours", {"min_own_motion": NEVER}),
     ("the second search, where the neighbours point (with 6)", {"second_alignments": 0}),
     ("the search with the inner disc of a patch", {"second_alignments": 1}),

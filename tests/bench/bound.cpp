@@ -32,7 +32,7 @@ class TrueMotion {
 
 }  // namespace
 
-Bound look_from_truth(const Rendered &rendered) {
+Bound align_from_truth(const Rendered &rendered) {
   const double far = score::tolerance(picture_size.height, score::headline_pixels), near = far * 2 / 5;
   std::vector<std::optional<Memory>> memories(rendered.truth[0].size());
   std::vector<std::uint8_t> picture(frame_bytes);

@@ -45,7 +45,7 @@ TEST_F(Judging, TheGateIsAsWideAsTheUncertainties) {
   EXPECT_TRUE(judged({1.24, 0}, expected).reliable);
   EXPECT_NEAR(judged({1.24, 0}, expected).distance, 2.48, 1e-9);
   const auto out = judged({0, 1.26}, expected);
-  EXPECT_FALSE(out.reliable || out.agrees || out.own_motion) << "the anchor's self_similarity isn't known yet";
+  EXPECT_TRUE(out.vetoed && !out.reliable && !out.own_motion) << "the anchor's self-similarity isn't known yet";
   EXPECT_TRUE(judged({0, 1.26}, expect(0.8, 0.25)).reliable);
   auto few = expected;
   few.map.support = 4;
@@ -56,16 +56,16 @@ TEST_F(Judging, TheGateIsAsWideAsTheUncertainties) {
 TEST_F(Judging, ADifferentShapeFromTheNeighboursIsNotItsOwn) {
   auto alignment = seen({});
   alignment.fine.state.shape = cv::Matx22d(1.2, 0, 0, 1.2);  // ‖E − 1‖ = .28
-  EXPECT_TRUE(judge(frame, alignment, memory, expect(0.5, 0.25)).agrees);
+  EXPECT_FALSE(judge(frame, alignment, memory, expect(0.5, 0.25)).vetoed);
   alignment.fine.state.shape = cv::Matx22d(1.22, 0, 0, 1.22);  // .31
-  EXPECT_FALSE(judge(frame, alignment, memory, expect(0.5, 0.25)).agrees);
+  EXPECT_TRUE(judge(frame, alignment, memory, expect(0.5, 0.25)).vetoed);
 }
 
 TEST_F(Judging, ADistinctivePatchNeedsNoNeighbours) {
   memory.measure_self_similarity(frame, start);
   const auto expected = expect(0.5, 0.25);
   const auto distinctive = judged({9, 0}, expected);
-  EXPECT_TRUE(distinctive.reliable && distinctive.agrees && distinctive.own_motion);
+  EXPECT_TRUE(distinctive.reliable && !distinctive.vetoed && distinctive.own_motion);
   auto poor = seen({9, 0});
   poor.zncc_coarse = 0.75;
   EXPECT_FALSE(judge(frame, poor, memory, expected).own_motion) << "the coarser level misfits";
@@ -104,9 +104,9 @@ TEST_F(Judging, GathersEvidenceOnlyWhereThePointCanBe) {
   const auto evidence = evidence_for(frame, alignment, memory, expected, judgement, {});
   ASSERT_TRUE(evidence);
   EXPECT_EQ(evidence->zncc_fine, 0.95);
-  EXPECT_NEAR(evidence->disagreement, 2 / 1.5, 1e-9) << "px, over 1 + its deviation; no alignment-alike is known";
+  EXPECT_NEAR(evidence->disagreement, 2 / 1.5, 1e-9) << "px, over 1 + its deviation; no look-alike is known";
   const auto off = seen({9, 0});
-  EXPECT_FALSE(evidence_for(frame, off, memory, expected, judge(frame, off, memory, expected), {})) << "overruled";
+  EXPECT_FALSE(evidence_for(frame, off, memory, expected, judge(frame, off, memory, expected), {})) << "vetoed";
   EXPECT_FALSE(evidence_for(frame, alignment, memory, {}, judgement, {})) << "nothing expects it anywhere";
   Surroundings alone;
   alone.alone = true;

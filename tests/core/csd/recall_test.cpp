@@ -130,7 +130,7 @@ TEST_F(RecallTest, TriesLessOftenWithTimeAndNeverInTheDark) {
     return n;
   };
   const auto picture = turned({});
-  EXPECT_EQ(tries(0, 1, picture, {}), 0) << "nothing to look for";
+  EXPECT_EQ(tries(0, 1, picture, {}), 0) << "nothing to search for";
   recall_.remember(show(picture, 1), grid(0), 0);
   EXPECT_EQ(tries(1.04, 2, picture, grid(0)), 0) << "it is in view";
   EXPECT_EQ(tries(2, 3, cv::Mat(240, 320, CV_8UC3, cv::Scalar(3, 2, 4)), {}), 0);

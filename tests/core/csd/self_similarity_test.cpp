@@ -22,14 +22,14 @@ Pyramid picture(Grey grey) {
   return pyramid;
 }
 
-SelfSimilarity similarity_of(const Pyramid &pyramid) {
+SelfSimilarity self_similarity_of(const Pyramid &pyramid) {
   const AffineState state{middle, cv::Matx22d::eye()};
   const auto anchor = make_anchor_level(sample(pyramid, {}, state, 0));
   return {pyramid, {}, anchor, 0, state, {}};
 }
 
 TEST(SelfSimilarity, AnEdgeResemblesItselfOnlyAlongItself) {
-  const auto self_similarity = similarity_of(picture([](int x, int) { return x < 80 ? 60 : 160; }));
+  const auto self_similarity = self_similarity_of(picture([](int x, int) { return x < 80 ? 60 : 160; }));
   EXPECT_NEAR(self_similarity.far(), 1, 1e-3);
   EXPECT_NEAR(self_similarity.near({0, 9}, 3), 1, 1e-3);
   EXPECT_NEAR(self_similarity.near({0, -9}, 3), 1, 1e-3);
@@ -38,7 +38,7 @@ TEST(SelfSimilarity, AnEdgeResemblesItselfOnlyAlongItself) {
 }
 
 TEST(SelfSimilarity, ABlobIsDistinctInAllDirections) {
-  const auto self_similarity = similarity_of(picture([](int x, int y) {
+  const auto self_similarity = self_similarity_of(picture([](int x, int y) {
     const double dx = x - middle.x, dy = y - middle.y;
     return 60 + 120 * std::exp(-(dx * dx + dy * dy) / 18);
   }));
@@ -49,18 +49,18 @@ TEST(SelfSimilarity, ABlobIsDistinctInAllDirections) {
 TEST(SelfSimilarity, FindsTheNextPeriod) {
   // Stripes 10 px apart: the rings of 9 and 11.5 samples come within half a sample and 1.5 of a whole period.
   const auto self_similarity =
-      similarity_of(picture([](int x, int) { return 110 + 50 * std::cos(2 * CV_PI * x / 10); }));
+      self_similarity_of(picture([](int x, int) { return 110 + 50 * std::cos(2 * CV_PI * x / 10); }));
   EXPECT_GT(self_similarity.near({10, 0}, 3), 0.6);
   EXPECT_LT(self_similarity.near({5, 0}, 1.5), 0.1);
 }
 
 TEST(SelfSimilarity, BeyondTheRingsTheOutermostCounts) {
-  const auto self_similarity = similarity_of(picture([](int x, int) { return x < 80 ? 60 : 160; }));
+  const auto self_similarity = self_similarity_of(picture([](int x, int) { return x < 80 ? 60 : 160; }));
   EXPECT_EQ(self_similarity.near({0, 100}, 3), self_similarity.near({0, 14}, 3));
 }
 
 TEST(SelfSimilarity, MeasuresNothingWithinZeroReach) {
-  EXPECT_EQ(similarity_of(picture([](int x, int) { return x < 80 ? 60 : 160; })).near({0, 0}, 1), 0);
+  EXPECT_EQ(self_similarity_of(picture([](int x, int) { return x < 80 ? 60 : 160; })).near({0, 0}, 1), 0);
 }
 
 }  // namespace

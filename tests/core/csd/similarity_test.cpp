@@ -32,16 +32,15 @@ TEST(Similarity, IsFittedToWeightedPoints) {
   for (std::size_t i = 0; i < places.size(); ++i) points[i] = {places[i], quarter_turn(places[i])};
   points[3].to = {100, 100};  // without weight
   const std::array<double, 4> weights{1, 0.5, 3, 0};
-  expect_quarter_turn(fit_similarity(Moments::of(points, weights.data())));
+  expect_quarter_turn(fit_similarity(PointMoments::of(points, weights.data())));
 }
 
 TEST(Similarity, OfTwoOpposedErrorsIsTheirMean) {
-  // The corners of a square stay, but two opposite ones move outwards and two inwards by as much: the best similarity
-  // is the identity.
+  // Two opposite corners of a square move outwards and two inwards by as much: the best similarity is the identity.
   const std::array<Correspondence, 4> points{
       {{{1, 1}, {1.2, 1.2}}, {{-1, -1}, {-1.2, -1.2}}, {{1, -1}, {0.8, -0.8}}, {{-1, 1}, {-0.8, 0.8}}}};
   const std::array<double, 4> weights{1, 1, 1, 1};
-  const auto s = fit_similarity(Moments::of(points, weights.data()));
+  const auto s = fit_similarity(PointMoments::of(points, weights.data()));
   EXPECT_NEAR(s.a, 1, 1e-12);
   EXPECT_NEAR(s.b, 0, 1e-12);
 }
@@ -49,7 +48,7 @@ TEST(Similarity, OfTwoOpposedErrorsIsTheirMean) {
 TEST(Similarity, PointsThatCoincideAreDegenerate) {
   const std::array<Correspondence, 2> points{{{{2, 2}, {5, 5}}, {{2, 2}, {7, 7}}}};
   const std::array<double, 2> weights{1, 1};
-  EXPECT_TRUE(Moments::of(points, weights.data()).degenerate());
+  EXPECT_TRUE(PointMoments::of(points, weights.data()).degenerate());
 }
 
 TEST(Similarity, KnowsHowFarItZooms) {

@@ -122,19 +122,19 @@ TEST_F(Steps, PastTheBudgetTheMostUrgentGoesFirst) {
   begin(3);
   follow_to({});
   const FrameBudget::Clock late = [now = std::int64_t{0}]() mutable { return now += 100; };
-  std::vector<int> looks(3);
+  std::vector<int> times(3);
   for (int i = 0; i < 6; ++i) {
     follow_to({}, FrameBudget(1, late));
-    int looked = 0;
+    int aligned = 0;
     for (const auto &p : points) {
-      looked += p.turn == Followed::Turn::aligns;
-      looks[p.id] += p.turn == Followed::Turn::aligns;
+      aligned += p.turn == Followed::Turn::aligns;
+      times[p.id] += p.turn == Followed::Turn::aligns;
       EXPECT_TRUE(p.turn == Followed::Turn::aligns || p.turn == Followed::Turn::waits);
       EXPECT_TRUE(p.point.visible()) << "confidence fades slowly";
     }
-    EXPECT_EQ(looked, 1) << "one, however late";
+    EXPECT_EQ(aligned, 1) << "one, however late";
   }
-  EXPECT_EQ(looks, std::vector<int>({2, 2, 2})) << "each has its turn";
+  EXPECT_EQ(times, std::vector<int>({2, 2, 2})) << "each has its turn";
 }
 
 }  // namespace

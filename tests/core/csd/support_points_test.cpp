@@ -72,7 +72,7 @@ TEST_F(Support, InCalmTissueHalfOfThePointsRestAndTheMapsStay) {
       EXPECT_LT(cv::norm(moved(p) - p - cv::Point2d(0.1 * i, 0.2 * i)), 0.1) << i;
   }
   for (int i = 0; i < 4; ++i) show_scene({5.0 + 3 * (i % 2), 10});
-  EXPECT_GT(support_.field().size(), 3 * all / 4) << "moving points are looked at in each frame";
+  EXPECT_GT(support_.field().size(), 3 * all / 4) << "moving points are aligned in each frame";
 }
 
 TEST_F(Support, NoneBeginsOnATool) {
@@ -175,7 +175,7 @@ TEST_F(Support, PastTheBudgetAFewTakeTurnsAcrossThePicture) {
       EXPECT_NEAR(moved(p).y, p.y + 0.25 * i, 0.3) << i;
     }
   }
-  // By now 288 of 300 have had a look; 3 % have left the picture.
+  // By now 288 of 300 have been aligned; 3 % have left the picture.
   show_scene({6.5, 3.25});
   EXPECT_GE(support_.field().size(), all * 9 / 10);
 }

@@ -93,7 +93,7 @@ TEST(TrackedPoint, DoesNotSlideAlongAnEdge) {
 }
 
 /// Where a point goes when the picture stays but all others say that the tissue has moved on.
-TrackedPoint overruled(const cv::Mat &picture, cv::Point2d gone) {
+TrackedPoint contradicted(const cv::Mat &picture, cv::Point2d gone) {
   Scene scene;
   TrackedPoint point(scene.show(picture), {160, 120});
   point.begin_chart(0);
@@ -107,12 +107,12 @@ TEST(TrackedPoint, TrustsTheNeighboursOverALookAlike) {
   cv::Mat dots(240, 320, CV_8UC1, cv::Scalar(60));
   for (int y = 0; y < dots.rows; y += 14)
     for (int x = 4; x < dots.cols; x += 14) cv::circle(dots, {x, y}, 3, cv::Scalar(160), cv::FILLED, cv::LINE_AA);
-  const auto point = overruled(dots, {14, 0});
+  const auto point = contradicted(dots, {14, 0});
   EXPECT_LT(cv::norm(point.state().position - cv::Point2d(174, 120)), 0.5) << "where the neighbours put it";
 }
 
 TEST(TrackedPoint, TrustsItsOwnPatchWhereNothingElseLooksLikeIt) {
-  const auto point = overruled(Scene().picture({}), {15, 0});
+  const auto point = contradicted(Scene().picture({}), {15, 0});
   EXPECT_TRUE(point.visible());
   EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120)), 0.3);
 }
@@ -175,13 +175,13 @@ TEST(TrackedPoint, WithoutAMapItClaimsNothingUnlessUnique) {
   EXPECT_TRUE(point.visible());
 }
 
-TEST(TrackedPoint, InDoubtItClaimsNothingUntilItFitsAgain) {
-  const auto visible_in = [](double share, bool doubt) {
+TEST(TrackedPoint, AfterAJumpItClaimsNothingUntilItFitsAgain) {
+  const auto visible_in = [](double share, bool jumped) {
     Scene scene;
     TrackedPoint point(scene.frame({}), {160, 120});
     point.begin_chart(0);
     for (int i = 1; i <= 15; ++i) follow(point, scene.frame({}), Scene::neighbours({}));
-    if (doubt) {
+    if (jumped) {
       point.hide_until_found();
       EXPECT_FALSE(point.visible() || point.reliable());
     }
@@ -213,7 +213,7 @@ TEST(TrackedPoint, AWaitingPointFollowsItsNeighboursWithFadingConfidence) {
   const auto first = point.urgency(scene.frame({}));
   for (int i = 1; i <= 3; ++i) {
     const auto frame = scene.frame({});
-    point.skip();
+    point.wait();
     point.compare_with_map(frame, Scene::neighbours({3.0 * i, 0}));
     point.follow_map(frame);
     EXPECT_TRUE(point.visible());
@@ -223,7 +223,7 @@ TEST(TrackedPoint, AWaitingPointFollowsItsNeighboursWithFadingConfidence) {
     EXPECT_GT(point.urgency(frame), first * i);
   }
   const auto frame = scene.frame({});
-  point.skip();
+  point.wait();
   point.compare_with_map(frame, NeighbourMap{});
   point.follow_map(frame);
   EXPECT_FALSE(point.visible()) << "nothing says where it went";
@@ -231,8 +231,8 @@ TEST(TrackedPoint, AWaitingPointFollowsItsNeighboursWithFadingConfidence) {
 }
 
 TEST(TrackedPoint, ASupportPointIsFollowedToo) {
-  // It begins in motion and moves steadily. Then it jumps farther than its finest level can bridge, stops, and gets no
-  // look for five frames' time.
+  // It begins in motion and moves steadily. Then it jumps farther than its finest level can bridge, stops, and is not
+  // aligned for five frames' time.
   std::vector<std::pair<cv::Point2d, double>> frames;
   for (int i = 1; i <= 20; ++i) frames.push_back({{2.5 * i, -1.0 * i}, 1});
   frames.push_back({{56, -14}, 1});

@@ -21,7 +21,7 @@ Evidence good() {
   return e;
 }
 
-TEST(Visibility, IsSureWhenEverythingFits) {
+TEST(Visibility, IsHighWhenEverythingFits) {
   EXPECT_GT(visibility(good(), {}), 0.98);
 }
 
@@ -44,7 +44,7 @@ TEST(Visibility, FallsWithEachContraryEvidence) {
   EXPECT_TRUE(worse([](Evidence &e) { e.brightness_change = -50; }));
 }
 
-TEST(Visibility, DoubtsWhenNothingFits) {
+TEST(Visibility, IsLowWhenNothingFits) {
   Evidence e;
   e.unmasked = 0.3;
   e.gain = 0.08;
