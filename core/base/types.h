@@ -49,9 +49,6 @@ struct Tracks {
   bool changed = false;    ///< some feature is new, or its state has changed since the last frame
 };
 
-enum class AlgorithmKind : std::uint8_t { csd, csd_2012, lk, ms1, ms2, sift, csd_forest };
-std::string_view algorithm_name(AlgorithmKind kind);  ///< "csd", "csd-2012", …: as in the element's property
-
 inline constexpr std::int64_t second = 1000000000;  ///< all times are nanoseconds
 inline constexpr std::int64_t no_time = -1;
 

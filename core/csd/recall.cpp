@@ -2,9 +2,6 @@
 #include "csd/recall.h"
 
 #include <algorithm>
-#include <cmath>
-
-#include "base/types.h"
 
 namespace csd {
 namespace {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "csd/similarity.h"
 #include "csd/tracked_point.h"
 
 namespace csd {

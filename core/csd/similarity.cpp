@@ -2,6 +2,7 @@
 #include "csd/similarity.h"
 
 #include <cmath>
+#include <cstddef>
 
 namespace csd {
 namespace {

@@ -3,7 +3,6 @@
 
 #include <opencv2/core.hpp>
 
-#include <optional>
 #include <span>
 
 namespace csd {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/types.h"
 #include "content/tools.h"
 
 namespace csd {

@@ -6,12 +6,16 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <string_view>
 #include <vector>
 
 #include "base/types.h"
 #include "content/specular.h"
 
 namespace csd {
+
+enum class AlgorithmKind : std::uint8_t { csd, csd_2012, lk, ms1, ms2, sift, csd_forest };
+std::string_view algorithm_name(AlgorithmKind kind);  ///< "csd", "csd-2012", …: as in the element's property
 
 enum class ContentArea : std::uint8_t { automatic, full };
 

@@ -3,7 +3,6 @@
 
 #include <gst/gst.h>
 
-#include "base/types.h"
 #include "support/latency.h"
 #include "track/settings.h"
 

@@ -275,7 +275,7 @@ rule_mirrored() {
   while read -r name; do
     case $name in
       # Only types, constants and interfaces.
-      image/frame_view | csd/frame | track/algorithm | track/executor | track/settings | precompiled/*) continue ;;
+      image/frame_view | csd/frame | track/algorithm | track/executor | precompiled/*) continue ;;
       # A program's parts are tested through the program (csd_X_test.py), or by themselves where that covers more.
       programs/*) continue ;;
       # Parts of text/read_line, which its test covers.
