@@ -31,9 +31,9 @@ struct Shares {
 
 using Points = std::vector<Followed *>;
 using Choice = std::function<bool(const Followed &)>;
-/// Whose points are compared with a field's maps.
+/// Whether a field holds the points that are compared with it.
 enum class Among : std::uint8_t {
-  others,      ///< none of them is in the field
+  others,      ///< it holds others alone
   themselves,  ///< the points are in the field; each is left out of its own map
 };
 

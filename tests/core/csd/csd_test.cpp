@@ -144,6 +144,18 @@ TEST(Csd, ClaimsNothingInBlackOrInAnotherScene) {
   }
 }
 
+TEST(Csd, ClaimsAFeatureInTheFrameInWhichTheSceneComesBack) {
+  constexpr int begin = 30, end = 40;
+  const auto all = run(at(some), end + 1, [](int frame) {
+    return frame >= begin && frame < end ? cv::Mat(cv::Mat::zeros(240, 320, CV_8UC3)) : swaying(frame);
+  });
+  for (const auto &f : all[end - 1].features) EXPECT_FALSE(claims(f)) << f.id;
+  for (const auto &f : all[end].features) {
+    EXPECT_TRUE(claims(f)) << f.id;
+    EXPECT_LT(error(f, some[f.id], end), 0.5) << f.id;
+  }
+}
+
 // The pictures have the sensor's noise throughout.
 TEST(Csd, SurvivesAMinuteOfBlack) {
   constexpr int begin = 30, end = begin + 60 * 25, frames = end + 15;

@@ -27,7 +27,8 @@ class Support : public testing::Test {
                          .time = time_ += second / 25,
                          .training_time = second / 2,
                          .budget = budget,
-                         .colour = &frame_};
+                         .colour = &frame_,
+                         .tuning = tuning_};
     support_.follow(frame);
     support_.replenish(frame);
   }
@@ -38,6 +39,7 @@ class Support : public testing::Test {
   WorkFrame frame_;
   Pyramid pyramid_;
   GlareWeights glare_;
+  Tuning tuning_;
   SupportPoints support_;
   std::int64_t time_ = 0;
 };
@@ -127,6 +129,33 @@ TEST_F(Support, AnotherSceneGetsItsOwnChartAndTheFirstComesBack) {
   const auto back = support_.field().map_at({160, 120}, 0, 0.5, {});
   ASSERT_TRUE(back);
   EXPECT_NEAR(back({160, 120}).x, 160, 0.3);
+}
+
+TEST_F(Support, PointsThatAreHiddenInAFrameLeaveItsField) {
+  for (int i = 0; i <= 20; ++i) show_scene({1.0 * i, 0});
+  const auto before = support_.field().size();
+  ASSERT_GT(before, 120u);
+  // The patches still fit in a shadow over two fifths of the picture. Only the decision on visibility hides them.
+  tuning_.weigh_darker = -100;
+  cv::Mat bgr = scene_.render({21, 0});
+  bgr.colRange(0, 128) -= cv::Scalar::all(30);
+  show(bgr);
+  EXPECT_LT(support_.field().size(), before * 7 / 10);
+  EXPECT_GT(support_.field().size(), before / 2);
+}
+
+TEST_F(Support, PointsThatAreFoundTogetherGetTheirMapInThatFrame) {
+  tuning_.min_matches = 1e6;  // the picture as a whole is not recognised
+  for (int i = 0; i <= 8; ++i) show_scene({});
+  const auto before = support_.field().size();
+  ASSERT_GT(before, 160u);
+  for (int i = 0; i < 4; ++i) show(cv::Mat(240, 320, CV_8UC3, cv::Scalar(3, 2, 4)));
+  ASSERT_EQ(support_.field().size(), 0u);
+  // Each is aligned where it was. While they learn, none is visible without a map, which the others make.
+  show_scene({1, 0.5});
+  EXPECT_GT(support_.field().size(), before * 9 / 10);
+  EXPECT_NEAR(moved({160, 120}).x, 161, 0.2);
+  EXPECT_NEAR(moved({160, 120}).y, 120.5, 0.2);
 }
 
 TEST_F(Support, IsFoundAgainAfterALongTimeAndAnyRotation) {
