@@ -3,40 +3,29 @@
 
 #include <algorithm>
 
-#include "track/find_id.h"
+#include "base/find_id.h"
 #include "track/patch_side.h"
 
 namespace csd {
 namespace {
 constexpr std::int64_t step = second / 25;  // the unit of rates
-
-/// The supporting points as neighbours: users' points do not affect each other.
-class Given final : public Company {
- public:
-  explicit Given(const SupportPoints &support) : support_(support) {}
-  const NeighbourField &field() const override { return support_.field(); }
-  const Surroundings &surroundings() const override { return support_.surroundings(); }
-
- private:
-  const SupportPoints &support_;
-};
 }  // namespace
 
 CsdFrame Csd::load(const FrameContext &context) {
   const auto &work = context.frame;
   const double patch = patch_side(settings_, work) / static_cast<double>(PatchPlane::side);
-  return {pyramid_,
-          weights_,
-          work.size(),
-          work.size().height / 480.0,
-          steps_,
-          context.time,
-          settings_.training_time,
-          patch,
-          context.budget,
-          &work,
-          tuning_,
-          workers_};
+  return {.pyramid = pyramid_,
+          .weights = weights_,
+          .size = work.size(),
+          .unit = work.size().height / 480.0,
+          .steps = steps_,
+          .time = context.time,
+          .training_time = settings_.training_time,
+          .patch = patch,
+          .budget = context.budget,
+          .colour = &work,
+          .tuning = tuning_,
+          .workers = workers_};
 }
 
 void Csd::track(const FrameContext &context, std::vector<Claim> &claims) {
@@ -50,7 +39,7 @@ void Csd::track(const FrameContext &context, std::vector<Claim> &claims) {
   last_time_ = context.time;
 
   const auto frame = load(context);
-  if (context.jumped) doubt(frame);
+  if (context.jumped) hide_until_found(frame);
   auto part = frame;
   part.budget = frame.budget.share(tuning_.support_share);
   support_.follow(part);
@@ -65,20 +54,29 @@ void Csd::track(const FrameContext &context, std::vector<Claim> &claims) {
   }
 }
 
-void Csd::doubt(const CsdFrame &frame) {
-  support_.doubt(frame);
-  for (auto &query : queries_) query.point.doubt();
+void Csd::hide_until_found(const CsdFrame &frame) {
+  support_.hide_until_found(frame);
+  for (auto &query : queries_) query.point.hide_until_found();
 }
 
-/// At least one is aligned in each frame, even past the budget, so that none waits for ever.
+/// The supporting points are the neighbours: users' points do not affect each other. At least one is aligned in each
+/// frame, even past the budget, so that none waits for ever.
 void Csd::follow_queries(const CsdFrame &frame) {
   turns_.clear();
   for (auto &query : queries_) turns_.push_back(&query);
-  Given company(support_);
-  follow(frame, turns_, company, {tuning_.query_share, tuning_.query_share});
+  const auto &neighbours = support_.field();
+  const auto &around = support_.surroundings();
+  const Shares shares{tuning_.query_share, tuning_.query_share};
+  order_by_urgency(frame, turns_);
+  first_alignments(frame, turns_, shares);
+  compare_with_maps(frame, turns_, neighbours, Among::others);
+  second_alignments(frame, turns_, shares, around.alone);
+  compare_unmapped(frame, turns_, neighbours, Among::others);
+  decide_visibility(frame, turns_, around);
+  update_models(frame, turns_);
   // Points that began without supporting points around them, or before a cut.
   for (auto &query : queries_)
-    if (query.point.sure() && !query.point.map()) query.point.join(support_.field(), support_.chart(), frame);
+    if (query.point.reliable() && !query.point.map()) query.point.enter_chart(neighbours, support_.chart(), frame);
 }
 
 void Csd::report(const Query &query, const CsdFrame &frame, const WorkFrame &work, Claim &claim) const {
@@ -97,7 +95,7 @@ void Csd::report(const Query &query, const CsdFrame &frame, const WorkFrame &wor
 Claim::Kind Csd::begin(FeatureId id, cv::Point2d position, const FrameContext &context) {
   const auto frame = load(context);
   Query query{{TrackedPoint(frame, context.frame.to_work(position)), id}};
-  query.point.join(support_.field(), support_.chart(), frame);
+  query.point.enter_chart(support_.field(), support_.chart(), frame);
   const auto at =
       std::upper_bound(queries_.begin(), queries_.end(), id, [](FeatureId i, const Query &q) { return i < q.id; });
   queries_.insert(at, std::move(query));

@@ -24,7 +24,7 @@ class Csd final : public Algorithm {
 
   bool replenishes() const override { return true; }
   bool avoids_tools() const override { return true; }
-  double max_likeness() const override { return tuning_.max_likeness; }
+  double max_look_alike() const override { return tuning_.max_look_alike; }
   void track(const FrameContext &context, std::vector<Claim> &claims) override;
   Claim::Kind begin(FeatureId id, cv::Point2d position, const FrameContext &context) override;
   void end(FeatureId id) override;
@@ -45,7 +45,7 @@ class Csd final : public Algorithm {
     cv::Point2d judged_at = {};  ///< picture pixels
   };
   CsdFrame load(const FrameContext &context);
-  void doubt(const CsdFrame &frame);
+  void hide_until_found(const CsdFrame &frame);
   void drop_ended();
   void follow_queries(const CsdFrame &frame);
   void report(const Query &query, const CsdFrame &frame, const WorkFrame &work, Claim &claim) const;
@@ -58,7 +58,7 @@ class Csd final : public Algorithm {
   SupportPoints support_;
   std::vector<Query> queries_;  // by ascending id
   std::vector<FeatureId> ended_;
-  std::vector<Followed *> turns_;  // scratch
+  Points turns_;  // scratch
   std::int64_t last_time_ = no_time;
   double steps_ = 1;  // of this frame
 };

@@ -21,7 +21,7 @@ struct CsdFrame {
   const GlareWeights &weights;
   cv::Size size;                      ///< of the working image
   double unit;                        ///< working pixels per pixel of a 480-line picture, the unit of constants
-  double steps;                       ///< frames of 40 ms since the last frame, the unit of rates
+  double steps = 1;                   ///< frames of 40 ms since the last frame, the unit of rates
   std::int64_t time;                  ///< ns
   std::int64_t training_time;         ///< ns: how long anchor samples are collected
   double patch = 1;                   ///< working pixels per patch sample (21 × 21) for a new point

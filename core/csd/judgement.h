@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "csd/look.h"
 #include "csd/neighbour_map.h"
+#include "csd/point_alignment.h"
 #include "csd/visibility.h"
 
 namespace csd {
@@ -16,28 +16,30 @@ struct Expectation {
   double deviation = 0;  ///< NeighbourOffset::deviation()
 
   explicit operator bool() const { return static_cast<bool>(map); }
-  bool overrules(const Tuning &tuning) const { return map.support >= count(tuning.min_judges); }
+  bool may_veto(const Tuning &tuning) const { return map.support >= count(tuning.min_judges); }
 };
 
 /// How the alignment compares with the neighbours' map.
 struct Judgement {
-  bool sure = false;        ///< reliable: aligned well and no veto
-  bool agrees = true;       ///< the map agrees or does not count
+  bool reliable = false;    ///< aligned well and no veto
+  bool vetoed = false;      ///< the map contradicts and counts
   bool own_motion = false;  ///< disagrees with the map, but the patch is distinctive
   double distance = 0;      ///< from the predicted position, reference px
 };
 /// `memory`: the point's. The result depends on the arguments alone.
-Judgement judge(const CsdFrame &frame, const Look &look, const Memory &memory, const Expectation &expected);
+Judgement judge(const CsdFrame &frame, const PointAlignment &alignment, const Memory &memory,
+                const Expectation &expected);
 
 /// The patch is distinctive: nothing similar lies near the predicted position. It needs no support from the map.
-bool told_apart(const CsdFrame &frame, const Look &look, const Memory &memory, const Expectation &expected);
+bool is_distinctive(const CsdFrame &frame, const PointAlignment &alignment, const Memory &memory,
+                    const Expectation &expected);
 
 /// Fuses the aligned and the predicted position by their covariances (a MAP estimate). Along an edge, a patch has
 /// almost no position information even without noise: deformation and parallax shift it there.
-cv::Point2d fuse(const CsdFrame &frame, const Look &look, const Expectation &expected);
+cv::Point2d fuse(const CsdFrame &frame, const PointAlignment &alignment, const Expectation &expected);
 
 /// The evidence that the point is visible at its aligned position; empty if it cannot be.
-std::optional<Evidence> evidence_for(const CsdFrame &frame, const Look &look, const Memory &memory,
+std::optional<Evidence> evidence_for(const CsdFrame &frame, const PointAlignment &alignment, const Memory &memory,
                                      const Expectation &expected, const Judgement &judgement,
                                      const Surroundings &around);
 

@@ -3,22 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "patch/patch_fit.h"
 
 namespace csd {
 namespace {
-
-constexpr double tissue_share = 0.1;  // of a patch: with less, what may be highlights are its texture
-
-std::size_t slot(int level) {
-  return static_cast<std::size_t>(level);
-}
-
-double share(const PatchPlane &plane) {
-  return std::accumulate(plane.data.begin(), plane.data.end(), 0.0) / PatchPlane::pixels;
-}
 
 /// Of the residual in the picture's grey levels; at least half a grey level.
 double log_noise(const Alignment &seen) {
@@ -31,18 +20,13 @@ Memory::Memory(const CsdFrame &frame, const AffineState &state)
     : medians_(Anchor::coarsest + 1), begun_(frame.time), last_sample_(frame.time) {
   for (int level = 0; level <= Anchor::coarsest; ++level) {
     const auto patch = sample(frame.pyramid, frame.weights, state, level);
-    set_anchor(level, make_anchor_level(patch));
-    medians_[slot(level)].add(patch);
+    anchor_.set(level, make_anchor_level(patch));
+    median_of_level(level).add(patch);
   }
 }
 
-void Memory::set_anchor(int level, const AnchorLevel &anchor) {
-  shown_[slot(level - Anchor::finest)] = share(anchor.shown);
-  anchor_.set(level, anchor);
-}
-
-void Memory::freeze() {
-  for (int level = 0; level <= Anchor::coarsest; ++level) set_anchor(level, medians_[slot(level)].make());
+void Memory::freeze_anchor() {
+  for (int level = 0; level <= Anchor::coarsest; ++level) anchor_.set(level, median_of_level(level).make());
   medians_.clear();
 }
 
@@ -51,7 +35,7 @@ void Memory::sample_at(const CsdFrame &frame, const AffineState &state) {
   const double pause = static_cast<double>(frame.training_time) / std::max(most - 1, 1.0);
   if (static_cast<double>(medians_.front().size()) >= most || frame.time - last_sample_ < std::floor(pause)) return;
   for (int level = 0; level <= Anchor::coarsest; ++level)
-    medians_[slot(level)].add(sample(frame.pyramid, frame.weights, state, level));
+    median_of_level(level).add(sample(frame.pyramid, frame.weights, state, level));
   last_sample_ = frame.time;
 }
 
@@ -67,12 +51,12 @@ void Memory::learn_usual(const CsdFrame &frame, const Alignment &seen) {
   usual_->brightness += rate * (now.brightness - usual_->brightness);
 }
 
-void Memory::measure_likeness(const CsdFrame &frame, const AffineState &state) {
-  if (likeness_) return;
+void Memory::measure_self_similarity(const CsdFrame &frame, const AffineState &state) {
+  if (self_similarity_) return;
   const int level = finest_level(state.scale() / frame.patch, frame.tuning);
-  likeness_.emplace(frame.pyramid, frame.weights, anchor_.level(level), level, state, frame.tuning);
+  self_similarity_.emplace(frame.pyramid, frame.weights, anchor_.level(level), level, state, frame.tuning);
   const auto &anchor = anchor_.level(level);
-  const auto &weight = share(anchor.weight) >= tissue_share ? anchor.weight : anchor.shown;
+  const auto &weight = anchor.tissue_share >= min_tissue ? anchor.weight : anchor.shown;
   contrast_ = std::sqrt(patch_moments(anchor, anchor.patch, weight).anchor_variance);
 }
 
@@ -84,13 +68,12 @@ void Memory::refine(const CsdFrame &frame, const AffineState &state, double scal
         scale / frame.patch * std::ldexp(1.0, level) >= tuning.finer_scale) {
       const auto finer = make_anchor_level(sample(frame.pyramid, frame.weights, state, level));
       // Else a highlight that passes would be the level for good.
-      if (share(finer.weight) >= std::min(tissue_share, share(anchor_.level(level + 1).weight)))
-        set_anchor(level, finer);
+      if (finer.tissue_share >= std::min(min_tissue, anchor_.level(level + 1).tissue_share)) anchor_.set(level, finer);
     }
 }
 
 int Memory::finest_level(double zoom, const Tuning &tuning) const {
-  const auto share = [this](int level) { return shown_[slot(level - Anchor::finest)]; };
+  const auto share = [this](int level) { return anchor_.level(level).shown_share; };
   int best = anchor_.fine_level(zoom);
   for (int level = best; level <= Anchor::coarsest && share(best) < tuning.min_anchor; ++level)
     if (anchor_.has(level) && share(level) > share(best)) best = level;

@@ -14,52 +14,32 @@ constexpr std::size_t min_points = 3, min_affine = 6;  // of a similarity, of an
 double square(double x) {
   return x * x;
 }
-double squared(cv::Point2d p) {
-  return p.dot(p);
+NeighbourMap map_by(const Similarity &s) {
+  NeighbourMap map;
+  map.linear = {s.a, -s.b, s.b, s.a};
+  map.shift = s.shift;
+  return map;
 }
 
-/// One weighted least-squares fit about the weighted means. False if the points coincide.
-bool fit(std::span<const Correspondence> points, const double *weights, bool affine, double ridge_weight,
-         NeighbourMap &map) {
-  double sum = 0;
-  cv::Point2d from, to;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    sum += weights[i];
-    from += weights[i] * points[i].from;
-    to += weights[i] * points[i].to;
-  }
-  from /= sum;
-  to /= sum;
-  // C = Σ w x xᵀ and D = Σ w y xᵀ about the means.
-  double cxx = 0, cxy = 0, cyy = 0, dxx = 0, dxy = 0, dyx = 0, dyy = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto x = points[i].from - from, y = points[i].to - to;
-    const auto w = weights[i];
-    cxx += w * x.x * x.x;
-    cxy += w * x.x * x.y;
-    cyy += w * x.y * x.y;
-    dxx += w * y.x * x.x;
-    dxy += w * y.x * x.y;
-    dyx += w * y.y * x.x;
-    dyy += w * y.y * x.y;
-  }
-  const double trace = cxx + cyy;
-  if (!(trace > 1e-9 * sum)) return false;
-  const double a = (dxx + dyy) / trace, b = (dyx - dxy) / trace;
-  double l00 = a, l01 = -b, l10 = b, l11 = a;
+/// One weighted least-squares fit. Affine: L = S + (D − S·C)(C + λI)⁻¹, with the similarity S and the ridge λ. False if
+/// the points coincide.
+bool fit(std::span<const Correspondence> points, const double *weights, bool affine, double ridge, NeighbourMap &map) {
+  const auto m = PointMoments::of(points, weights);
+  if (m.degenerate()) return false;
+  const auto s = fit_similarity(m);
+  double l00 = s.a, l01 = -s.b, l10 = s.b, l11 = s.a;
   if (affine) {
-    // L = S + (D − S·C)(C + λI)⁻¹
-    const double e00 = dxx - (a * cxx - b * cxy), e01 = dxy - (a * cxy - b * cyy);
-    const double e10 = dyx - (b * cxx + a * cxy), e11 = dyy - (b * cxy + a * cyy);
-    const double p = cxx + ridge_weight, q = cyy + ridge_weight, det = p * q - cxy * cxy;
-    l00 += (e00 * q - e01 * cxy) / det;
-    l01 += (e01 * p - e00 * cxy) / det;
-    l10 += (e10 * q - e11 * cxy) / det;
-    l11 += (e11 * p - e10 * cxy) / det;
+    const double e00 = m.dxx - (s.a * m.cxx - s.b * m.cxy), e01 = m.dxy - (s.a * m.cxy - s.b * m.cyy);
+    const double e10 = m.dyx - (s.b * m.cxx + s.a * m.cxy), e11 = m.dyy - (s.b * m.cxy + s.a * m.cyy);
+    const double p = m.cxx + ridge, q = m.cyy + ridge, det = p * q - m.cxy * m.cxy;
+    l00 += (e00 * q - e01 * m.cxy) / det;
+    l01 += (e01 * p - e00 * m.cxy) / det;
+    l10 += (e10 * q - e11 * m.cxy) / det;
+    l11 += (e11 * p - e10 * m.cxy) / det;
   }
   if (!(l00 * l11 - l01 * l10 > 1e-6)) return false;
   map.linear = {l00, l01, l10, l11};
-  map.shift = {to.x - (l00 * from.x + l01 * from.y), to.y - (l10 * from.x + l11 * from.y)};
+  map.shift = {m.to.x - (l00 * m.from.x + l01 * m.from.y), m.to.y - (l10 * m.from.x + l11 * m.from.y)};
   return true;
 }
 
@@ -110,8 +90,10 @@ class Neighbours {
     const auto pairs = std::min(points_.size(), count(tuning_.piece_pairs));
     for (std::size_t i = 0; i < pairs; ++i)
       for (std::size_t j = i + 1; j < pairs; ++j) {
-        NeighbourMap proposal;
-        if (!similarity(points_[i], points_[j], proposal)) continue;
+        if (squared(points_[i].from - points_[j].from) < square(tuning_.piece_base * unit_)) continue;
+        const auto motion = similarity_through(points_[i], points_[j]);
+        if (!motion.zooms_at_most(tuning_.max_zoom)) continue;
+        const auto proposal = map_by(motion);
         const double found = cost(proposal, own);
         if (found >= least) continue;
         least = found;
@@ -186,19 +168,6 @@ class Neighbours {
     double sum = own ? tuning_.own_vote * robust(*own) : 0;
     for (std::size_t i = 0; i < points_.size(); ++i) sum += near_[i] * robust(points_[i]);
     return sum;
-  }
-
-  /// The similarity through two points. False if they are too close, or zoom more than a scene may.
-  bool similarity(const Correspondence &u, const Correspondence &v, NeighbourMap &map) const {
-    const auto from = u.from - v.from, to = u.to - v.to;
-    const double length = squared(from);
-    if (length < square(tuning_.piece_base * unit_)) return false;
-    const double a = (to.x * from.x + to.y * from.y) / length, b = (to.y * from.x - to.x * from.y) / length;
-    const double zoom = std::sqrt(a * a + b * b);
-    if (!(zoom <= tuning_.max_zoom && zoom * tuning_.max_zoom >= 1)) return false;
-    map.linear = {a, -b, b, a};
-    map.shift = u.to - map(u.from);
-    return true;
   }
 
   std::span<const Correspondence> points_;

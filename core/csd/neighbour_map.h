@@ -8,17 +8,11 @@
 #include <span>
 #include <vector>
 
+#include "csd/similarity.h"
 #include "csd/tuning.h"
 #include "patch/affine_state.h"
 
 namespace csd {
-
-/// A tissue point at `from` and where it is now, `to`.
-struct Correspondence {
-  cv::Point2d from, to;
-
-  Correspondence reversed() const { return {to, from}; }
-};
 
 /// The local motion of the tissue, estimated from nearby points: to = linear·from + shift.
 struct NeighbourMap {

@@ -2,9 +2,6 @@
 #include "csd/recall.h"
 
 #include <algorithm>
-#include <cmath>
-
-#include "track/types.h"
 
 namespace csd {
 namespace {
@@ -18,45 +15,16 @@ double contrast(const cv::Mat &level) {
   return deviation[0] / 256;
 }
 
-double squared(cv::Point2d p) {
-  return p.dot(p);
-}
-
-/// The similarity with this a and b that maps `from` to `to`.
-Similarity about(cv::Point2d from, cv::Point2d to, double a, double b) {
-  return {a, b, to - cv::Point2d(a * from.x - b * from.y, b * from.x + a * from.y)};
-}
-
-/// Least squares over the inliers of `like`.
+/// Least squares over the matches that agree with `like`.
 Similarity refit(const std::vector<Correspondence> &matches, const Similarity &like, double limit) {
-  cv::Point2d from, to;
-  double n = 0;
-  const auto agrees = [&](const Correspondence &m) { return squared(like(m.from) - m.to) <= limit; };
-  for (const auto &m : matches)
-    if (agrees(m)) {
-      from += m.from;
-      to += m.to;
-      ++n;
-    }
-  from /= n;
-  to /= n;
-  double a = 0, b = 0, size = 0;
-  for (const auto &m : matches)
-    if (agrees(m)) {
-      const auto p = m.from - from, q = m.to - to;
-      a += p.dot(q);
-      b += p.x * q.y - p.y * q.x;
-      size += squared(p);
-    }
-  if (!(size > 0)) return like;
-  return about(from, to, a / size, b / size);
+  std::vector<double> weights;
+  weights.reserve(matches.size());
+  for (const auto &m : matches) weights.push_back(squared(like(m.from) - m.to) <= limit ? 1 : 0);
+  const auto moments = PointMoments::of(matches, weights.data());
+  return moments.degenerate() ? like : fit_similarity(moments);
 }
 
 }  // namespace
-
-double Similarity::scale() const {
-  return std::hypot(a, b);
-}
 
 std::optional<Similarity> agree_on_similarity(const std::vector<Correspondence> &matches, double tolerance,
                                               std::size_t least, double max_zoom) {
@@ -65,17 +33,15 @@ std::optional<Similarity> agree_on_similarity(const std::vector<Correspondence> 
     return static_cast<std::size_t>(std::count_if(
         matches.begin(), matches.end(), [&](const Correspondence &m) { return squared(s(m.from) - m.to) <= limit; }));
   };
-  const auto plausible = [max_zoom](const Similarity &s) { return s.scale() <= max_zoom && s.scale() >= 1 / max_zoom; };
   Similarity best;
   std::size_t most = 0;
   const auto n = std::min(matches.size(), hypotheses);
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = i + 1; j < n; ++j) {
-      const auto p = matches[j].from - matches[i].from, q = matches[j].to - matches[i].to;
-      const double size = squared(p);
-      if (size < 16 * limit) continue;  // nearer pairs do not determine the rotation
-      const auto s = about(matches[i].from, matches[i].to, p.dot(q) / size, (p.x * q.y - p.y * q.x) / size);
-      if (!plausible(s)) continue;
+      // Nearer pairs do not determine the rotation.
+      if (squared(matches[j].from - matches[i].from) < 16 * limit) continue;
+      const auto s = similarity_through(matches[i], matches[j]);
+      if (!s.zooms_at_most(max_zoom)) continue;
       if (const auto count = agreeing(s); count > most) {
         most = count;
         best = s;
@@ -83,7 +49,7 @@ std::optional<Similarity> agree_on_similarity(const std::vector<Correspondence> 
     }
   if (most < least) return {};
   for (int round = 0; round < 3; ++round) best = refit(matches, best, limit);
-  if (agreeing(best) < least || !plausible(best)) return {};
+  if (agreeing(best) < least || !best.zooms_at_most(max_zoom)) return {};
   return best;
 }
 

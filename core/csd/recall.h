@@ -7,17 +7,10 @@
 #include <optional>
 #include <vector>
 
+#include "csd/similarity.h"
 #include "csd/tracked_point.h"
 
 namespace csd {
-
-/// Rotation, zoom and shift: to = (a −b; b a)·from + shift.
-struct Similarity {
-  double a = 1, b = 0;
-  cv::Point2d shift;
-  cv::Point2d operator()(cv::Point2d p) const { return {a * p.x - b * p.y + shift.x, b * p.x + a * p.y + shift.y}; }
-  double scale() const;
-};
 
 /// The similarity with the most inliers within `tolerance` (in units of `to`): tries all pairs of the first 60 matches,
 /// then refines by three rounds of least squares over the inliers. Empty if there are fewer than `least` inliers or it

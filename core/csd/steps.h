@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "csd/tracked_point.h"
@@ -13,32 +14,12 @@ namespace csd {
 struct Followed {
   /// What happens to it in a frame: it is aligned; it follows its neighbours' map; it waits because the budget is
   /// spent.
-  enum class Turn : std::uint8_t { looks, rests, waits };
+  enum class Turn : std::uint8_t { aligns, rests, waits };
 
   TrackedPoint point;
   std::size_t id;
   bool established = false;  ///< other points' maps may use it
-  Turn turn = Turn::looks;
-};
-
-/// The neighbours of a list of points while a frame is processed. They are given for the user's points. The supporting
-/// points are their own neighbours, so their field is rebuilt whenever some have been aligned.
-class Company {
- public:
-  virtual ~Company() = default;
-  virtual const NeighbourField &field() const = 0;
-  virtual const Surroundings &surroundings() const = 0;
-  /// The owner whose points a point's own map excludes.
-  virtual std::size_t owner(const Followed &) const { return NeighbourField::nobody; }
-  /// Without a map, second alignments start at the last visible position.
-  virtual bool alone() const { return surroundings().alone; }
-
-  virtual bool may_rest(const CsdFrame &, const Followed &) const { return false; }
-  virtual bool searched_for(const Followed &) const { return true; }  ///< search for a hidden point now?
-
-  virtual void gather(const CsdFrame &) {}  ///< rebuilds the field from the points that are reliable now
-  virtual void met(const CsdFrame &) {}     ///< called when all points have been compared with their first maps
-  virtual void looked(const CsdFrame &) {}  ///< called when all points have been aligned
+  Turn turn = Turn::aligns;
 };
 
 /// Shares of a frame's budget, both from its start: for first alignments, and for all of them. `least` points are
@@ -48,12 +29,33 @@ struct Shares {
   std::size_t least = 1, more = 1;
 };
 
-/// Tracks points through a frame, the user's or supporting ones. When the budget is spent, the least urgent points
-/// wait.
-///
-/// Each point is aligned from where its own motion predicts it and compared with its neighbours' map. If it is not
-/// reliable, it is aligned again from the map's prediction. Then its visibility is decided and its model updated. Sorts
-/// `points` by urgency.
-void follow(const CsdFrame &frame, std::vector<Followed *> &points, Company &company, const Shares &shares);
+using Points = std::vector<Followed *>;
+using Choice = std::function<bool(const Followed &)>;
+/// Whether a field holds the points that are compared with it.
+enum class Among : std::uint8_t {
+  others,      ///< it holds others alone
+  themselves,  ///< the points are in the field; each is left out of its own map
+};
+
+// The steps of a frame, in this order, for a list of points: the user's or the supporting ones. Within a step points
+// are independent, and tracked in parallel unless there is a budget. docs/method.md, "How a frame is processed".
+
+/// With a budget, the most urgent points come first: when it is spent, the others wait.
+void order_by_urgency(const CsdFrame &frame, Points &points);
+/// Each point is aligned from where its own motion predicts it, or rests if `may_rest`. Past the budget the rest wait.
+void first_alignments(const CsdFrame &frame, const Points &points, const Shares &shares, const Choice &may_rest = {});
+/// Each point is compared with the map of its neighbours in `field`.
+void compare_with_maps(const CsdFrame &frame, const Points &points, const NeighbourField &field, Among among);
+/// Unreliable points are aligned again, from their maps' predictions; without a map and if `alone`, from where they
+/// were last visible. Hidden ones only if `searched_for`.
+void second_alignments(const CsdFrame &frame, const Points &points, const Shares &shares, bool alone,
+                       const Choice &searched_for = {});
+/// Points without a map have been aligned on their own: they are compared with the field that these make. Chance
+/// matches rarely agree on a motion.
+void compare_unmapped(const CsdFrame &frame, const Points &points, const NeighbourField &field, Among among);
+/// Whether each point is visible, and where. A point that rests or waits follows its map.
+void decide_visibility(const CsdFrame &frame, const Points &points, const Surroundings &around);
+/// Aligned points update their models. Anchors whose training time is over are frozen, as long as the budget lasts.
+void update_models(const CsdFrame &frame, const Points &points);
 
 }  // namespace csd

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "content/tools.h"
-#include "track/types.h"
 
 namespace csd {
 namespace {
@@ -53,12 +52,12 @@ void SupportPoints::clear() {
   *this = {};
 }
 
-void SupportPoints::doubt(const CsdFrame &frame) {
+void SupportPoints::hide_until_found(const CsdFrame &frame) {
   for (auto &s : points_) {
-    s.point.doubt();
+    s.point.hide_until_found();
     s.covered = frame.time;  // it could not be visible during a gap
   }
-  last_sure_ = last_begin_ = frame.time;
+  last_reliable_ = last_begin_ = frame.time;
 }
 
 /// Every other frame; neighbouring points alternate.
@@ -70,10 +69,10 @@ bool SupportPoints::searched_for(const Followed &support) const {
   return searching_ || (support.id + frames_) % search_every_ == 0;
 }
 
-void SupportPoints::gather(const CsdFrame &frame) {
+void SupportPoints::rebuild_field(const CsdFrame &frame) {
   field_.clear();
   for (const auto &support : points_)
-    if (support.established && support.point.sure())
+    if (support.established && support.point.reliable())
       field_.add(support.id, support.point.chart(), {support.point.own_reference(), support.point.seen_at()});
   field_.drop_small_charts(count(frame.tuning.min_agreeing));
 }
@@ -89,11 +88,11 @@ void SupportPoints::sum_up(const CsdFrame &frame) {
     std::nth_element(changes_.begin(), middle, changes_.end());
     return *middle;
   };
-  const auto if_sure = [](auto change) {
-    return [change](const TrackedPoint &p) { return p.sure() ? (p.*change)() : std::nullopt; };
+  const auto if_reliable = [](auto change) {
+    return [change](const TrackedPoint &p) { return p.reliable() ? (p.*change)() : std::nullopt; };
   };
-  surroundings_.gain_drift = median_of(if_sure(&TrackedPoint::gain_change));
-  surroundings_.brightness_drift = median_of(if_sure(&TrackedPoint::brightness_change));
+  surroundings_.gain_drift = median_of(if_reliable(&TrackedPoint::gain_change));
+  surroundings_.brightness_drift = median_of(if_reliable(&TrackedPoint::brightness_change));
   surroundings_.blur = median_of([&](const TrackedPoint &p) { return p.blur(frame.tuning); });
   std::size_t expected = 0;
   for (const auto &s : points_)
@@ -113,22 +112,22 @@ void SupportPoints::recall(const CsdFrame &frame) {
     if (s.point.chart() != chart) continue;
     auto map = found.map_at(s.point.own_reference(), chart, frame.unit, frame.tuning, s.id);
     map.spread = std::max(map.spread, frame.tuning.recalled_spread * frame.unit);
-    s.turn = Followed::Turn::looks;
-    s.point.meet(frame, map);
-    s.point.look_again(frame, false);
+    s.turn = Followed::Turn::aligns;
+    s.point.compare_with_map(frame, map);
+    s.point.second_alignment(frame, false);
   }
-  gather(frame);
+  rebuild_field(frame);
   for (auto &s : points_)
-    if (s.point.chart() == chart) s.point.meet(frame, field_, s.id);
-  gather(frame);
+    if (s.point.chart() == chart) s.point.compare_with_map(frame, field_, s.id);
+  rebuild_field(frame);
   if (field_.size(chart) == 0) return;
-  // The same tissue may have started a newer chart meanwhile: its points join the older one.
+  // The same tissue may have started a newer chart meanwhile: its points enter the older one.
   for (auto &s : points_)
-    if (s.point.chart() > chart && s.point.sure()) {
+    if (s.point.chart() > chart && s.point.reliable()) {
       recall_.forget(s.point.chart());
-      s.point.join(field_, chart, frame);
+      s.point.enter_chart(field_, chart, frame);
     }
-  gather(frame);
+  rebuild_field(frame);
   chart_ = chart;
 }
 
@@ -137,24 +136,32 @@ void SupportPoints::follow(const CsdFrame &frame) {
   turns_.clear();
   for (auto &s : points_) turns_.push_back(&s);
   ++frames_;
-  search_every_ = std::max<std::size_t>(1, count(tuning.search_every));
-  csd::follow(frame, turns_, *this,
-              {tuning.first_looks, tuning.query_share, count(tuning.min_looks), count(tuning.more_looks)});
+  const Shares shares{tuning.first_share, tuning.query_share, count(tuning.min_aligned), count(tuning.more_aligned)};
+  order_by_urgency(frame, turns_);
+  first_alignments(frame, turns_, shares, [&](const Followed &s) { return may_rest(frame, s); });
+  rebuild_field(frame);
+  compare_with_maps(frame, turns_, field_, Among::themselves);
+  plan_search(frame);
+  second_alignments(frame, turns_, shares, due_, [&](const Followed &s) { return searched_for(s); });
+  rebuild_field(frame);
+  compare_unmapped(frame, turns_, field_, Among::themselves);
+  if (due_) recall(frame);
+  sum_up(frame);
+  decide_visibility(frame, turns_, surroundings_);
+  rebuild_field(frame);
+  update_models(frame, turns_);
   recall_.remember(frame, field_, chart_);
   age(frame);
 }
 
-void SupportPoints::met(const CsdFrame &frame) {
+/// Which hidden points are searched for in this frame, and whether a lost scene is.
+void SupportPoints::plan_search(const CsdFrame &frame) {
   const auto late =
       std::count_if(points_.begin(), points_.end(), [](const Support &s) { return s.turn == Followed::Turn::waits; });
   share_ = 1 - static_cast<double>(late) / static_cast<double>(std::max<std::size_t>(points_.size(), 1));
   due_ = recall_.due(frame, field_, share_);
-  searching_ = due_ || field_.size() < count(frame.tuning.min_looks);
-}
-
-void SupportPoints::looked(const CsdFrame &frame) {
-  if (due_) recall(frame);
-  sum_up(frame);
+  searching_ = due_ || field_.size() < count(frame.tuning.min_aligned);
+  search_every_ = std::max<std::size_t>(1, count(frame.tuning.search_every));
 }
 
 /// Establishes new points that have moved with their neighbours for a while, and updates `covered`.
@@ -164,10 +171,10 @@ void SupportPoints::age(const CsdFrame &frame) {
     const bool out = s.point.map() && !frame.shows(s.point.state().position);
     const auto elsewhere = [&] { return recall_.knows(s.point.chart()) && field_.size(s.point.chart()) == 0; };
     if (s.point.visible() || out || elsewhere()) s.covered = frame.time;
-    if (!s.established && s.point.chart() >= 0 && frame.time - s.begun >= nanoseconds(tuning.trial) && s.point.sure() &&
-        s.point.offset().deviation(tuning) <= tuning.trial_deviation)
+    if (!s.established && s.point.chart() >= 0 && frame.time - s.begun >= nanoseconds(tuning.trial) &&
+        s.point.reliable() && s.point.offset().deviation(tuning) <= tuning.trial_deviation)
       s.established = true;
-    if (s.established && s.point.sure()) last_sure_ = frame.time;
+    if (s.established && s.point.reliable()) last_reliable_ = frame.time;
   }
 }
 
@@ -197,13 +204,13 @@ void SupportPoints::drop(const CsdFrame &frame) {
 
 void SupportPoints::begin(const CsdFrame &frame) {
   const auto &tuning = frame.tuning;
-  const bool founding = points_.empty() || frame.time - last_sure_ > nanoseconds(tuning.new_chart_after);
-  if (founding && blank(frame)) return;
+  const bool new_chart = points_.empty() || frame.time - last_reliable_ > nanoseconds(tuning.new_chart_after);
+  if (new_chart && blank(frame)) return;
   Cells cells(frame);
   for (const auto &s : points_) {
     const auto position = s.point.state().position;
     // When a new chart is due, the positions of the old chart's points are unknown.
-    if (frame.shows(position) && !(founding && !s.point.visible())) ++cells.count(position);
+    if (frame.shows(position) && !(new_chart && !s.point.visible())) ++cells.count(position);
   }
   bool full = true;
   for (int y = 0; y < cells.rows(); ++y)
@@ -225,9 +232,9 @@ void SupportPoints::begin(const CsdFrame &frame) {
   const int margin = static_cast<int>(std::lround(tuning.edge * frame.unit / 2));
   const cv::Rect inner(margin, margin, half.cols - 2 * margin, half.rows - 2 * margin);
   // A point that sways across the border of two cells leaves one empty for a while: that gap needs no new point.
-  const double apart = (founding ? tuning.min_distance : tuning.gap) * frame.unit;
+  const double distance = (new_chart ? tuning.min_distance : tuning.gap) * frame.unit;
   const auto begun = points_.size();
-  if (founding && begun == 0) chart_ = -1;
+  if (new_chart && begun == 0) chart_ = -1;
   for (int y = 0; y < cells.rows(); ++y)
     for (int x = 0; x < cells.columns(); ++x) {
       if (cells.count(x, y) > 0) continue;
@@ -236,8 +243,8 @@ void SupportPoints::begin(const CsdFrame &frame) {
       near_.clear();
       for (const auto &s : points_) {
         const auto p = s.point.state().position;
-        if (p.x > 2 * rect.x - apart && p.x < 2 * (rect.x + rect.width) + apart && p.y > 2 * rect.y - apart &&
-            p.y < 2 * (rect.y + rect.height) + apart)
+        if (p.x > 2 * rect.x - distance && p.x < 2 * (rect.x + rect.width) + distance && p.y > 2 * rect.y - distance &&
+            p.y < 2 * (rect.y + rect.height) + distance)
           near_.push_back(p);
       }
       float strongest = least;
@@ -247,7 +254,7 @@ void SupportPoints::begin(const CsdFrame &frame) {
           if (corners_.at<float>(v, u) > strongest && weights.at<std::uint8_t>(v, u) >= tuning.clear_weight) {
             const cv::Point2d p(2 * u, 2 * v);
             if (std::any_of(near_.begin(), near_.end(),
-                            [&](cv::Point2d other) { return (other - p).dot(other - p) < apart * apart; }))
+                            [&](cv::Point2d other) { return squared(other - p) < distance * distance; }))
               continue;
             strongest = corners_.at<float>(v, u);
             at = {2 * u, 2 * v};
@@ -257,20 +264,20 @@ void SupportPoints::begin(const CsdFrame &frame) {
           {{TrackedPoint(frame, at, TrackedPoint::Purpose::support), next_id_++}, frame.time, frame.time});
     }
   if (points_.size() == begun) return;
-  if (founding) {
+  if (new_chart) {
     ++chart_;
-    last_sure_ = frame.time;
+    last_reliable_ = frame.time;
   }
   for (auto i = begun; i < points_.size(); ++i) {
     auto &s = points_[i];
-    if (founding) {
-      s.point.found(chart_);
+    if (new_chart) {
+      s.point.begin_chart(chart_);
       s.established = true;
     } else {
-      s.point.join(field_, chart_, frame);
+      s.point.enter_chart(field_, chart_, frame);
     }
   }
-  gather(frame);
+  rebuild_field(frame);
 }
 
 }  // namespace csd

@@ -18,7 +18,7 @@ namespace csd {
 /// points around it, so all points of a stream share one chart: that of the frame in which the first began. It is used
 /// only after it has moved with its neighbours for a while, because it may lie on a tool. If nothing has been visible
 /// for a second (another scene), the next points start a new chart.
-class SupportPoints final : public Company {
+class SupportPoints {
  public:
   /// Tracks the points into the frame and updates field(), surroundings() and chart().
   void follow(const CsdFrame &frame);
@@ -26,10 +26,11 @@ class SupportPoints final : public Company {
   void replenish(const CsdFrame &frame);
   void clear();
   /// The stream has jumped: no point is visible until it is found again.
-  void doubt(const CsdFrame &frame);
+  void hide_until_found(const CsdFrame &frame);
 
-  const NeighbourField &field() const override { return field_; }
-  const Surroundings &surroundings() const override { return surroundings_; }
+  /// Of the established points that are reliable in this frame.
+  const NeighbourField &field() const { return field_; }
+  const Surroundings &surroundings() const { return surroundings_; }
   int chart() const { return chart_; }
   std::size_t size() const { return points_.size(); }
 
@@ -38,14 +39,10 @@ class SupportPoints final : public Company {
     std::int64_t begun, covered;  ///< covered: when it was last visible, outside the picture, or its scene out of view
   };
 
-  std::size_t owner(const Followed &support) const override { return support.id; }
-  bool alone() const override { return due_; }
-  bool may_rest(const CsdFrame &frame, const Followed &support) const override;
-  bool searched_for(const Followed &support) const override;
-  void gather(const CsdFrame &frame) override;
-  void met(const CsdFrame &frame) override;
-  void looked(const CsdFrame &frame) override;
-
+  bool may_rest(const CsdFrame &frame, const Followed &support) const;
+  bool searched_for(const Followed &support) const;
+  void rebuild_field(const CsdFrame &frame);
+  void plan_search(const CsdFrame &frame);
   void recall(const CsdFrame &frame);
   void sum_up(const CsdFrame &frame);
   void age(const CsdFrame &frame);
@@ -58,12 +55,12 @@ class SupportPoints final : public Company {
   Surroundings surroundings_;
   int chart_ = -1;
   std::size_t next_id_ = 0, frames_ = 0;
-  std::int64_t last_sure_ = 0, last_begin_ = 0;
+  std::int64_t last_reliable_ = 0, last_begin_ = 0;
   double share_ = 1;                 // of the points: processed in this frame
   bool due_ = false;                 // a lost scene is searched for in this frame
   bool searching_ = true;            // all hidden points are searched for in this frame
   std::size_t search_every_ = 1;     // else each is searched for once in this many frames
-  std::vector<Followed *> turns_;    // scratch
+  Points turns_;                     // scratch
   std::vector<double> changes_;      // scratch
   std::vector<cv::Point2d> near_;    // scratch
   cv::Mat level_, corners_, tools_;  // scratch

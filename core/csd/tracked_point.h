@@ -13,7 +13,7 @@ namespace csd {
 /// A tissue point tracked by `csd`, the user's or a supporting one: its affine state, appearance model and reference
 /// coordinates, and its result in the current frame. All coordinates are working pixels.
 ///
-/// follow() in steps.h tracks a point through a frame.
+/// steps.h tracks a list of points through a frame.
 class TrackedPoint {
  public:
   /// A supporting point may be less accurate: it is one of many in a map.
@@ -22,64 +22,64 @@ class TrackedPoint {
   TrackedPoint(const CsdFrame &frame, cv::Point2d position, Purpose purpose = Purpose::query);
 
   /// Starts `chart` at the point: its reference coordinates become its current position.
-  void found(int chart);
+  void begin_chart(int chart);
   /// Gives the point coordinates in `chart` by the field's inverse map, if there is one.
-  void join(const NeighbourField &field, int chart, const CsdFrame &frame);
+  void enter_chart(const NeighbourField &field, int chart, const CsdFrame &frame);
 
   /// The first alignment: from where its own motion predicts it, if it was visible in the last frame.
-  void look(const CsdFrame &frame);
+  void first_alignment(const CsdFrame &frame);
   /// Compares the alignment with the neighbours' map. A contradiction makes it unreliable.
-  void meet(const CsdFrame &frame, const NeighbourMap &map);
+  void compare_with_map(const CsdFrame &frame, const NeighbourMap &map);
   /// With the field's map, which excludes the points of `owner`.
-  void meet(const CsdFrame &frame, const NeighbourField &field, std::size_t owner = NeighbourField::nobody);
+  void compare_with_map(const CsdFrame &frame, const NeighbourField &field, std::size_t owner = NeighbourField::nobody);
   /// The second alignment of an unreliable point: from the map's prediction; without a map and if `alone`, from where
   /// it was last visible.
-  void look_again(const CsdFrame &frame, bool alone);
+  void second_alignment(const CsdFrame &frame, bool alone);
   /// Decides whether the point is visible, with which probability, and where.
-  void decide(const CsdFrame &frame, const Surroundings &around);
+  void decide_visibility(const CsdFrame &frame, const Surroundings &around);
   /// Updates from a visible point: the anchor, the offset from the map, the usual gain.
-  void learn(const CsdFrame &frame);
-  bool ripe(const CsdFrame &frame) const { return memory_.ripe(frame); }
-  void freeze() { memory_.freeze(); }
+  void update(const CsdFrame &frame);
+  bool training_over(const CsdFrame &frame) const { return memory_.training_over(frame); }
+  void freeze_anchor() { memory_.freeze_anchor(); }
 
-  /// Instead of look(): the point is not aligned in this frame.
-  void pass();
+  /// Instead of first_alignment(): the point is not aligned in this frame.
+  void wait();
   /// Whether the neighbours predict the point, which was aligned in the last frame, well enough that it can rest()
-  /// instead of look().
+  /// instead of first_alignment().
   bool may_rest(const CsdFrame &frame) const;
   void rest();
   /// Ends such a frame: the point moves to the map's prediction and its confidence decays. Without a map it claims
   /// nothing.
-  void wait(const CsdFrame &frame);
+  void follow_map(const CsdFrame &frame);
   /// Priority of an alignment: ns since the last one, doubled while the point is unreliable or fast.
   double urgency(const CsdFrame &frame) const;
 
   /// The next frame may show anything: the point is invisible until it is found again.
-  void doubt();
+  void hide_until_found();
 
-  bool sure() const { return judgement_.sure; }  ///< reliable: aligned well and no veto
-  bool visible() const { return visible_; }      ///< after decide()
+  bool reliable() const { return judgement_.reliable; }  ///< aligned well and no veto
+  bool visible() const { return visible_; }              ///< after decide_visibility()
   bool learning() const { return memory_.learning(); }
   double confidence() const { return confidence_; }
-  /// The evidence behind decide() in this frame; empty if there was none.
+  /// The evidence behind decide_visibility() in this frame; empty if there was none.
   const std::optional<Evidence> &evidence() const { return evidence_; }
   const AffineState &state() const { return state_; }
-  cv::Point2d seen_at() const { return look_.fine.state.position; }  ///< of a reliable point, in this frame
+  cv::Point2d seen_at() const { return alignment_.fine.state.position; }  ///< of a reliable point, in this frame
   /// As the neighbours' map predicts.
   cv::Point2d expected_at() const { return offset_.predict(map_, reference_).position; }
   int chart() const { return chart_; }  ///< −1: none
   cv::Point2d own_reference() const { return reference_ + offset_.offset(); }
   const NeighbourOffset &offset() const { return offset_; }
   const NeighbourMap &map() const { return map_; }
-  std::optional<double> gain_change() const { return memory_.gain_change(look_.fine); }
-  std::optional<double> brightness_change() const { return memory_.brightness_change(look_.fine); }
+  std::optional<double> gain_change() const { return memory_.gain_change(alignment_.fine); }
+  std::optional<double> brightness_change() const { return memory_.brightness_change(alignment_.fine); }
   /// ln of the contrast lost at the finest level beyond that lost at the next coarser one. Smoke dims both alike; a wet
   /// lens removes fine detail first. 0 at usual contrast; empty if the patch does not look like the point.
   std::optional<double> blur(const Tuning &tuning) const;
 
  private:
   Expectation expectation(const Tuning &tuning) const;
-  void see(const CsdFrame &frame, const Look &look);
+  void set_alignment(const CsdFrame &frame, const PointAlignment &alignment);
 
   Purpose purpose_;
   AffineState state_;
@@ -89,17 +89,17 @@ class TrackedPoint {
   double missed_ = std::numeric_limits<double>::infinity();
   bool visible_ = true, pressing_ = true;  ///< pressing: visible, and unreliable or fast when last aligned
   double confidence_ = 1;
-  std::int64_t last_look_;
+  std::int64_t last_alignment_;
 
   // Relation to its neighbours.
   int chart_ = -1;
   cv::Point2d reference_;
   NeighbourOffset offset_;
-  NeighbourMap map_;  ///< of this frame, after meet()
+  NeighbourMap map_;  ///< of this frame, after compare_with_map()
   double nearby_ = NeighbourMap().nearby;
 
   // Of this frame.
-  Look look_;
+  PointAlignment alignment_;
   Judgement judgement_;
   AffineState aligned_;  ///< from the patch alone: an anchor sampled at the fused position would keep that bias
   std::optional<Evidence> evidence_;

@@ -6,10 +6,10 @@
 #include <span>
 #include <string_view>
 
+#include "base/named_number.h"
+#include "base/types.h"
 #include "content/glare_weights.h"
 #include "patch/align.h"
-#include "track/named_number.h"
-#include "track/types.h"
 
 namespace csd {
 
@@ -20,15 +20,15 @@ namespace csd {
 /// counts are integers, switches 0 or 1. Where no reason is given, the value comes from the study that preceded this
 /// code.
 struct Tuning {
-  // Alignment: look.cpp.
+  // Alignment: point_alignment.cpp.
   double shape_deviation = 0.03;    ///< sd of each element of A₀⁻¹A − 1, in a frame
   double shape_pull = 0.3;          ///< towards the neighbours' shape before alignment, in a frame
   double coarse_information = 0.6;  ///< share of the coarser level's in the finer one's prior: both see the same pixels
   double levels_first = 1;          ///< coarser levels of the first alignment
-  double levels_again = 2;          ///< of the second, which may start farther away
+  double levels_second = 2;         ///< of the second, which may start farther away
   double levels_inner = 1;          ///< of the inner disc's
-  double looks_again = 2;  ///< second alignments: 2: the patch, then its inner disc; 1: the patch alone; 0: none
-  double affine = 1;       ///< 1: affine at the finest level; 0: rotation and zoom only
+  double second_alignments = 2;     ///< mode: 2: the patch, then its inner disc; 1: the patch alone; 0: none
+  double affine = 1;                ///< 1: affine at the finest level; 0: rotation and zoom only
   double query_precision = fine_precision;  ///< samples, where a user's point converges: below, noise dominates
   double support_precision =
       csd::support_precision;  ///< of a supporting point: one of many in a map, whose spread is at least .5 px
@@ -40,27 +40,27 @@ struct Tuning {
   double blurred_zncc = 0.5;  ///< below, the patch shows something else, not the same tissue blurred
 
   // What counts as reliable: judgement.cpp.
-  double sure_zncc = 0.6;      ///< of points that maps may use
-  double sure_inliers = 0.5;   ///< the same
-  double sure_unmasked = 0.3;  ///< the same
-  double alone_zncc = 0.8;     ///< to be found again without neighbours
-  double min_unmasked = 0.1;   ///< to be reported at all
+  double reliable_zncc = 0.6;      ///< of points that maps may use
+  double reliable_inliers = 0.5;   ///< the same
+  double reliable_unmasked = 0.3;  ///< the same
+  double alone_zncc = 0.8;         ///< to be found again without neighbours
+  double min_unmasked = 0.1;       ///< to be reported at all
 
   // Distinctive patches: without a similar place near the prediction, a patch needs no support from its neighbours.
-  double apart_zncc = 0.8;          ///< of both levels
-  double apart_inliers = 0.6;       ///< of the fine one
-  double apart_margin = 0.1;        ///< ZNCC above the best look-alike's
-  double alike_reach = 4;           ///< samples about the position in which a similar place counts,
-  double alike_per_spread = 0.5;    ///< plus this for each px of the map's spread,
-  double alike_per_distance = 0.2;  ///< plus this for each sample of distance between point and prediction
-  double likeness_nearest = 4;      ///< samples, radius of the innermost of five rings
-  double likeness_step = 2.5;       ///< samples from ring to ring
-  double likeness_far = 9;          ///< samples, from which a similar place is a different one
-  double likeness_weight = 40;      ///< pixels: a mostly masked place is not measured
+  double distinctive_zncc = 0.8;              ///< of both levels
+  double distinctive_inliers = 0.6;           ///< of the fine one
+  double distinctive_margin = 0.1;            ///< ZNCC above the best look-alike's
+  double self_similarity_reach = 4;           ///< samples about the position in which a similar place counts,
+  double self_similarity_per_spread = 0.5;    ///< plus this for each px of the map's spread,
+  double self_similarity_per_distance = 0.2;  ///< plus this for each sample of distance between point and prediction
+  double self_similarity_nearest = 4;         ///< samples, radius of the innermost of five rings
+  double self_similarity_step = 2.5;          ///< samples from ring to ring
+  double self_similarity_far = 9;             ///< samples, from which a similar place is a different one
+  double self_similarity_pixels = 40;         ///< pixels: a mostly masked place is not measured
   /// Limit for detection: LookAlikes. Points on an edge slide along it: on cholecystectomy.mp4 12 % of the claims that
   /// forward-backward tracking compares were apart, with this 3 %; on smoke.mp4 80 % of the samples are claimed instead
   /// of 72 %.
-  double max_likeness = 0.9;
+  double max_look_alike = 0.9;
 
   // The neighbours' veto, and the fusion with their map: judgement.cpp.
   double min_judges = 5;                 ///< neighbours that may veto a point
@@ -139,12 +139,12 @@ struct Tuning {
   double search_every = 2;
 
   // The frame budget: steps.cpp, csd.cpp.
-  double min_looks = 24;       ///< supporting points aligned whatever the budget
+  double min_aligned = 24;     ///< supporting points aligned whatever the budget
   double min_at_visible = 18;  ///< of these, points that were visible; the others may return from hiding
-  double more_looks = 96;      ///< the same while fewer are reliable than a map uses: else the scene seems gone
+  double more_aligned = 96;    ///< the same while fewer are reliable than a map uses: else the scene seems gone
   double support_share = 0.5;  ///< of the budget, from its start, for supporting points
   double query_share = 0.85;   ///< until users' points are aligned; the rest is for anchors
-  double first_looks = 0.6;    ///< of the supporting points' part: first alignments
+  double first_share = 0.6;    ///< of the supporting points' part: first alignments
   double max_steps = 10;       ///< frames: after a longer gap nothing can be predicted
 
   // Finding a scene again: recall.cpp.
@@ -176,17 +176,17 @@ struct Tuning {
   double weigh_noise = -1.86;
   double weigh_brighter = -3.29;
   double weigh_darker = -1.50;
-  double weigh_likeness = -2.43;
+  double weigh_self_similarity = -2.43;
   double weigh_unknown = -1.73;
   double weigh_contrast = -0.42;
   double weigh_disagreement = -1.39;
-  double dim_from = 0.7;        ///< loss of ln contrast explained by light and distance
-  double noisy = 8;             ///< grey levels: values are clamped here
-  double other_light = 64;      ///< grey levels: changes are clamped here
-  double min_likeness = 0.5;    ///< values are clamped here from below
-  double max_disagreement = 6;  ///< values are clamped here
-  double probability = 1;       ///< 1: the regression; 0: reliable points are visible
-  double max_blur = 0.15;       ///< ln of contrast: from here the lens is wet; patches fit, but all features are hidden
+  double dim_from = 0.7;             ///< loss of ln contrast explained by light and distance
+  double noisy = 8;                  ///< grey levels: values are clamped here
+  double other_light = 64;           ///< grey levels: changes are clamped here
+  double min_self_similarity = 0.5;  ///< values are clamped here from below
+  double max_disagreement = 6;       ///< values are clamped here
+  double probability = 1;            ///< 1: the regression; 0: reliable points are visible
+  double max_blur = 0.15;  ///< ln of contrast: from here the lens is wet; patches fit, but all features are hidden
   double highlight =
       GlareWeights::usual_highlight;  ///< of the room above its surroundings that makes a pixel a highlight; 2: none
   double claim_all = 0;               ///< 1: claims every point in every frame: a bound for the ablation, not a tracker

@@ -33,11 +33,14 @@ constexpr Term terms[] = {
      [](const Evidence &e, const Tuning &t) { return std::clamp(e.brightness_change / t.other_light, 0.0, 1.0); }},
     {"darker", &Tuning::weigh_darker,
      [](const Evidence &e, const Tuning &t) { return std::clamp(-e.brightness_change / t.other_light, 0.0, 1.0); }},
-    {"likeness", &Tuning::weigh_likeness,
-     [](const Evidence &e, const Tuning &t) { return e.likeness ? std::max(t.min_likeness, *e.likeness) : 0.0; }},
-    {"unknown", &Tuning::weigh_unknown, [](const Evidence &e, const Tuning &) { return e.likeness ? 0.0 : 1.0; }},
+    {"self_similarity", &Tuning::weigh_self_similarity,
+     [](const Evidence &e, const Tuning &t) {
+       return e.self_similarity ? std::max(t.min_self_similarity, *e.self_similarity) : 0.0;
+     }},
+    {"unknown", &Tuning::weigh_unknown,
+     [](const Evidence &e, const Tuning &) { return e.self_similarity ? 0.0 : 1.0; }},
     {"contrast", &Tuning::weigh_contrast,
-     [](const Evidence &e, const Tuning &) { return e.likeness ? std::log(std::max(0.1, e.contrast)) : 0.0; }},
+     [](const Evidence &e, const Tuning &) { return e.self_similarity ? std::log(std::max(0.1, e.contrast)) : 0.0; }},
     {"disagreement", &Tuning::weigh_disagreement,
      [](const Evidence &e, const Tuning &t) { return std::min(t.max_disagreement, e.disagreement); }},
 };

@@ -19,7 +19,7 @@ struct Evidence {
   double noise = 0;                       ///< residual, grey levels of the anchor
   double brightness_change = 0;           ///< grey levels, relative to its usual one and the supporting points' change
   double contrast = 0;                    ///< standard deviation of the anchor, grey levels
-  std::optional<double> likeness;         ///< Likeness::far(); empty while the anchor is learned
+  std::optional<double> self_similarity;  ///< SelfSimilarity::far(); empty while the anchor is learned
   /// Distance from the predicted position, in units of its expected error, times the anchor's self-similarity in that
   /// direction: a patch without similar places there needs no support from its neighbours.
   double disagreement = 0;

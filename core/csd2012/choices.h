@@ -5,7 +5,7 @@
 #include <span>
 #include <string_view>
 
-#include "track/named_number.h"
+#include "base/named_number.h"
 
 namespace csd::csd2012 {
 

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <utility>
 
+#include "base/find_id.h"
 #include "csd2012/learn/negatives.h"
 #include "csd2012/search.h"
 #include "csd2012/smoothed.h"
-#include "track/find_id.h"
 #include "track/patch_side.h"
 
 namespace csd {

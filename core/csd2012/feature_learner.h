@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/random.h"
 #include "csd2012/choices.h"
 #include "csd2012/learn/colour_choice.h"
 #include "csd2012/learn/forest.h"
@@ -18,7 +19,6 @@
 #include "csd2012/learn/tree.h"
 #include "csd2012/snapshot.h"
 #include "image/warps.h"
-#include "track/random.h"
 
 namespace csd {
 

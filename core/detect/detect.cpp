@@ -57,9 +57,9 @@ std::vector<cv::Point2d> detect(const cv::Mat &luma, const cv::Mat &specular, co
   const int window = std::max(3, options.patch / windows_per_patch | 1);
   std::vector<cv::Point2d> ranked =
       merge_by_rank(find_dog(luma, allowed), find_shi_tomasi(luma, allowed, window, radius), radius, taken);
-  if (options.max_likeness < 1) {
+  if (options.max_look_alike < 1) {
     const LookAlikes alike(luma, options.patch);
-    std::erase_if(ranked, [&](cv::Point2d p) { return alike.best(p) > options.max_likeness; });
+    std::erase_if(ranked, [&](cv::Point2d p) { return alike.best(p) > options.max_look_alike; });
   }
   return spread(ranked, luma.size(), bucket_side(allowed, options), options.wanted, taken);
 }

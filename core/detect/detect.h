@@ -9,9 +9,9 @@
 namespace csd {
 
 struct DetectOptions {
-  int patch = 21;           ///< odd side of the patch, working pixels
-  std::size_t wanted = 50;  ///< most features to find
-  double max_likeness = 1;  ///< limit of a feature's LookAlikes::best()
+  int patch = 21;             ///< odd side of the patch, working pixels
+  std::size_t wanted = 50;    ///< most features to find
+  double max_look_alike = 1;  ///< limit of a feature's LookAlikes::best()
 };
 
 /// Finds features to track (§2.1.1): Difference of Gaussian and Shi–Tomasi, merged and spread over the picture.

@@ -61,14 +61,17 @@ PatchSample sample(const Pyramid &pyramid, const GlareWeights &weights, const Af
 
 AnchorLevel make_anchor_level(const PatchSample &sample) {
   AnchorLevel out;
-  double sum = 0, weight = 0;
+  double sum = 0, tissue = 0, shown = 0;
   for (std::size_t i = 0; i < PatchPlane::size; ++i) {
     out.weight.data[i] = GlareWeights::tissue_share(sample.weight.data[i]);
     out.shown.data[i] = GlareWeights::shown_share(sample.weight.data[i]);
     sum += double{out.shown.data[i]} * sample.value.data[i];
-    weight += out.shown.data[i];
+    tissue += out.weight.data[i];
+    shown += out.shown.data[i];
   }
-  const auto mean = static_cast<float>(weight > 0 ? sum / weight : 0);
+  out.tissue_share = tissue / PatchPlane::pixels;
+  out.shown_share = shown / PatchPlane::pixels;
+  const auto mean = static_cast<float>(shown > 0 ? sum / shown : 0);
   for (int y = -radius; y <= radius; ++y)
     for (int x = -radius; x <= radius; ++x) {
       out.patch.at(x, y) = sample.value.at(x, y) - mean;

@@ -19,9 +19,13 @@ struct AnchorLevel {
   PatchPlane patch;       ///< grey levels, weighted mean removed
   PatchPlane gradient_x;  ///< ∂patch/∂v, central differences within the patch (one-sided on its edge)
   PatchPlane gradient_y;
-  PatchPlane weight;  ///< 0…1; 0: may be a highlight; outside the picture, or padding
-  PatchPlane shown;   ///< 0…1; 0: outside the picture, forbidden, or padding
+  PatchPlane weight;                         ///< 0…1; 0: may be a highlight; outside the picture, or padding
+  PatchPlane shown;                          ///< 0…1; 0: outside the picture, forbidden, or padding
+  double tissue_share = 0, shown_share = 0;  ///< means of `weight` and `shown`, set by make_anchor_level
 };
+
+/// With a smaller share of tissue in a patch, what may be highlights are its texture.
+inline constexpr double min_tissue = 0.1;
 
 /// A feature's appearance at several resolutions: levels 0, 1 and 2 from its start; −1 and −2, finer than its first
 /// frame, once a zoom resolves them.

@@ -267,7 +267,7 @@ HWY_EXPORT(FitPatch);
 HWY_EXPORT(Moments);
 
 double correlation(const PatchMoments &all, const PatchMoments &of_tissue) {
-  constexpr double least = PatchPlane::pixels / 10., deviation = 3;
+  constexpr double least = min_tissue * PatchPlane::pixels, deviation = 3;
   const auto zncc = [](const PatchMoments &m) {
     const double scale = m.frame_variance * m.anchor_variance;
     return scale > 0 ? m.covariance / std::sqrt(scale) : 0;
@@ -285,21 +285,11 @@ PatchMoments patch_moments(const AnchorLevel &anchor, const PatchPlane &value, c
   return HWY_DYNAMIC_DISPATCH(Moments)(anchor, value, weight);
 }
 
-namespace {
-
-template <class Visit>
-void for_each_sample(Visit visit) {
-  for (int y = -PatchPlane::radius; y <= PatchPlane::radius; ++y)
-    for (int x = -PatchPlane::radius; x <= PatchPlane::radius; ++x) visit(x, y, PatchPlane::index(x, y));
-}
-
-}  // namespace
-
 void fit_patch_scalar(const AnchorLevel &anchor, const PatchPlane &value, const PatchPlane &weight, PatchPlane &robust,
                       PatchFit &fit) {
   const auto &T = anchor.patch.data, &I = value.data, &m = weight.data;
   double s1 = 0, sT = 0, sTT = 0, sI = 0, sIT = 0;
-  for_each_sample([&](int, int, std::size_t i) {
+  PatchPlane::for_each_sample([&](int, int, std::size_t i) {
     const double w = m[i] * robust.data[i], t = T[i], v = I[i];
     s1 += w, sT += w * t, sTT += w * t * t, sI += w * v, sIT += w * v * t;
   });
@@ -309,7 +299,7 @@ void fit_patch_scalar(const AnchorLevel &anchor, const PatchPlane &value, const 
 
   PatchPlane r;
   std::vector<float> sizes;
-  for_each_sample([&](int, int, std::size_t i) {
+  PatchPlane::for_each_sample([&](int, int, std::size_t i) {
     r.data[i] = static_cast<float>((I[i] - fit.bias) / fit.gain - T[i]);
     if (m[i] > counted_weight) sizes.push_back(std::min(std::abs(r.data[i]), largest_residual));
   });
@@ -329,7 +319,7 @@ void fit_patch_scalar(const AnchorLevel &anchor, const PatchPlane &value, const 
     const double x = vx / 10., y = vy / 10., tx = anchor.gradient_x.data[i], ty = anchor.gradient_y.data[i];
     return std::array<double, unknowns>{T[i], 1, x * tx, y * tx, x * ty, y * ty, tx, ty};
   };
-  for_each_sample([&](int vx, int vy, std::size_t i) {
+  PatchPlane::for_each_sample([&](int vx, int vy, std::size_t i) {
     const double q = 1 + (r.data[i] / c) * (r.data[i] / c), w = m[i] / (q * q);
     change += std::abs(w - double{m[i]} * robust.data[i]);
     robust.data[i] = static_cast<float>(1 / (q * q));
@@ -342,7 +332,7 @@ void fit_patch_scalar(const AnchorLevel &anchor, const PatchPlane &value, const 
   if (fit.drift >= 0 && fit.drift < largest_drift * fit.inliers) return;
   fit.drift = 0;
   fit.matrix = {};
-  for_each_sample([&](int vx, int vy, std::size_t i) {
+  PatchPlane::for_each_sample([&](int vx, int vy, std::size_t i) {
     const auto J = jacobian(vx, vy, i);
     for (std::size_t a = 0; a < unknowns; ++a)
       for (std::size_t b = a; b < unknowns; ++b) fit.matrix[a][b] += double{m[i]} * robust.data[i] * J[a] * J[b];
@@ -351,7 +341,7 @@ void fit_patch_scalar(const AnchorLevel &anchor, const PatchPlane &value, const 
 
 PatchMoments patch_moments_scalar(const AnchorLevel &anchor, const PatchPlane &value, const PatchPlane &weight) {
   double s1 = 0, sT = 0, sTT = 0, sI = 0, sII = 0, sIT = 0;
-  for_each_sample([&](int, int, std::size_t i) {
+  PatchPlane::for_each_sample([&](int, int, std::size_t i) {
     const double w = weight.data[i], t = anchor.patch.data[i], v = value.data[i];
     s1 += w, sT += w * t, sTT += w * t * t, sI += w * v, sII += w * v * v, sIT += w * v * t;
   });

@@ -16,6 +16,12 @@ struct PatchPlane {
 
   float &at(int vx, int vy) { return data[index(vx, vy)]; }
   float at(int vx, int vy) const { return data[index(vx, vy)]; }
+  /// Calls visit(vx, vy, index) for each sample.
+  template <class Visit>
+  static void for_each_sample(Visit visit) {
+    for (int y = -radius; y <= radius; ++y)
+      for (int x = -radius; x <= radius; ++x) visit(x, y, index(x, y));
+  }
   static std::size_t index(int vx, int vy) { return static_cast<std::size_t>((vy + radius) * stride + vx + radius); }
 
   alignas(64) std::array<float, size> data{};

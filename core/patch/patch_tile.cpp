@@ -147,12 +147,6 @@ bool all_255(const std::uint8_t *bytes, int size) {
   return all == ~std::uint64_t{0};
 }
 
-template <class Visit>
-void for_each_sample(Visit visit) {
-  for (int y = -PatchPlane::radius; y <= PatchPlane::radius; ++y)
-    for (int x = -PatchPlane::radius; x <= PatchPlane::radius; ++x) visit(x, y, PatchPlane::index(x, y));
-}
-
 template <class T>
 double bilinear(const cv::Mat &m, double x, double y) {
   const int x0 = std::clamp(static_cast<int>(x), 0, m.cols - 2), y0 = std::clamp(static_cast<int>(y), 0, m.rows - 2);
@@ -231,7 +225,7 @@ double sample_scalar(const cv::Mat &level, const cv::Mat &weights, const PatchMa
                      PatchPlane &weight) {
   int inside = 0;
   const double right = level.cols - 1, bottom = level.rows - 1;
-  for_each_sample([&](int vx, int vy, std::size_t i) {
+  PatchPlane::for_each_sample([&](int vx, int vy, std::size_t i) {
     const double x = map.origin.x + map.step(0, 0) * vx + map.step(0, 1) * vy;
     const double y = map.origin.y + map.step(1, 0) * vx + map.step(1, 1) * vy;
     const bool in = x >= -inside_tolerance && y >= -inside_tolerance && x <= right + inside_tolerance &&

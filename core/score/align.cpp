@@ -6,8 +6,8 @@
 #include <map>
 #include <optional>
 
+#include "base/find_id.h"
 #include "score/quantile.h"
-#include "track/find_id.h"
 
 namespace csd::score {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "score/bootstrap.h"
 
+#include "base/random.h"
 #include "score/quantile.h"
 #include "score/tap_vid.h"
-#include "track/random.h"
 
 namespace csd::score {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "score/palindrome.h"
 
-#include "track/find_id.h"
+#include "base/find_id.h"
 
 namespace csd::score {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "track/types.h"
+#include "base/types.h"
 
 /// Scores tracks against ground truth. The definitions are in docs/metrics.md.
 namespace csd::score {

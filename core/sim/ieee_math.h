@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <initializer_list>
 
-#include "track/random.h"
+#include "base/random.h"
 
 /// Elementary functions from +, −, ×, ÷ and square root only, which IEEE 754 rounds exactly: they give the same bits on
 /// every machine, while libm's differ between versions and instruction sets. core/sim is compiled with

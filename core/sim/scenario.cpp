@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "track/setting_text.h"
+#include "base/setting_text.h"
 
 namespace csd::sim {
 namespace {

@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
+#include "base/types.h"
 #include "sim/scenario.h"
 #include "sim/tissue_texture.h"
-#include "track/types.h"
 
 namespace csd::sim {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string_view>
 
-#include "track/types.h"
+#include "base/types.h"
 
 namespace csd {
 

@@ -6,8 +6,8 @@
 #include <optional>
 #include <system_error>
 
-#include "track/setting_text.h"
-#include "track/types.h"
+#include "base/setting_text.h"
+#include "base/types.h"
 
 namespace csd {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "base/types.h"
 #include "text/json.h"
-#include "track/types.h"
 
 namespace csd {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "track/types.h"
+#include "base/types.h"
 
 namespace csd {
 

@@ -4,10 +4,11 @@
 #include <memory>
 #include <vector>
 
+#include "base/types.h"
 #include "image/work_frame.h"
 #include "track/executor.h"
 #include "track/frame_budget.h"
-#include "track/types.h"
+#include "track/settings.h"
 
 namespace csd {
 
@@ -53,7 +54,7 @@ class Algorithm {
   /// Whether detection avoids what looks like a tool by colour. (Not in the paper.)
   virtual bool avoids_tools() const { return false; }
   /// Detection rejects places more similar than this to the tissue around them: LookAlikes::best(). 1: none.
-  virtual double max_likeness() const { return 1; }
+  virtual double max_look_alike() const { return 1; }
 
   /// Fills in the claims of the features that have begun; `claims` is sorted by ascending id.
   virtual void track(const FrameContext &context, std::vector<Claim> &claims) = 0;

@@ -5,8 +5,8 @@
 
 #include <cstdint>
 
+#include "base/types.h"
 #include "track/algorithm.h"
-#include "track/types.h"
 
 namespace csd {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "image/work_frame.h"
-#include "track/types.h"
+#include "track/settings.h"
 
 namespace csd {
 

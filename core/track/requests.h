@@ -7,7 +7,8 @@
 #include <mutex>
 #include <vector>
 
-#include "track/types.h"
+#include "base/types.h"
+#include "track/settings.h"
 
 namespace csd {
 

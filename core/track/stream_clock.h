@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "track/types.h"
+#include "base/types.h"
 
 namespace csd {
 

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <utility>
 
+#include "base/find_id.h"
 #include "content/content_area.h"
 #include "content/specular.h"
 #include "content/tools.h"
@@ -14,7 +15,6 @@
 #include "image/pyramid.h"
 #include "image/work_frame.h"
 #include "track/algorithm.h"
-#include "track/find_id.h"
 #include "track/life.h"
 #include "track/patch_side.h"
 #include "track/requests.h"
@@ -214,7 +214,7 @@ void Tracker::Impl::detect_more(const FrameContext &context) {
   DetectOptions options;
   options.patch = patch_side(settings, context.frame);
   options.wanted = static_cast<std::size_t>(wanted);
-  options.max_likeness = algorithm->max_likeness();
+  options.max_look_alike = algorithm->max_look_alike();
   std::vector<cv::Point2d> taken;
   for (const auto &life : lives)
     if (life.feature.state != FeatureState::ended)

@@ -3,8 +3,9 @@
 
 #include <memory>
 
+#include "base/types.h"
 #include "image/frame_view.h"
-#include "track/types.h"
+#include "track/settings.h"
 
 namespace csd {
 

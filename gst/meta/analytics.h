@@ -5,8 +5,8 @@
 
 #include <unordered_map>
 
+#include "base/types.h"
 #include "meta/rois.h"
-#include "track/types.h"
 
 namespace csd {
 

@@ -5,8 +5,8 @@
 
 #include <optional>
 
+#include "base/types.h"
 #include "support/settings.h"
-#include "track/types.h"
 
 namespace csd {
 

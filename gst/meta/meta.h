@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
+#include "base/types.h"
 #include "meta/csdtrackmeta.h"
-#include "track/types.h"
 
 namespace csd {
 

@@ -5,7 +5,7 @@
 
 #include <optional>
 
-#include "track/types.h"
+#include "base/types.h"
 
 namespace csd {
 

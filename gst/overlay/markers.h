@@ -8,7 +8,7 @@
 #include <functional>
 #include <vector>
 
-#include "track/types.h"
+#include "base/types.h"
 
 namespace csd {
 

@@ -6,10 +6,10 @@
 #include <atomic>
 #include <mutex>
 
+#include "base/types.h"
 #include "overlay/overlay_composition.h"
 #include "overlay/overlay_painter.h"
 #include "support/enums.h"
-#include "track/types.h"
 
 namespace csd {
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <mutex>
 
-#include "track/types.h"
+#include "base/types.h"
 
 namespace csd {
 

@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "track/types.h"
+#include "base/types.h"
 
 namespace csd {
 

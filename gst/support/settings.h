@@ -6,7 +6,7 @@
 #include <string>
 
 #include "support/track_properties.h"
-#include "track/types.h"
+#include "track/settings.h"
 
 namespace csd {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "support/sim_properties.h"
 
+#include "base/types.h"
 #include "sim/scenario.h"
-#include "track/types.h"
 
 namespace csd {
 

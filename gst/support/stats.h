@@ -4,7 +4,7 @@
 #include <gst/gst.h>
 
 #include "support/latency.h"
-#include "track/types.h"
+#include "track/settings.h"
 
 namespace csd {
 

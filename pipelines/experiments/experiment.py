@@ -82,6 +82,11 @@ def run(name: str, options: argparse.Namespace, write: Write, seeds: int) -> int
         plan = sequences.PLANS[mode](seeds)
         if plan.of_table("pictures"):
             running.take_pictures()
+        missing = sequences.missing_pictures() if plan.of_table("table1") else []
+        if missing:
+            print(f"{name}: all tissue is simulated, for these pictures of real tissue are missing "
+                  f"(CSDTRACK_TISSUE names their folder): {', '.join(map(str, missing))}",
+                  file=sys.stderr)
         running.run_all(plan, mode, seeds, out, options.jobs)
         command = [f"pipelines/experiments/{name}"]
         if options.quick:

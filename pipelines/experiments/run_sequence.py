@@ -173,7 +173,7 @@ def run(plan: Plan, sequence: Sequence, seed: int, folder: pathlib.Path) -> None
         if share.frames:
             options += ["--frames", str(share.frames)]
         follow(name, options, unfinished)
-        progress(RENDERED + (1 - RENDERED) * i / len(rivals))
+        progress(RENDERED + (1 - RENDERED) * i / (len(rivals) + 1))
     (unfinished / "video.y4m").unlink()
     check(unfinished, {"truth": sequence.frames, **frames})
     for share in shares:
@@ -190,6 +190,7 @@ def run(plan: Plan, sequence: Sequence, seed: int, folder: pathlib.Path) -> None
     (unfinished / "run.json").write_text(json.dumps(made, indent=1))
     shutil.rmtree(folder, ignore_errors=True)  # of another build
     unfinished.rename(folder)
+    progress(1)
 
 
 def main() -> int:

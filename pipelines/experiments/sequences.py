@@ -197,10 +197,11 @@ def scenes(seeds: int) -> tuple[int, ...]:
     return tuple(range(FIRST_SEED, FIRST_SEED + seeds))
 
 
-def pictures_there() -> bool:
-    return all((TISSUE / picture).is_file()
-               for *_, pictures in (*KINDS, MORE, DRY)
-               for picture in pictures if picture)
+def missing_pictures() -> list[pathlib.Path]:
+    """The pictures of real tissue that the paper's sequences would show, and that are not there."""
+    wanted = dict.fromkeys(TISSUE / picture for *_, pictures in (*KINDS, MORE, DRY)
+                           for picture in pictures if picture)
+    return [picture for picture in wanted if not picture.is_file()]
 
 
 def repeated(kind: Kind, features: int, frames: int, seeds: int,
@@ -209,7 +210,7 @@ def repeated(kind: Kind, features: int, frames: int, seeds: int,
     name, title, figure, table, scenario, effects, style, pictures = kind
     textures = tuple(picture and str(TISSUE / picture) for picture in pictures)
     return Sequence(name, title, figure, table, scenario, effects, style, features, frames,
-                    scenes(seeds), textures=textures if pictures_there() else (),
+                    scenes(seeds), textures=() if missing_pictures() else textures,
                     trackers=trackers)
 
 

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "track/types.h"
+#include "base/types.h"
 
 namespace py = pybind11;
 

@@ -45,7 +45,7 @@ struct Options {
   std::vector<Sequence> wanted;
 };
 
-/// Counts reports on features that had no look in the frame.
+/// Counts reports on features that waited in the frame.
 struct Waiting {
   std::size_t reports = 0, claims = 0, right = 0;
   double believed = 0;  // sum of the claims' confidence
@@ -106,7 +106,7 @@ Row track(const Rendered &rendered, const Options &options, const std::string &n
   settings.learn_synchronously = true;
   settings.content_area = ContentArea::full;
   settings.frame_budget = options.budget;
-  settings.clock = [looks = std::int64_t{0}]() mutable { return looks++; };
+  settings.clock = [reads = std::int64_t{0}]() mutable { return reads++; };
   ThreadPool pool(1);
   auto made = make(settings, options, pool);
   const auto *csd = dynamic_cast<const Csd *>(made.get());
@@ -232,7 +232,7 @@ that is claimed. seen: of these claims, the share within 5 px of the truth. (las
             long as tracking
 --worst     lists the N features with the largest errors
 --evidence  writes the evidence of csd's judgements, for tests/bench/fit
---bound     adds the results of looks that start at the true place
+--bound     adds the results of alignments that start at the true place
 --budget    sets a frame's budget. Each read of the clock takes 1, so it is the same on every machine. Another line says how
             many of the waiting features were right
 --list      lists the sequences and exits
@@ -372,13 +372,13 @@ int main(int argc, char **argv) {
                     last.k, "", ms);
         summary.add(sequence.name, score);
         if (options.bound) {
-          const auto bound = look_from_truth(rendered);
-          std::printf("    from the truth: within 2 px %.4f, within 5 px %.4f; of what seems sure, wrong %.4f\n",
+          const auto bound = align_from_truth(rendered);
+          std::printf("    from the truth: within 2 px %.4f, within 5 px %.4f; of what seems reliable, wrong %.4f\n",
                       bound.within_2, bound.within_5, bound.wrong);
         }
         if (options.budget > 0) {
           const auto claims = static_cast<double>(std::max<std::size_t>(waiting.claims, 1));
-          std::printf("    not looked at: %.3f of the reports; of these, claims: %zu, right %.3f, believed %.3f\n",
+          std::printf("    waited: %.3f of the reports; of these, claims: %zu, right %.3f, believed %.3f\n",
                       static_cast<double>(waiting.reports) / static_cast<double>(clip.samples.size()), waiting.claims,
                       static_cast<double>(waiting.right) / claims, waiting.believed / claims);
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The cost of a frame in `csd` before it looks at a feature: luma, pyramid and glare weights. For comparison: OpenCV's
+// The cost of a frame in `csd` before it aligns a feature: luma, pyramid and glare weights. For comparison: OpenCV's
 // time for an 8-bit pyramid.
 #include <benchmark/benchmark.h>
 

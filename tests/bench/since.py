@@ -10,7 +10,7 @@ import subprocess
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 # The code that each page measures.
 CSD = ("core/csd/", "core/patch", "core/detect", "core/image", "core/content", "core/track",
-       "core/score", "core/sim")
+       "core/base", "core/score", "core/sim")
 PAPER = ("core/csd2012/", "core/baselines", *CSD)
 PAGES = (("results/beyond.md", CSD), ("results/beyond-clips.md", CSD), ("results/tissue.md", CSD),
          ("results/choices.md", PAPER), ("results/paper.md", PAPER), ("results/clips.md", PAPER),

@@ -2,9 +2,9 @@
 // The properties `points` of csdtrack and csdsimsrc.
 #include <cmath>
 
+#include "base/types.h"
 #include "fuzz.h"
 #include "text/parse.h"
-#include "track/types.h"
 
 void csd_fuzz::run(std::string_view text) {
   csd::is_truth(text);

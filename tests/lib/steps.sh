@@ -245,10 +245,10 @@ rule_core() {
 rule_rooms() {
   local bad=0 room other
   local -A may=(
-    [image]='' [content]='image' [detect]='image' [patch]='image content' [track]='image content detect'
-    [csd]='image content detect patch track' [csd2012]='image content detect patch track' [baselines]='image track csd2012'
-    [algorithms]='track csd csd2012 baselines' [sim]='image content detect track' [score]='track' [motion]='score' [text]='track'
-    [programs]='image track score motion text')
+    [base]='' [image]='' [content]='image' [detect]='image' [patch]='image content' [track]='base image content detect'
+    [csd]='base image content detect patch track' [csd2012]='base image content detect patch track'
+    [baselines]='base image track csd2012' [algorithms]='base track csd csd2012 baselines'
+    [sim]='base image content detect' [score]='base' [motion]='base score' [text]='base' [programs]='base image score motion text')
   for room in "$root"/core/*/; do
     room=$(basename "$room")
     [ "$room" != precompiled ] || continue

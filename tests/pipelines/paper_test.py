@@ -40,12 +40,22 @@ class Quick(unittest.TestCase):
         before = cls.published()
         done = paper("--quick", "--out", cls.out)
         assert done.returncode == 0, done.stderr
+        cls.said = done.stderr
         cls.page = (cls.out / "paper.md").read_text()
         assert cls.published() == before, "--quick leaves docs/ alone"
 
     @staticmethod
     def published():
         return {path: path.stat().st_mtime_ns for path in (ROOT / "docs" / "results").rglob("*")}
+
+    def test_it_says_that_the_pictures_are_missing(self):
+        self.assertIn("all tissue is simulated", self.said)
+        self.assertIn("/nowhere/heart.png", self.said)
+
+    def test_each_finished_run_has_its_line_of_progress(self):
+        runs = len(sequences.paper_quick(1).runs())
+        over = [int(n) for n in re.findall(rf"^(\d+) of {runs} runs, ", self.said, re.M)]
+        self.assertEqual(over, list(range(1, runs + 1)))
 
     def rows(self, heading):
         """The tables' rows below a heading, as lists of cells."""

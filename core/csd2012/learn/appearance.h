@@ -3,7 +3,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "track/random.h"
+#include "base/random.h"
 
 namespace csd {
 

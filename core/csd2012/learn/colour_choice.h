@@ -8,9 +8,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/random.h"
 #include "csd2012/learn/sample_set.h"
 #include "image/colour_space.h"
-#include "track/random.h"
 
 namespace csd {
 

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "track/random.h"
+#include "base/random.h"
 
 namespace csd {
 

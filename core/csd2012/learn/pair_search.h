@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "base/random.h"
 #include "csd2012/learn/pair_count.h"
 #include "csd2012/learn/pixel_ranking.h"
-#include "track/random.h"
 
 namespace csd {
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <vector>
 
-#include "track/random.h"
+#include "base/random.h"
 
 namespace csd {
 

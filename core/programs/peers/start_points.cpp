@@ -6,9 +6,9 @@
 #include <utility>
 #include <variant>
 
+#include "base/setting_text.h"
 #include "programs/read_input.h"
 #include "text/parse.h"
-#include "track/setting_text.h"
 
 namespace csd::peers {
 

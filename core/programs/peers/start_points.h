@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "track/types.h"
+#include "base/types.h"
 
 namespace csd::peers {
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <string_view>
 
+#include "base/types.h"
 #include "programs/peers/peer.h"
 #include "programs/peers/video_source.h"
-#include "track/types.h"
 
 namespace csd::peers {
 

@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "base/types.h"
 #include "image/colour_rows.h"
-#include "track/types.h"
 
 namespace csd::peers {
 

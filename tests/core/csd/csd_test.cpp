@@ -144,6 +144,18 @@ TEST(Csd, ClaimsNothingInBlackOrInAnotherScene) {
   }
 }
 
+TEST(Csd, ClaimsAFeatureInTheFrameInWhichTheSceneComesBack) {
+  constexpr int begin = 30, end = 40;
+  const auto all = run(at(some), end + 1, [](int frame) {
+    return frame >= begin && frame < end ? cv::Mat(cv::Mat::zeros(240, 320, CV_8UC3)) : swaying(frame);
+  });
+  for (const auto &f : all[end - 1].features) EXPECT_FALSE(claims(f)) << f.id;
+  for (const auto &f : all[end].features) {
+    EXPECT_TRUE(claims(f)) << f.id;
+    EXPECT_LT(error(f, some[f.id], end), 0.5) << f.id;
+  }
+}
+
 // The pictures have the sensor's noise throughout.
 TEST(Csd, SurvivesAMinuteOfBlack) {
   constexpr int begin = 30, end = begin + 60 * 25, frames = end + 15;
@@ -185,7 +197,7 @@ TEST(Csd, TracksTheSameFrom240To960Lines) {
 
 TEST(Csd, TracksTheSameFrom15To100FramesASecond) {
   // Half a second of training ends between the second and the third of these samples.
-  constexpr std::int64_t look = second / 5;
+  constexpr std::int64_t apart = second / 5;
   for (const int rate : {15, 25, 100}) {
     ThreadPool pool(1);
     Tracker tracker(at(some), make_algorithm(at(some), pool));
@@ -202,7 +214,7 @@ TEST(Csd, TracksTheSameFrom15To100FramesASecond) {
       for (const auto &f : tracks.features) {
         const auto there = some[f.id] + where(time);
         EXPECT_LT(std::hypot(f.x - there.x, f.y - there.y), 0.15) << f.id << " at " << i << " of " << rate;
-        EXPECT_EQ(f.state, time < 3 * look ? FeatureState::learning : FeatureState::tracked) << i << " of " << rate;
+        EXPECT_EQ(f.state, time < 3 * apart ? FeatureState::learning : FeatureState::tracked) << i << " of " << rate;
         EXPECT_GT(f.confidence, 0.9) << f.id << " at " << i << " of " << rate;
       }
     }
@@ -251,9 +263,9 @@ TEST(Csd, PastTheBudgetTheLeastUrgentWaitButNotForEver) {
   std::uint64_t waited = 0;
   for (int i = 0; i < 60; ++i) {
     const auto picture = swaying(i);
-    std::size_t looked = 0;
+    std::size_t aligned = 0;
     for (const auto &f : tracker.process(MovingScene::view(picture), i * frame_time, frame_time).features) {
-      looked += f.fresh;
+      aligned += f.fresh;
       waited += !f.fresh;
       waits[f.id] = f.fresh ? 0 : waits[f.id] + 1;
       EXPECT_LE(waits[f.id], 5) << f.id << " in frame " << i;
@@ -263,14 +275,14 @@ TEST(Csd, PastTheBudgetTheLeastUrgentWaitButNotForEver) {
       seen_with[f.id] = f.confidence;
     }
     if (i > 0) {
-      EXPECT_GE(looked, 20u) << i;
-      EXPECT_LT(looked, many.size()) << i;
+      EXPECT_GE(aligned, 20u) << i;
+      EXPECT_LT(aligned, many.size()) << i;
     }
   }
   EXPECT_EQ(tracker.stats().waited, waited);
 }
 
-TEST(Csd, AnExhaustedBudgetStillLooksAtOneFeatureAFrame) {
+TEST(Csd, AnExhaustedBudgetStillAlignsOneFeatureAFrame) {
   std::vector<cv::Point2d> many;
   for (int i = 0; i < 20; ++i) many.emplace_back(40 + 50 * (i % 5), 40 + 50 * (i / 5));
   Settings settings = at(many);
@@ -278,18 +290,18 @@ TEST(Csd, AnExhaustedBudgetStillLooksAtOneFeatureAFrame) {
   settings.training_time = 10 * second;  // otherwise none would end it
   ThreadPool pool(1);
   Tracker tracker(settings, make_algorithm(settings, pool));
-  std::vector<int> looks(many.size());
+  std::vector<int> times(many.size());
   for (int i = 0; i <= 40; ++i) {
     const auto picture = swaying(i);
-    std::size_t looked = 0;
+    std::size_t aligned = 0;
     for (const auto &f : tracker.process(MovingScene::view(picture), i * frame_time, frame_time).features) {
-      looked += f.fresh;
-      looks[f.id] += i > 0 && f.fresh;
+      aligned += f.fresh;
+      times[f.id] += i > 0 && f.fresh;
     }
-    EXPECT_EQ(looked, i == 0 ? many.size() : 1) << i;
+    EXPECT_EQ(aligned, i == 0 ? many.size() : 1) << i;
   }
-  // Unsure or fast features are twice as urgent: each gets its look within two rounds.
-  for (std::size_t k = 0; k < many.size(); ++k) EXPECT_GE(looks[k], 1) << k;
+  // Unreliable or fast features are twice as urgent: each is aligned within two rounds.
+  for (std::size_t k = 0; k < many.size(); ++k) EXPECT_GE(times[k], 1) << k;
 }
 
 TEST(Csd, ReplacesAndForgetsFeatures) {

@@ -31,12 +31,12 @@ TEST(Memory, TheAnchorIsTheMedianOverTheTrainingTime) {
   for (;; ++frames) {
     const auto frame = scene.frame({});
     memory.sample_at(frame, start);
-    if (memory.ripe(frame)) break;
+    if (memory.training_over(frame)) break;
     EXPECT_TRUE(memory.learning());
     EXPECT_EQ(memory.anchor().level(0).patch.at(4, 0), with) << "until then, the first frame's patch";
   }
   EXPECT_EQ(frames, 12) << "half a second after the first frame, at 25 frames a second";
-  memory.freeze();
+  memory.freeze_anchor();
   EXPECT_FALSE(memory.learning());
   Scene clean;
   const Memory without(clean.frame({}), start);
@@ -82,14 +82,14 @@ TEST(Memory, MeasuresTheAnchorsDistinctnessOnce) {
   Scene scene;
   const auto frame = scene.frame({});
   Memory memory(frame, start);
-  EXPECT_FALSE(memory.likeness());
-  memory.measure_likeness(frame, start);
-  ASSERT_TRUE(memory.likeness());
-  const double far = memory.likeness()->far(), contrast = memory.contrast();
+  EXPECT_FALSE(memory.self_similarity());
+  memory.measure_self_similarity(frame, start);
+  ASSERT_TRUE(memory.self_similarity());
+  const double far = memory.self_similarity()->far(), contrast = memory.contrast();
   EXPECT_LT(far, 0.8);
   EXPECT_GT(contrast, 3);
-  memory.measure_likeness(scene.show(cv::Mat(240, 320, CV_8UC1, cv::Scalar(90))), start);
-  EXPECT_EQ(memory.likeness()->far(), far);
+  memory.measure_self_similarity(scene.show(cv::Mat(240, 320, CV_8UC1, cv::Scalar(90))), start);
+  EXPECT_EQ(memory.self_similarity()->far(), far);
   EXPECT_EQ(memory.contrast(), contrast);
 }
 

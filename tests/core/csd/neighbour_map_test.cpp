@@ -153,18 +153,18 @@ TEST(PositionCovariance, IsTheInverseByDirection) {
 TEST(NeighbourOffset, LearnsWhereAPointLiesRelativeToItsNeighbours) {
   const auto map = fit_neighbours(around(turned), at, 1, {});
   const cv::Point2d beside{2, -1};
-  const cv::Matx22d shape(1, 0.1, 0, 1), sure = knows(0.05, 0.05);
+  const cv::Matx22d shape(1, 0.1, 0, 1), information = knows(0.05, 0.05);
   NeighbourOffset offset;
   EXPECT_EQ(offset.deviation({}), 2);
   expect_near(offset.predict(map, at).position, turned(at), 1e-9);
   const AffineState seen{turned(at + beside), map.linear * shape};
-  for (int i = 0; i < 400; ++i) offset.update(map, at, seen, sure, 1, 1, {});
+  for (int i = 0; i < 400; ++i) offset.update(map, at, seen, information, 1, 1, {});
   expect_near(offset.offset(), beside, 0.02);
   EXPECT_EQ(offset.deviation({}), 0.3) << "at its floor";
   expect_near(offset.predict(map, at).position, seen.position, 0.03);
   EXPECT_NEAR(offset.predict(map, at).shape(0, 1), seen.shape(0, 1), 0.01);
   // One wild frame can't drag it away: the deviation is clipped, and the mean takes a fiftieth.
-  offset.update(map, at, {turned(at + beside + cv::Point2d(50, 0)), seen.shape}, sure, 1, 1, {});
+  offset.update(map, at, {turned(at + beside + cv::Point2d(50, 0)), seen.shape}, information, 1, 1, {});
   EXPECT_LT(offset.offset().x, beside.x + 1.1);
   EXPECT_LT(offset.deviation({}), 0.5);
 }

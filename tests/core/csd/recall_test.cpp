@@ -5,9 +5,9 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "base/types.h"
 #include "image/work_frame.h"
 #include "track/moving_scene.h"
-#include "track/types.h"
 
 namespace csd {
 namespace {
@@ -58,8 +58,12 @@ class RecallTest : public testing::Test {
     frame_.load(MovingScene::view(bgr));
     pyramid_.build(luma);
     glare_.build(frame_, {});
-    return {pyramid_,  glare_, luma.size(), luma.rows / 480.0, 1, static_cast<std::int64_t>(seconds * second),
-            second / 2};
+    return {.pyramid = pyramid_,
+            .weights = glare_,
+            .size = luma.size(),
+            .unit = luma.rows / 480.0,
+            .time = static_cast<std::int64_t>(seconds * second),
+            .training_time = second / 2};
   }
   cv::Mat turned(const Similarity &motion) const {
     cv::Mat out;
@@ -126,7 +130,7 @@ TEST_F(RecallTest, TriesLessOftenWithTimeAndNeverInTheDark) {
     return n;
   };
   const auto picture = turned({});
-  EXPECT_EQ(tries(0, 1, picture, {}), 0) << "nothing to look for";
+  EXPECT_EQ(tries(0, 1, picture, {}), 0) << "nothing to search for";
   recall_.remember(show(picture, 1), grid(0), 0);
   EXPECT_EQ(tries(1.04, 2, picture, grid(0)), 0) << "it is in view";
   EXPECT_EQ(tries(2, 3, cv::Mat(240, 320, CV_8UC3, cv::Scalar(3, 2, 4)), {}), 0);

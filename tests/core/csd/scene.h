@@ -3,10 +3,10 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "base/types.h"
 #include "csd/frame.h"
 #include "csd/neighbour_map.h"
 #include "track/moving_scene.h"
-#include "track/types.h"
 
 namespace csd {
 
@@ -21,7 +21,12 @@ class Scene {
   CsdFrame frame(cv::Point2d shift) { return show(picture(shift)); }
   CsdFrame show(const cv::Mat &luma) {
     pyramid_.build(luma);
-    return {pyramid_, glare_, luma.size(), 0.5, 1, time_ += second / 25, second / 2};
+    return {.pyramid = pyramid_,
+            .weights = glare_,
+            .size = luma.size(),
+            .unit = 0.5,
+            .time = time_ += second / 25,
+            .training_time = second / 2};
   }
   /// Maps of neighbours that move by `shift` from their reference coordinates.
   static NeighbourMap neighbours(cv::Point2d shift) {

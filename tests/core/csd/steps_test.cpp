@@ -3,60 +3,51 @@
 
 #include <gtest/gtest.h>
 
-#include <string>
+#include <vector>
 
 #include "core/csd/scene.h"
 
 namespace csd {
 namespace {
 
-/// A field in which all tissue moves by `shift`. Records the calls in order.
-class Around final : public Company {
- public:
-  void moved(cv::Point2d shift) {
-    field_.clear();
-    for (std::size_t i = 0; i < 25; ++i) {
-      const cv::Point2d at(100 + 30.0 * static_cast<double>(i % 5), 60 + 30.0 * static_cast<double>(i / 5));
-      field_.add(1000 + i, 0, {at, at + shift});
-    }
+/// A field in which all tissue moves by `shift`.
+NeighbourField moved(cv::Point2d shift) {
+  NeighbourField field;
+  for (std::size_t i = 0; i < 25; ++i) {
+    const cv::Point2d at(100 + 30.0 * static_cast<double>(i % 5), 60 + 30.0 * static_cast<double>(i / 5));
+    field.add(1000 + i, 0, {at, at + shift});
   }
-  const NeighbourField &field() const override { return field_; }
-  const Surroundings &surroundings() const override { return around_; }
-  bool may_rest(const CsdFrame &, const Followed &point) const override { return point.id == resting; }
-  bool searched_for(const Followed &) const override { return searches; }
-  void gather(const CsdFrame &) override { calls += 'g'; }
-  void met(const CsdFrame &) override { calls += 'm'; }
-  void looked(const CsdFrame &) override { calls += 'l'; }
-
-  std::size_t resting = 99;
-  bool searches = true;
-  std::string calls;
-
- private:
-  NeighbourField field_;
-  Surroundings around_;
-};
+  return field;
+}
 
 struct Steps : testing::Test {
   Scene scene;
-  Around around;
   std::vector<Followed> points;
-  std::vector<Followed *> turns;
+  Points turns;
+  std::size_t resting = 99;
+  bool searches = true;
 
   void begin(std::size_t n) {
-    around.moved({});
     const auto frame = scene.frame({});
     for (std::size_t i = 0; i < n; ++i) {
       points.push_back({TrackedPoint(frame, {120 + 20.0 * static_cast<double>(i), 120}), i});
-      points.back().point.found(0);
+      points.back().point.begin_chart(0);
     }
     for (auto &p : points) turns.push_back(&p);
   }
+  void follow(const CsdFrame &frame, const NeighbourField &field) {
+    order_by_urgency(frame, turns);
+    first_alignments(frame, turns, {}, [this](const Followed &p) { return p.id == resting; });
+    compare_with_maps(frame, turns, field, Among::others);
+    second_alignments(frame, turns, {}, false, [this](const Followed &) { return searches; });
+    compare_unmapped(frame, turns, field, Among::others);
+    decide_visibility(frame, turns, {});
+    update_models(frame, turns);
+  }
   void follow_to(cv::Point2d shift, FrameBudget budget = {}) {
-    around.moved(shift);
     auto frame = scene.frame(shift);
     frame.budget = budget;
-    follow(frame, turns, around, {});
+    follow(frame, moved(shift));
   }
 };
 
@@ -66,40 +57,63 @@ TEST_F(Steps, TakeAPointThroughFramesUntilItHasItsAnchor) {
     for (const auto &p : points) EXPECT_TRUE(p.point.learning()) << i;
     follow_to({0.5 * i, 0.3 * i});
     for (const auto &p : points) {
-      EXPECT_TRUE(p.point.sure() && p.turn == Followed::Turn::looks);
+      EXPECT_TRUE(p.point.reliable() && p.turn == Followed::Turn::aligns);
       EXPECT_LT(cv::norm(p.point.state().position - cv::Point2d(120 + 20.0 * p.id + 0.5 * i, 120 + 0.3 * i)), 0.2);
     }
   }
   for (const auto &p : points) EXPECT_FALSE(p.point.learning());
 }
 
-TEST_F(Steps, AskTheCompanyAgainWhenMoreIsKnown) {
+TEST_F(Steps, ComparesPointsWithoutAMapAgainWhenMoreIsKnown) {
+  begin(2);
+  const auto frame = scene.frame({});
+  const auto mapped_to = [&](std::size_t i) { return points[i].point.map()({0, 0}); };
+  compare_with_maps(frame, turns, {}, Among::others);
+  for (const auto &p : points) EXPECT_FALSE(p.point.map());
+  compare_with_maps(frame, {&points[0]}, moved({1, 0}), Among::others);
+  compare_unmapped(frame, turns, moved({2, 0}), Among::others);
+  ASSERT_TRUE(points[0].point.map() && points[1].point.map());
+  EXPECT_NEAR(mapped_to(0).x, 1, 1e-6) << "it has a map already";
+  EXPECT_NEAR(mapped_to(1).x, 2, 1e-6);
+}
+
+TEST_F(Steps, APointInTheFieldIsLeftOutOfItsOwnMap) {
   begin(1);
-  follow_to({});
-  EXPECT_EQ(around.calls, "gmglg");
+  const auto frame = scene.frame({});
+  // Four points move by one pixel; the fifth, the point itself, by a hundred.
+  NeighbourField field;
+  for (std::size_t i = 1; i < 5; ++i) {
+    const cv::Point2d at(100 + 40.0 * static_cast<double>(i % 2), 100 + 40.0 * static_cast<double>(i / 2));
+    field.add(i, 0, {at, at + cv::Point2d(1, 0)});
+  }
+  field.add(0, 0, {{120, 120}, {220, 120}});
+  compare_with_maps(frame, turns, field, Among::themselves);
+  EXPECT_EQ(points[0].point.map().support, 4u);
+  EXPECT_NEAR(points[0].point.map()({120, 120}).x, 121, 1e-6);
+  compare_with_maps(frame, turns, field, Among::others);
+  EXPECT_EQ(points[0].point.map().support, 5u);
 }
 
 TEST_F(Steps, ARestingPointFollowsItsNeighbours) {
   begin(2);
   follow_to({});
-  around.resting = 1;
+  resting = 1;
   follow_to({2, 0});
   EXPECT_EQ(points[1].turn, Followed::Turn::rests);
   EXPECT_TRUE(points[1].point.visible());
-  EXPECT_FALSE(points[1].point.sure());
+  EXPECT_FALSE(points[1].point.reliable());
   EXPECT_NEAR(points[1].point.state().position.x, 142, 0.05);
 }
 
-TEST_F(Steps, SearchForHiddenPointsWhenTheCompanySaysSo) {
+TEST_F(Steps, SearchForHiddenPointsOnlyWhenAsked) {
   begin(1);
   follow_to({});
-  around.moved({});
-  follow(scene.show(cv::Mat(240, 320, CV_8UC1, cv::Scalar(100))), turns, around, {});
+  follow(scene.show(cv::Mat(240, 320, CV_8UC1, cv::Scalar(100))), moved({}));
   ASSERT_FALSE(points[0].point.visible());
-  around.searches = false;
+  searches = false;
   follow_to({});
   EXPECT_FALSE(points[0].point.visible());
-  around.searches = true;
+  searches = true;
   follow_to({});
   EXPECT_TRUE(points[0].point.visible());
 }
@@ -108,19 +122,19 @@ TEST_F(Steps, PastTheBudgetTheMostUrgentGoesFirst) {
   begin(3);
   follow_to({});
   const FrameBudget::Clock late = [now = std::int64_t{0}]() mutable { return now += 100; };
-  std::vector<int> looks(3);
+  std::vector<int> times(3);
   for (int i = 0; i < 6; ++i) {
     follow_to({}, FrameBudget(1, late));
-    int looked = 0;
+    int aligned = 0;
     for (const auto &p : points) {
-      looked += p.turn == Followed::Turn::looks;
-      looks[p.id] += p.turn == Followed::Turn::looks;
-      EXPECT_TRUE(p.turn == Followed::Turn::looks || p.turn == Followed::Turn::waits);
+      aligned += p.turn == Followed::Turn::aligns;
+      times[p.id] += p.turn == Followed::Turn::aligns;
+      EXPECT_TRUE(p.turn == Followed::Turn::aligns || p.turn == Followed::Turn::waits);
       EXPECT_TRUE(p.point.visible()) << "confidence fades slowly";
     }
-    EXPECT_EQ(looked, 1) << "one, however late";
+    EXPECT_EQ(aligned, 1) << "one, however late";
   }
-  EXPECT_EQ(looks, std::vector<int>({2, 2, 2})) << "each has its turn";
+  EXPECT_EQ(times, std::vector<int>({2, 2, 2})) << "each has its turn";
 }
 
 }  // namespace

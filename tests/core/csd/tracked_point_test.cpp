@@ -13,23 +13,23 @@ namespace {
 
 /// Leads a point through a frame by hand.
 void follow(TrackedPoint &point, const CsdFrame &frame, const NeighbourMap &map) {
-  point.look(frame);
-  point.meet(frame, map);
-  point.look_again(frame, true);
-  point.decide(frame, {});
-  point.learn(frame);
-  if (point.ripe(frame)) point.freeze();
+  point.first_alignment(frame);
+  point.compare_with_map(frame, map);
+  point.second_alignment(frame, true);
+  point.decide_visibility(frame, {});
+  point.update(frame);
+  if (point.training_over(frame)) point.freeze_anchor();
 }
 
 TEST(TrackedPoint, IsFollowedAndLearnsItsAnchorForTheTrainingTime) {
   Scene scene;
   TrackedPoint point(scene.frame({}), {160, 120});
-  point.found(0);
+  point.begin_chart(0);
   for (int i = 1; i <= 14; ++i) {
     const cv::Point2d shift(0.7 * i, -0.4 * i);
     EXPECT_EQ(point.learning(), i <= 13) << i;
     follow(point, scene.frame(shift), Scene::neighbours(shift));
-    EXPECT_TRUE(point.visible() && point.sure());
+    EXPECT_TRUE(point.visible() && point.reliable());
     EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 0.2) << i;
   }
   EXPECT_LT(point.offset().deviation({}), 1);
@@ -38,7 +38,7 @@ TEST(TrackedPoint, IsFollowedAndLearnsItsAnchorForTheTrainingTime) {
 TEST(TrackedPoint, MayRestOnceAnchoredWhereItsNeighboursPredictIt) {
   Scene scene;
   TrackedPoint point(scene.frame({}), {160, 120}, TrackedPoint::Purpose::support);
-  point.found(0);
+  point.begin_chart(0);
   cv::Point2d shift;
   const auto rests = [&](NeighbourMap map) {
     const auto frame = scene.frame(shift);
@@ -63,10 +63,10 @@ TEST(TrackedPoint, MayRestOnceAnchoredWhereItsNeighboursPredictIt) {
   shift += {3, 0};
   const auto next = scene.frame(shift);
   point.rest();
-  point.meet(next, Scene::neighbours(shift));
-  point.wait(next);
+  point.compare_with_map(next, Scene::neighbours(shift));
+  point.follow_map(next);
   EXPECT_TRUE(point.visible());
-  EXPECT_FALSE(point.sure()) << "nothing was seen that could support another point's map";
+  EXPECT_FALSE(point.reliable()) << "nothing was seen that could support another point's map";
   EXPECT_NEAR(point.state().position.x, 160 + shift.x, 0.3);
   EXPECT_FALSE(point.may_rest(next)) << "not twice in a row";
 }
@@ -83,7 +83,7 @@ TEST(TrackedPoint, DoesNotSlideAlongAnEdge) {
   };
   Scene scene;
   TrackedPoint point(scene.show(picture({}, 0)), {160, 120});
-  point.found(0);
+  point.begin_chart(0);
   for (int i = 1; i <= 60; ++i) {
     const cv::Point2d shift(0.4 * i, 0);
     follow(point, scene.show(picture(shift, 0.1 * i)), Scene::neighbours(shift));
@@ -93,10 +93,10 @@ TEST(TrackedPoint, DoesNotSlideAlongAnEdge) {
 }
 
 /// Where a point goes when the picture stays but all others say that the tissue has moved on.
-TrackedPoint overruled(const cv::Mat &picture, cv::Point2d gone) {
+TrackedPoint contradicted(const cv::Mat &picture, cv::Point2d gone) {
   Scene scene;
   TrackedPoint point(scene.show(picture), {160, 120});
-  point.found(0);
+  point.begin_chart(0);
   for (int i = 1; i <= 20; ++i) follow(point, scene.show(picture), Scene::neighbours({}));
   follow(point, scene.show(picture), Scene::neighbours(gone));
   return point;
@@ -107,12 +107,12 @@ TEST(TrackedPoint, TrustsTheNeighboursOverALookAlike) {
   cv::Mat dots(240, 320, CV_8UC1, cv::Scalar(60));
   for (int y = 0; y < dots.rows; y += 14)
     for (int x = 4; x < dots.cols; x += 14) cv::circle(dots, {x, y}, 3, cv::Scalar(160), cv::FILLED, cv::LINE_AA);
-  const auto point = overruled(dots, {14, 0});
+  const auto point = contradicted(dots, {14, 0});
   EXPECT_LT(cv::norm(point.state().position - cv::Point2d(174, 120)), 0.5) << "where the neighbours put it";
 }
 
 TEST(TrackedPoint, TrustsItsOwnPatchWhereNothingElseLooksLikeIt) {
-  const auto point = overruled(Scene().picture({}), {15, 0});
+  const auto point = contradicted(Scene().picture({}), {15, 0});
   EXPECT_TRUE(point.visible());
   EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120)), 0.3);
 }
@@ -123,7 +123,7 @@ TEST(TrackedPoint, ItsAlignmentChoosesBetweenPieces) {
   for (const auto &motion : {cv::Point2d(), slide}) {
     Scene scene;
     TrackedPoint point(scene.frame({}), at);
-    point.found(0);
+    point.begin_chart(0);
     for (int i = 1; i <= 15; ++i) follow(point, scene.frame({}), Scene::neighbours({}));
     NeighbourField field;
     for (std::size_t i = 0; i < 7; ++i) {
@@ -133,9 +133,9 @@ TEST(TrackedPoint, ItsAlignmentChoosesBetweenPieces) {
       field.add(2 * i + 1, 0, {at + off, at + off + slide});
     }
     const auto frame = scene.frame(motion);
-    point.look(frame);
-    ASSERT_TRUE(point.sure());
-    point.meet(frame, field, NeighbourField::nobody);
+    point.first_alignment(frame);
+    ASSERT_TRUE(point.reliable());
+    point.compare_with_map(frame, field, NeighbourField::nobody);
     ASSERT_TRUE(point.map());
     EXPECT_LT(cv::norm(point.map()(at) - at - motion), 1);
   }
@@ -144,7 +144,7 @@ TEST(TrackedPoint, ItsAlignmentChoosesBetweenPieces) {
 TEST(TrackedPoint, IsFoundAgainWhereTheNeighboursPutIt) {
   Scene scene;
   TrackedPoint point(scene.frame({}), {160, 120});
-  point.found(0);
+  point.begin_chart(0);
   for (int i = 1; i <= 15; ++i) follow(point, scene.frame({}), Scene::neighbours({}));
   follow(point, scene.show(cv::Mat(240, 320, CV_8UC1, cv::Scalar(128))), Scene::neighbours({}));
   EXPECT_FALSE(point.visible());
@@ -158,32 +158,32 @@ TEST(TrackedPoint, WithoutAMapItClaimsNothingUnlessUnique) {
   Scene scene;
   TrackedPoint point(scene.frame({}), {160, 120});
   const auto frame = scene.frame({1, 1});
-  point.look(frame);
-  point.meet(frame, NeighbourMap{});
-  point.look_again(frame, true);
-  point.decide(frame, {});
+  point.first_alignment(frame);
+  point.compare_with_map(frame, NeighbourMap{});
+  point.second_alignment(frame, true);
+  point.decide_visibility(frame, {});
   EXPECT_FALSE(point.visible());
   Surroundings none;
   none.alone = true;
   const auto again = scene.frame({1, 1});
-  point.look(again);
-  point.meet(again, NeighbourMap{});
-  point.look_again(again, false);
-  EXPECT_FALSE(point.sure());
-  point.look_again(again, true);
-  point.decide(again, none);
+  point.first_alignment(again);
+  point.compare_with_map(again, NeighbourMap{});
+  point.second_alignment(again, false);
+  EXPECT_FALSE(point.reliable());
+  point.second_alignment(again, true);
+  point.decide_visibility(again, none);
   EXPECT_TRUE(point.visible());
 }
 
-TEST(TrackedPoint, InDoubtItClaimsNothingUntilItFitsAgain) {
-  const auto visible_in = [](double share, bool doubt) {
+TEST(TrackedPoint, AfterAJumpItClaimsNothingUntilItFitsAgain) {
+  const auto visible_in = [](double share, bool jumped) {
     Scene scene;
     TrackedPoint point(scene.frame({}), {160, 120});
-    point.found(0);
+    point.begin_chart(0);
     for (int i = 1; i <= 15; ++i) follow(point, scene.frame({}), Scene::neighbours({}));
-    if (doubt) {
-      point.doubt();
-      EXPECT_FALSE(point.visible() || point.sure());
+    if (jumped) {
+      point.hide_until_found();
+      EXPECT_FALSE(point.visible() || point.reliable());
     }
     // Another texture shines through, and there are no neighbours.
     cv::Mat here, other;
@@ -193,10 +193,10 @@ TEST(TrackedPoint, InDoubtItClaimsNothingUntilItFitsAgain) {
     const auto frame = scene.show(here);
     Surroundings none;
     none.alone = true;
-    point.look(frame);
-    point.meet(frame, NeighbourMap{});
-    point.look_again(frame, true);
-    point.decide(frame, none);
+    point.first_alignment(frame);
+    point.compare_with_map(frame, NeighbourMap{});
+    point.second_alignment(frame, true);
+    point.decide_visibility(frame, none);
     return point.visible();
   };
   EXPECT_TRUE(visible_in(1, true));
@@ -207,32 +207,32 @@ TEST(TrackedPoint, InDoubtItClaimsNothingUntilItFitsAgain) {
 TEST(TrackedPoint, AWaitingPointFollowsItsNeighboursWithFadingConfidence) {
   Scene scene;
   TrackedPoint point(scene.frame({}), {160, 120});
-  point.found(0);
+  point.begin_chart(0);
   for (int i = 1; i <= 15; ++i) follow(point, scene.frame({}), Scene::neighbours({}));
   const double seen_with = point.confidence();
   const auto first = point.urgency(scene.frame({}));
   for (int i = 1; i <= 3; ++i) {
     const auto frame = scene.frame({});
-    point.pass();
-    point.meet(frame, Scene::neighbours({3.0 * i, 0}));
-    point.wait(frame);
+    point.wait();
+    point.compare_with_map(frame, Scene::neighbours({3.0 * i, 0}));
+    point.follow_map(frame);
     EXPECT_TRUE(point.visible());
-    EXPECT_FALSE(point.sure());
+    EXPECT_FALSE(point.reliable());
     EXPECT_NEAR(point.state().position.x, 160 + 3 * i, 0.05);
     EXPECT_NEAR(point.confidence(), seen_with * std::pow(0.5, i / 100.0), 1e-9) << "it halves in 100 frames";
     EXPECT_GT(point.urgency(frame), first * i);
   }
   const auto frame = scene.frame({});
-  point.pass();
-  point.meet(frame, NeighbourMap{});
-  point.wait(frame);
+  point.wait();
+  point.compare_with_map(frame, NeighbourMap{});
+  point.follow_map(frame);
   EXPECT_FALSE(point.visible()) << "nothing says where it went";
   EXPECT_EQ(point.confidence(), 0);
 }
 
 TEST(TrackedPoint, ASupportPointIsFollowedToo) {
-  // It begins in motion and moves steadily. Then it jumps farther than its finest level can bridge, stops, and gets no
-  // look for five frames' time.
+  // It begins in motion and moves steadily. Then it jumps farther than its finest level can bridge, stops, and is not
+  // aligned for five frames' time.
   std::vector<std::pair<cv::Point2d, double>> frames;
   for (int i = 1; i <= 20; ++i) frames.push_back({{2.5 * i, -1.0 * i}, 1});
   frames.push_back({{56, -14}, 1});
@@ -240,18 +240,18 @@ TEST(TrackedPoint, ASupportPointIsFollowedToo) {
   frames.push_back({{48, -10}, 5});
   Scene scene;
   TrackedPoint point(scene.frame({}), {160, 120}, TrackedPoint::Purpose::support);
-  point.found(0);
+  point.begin_chart(0);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const auto [shift, steps] = frames[i];
     auto frame = scene.frame(shift);
     frame.steps = steps;
-    point.look(frame);
-    EXPECT_TRUE(point.sure()) << i << ": from its own motion alone";
-    point.meet(frame, Scene::neighbours(shift));
-    point.look_again(frame, true);
-    point.decide(frame, {});
-    point.learn(frame);
-    if (point.ripe(frame)) point.freeze();
+    point.first_alignment(frame);
+    EXPECT_TRUE(point.reliable()) << i << ": from its own motion alone";
+    point.compare_with_map(frame, Scene::neighbours(shift));
+    point.second_alignment(frame, true);
+    point.decide_visibility(frame, {});
+    point.update(frame);
+    if (point.training_over(frame)) point.freeze_anchor();
     EXPECT_TRUE(point.visible()) << i;
     EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 0.3) << i;
   }
@@ -262,15 +262,20 @@ TEST(TrackedPoint, AnotherPatchSizeScalesItsShape) {
     Scene scene;
     const auto framed = [&](cv::Point2d shift) {
       auto frame = scene.frame(shift);
-      return CsdFrame{frame.pyramid, frame.weights, frame.size,          frame.unit,
-                      frame.steps,   frame.time,    frame.training_time, patch};
+      return CsdFrame{.pyramid = frame.pyramid,
+                      .weights = frame.weights,
+                      .size = frame.size,
+                      .unit = frame.unit,
+                      .time = frame.time,
+                      .training_time = frame.training_time,
+                      .patch = patch};
     };
     TrackedPoint point(framed({}), {160, 120});
-    point.found(0);
+    point.begin_chart(0);
     for (int i = 1; i <= 20; ++i) {
       const cv::Point2d shift(0.7 * i, -0.4 * i);
       follow(point, framed(shift), Scene::neighbours(shift));
-      EXPECT_TRUE(point.visible() && point.sure());
+      EXPECT_TRUE(point.visible() && point.reliable());
       EXPECT_LT(cv::norm(point.state().position - cv::Point2d(160, 120) - shift), 0.2) << i;
       EXPECT_NEAR(point.state().scale(), patch, 0.05 * patch);
     }

@@ -17,11 +17,11 @@ Evidence good() {
   e.noise = 0.5;
   e.disagreement = 0.2;
   e.contrast = 15;
-  e.likeness = 0.6;
+  e.self_similarity = 0.6;
   return e;
 }
 
-TEST(Visibility, IsSureWhenEverythingFits) {
+TEST(Visibility, IsHighWhenEverythingFits) {
   EXPECT_GT(visibility(good(), {}), 0.98);
 }
 
@@ -34,7 +34,7 @@ TEST(Visibility, FallsWithEachContraryEvidence) {
   };
   EXPECT_TRUE(worse([](Evidence &e) { e.zncc_coarse = 0.3; }));
   EXPECT_TRUE(worse([](Evidence &e) { e.zncc_fine = 0.3; }));
-  EXPECT_TRUE(worse([](Evidence &e) { e.likeness = 0.95; }));
+  EXPECT_TRUE(worse([](Evidence &e) { e.self_similarity = 0.95; }));
   EXPECT_TRUE(worse([](Evidence &e) { e.gain = 0.2; }));
   EXPECT_TRUE(worse([](Evidence &e) { e.unmasked = 0.4; }));
   EXPECT_TRUE(worse([](Evidence &e) { e.disagreement = 3; }));
@@ -44,7 +44,7 @@ TEST(Visibility, FallsWithEachContraryEvidence) {
   EXPECT_TRUE(worse([](Evidence &e) { e.brightness_change = -50; }));
 }
 
-TEST(Visibility, DoubtsWhenNothingFits) {
+TEST(Visibility, IsLowWhenNothingFits) {
   Evidence e;
   e.unmasked = 0.3;
   e.gain = 0.08;

@@ -152,5 +152,16 @@ TEST(AnchorLevel, RemovesTheMeanAndHasCentralGradients) {
     }
 }
 
+TEST(AnchorLevel, KnowsWhichSharesShowTissueAndAnything) {
+  PatchSample s;
+  // Of 21 columns ten show tissue, five a highlight, six nothing.
+  for_each_offset([&](int x, int y) {
+    s.weight.at(x, y) = x < 0 ? 1.F : x < 5 ? GlareWeights::highlight / 255.F : 0.F;
+  });
+  const AnchorLevel a = make_anchor_level(s);
+  EXPECT_NEAR(a.tissue_share, 10 / 21., 1e-6);
+  EXPECT_NEAR(a.shown_share, 15 / 21., 1e-6);
+}
+
 }  // namespace
 }  // namespace csd

@@ -6,8 +6,8 @@
 #include <functional>
 #include <numbers>
 
+#include "base/random.h"
 #include "score/align.h"
-#include "track/random.h"
 
 namespace csd::score {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
+#include "base/random.h"
 #include "csd2012/learn/pixel_ranking.h"
-#include "track/random.h"
 
 namespace csd {
 namespace {

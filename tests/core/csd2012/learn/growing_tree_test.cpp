@@ -6,7 +6,7 @@
 #include <map>
 #include <numeric>
 
-#include "track/random.h"
+#include "base/random.h"
 
 namespace csd {
 namespace {

@@ -6,8 +6,8 @@
 #include <array>
 #include <cstdlib>
 
+#include "base/random.h"
 #include "core/simd_targets.h"
-#include "track/random.h"
 
 namespace csd {
 namespace {

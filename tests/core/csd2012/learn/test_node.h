@@ -3,8 +3,8 @@
 
 #include <vector>
 
+#include "base/random.h"
 #include "csd2012/learn/node_samples.h"
-#include "track/random.h"
 
 namespace csd {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "track/setting_text.h"
+#include "base/setting_text.h"
 
 #include <gtest/gtest.h>
 

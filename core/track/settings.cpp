@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "track/types.h"
+#include "track/settings.h"
 
 namespace csd {
 

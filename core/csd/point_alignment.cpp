@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "csd/look.h"
+#include "csd/point_alignment.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,9 +32,9 @@ AlignPrior prior_of(const CsdFrame &frame) {
 
 }  // namespace
 
-Look look_at(const CsdFrame &frame, const Memory &memory, const LookPlan &plan) {
+PointAlignment align_point(const CsdFrame &frame, const Memory &memory, const AlignmentPlan &plan) {
   const auto &tuning = frame.tuning;
-  Look look;
+  PointAlignment out;
   const int finest = memory.finest_level(plan.start.scale() / frame.patch, tuning);
   auto prior = prior_of(frame);
   prior.noise = memory.usual_noise();
@@ -54,25 +54,25 @@ Look look_at(const CsdFrame &frame, const Memory &memory, const LookPlan &plan) 
     auto seen = plan.inner ? align_with(inner_disc(whole, tuning.inner_reach, share)) : align_with(whole);
     seen.unmasked /= share;
     if (last) {
-      look.fine = seen;
-      if (!coarse_seen) look.zncc_coarse = seen.zncc;
+      out.fine = seen;
+      if (!coarse_seen) out.zncc_coarse = seen.zncc;
     } else if (seen.usable) {
       at = seen.state;
       prior.position += tuning.coarse_information * seen.information;
-      look.zncc_coarse = seen.zncc;
-      look.gain_coarse = seen.gain;
+      out.zncc_coarse = seen.zncc;
+      out.gain_coarse = seen.gain;
       coarse_seen = true;
     }
   }
-  return look;
+  return out;
 }
 
-void weigh_coarser(const CsdFrame &frame, const Memory &memory, Look &look) {
-  const int level = memory.finest_level(look.fine.state.scale() / frame.patch, frame.tuning) + 1;
+void align_coarser(const CsdFrame &frame, const Memory &memory, PointAlignment &alignment) {
+  const int level = memory.finest_level(alignment.fine.state.scale() / frame.patch, frame.tuning) + 1;
   if (level > Anchor::coarsest || !memory.anchor().has(level)) return;
-  const auto seen = align(frame.pyramid, frame.weights, memory.anchor().level(level), level, look.fine.state,
+  const auto seen = align(frame.pyramid, frame.weights, memory.anchor().level(level), level, alignment.fine.state,
                           prior_of(frame), AlignModel::similarity, frame.tuning.coarse_precision);
-  if (seen.usable) look.gain_coarse = seen.gain;
+  if (seen.usable) alignment.gain_coarse = seen.gain;
 }
 
 }  // namespace csd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "track/find_id.h"
+#include "base/find_id.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "track/types.h"
+#include "base/types.h"
 
 #include <gtest/gtest.h>
 
@@ -13,13 +13,6 @@ TEST(Types, HaveTheWordsOfTheSchema) {
   EXPECT_EQ(state_name(FeatureState::lost), "lost");
   EXPECT_EQ(state_name(FeatureState::out), "out");
   EXPECT_EQ(state_name(FeatureState::ended), "ended");
-  EXPECT_EQ(algorithm_name(AlgorithmKind::csd), "csd");
-  EXPECT_EQ(algorithm_name(AlgorithmKind::csd_2012), "csd-2012");
-  EXPECT_EQ(algorithm_name(AlgorithmKind::csd_forest), "csd-forest");
-  EXPECT_EQ(algorithm_name(AlgorithmKind::lk), "lk");
-  EXPECT_EQ(algorithm_name(AlgorithmKind::ms1), "ms1");
-  EXPECT_EQ(algorithm_name(AlgorithmKind::ms2), "ms2");
-  EXPECT_EQ(algorithm_name(AlgorithmKind::sift), "sift");
 }
 
 TEST(Types, OnlyLearningAndTrackedClaimAPosition) {

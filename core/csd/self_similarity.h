@@ -11,11 +11,11 @@ namespace csd {
 
 /// Self-similarity of an anchor by direction: how well it fits the tissue around its own position. Zero-mean normalised
 /// correlation with the frame at 16 places on each of five rings, 4 to 14 samples away.
-class Likeness {
+class SelfSimilarity {
  public:
   /// `state`: of the anchor of this level in the frame.
-  Likeness(const Pyramid &pyramid, const GlareWeights &weights, const AnchorLevel &anchor, int level,
-           const AffineState &state, const Tuning &tuning);
+  SelfSimilarity(const Pyramid &pyramid, const GlareWeights &weights, const AnchorLevel &anchor, int level,
+                 const AffineState &state, const Tuning &tuning);
 
   /// The best fit within `around` samples of the offset, 0…1. Beyond the rings, the outermost ring counts. 0 if nothing
   /// was measured.

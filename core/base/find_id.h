@@ -5,7 +5,7 @@
 #include <functional>
 #include <ranges>
 
-#include "track/types.h"
+#include "base/types.h"
 
 namespace csd {
 

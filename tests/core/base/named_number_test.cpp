@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "track/named_number.h"
+#include "base/named_number.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "csd/look.h"
+#include "csd/point_alignment.h"
 
 #include <gtest/gtest.h>
 
@@ -13,16 +13,16 @@ namespace {
 
 const AffineState start{{160, 120}};
 
-double miss(const Look &look, cv::Point2d shift) {
-  return cv::norm(look.fine.state.position - start.position - shift);
+double miss(const PointAlignment &alignment, cv::Point2d shift) {
+  return cv::norm(alignment.fine.state.position - start.position - shift);
 }
 
-TEST(Look, GoesFromCoarseToFineAsFarAsItsLevelsReach) {
+TEST(PointAlignment, GoesFromCoarseToFineAsFarAsItsLevelsReach) {
   Scene scene;
   const Memory memory(scene.frame({}), start);
   const cv::Point2d shift(11, -7);
   const auto frame = scene.frame(shift);
-  const auto near = look_at(frame, memory, {start}), far = look_at(frame, memory, {start, 0, 2});
+  const auto near = align_point(frame, memory, {start}), far = align_point(frame, memory, {start, 0, 2});
   EXPECT_GT(miss(near, shift), 2) << "the finest level alone can't bridge thirteen samples";
   EXPECT_LT(miss(far, shift), 0.1);
   EXPECT_GT(far.fine.zncc, 0.98);
@@ -31,16 +31,16 @@ TEST(Look, GoesFromCoarseToFineAsFarAsItsLevelsReach) {
   EXPECT_NEAR(far.gain_coarse, 1, 0.1);
 }
 
-TEST(Look, StaysAtAConfidentPrediction) {
+TEST(PointAlignment, StaysAtAConfidentPrediction) {
   Scene scene;
   const Memory memory(scene.frame({}), start);
   const cv::Point2d shift(1.5, 1);
   const auto frame = scene.frame(shift);
-  EXPECT_LT(miss(look_at(frame, memory, {start}), shift), 0.1);
-  EXPECT_GT(miss(look_at(frame, memory, {start, 1e-3}), shift), 1) << "predicted to a thousandth of a pixel";
+  EXPECT_LT(miss(align_point(frame, memory, {start}), shift), 0.1);
+  EXPECT_GT(miss(align_point(frame, memory, {start, 1e-3}), shift), 1) << "predicted to a thousandth of a pixel";
 }
 
-TEST(Look, TheInnerDiscIgnoresItsSurroundings) {
+TEST(PointAlignment, TheInnerDiscIgnoresItsSurroundings) {
   Scene scene;
   const Memory memory(scene.frame({}), start);
   // Bright matter has closed in from all sides, up to eight pixels away.
@@ -49,24 +49,24 @@ TEST(Look, TheInnerDiscIgnoresItsSurroundings) {
   auto covered = scene.picture({});
   covered.setTo(230, mask);
   const auto frame = scene.show(covered);
-  const auto whole = look_at(frame, memory, {start}), inner = look_at(frame, memory, {start, 0, 0, true});
+  const auto whole = align_point(frame, memory, {start}), inner = align_point(frame, memory, {start, 0, 0, true});
   EXPECT_LT(whole.fine.zncc, 0.8);
   EXPECT_GT(inner.fine.zncc, 0.95);
   EXPECT_LT(miss(inner, {}), 0.3);
   EXPECT_NEAR(inner.fine.unmasked, 1, 1e-6) << "share of the disc, not of the patch";
 }
 
-TEST(Look, ACoarserLevelTellsBlurFromDimLight) {
+TEST(PointAlignment, ACoarserLevelTellsBlurFromDimLight) {
   Scene scene;
   const Memory memory(scene.frame({}), start);
   const auto loss = [&](const cv::Mat &picture) {
     const auto frame = scene.show(picture);
-    auto look = look_at(frame, memory, {start});
-    EXPECT_EQ(look.gain_coarse, 0);
-    const auto fine = look.fine.gain;
-    weigh_coarser(frame, memory, look);
-    EXPECT_EQ(look.fine.gain, fine) << "what was seen is kept";
-    return std::log(look.gain_coarse / fine);
+    auto seen = align_point(frame, memory, {start});
+    EXPECT_EQ(seen.gain_coarse, 0);
+    const auto fine = seen.fine.gain;
+    align_coarser(frame, memory, seen);
+    EXPECT_EQ(seen.fine.gain, fine) << "what was seen is kept";
+    return std::log(seen.gain_coarse / fine);
   };
   cv::Mat dim, blurred;
   scene.picture({}).convertTo(dim, CV_8U, 0.5, 60);
@@ -75,7 +75,7 @@ TEST(Look, ACoarserLevelTellsBlurFromDimLight) {
   EXPECT_GT(loss(blurred), 0.05) << "the finer one loses more";
 }
 
-TEST(Look, WithoutShearFindsOnlyRotationAndZoom) {
+TEST(PointAlignment, WithoutShearFindsOnlyRotationAndZoom) {
   Scene scene;
   const Memory memory(scene.frame({}), start);
   cv::Mat sheared;
@@ -83,14 +83,19 @@ TEST(Look, WithoutShearFindsOnlyRotationAndZoom) {
   cv::warpAffine(scene.picture({}), sheared, shear, {320, 240});
   auto frame = scene.show(sheared);
   frame.steps = 9;  // as after some time: the shape may have changed
-  const auto affine = look_at(frame, memory, {start});
+  const auto affine = align_point(frame, memory, {start});
   EXPECT_NEAR(affine.fine.state.shape(0, 1), 0.12, 0.03);
   Tuning stiff;
   stiff.affine = 0;
-  const CsdFrame same{frame.pyramid, frame.weights,       frame.size, frame.unit, frame.steps,
-                      frame.time,    frame.training_time, 1,          {},         nullptr,
-                      stiff};
-  const auto similar = look_at(same, memory, {start});
+  const CsdFrame same{.pyramid = frame.pyramid,
+                      .weights = frame.weights,
+                      .size = frame.size,
+                      .unit = frame.unit,
+                      .steps = frame.steps,
+                      .time = frame.time,
+                      .training_time = frame.training_time,
+                      .tuning = stiff};
+  const auto similar = align_point(same, memory, {start});
   EXPECT_NEAR(similar.fine.state.shape(0, 1), -similar.fine.state.shape(1, 0), 1e-9);
   EXPECT_LT(similar.fine.zncc, affine.fine.zncc);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "csd/likeness.h"
+#include "csd/self_similarity.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,27 +33,27 @@ double fit_of(const AnchorLevel &anchor, PatchSample &seen, double min_weight) {
 
 }  // namespace
 
-Likeness::Likeness(const Pyramid &pyramid, const GlareWeights &weights, const AnchorLevel &anchor, int level,
-                   const AffineState &state, const Tuning &tuning)
-    : nearest_(tuning.likeness_nearest), step_(tuning.likeness_step) {
+SelfSimilarity::SelfSimilarity(const Pyramid &pyramid, const GlareWeights &weights, const AnchorLevel &anchor,
+                               int level, const AffineState &state, const Tuning &tuning)
+    : nearest_(tuning.self_similarity_nearest), step_(tuning.self_similarity_step) {
   for (std::size_t i = 0; i < fit_.size(); ++i) {
     const cv::Vec2d off = state.shape * place(i) * std::ldexp(1.0, level);
     auto seen = sample(pyramid, weights, {state.position + cv::Point2d(off[0], off[1]), state.shape}, level);
-    const double fit = fit_of(anchor, seen, tuning.likeness_weight);
+    const double fit = fit_of(anchor, seen, tuning.self_similarity_pixels);
     fit_[i] = static_cast<float>(fit);
-    if (radius(i / ways) >= tuning.likeness_far) far_ = std::max(far_, fit);
+    if (radius(i / ways) >= tuning.self_similarity_far) far_ = std::max(far_, fit);
   }
 }
 
-double Likeness::radius(std::size_t ring) const {
+double SelfSimilarity::radius(std::size_t ring) const {
   return nearest_ + step_ * static_cast<double>(ring);
 }
 
-cv::Vec2d Likeness::place(std::size_t i) const {
+cv::Vec2d SelfSimilarity::place(std::size_t i) const {
   return directions<rings, ways>()[i] * radius(i / ways);
 }
 
-double Likeness::near(cv::Vec2d offset, double around) const {
+double SelfSimilarity::near(cv::Vec2d offset, double around) const {
   const double farthest = radius(rings - 1), length = cv::norm(offset);
   if (length > farthest) offset *= farthest / length;
   double best = 0;
