@@ -117,28 +117,39 @@ class Evaluation:
                     (in_vivo.get(row["tracker"], "–"), both(row["sensitivity"], row["K"])))
         return found
 
-    def trackers_table(self) -> str:
-        rivals, paper = self.rivals(), self.of_the_paper()
+    def means_beside(self) -> dict[str, str]:
+        """δavg / AJ over all scenarios, by tracker, in the order of AJ."""
+        rivals = self.rivals()
         by_aj = sorted(rivals, key=lambda name: -statistics.fmean(aj for _, aj in rivals[name]))
+        return {
+            name: " / ".join(f"{statistics.fmean(found):.3f}" for found in zip(*rivals[name]))
+            for name in by_aj
+        }
+
+    def trackers_table(self) -> str:
+        beside, paper = self.means_beside(), self.of_the_paper()
         rows = []
-        for name in [*by_aj, *(name for name in paper if name not in rivals)]:
-            here = "–"
-            if name in rivals:
-                here = " / ".join(f"{statistics.fmean(found):.3f}" for found in zip(*rivals[name]))
+        for name in [*beside, *(name for name in paper if name not in beside)]:
             of_paper = paper.get(name, [("–", "–")] * 3)
-            rows.append([f"`{name}`", here, *(cell for pair in of_paper for cell in pair)])
+            rows.append([f"`{name}`", beside.get(name, "–"),
+                         *(cell for pair in of_paper for cell in pair)])
         classes = [
             f"{title}{of}" for title in ("deformation", "occlusion", "scale, rotation, smoke")
             for of in (": the paper", ", here")
         ]
         return page.table(["tracker", "δavg / AJ", *classes], rows)
 
+    def beside_in_words(self) -> str:
+        pairs, = self.beyond.groups(r"^In (\d+ of \d+) pairs of scenario and rival csd is above")
+        below = sum("below" in row["csd is"] for rows in self.beside for row in rows)
+        return (f"In {pairs} pairs of scenario and rival `csd` is above in δavg, AJ and OA "
+                f"(p < {GOALS['p']:g}), or equal; in {below or 'no'} pair{'s' * (below > 1)} is it "
+                "below in any of them.")
+
     def reached(self) -> str:
         """How many goals are reached, in words."""
         of_clips = self.clips_of_beyond.rows(["scenario", "the paper's CSD in vivo"])
         palindromes = self.clips_of_beyond.rows(["clip", "features"])
-        pairs, = self.beyond.groups(r"^In (\d+ of \d+) pairs of scenario and rival csd is above")
-        below = sum("below" in row["csd is"] for rows in self.beside for row in rows)
         ece, ece_goal = self.beyond.groups(
             r"^Expected calibration error .*: ([\d.]+); to reach: ECE ≤ ([\d.]+); ")
         claims = [row["here"].strip("*† ") for row in self.paper.rows(["", "the paper finds"])]
@@ -148,14 +159,12 @@ class Evaluation:
             f"{results.path.name} {results.commit()}"
             for results in (self.beyond, self.clips_of_beyond, self.tissue, self.paper)
         ]
-        return "".join(f"* {line}\n" for line in (
+        return page.bullets((
             f"Reached on simulated tissue: {share_reached(self.scenarios)} scenarios; "
             f"on pictures of real tissue: {share_reached(self.scenes)} scenes; "
             f"on clips as textures: {share_reached(of_clips)} scenes; "
             f"of clips forward and backward: {share_reached(palindromes)}.",
-            f"In {pairs} pairs of scenario and rival `csd` is above in δavg, AJ and OA "
-            f"(p < {GOALS['p']:g}), or equal; in {below or 'no'} pair{'s' * (below > 1)} is it "
-            "below in any of them.",
+            self.beside_in_words(),
             f"The expected calibration error of `confidence` is {ece}; {ece_goal} was to be "
             "reached.",
             f"Of {len(claims)} statements that the paper makes of its trackers, {hold} hold here, "
@@ -163,20 +172,28 @@ class Evaluation:
             f"Measured at: {', '.join(commits)}."
         ))
 
+    def by_clip(self) -> dict[str, dict[str, str]]:
+        """claimed / apart by clip and tracker; the means come last."""
+        found: dict[str, dict[str, str]] = {}
+        for row in self.clips.rows(["tracks", "tracker"], "\n## Palindromes\n"):
+            cell = f"{row['claimed']} / {row['> 5 px apart']}"
+            found.setdefault(row["tracks"].split("/")[0], {})[row["tracker"]] = cell
+        return found
+
+    def means_of_clips(self) -> dict[str, str]:
+        """claimed / apart over all clips, by tracker."""
+        means, = (cells for clip, cells in self.by_clip().items() if clip.startswith("mean"))
+        return means
+
     def clips_table(self) -> str:
         """The table of own-video.md."""
-        by_clip: dict[str, dict[str, str]] = {}
-        for row in self.clips.rows(["tracks", "tracker"], "\n## Palindromes\n"):
-            clip = row["tracks"].split("/")[0]
-            cell = f"{row['claimed']} / {row['> 5 px apart']}"
-            by_clip.setdefault(clip, {})[row["tracker"]] = cell
         by_truth = {
             row["tracker"]: both(row["sensitivity"], row["1 − precision"])
             for row in self.clips.rows(["tracker", "sensitivity"])
         }
         rows = [["beads, by their truth: sensitivity / K", *by_truth.values()]]
         rows += [[f"{clip}: claimed / apart", *(cells[tracker] for tracker in by_truth)]
-                 for clip, cells in by_clip.items()]
+                 for clip, cells in self.by_clip().items()]
         return page.table(["", *(f"`{tracker}`" for tracker in by_truth)], rows)
 
     def draw(self, path: pathlib.Path) -> None:

@@ -59,12 +59,25 @@ class Performance:
             for at, features, *values in self.lines("csd by the number of features") if at == size
         }
 
-    def cost_table(self) -> str:
+    def cost(self) -> dict[tuple[str, int], list[str]]:
+        """p50 / p95 of csd, csd-2012, lk and PyrLK, by size and number of features."""
         found = {}
         for size, kind, features, *values in self.lines("ms a frame on the streaming thread"):
             if kind == "I420":
                 pairs = [" / ".join(values[i:i + 2]) for i in range(0, len(values), 2)]
                 found[size, int(features)] = pairs
+        return found
+
+    def milliseconds(self) -> dict[str, str]:
+        """A frame's median cost at 640×480, by tracker: 100 points, but 10 of CSRT."""
+        medians = (cell.split(" / ")[0] for cell in self.cost()["640x480", 100])
+        csrt = self.microseconds("peer_frame/csrt/10") * 10 / 1000
+        return dict(zip(("csd", "csd-2012", "lk"), medians)) | {
+            "csrt": f"{csrt:.0f} (10 points)"
+        }
+
+    def cost_table(self) -> str:
+        found = self.cost()
         rows = []
         for size in dict.fromkeys(size for size, _ in found):
             many = self.growth(size).get(1000)
@@ -123,7 +136,7 @@ class Performance:
         memory = self.growth("640x480")
         minutes = self.lines("csd over time")
         kilobytes = 1000 * (float(memory[1000][2]) - float(memory[100][2])) / 900
-        return "".join(f"* {line}\n" for line in (
+        return page.bullets((
             f"**Machine**: {machine}; csdtrack {self.bench.commit()}.",
             f"**A feature in a frame** takes {few:.0f} µs with 100 features and {many:.1f} µs with "
             f"1000. Others take, in µs: {', '.join(peers)}.",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Writes the tables and plots of docs/evaluation.md, performance.md and own-video.md."""
+"""Writes the tables and plots of README, docs/evaluation.md, performance.md and own-video.md."""
 
 import argparse
 import sys

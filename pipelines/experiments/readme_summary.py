@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""README's table of trackers."""
+
+import statistics
+
+from pipelines.experiments import page
+from pipelines.experiments.evaluation_summary import Evaluation
+from pipelines.experiments.performance_summary import Performance
+
+TRACKERS = {
+    "csd": "`csd`, the default",
+    "csd-2012": "`csd-2012`, the paper's",
+    "lk": "`lk`, Lucas–Kanade",
+    "csrt": "`csrt`, OpenCV's",
+}
+
+
+def trackers(evaluation: Evaluation, performance: Performance) -> str:
+    """The table, and how csd stands beside its rivals."""
+    clips = {"csrt": "–"} | evaluation.means_of_clips()
+    simulated, milliseconds = evaluation.means_beside(), performance.milliseconds()
+    rows = [[words, clips[name], simulated[name], milliseconds[name]]
+            for name, words in TRACKERS.items()]
+    return page.table(["tracker", "real clips: claimed / apart", "simulated tissue: δavg / AJ",
+                       "ms a frame"], rows) + "\n" + page.wrapped(evaluation.beside_in_words())
