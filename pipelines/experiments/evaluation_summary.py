@@ -88,6 +88,13 @@ class Evaluation:
         return page.table(["tissue", "scene", REACH, "`csd`: sensitivity / K", "worst tissue",
                            "missed"], rows)
 
+    def worst_table(self) -> str:
+        """The table of machines.md: what to expect of real tissue, and of the worst."""
+        rows = [[row["scene"], *(row[column].split(",")[0] for column in (FOUND, "worst tissue"))]
+                for row in self.scenes]
+        return page.table(["the video shows", "found / wrong, mean of the tissues",
+                           "of the worst tissue"], rows)
+
     def rivals(self) -> dict[str, list[tuple[float, float]]]:
         """δavg and AJ of each scenario, by tracker; csd's where all features were tracked."""
         found: dict[str, list[tuple[float, float]]] = {}

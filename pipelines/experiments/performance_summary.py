@@ -9,6 +9,8 @@ from pipelines.experiments import figures, page
 from pipelines.experiments.results import Results
 from pipelines.lib.failure import Failure
 
+# What Highway's targets are commonly called.
+SIMD = {"AVX3": "AVX-512", "AVX2": "AVX2", "SSE4": "SSE 4", "SCALAR": "none"}
 SIZES = ("640x480", "1920x1080")  # of the plots by the number of features
 P50, P95 = ("p50", "dt 1 lw 2 lc rgb '#762a83'"), ("p95", "dt 2 lw 1.5 lc rgb '#762a83'")
 # Rivals: what they are called here, and in the benchmark peer_frame.
@@ -151,6 +153,32 @@ class Performance:
             f"(640×480): {kilobytes:.0f} kB a feature.",
             f"**Over time**: {minutes[0][1]} ms a frame in minute {minutes[0][0]}, "
             f"{minutes[-1][1]} in minute {minutes[-1][0]} (100 features)."
+        ))
+
+    def machine(self) -> str:
+        """What machines.md says of `csd`."""
+        clips = self.lines("== clips")
+        (fastest, *_, slowest) = sorted(clips, key=lambda cells: float(cells[6]))
+        first = [float(cells[9]) for cells in clips]
+        memory, minutes = self.growth("640x480"), self.lines("csd over time")
+        steps = [f"{float(time):.1f} with {SIMD[name]}" for name, time in re.findall(
+            r"^fine_pass/(\w+) .* ([\d.]+)us$", self.bench.text, re.M) if name in SIMD]
+        return page.bullets((
+            f"**A frame** with 50 points takes {fastest[6]} ms in the median "
+            f"({fastest[0]}, {times(fastest[1])}) to {slowest[6]} ms ({slowest[0]}, "
+            f"{times(slowest[1])}); the 95th percentile is {slowest[7]} ms there. The first frame, "
+            f"which detects the points, takes {min(first):.0f} to {max(first):.0f} ms "
+            "([clips](performance.md#real-clips)).",
+            f"**Points and pixels** cost little: 1000 points {self.growth('1920x1080')[1000][0]} ms "
+            f"at 1920×1080; 100 points {self.cost()['3840x2160', 100][0].split(' / ')[0]} ms at "
+            "3840×2160 ([texture](performance.md#a-swaying-texture)).",
+            f"**Beside an encoder** on the same two cores: {self.recording()}.",
+            f"**Memory**: {memory[100][2]} MB with 100 points, {memory[1000][2]} with 1000. "
+            f"A frame takes {minutes[0][1]} ms in minute {minutes[0][0]}, {minutes[-1][1]} in "
+            f"minute {minutes[-1][0]} ([in a pipeline](performance.md#in-a-pipeline)).",
+            "**The processor's vector instructions** decide most: the fine alignment of a point "
+            f"takes, in µs, {', '.join(steps)} "
+            "([benchmarks.md](results/benchmarks.md), `align`)."
         ))
 
     def draw(self, path: pathlib.Path) -> None:

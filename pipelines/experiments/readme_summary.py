@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """README's table of trackers."""
 
-import statistics
-
 from pipelines.experiments import page
 from pipelines.experiments.evaluation_summary import Evaluation
 from pipelines.experiments.performance_summary import Performance

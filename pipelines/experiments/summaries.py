@@ -25,6 +25,9 @@ def pages(folder: pathlib.Path = page.RESULTS) -> list[tuple[str, Blocks, Plots]
             "cost": performance.cost_table(), "clips": performance.clips_table(),
             "rest": performance.rest()
         }, {"docs/performance/growth.svg": performance.draw}),
+        ("docs/machines.md", {
+            "machine": performance.machine(), "video": evaluation.worst_table()
+        }, {}),
         ("docs/own-video.md", {"clips": evaluation.clips_table()}, {}),
     ]
 

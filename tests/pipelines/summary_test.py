@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""pipelines/experiments/summary: README, docs/evaluation.md, performance.md and own-video.md agree
-with docs/results/. summary_test.py ROOT"""
+"""pipelines/experiments/summary: README, docs/evaluation.md, performance.md, machines.md and
+own-video.md agree with docs/results/. summary_test.py ROOT"""
 
 import pathlib
 import re
@@ -14,7 +14,8 @@ from pipelines.experiments import builds, page, summaries
 
 ROOT = pathlib.Path(sys.argv[1])
 DOCS = ROOT / "docs"
-PAGES = ("README.md", "docs/evaluation.md", "docs/performance.md", "docs/own-video.md")
+PAGES = ("README.md", "docs/evaluation.md", "docs/performance.md", "docs/machines.md",
+         "docs/own-video.md")
 PLOTS = ("docs/evaluation/scenes.svg", "docs/performance/growth.svg")
 
 
@@ -68,6 +69,8 @@ class Summaries(unittest.TestCase):
         self.assertIn(" 0.1234 / ", smoke)
         self.assertTrue(smoke.endswith("| median |"))
         self.assertIn("77.77 / 88.88", after["docs/performance.md"])
+        self.assertIn("1000 points 77.77 ms at 1920×1080",
+                      after["docs/machines.md"].replace("\n  ", " "))
         self.assertIn(" 0.111 / 0.222 |", after["docs/own-video.md"])
         self.assertNotEqual(after["docs/performance/growth.svg"],
                             before["docs/performance/growth.svg"])
