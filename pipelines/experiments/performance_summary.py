@@ -169,7 +169,8 @@ class Performance:
             f"{times(slowest[1])}); the 95th percentile is {slowest[7]} ms there. The first frame, "
             f"which detects the points, takes {min(first):.0f} to {max(first):.0f} ms "
             "([clips](performance.md#real-clips)).",
-            f"**Points and pixels** cost little: 1000 points {self.growth('1920x1080')[1000][0]} ms "
+            "**Points and pixels** cost little: "
+            f"1000 points {self.growth('1920x1080')[1000][0]} ms "
             f"at 1920×1080; 100 points {self.cost()['3840x2160', 100][0].split(' / ')[0]} ms at "
             "3840×2160 ([texture](performance.md#a-swaying-texture)).",
             f"**Beside an encoder** on the same two cores: {self.recording()}.",
