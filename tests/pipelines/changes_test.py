@@ -204,7 +204,7 @@ class Changes(harness.Case):
             except harness.Hangs:
                 if "uridecodebin3" not in launch:
                     raise
-                print(f"hangs, begun once more: {launch}", file=sys.stderr)
+                print(f"hangs, started again: {launch}", file=sys.stderr)
                 return got(launch)
 
         for name, launch, frames in (
