@@ -88,12 +88,23 @@ class Evaluation:
         return page.table(["tissue", "scene", REACH, "`csd`: sensitivity / K", "worst tissue",
                            "missed"], rows)
 
-    def worst_table(self) -> str:
-        """The table of machines.md: what to expect of real tissue, and of the worst."""
-        rows = [[row["scene"], *(row[column].split(",")[0] for column in (FOUND, "worst tissue"))]
-                for row in self.scenes]
-        return page.table(["the video shows", "found / wrong, mean of the tissues",
-                           "of the worst tissue"], rows)
+    def worst_in_words(self) -> str:
+        """What machines.md says of real tissue."""
+        def extremes(column: str, part: int) -> str:
+            found = sorted((row[column].split(",")[0].split(" / ")[part], row["scene"])
+                           for row in self.scenes)
+            (low, least), (high, most) = found[0], found[-1]
+            return f"from {low} ({least}) to {high} ({most})"
+
+        return page.bullets((
+            f"**Real tissue**: {self.scenes[0]['tissues']} pictures of it, moved by the simulator, "
+            "so that the truth is known, and compressed as by a recorder "
+            "([tissue.md](results/tissue.md)).",
+            f"**Found**, of the visible points: {extremes(FOUND, 0)}; of the worst picture "
+            f"{extremes('worst tissue', 0)}.",
+            "**Wrong**, of the claims, by more than 5 pixels or of a hidden point: "
+            f"{extremes(FOUND, 1)}; of the worst picture {extremes('worst tissue', 1)}."
+        ))
 
     def rivals(self) -> dict[str, list[tuple[float, float]]]:
         """δavg and AJ of each scenario, by tracker; csd's where all features were tracked."""

@@ -160,7 +160,6 @@ class Performance:
         clips = self.lines("== clips")
         (fastest, *_, slowest) = sorted(clips, key=lambda cells: float(cells[6]))
         first = [float(cells[9]) for cells in clips]
-        memory, minutes = self.growth("640x480"), self.lines("csd over time")
         steps = [f"{float(time):.1f} with {SIMD[name]}" for name, time in re.findall(
             r"^fine_pass/(\w+) .* ([\d.]+)us$", self.bench.text, re.M) if name in SIMD]
         return page.bullets((
@@ -173,10 +172,6 @@ class Performance:
             f"1000 points {self.growth('1920x1080')[1000][0]} ms "
             f"at 1920×1080; 100 points {self.cost()['3840x2160', 100][0].split(' / ')[0]} ms at "
             "3840×2160 ([texture](performance.md#a-swaying-texture)).",
-            f"**Beside an encoder** on the same two cores: {self.recording()}.",
-            f"**Memory**: {memory[100][2]} MB with 100 points, {memory[1000][2]} with 1000. "
-            f"A frame takes {minutes[0][1]} ms in minute {minutes[0][0]}, {minutes[-1][1]} in "
-            f"minute {minutes[-1][0]} ([in a pipeline](performance.md#in-a-pipeline)).",
             "**The processor's vector instructions** decide most: the fine alignment of a point "
             f"takes, in µs, {', '.join(steps)} "
             "([benchmarks.md](results/benchmarks.md), `align`)."

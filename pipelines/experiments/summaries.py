@@ -26,7 +26,7 @@ def pages(folder: pathlib.Path = page.RESULTS) -> list[tuple[str, Blocks, Plots]
             "rest": performance.rest()
         }, {"docs/performance/growth.svg": performance.draw}),
         ("docs/machines.md", {
-            "machine": performance.machine(), "video": evaluation.worst_table()
+            "machine": performance.machine(), "video": evaluation.worst_in_words()
         }, {}),
         ("docs/own-video.md", {"clips": evaluation.clips_table()}, {}),
     ]
