@@ -8,7 +8,7 @@ namespace csd {
 namespace {
 
 constexpr std::int64_t occluded_for = second;  // a feature that is hidden for longer is lost
-constexpr double max_hidden = 0.499;           // confidence without a claim; also with three decimals it is below .5
+constexpr double max_hidden = 0.499;  // highest confidence without a claim: rounds to less than .5 in three decimals
 
 }  // namespace
 

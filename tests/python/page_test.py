@@ -151,9 +151,9 @@ class Page(harness.Case):
         rows = [[float(word) for word in line.split()] for line in lines[2:] if line != "..."]
         self.assertGreaterEqual(len(rows), 10)
         moved = [x for x, _ in (self.scene.motion(t) for t in range(FRAMES))]
-        for _id, count, least, most in rows:
+        for _id, count, lowest, highest in rows:
             if count == FRAMES:
-                self.assertAlmostEqual(most - least, max(moved) - min(moved), delta=1)
+                self.assertAlmostEqual(highest - lowest, max(moved) - min(moved), delta=1)
 
     @needs("pandas")
     def test_json_lines(self):
