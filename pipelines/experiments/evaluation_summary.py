@@ -10,6 +10,7 @@ from pipelines.experiments import figures, page
 from pipelines.experiments.reach import GOALS
 from pipelines.experiments.results import Results, Row, both, figure, first
 from pipelines.experiments.tissue import KINDS
+from pipelines.lib.failure import Failure
 
 # Short names of scenes, for the plots.
 SHORT = {
@@ -55,6 +56,13 @@ def share_reached(rows: list[Row]) -> str:
     return f"{sum('**reached**' in row[''] for row in rows)} of {len(rows)}"
 
 
+def extremes(rows: list[Row], column: str, part: int) -> tuple[tuple[str, str], tuple[str, str]]:
+    """The lowest and the highest of a column's two figures, each with its scene."""
+    found = sorted(((row[column].split(",")[0].split(" / ")[part], row["scene"]) for row in rows),
+                   key=lambda pair: float(pair[0]))
+    return found[0], found[-1]
+
+
 def categories(titles: Iterable[str]) -> str:
     """gnuplot's settings for names below the axis in place of numbers."""
     names = [SHORT.get(title, title) for title in titles]
@@ -90,21 +98,45 @@ class Evaluation:
 
     def worst_in_words(self) -> str:
         """What machines.md says of real tissue."""
-        def extremes(column: str, part: int) -> str:
-            found = sorted((row[column].split(",")[0].split(" / ")[part], row["scene"])
-                           for row in self.scenes)
-            (low, least), (high, most) = found[0], found[-1]
-            return f"from {low} ({least}) to {high} ({most})"
+        def between(column: str, part: int) -> str:
+            (low, lowest_scene), (high, highest_scene) = extremes(self.scenes, column, part)
+            return f"from {low} ({lowest_scene}) to {high} ({highest_scene})"
 
+        pictures = {row["tissues"] for row in self.scenes}
+        if len(pictures) != 1:
+            raise Failure(f"{self.tissue.path}: the scenes differ in their number of tissues")
+        worst = "of the picture that is worst in all"
         return page.bullets((
-            f"**Real tissue**: {self.scenes[0]['tissues']} pictures of it, moved by the simulator, "
+            f"**Real tissue**: {pictures.pop()} pictures of it, moved by the simulator, "
             "so that the truth is known, and compressed as by a recorder "
             "([tissue.md](results/tissue.md)).",
-            f"**Found**, of the visible points: {extremes(FOUND, 0)}; of the worst picture "
-            f"{extremes('worst tissue', 0)}.",
+            f"**Found**, of the visible points: {between(FOUND, 0)}; {worst} "
+            f"{between('worst tissue', 0)}.",
             "**Wrong**, of the claims, by more than 5 pixels or of a hidden point: "
-            f"{extremes(FOUND, 1)}; of the worst picture {extremes('worst tissue', 1)}."
+            f"{between(FOUND, 1)}; {worst} {between('worst tissue', 1)}."
         ))
+
+    def real_in_words(self) -> str:
+        """The ranges on real tissue, in short."""
+        found, wrong = (
+            " to ".join(f"{float(value):.{digits}f}".lstrip("0")
+                        for value, _ in extremes(self.scenes, FOUND, part))
+            for part, digits in ((0, 2), (1, 3)))
+        return ("On pictures of real tissue that the simulator moves it finds "
+                f"{found} of the visible points, depending on the scene, and {wrong} of its claims "
+                "are wrong.")
+
+    def of_clips(self) -> tuple[list[Row], list[Row]]:
+        """Clips as textures, and clips forward and backward, with their goals."""
+        return (self.clips_of_beyond.rows(["scenario", "the paper's CSD in vivo"]),
+                self.clips_of_beyond.rows(["clip", "features"]))
+
+    def goals_in_words(self) -> str:
+        textures, palindromes = self.of_clips()
+        return ("The goals set before the measurement are reached in "
+                f"{share_reached(self.scenarios)} scenarios of simulated tissue, and in "
+                f"{share_reached([*self.scenes, *textures, *palindromes])} scenes and clips of "
+                "real tissue.")
 
     def rivals(self) -> dict[str, list[tuple[float, float]]]:
         """δavg and AJ of each scenario, by tracker; csd's where all features were tracked."""
@@ -166,8 +198,7 @@ class Evaluation:
 
     def reached(self) -> str:
         """How many goals are reached, in words."""
-        of_clips = self.clips_of_beyond.rows(["scenario", "the paper's CSD in vivo"])
-        palindromes = self.clips_of_beyond.rows(["clip", "features"])
+        textures, palindromes = self.of_clips()
         ece, ece_goal = self.beyond.groups(
             r"^Expected calibration error .*: ([\d.]+); to reach: ECE ≤ ([\d.]+); ")
         claims = [row["here"].strip("*† ") for row in self.paper.rows(["", "the paper finds"])]
@@ -180,7 +211,7 @@ class Evaluation:
         return page.bullets((
             f"Reached on simulated tissue: {share_reached(self.scenarios)} scenarios; "
             f"on pictures of real tissue: {share_reached(self.scenes)} scenes; "
-            f"on clips as textures: {share_reached(of_clips)} scenes; "
+            f"on clips as textures: {share_reached(textures)} scenes; "
             f"of clips forward and backward: {share_reached(palindromes)}.",
             self.beside_in_words(),
             f"The expected calibration error of `confidence` is {ece}; {ece_goal} was to be "

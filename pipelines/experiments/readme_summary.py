@@ -14,10 +14,13 @@ TRACKERS = {
 
 
 def trackers(evaluation: Evaluation, performance: Performance) -> str:
-    """The table, and how csd stands beside its rivals."""
+    """The table, how csd stands beside its rivals, and what it reaches."""
     clips = {"csrt": "–"} | evaluation.means_of_clips()
     simulated, milliseconds = evaluation.means_beside(), performance.milliseconds()
     rows = [[words, clips[name], simulated[name], milliseconds[name]]
             for name, words in TRACKERS.items()]
-    return page.table(["tracker", "real clips: claimed / apart", "simulated tissue: δavg / AJ",
-                       "ms a frame"], rows) + "\n" + page.wrapped(evaluation.beside_in_words())
+    table = page.table(["tracker", "real clips: claimed / apart", "simulated tissue: δavg / AJ",
+                        "ms a frame"], rows)
+    return "\n".join((table, page.wrapped(evaluation.beside_in_words()),
+                      page.wrapped(f"{performance.clips_in_words()} {evaluation.real_in_words()}"),
+                      page.wrapped(evaluation.goals_in_words())))

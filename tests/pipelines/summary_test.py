@@ -59,6 +59,8 @@ class Summaries(unittest.TestCase):
                     "\n1920x1080      1000   77.77 /  88.88    99.9\n1920x1080      1001 ")
         self.change("benchmarks", "\n 640x480   I420       100 ",
                     "\n 640x480   I420       100 66.66 / 77.77 ")
+        self.change("tissue", " | 0.9101 / 0.0698 | ", " | 0.1357 / 0.0698 | ")
+        self.change("tissue", " | 0.4579 / 0.0960, ", " | 0.2468 / 0.0960, ")
         path = self.results / "clips.md"
         path.write_text(re.sub(r"(?m)^(\| mean of \d+ \| csd \| .*?\| .*?\|) \S+ \| \S+ \|",
                                r"\1 0.111 | 0.222 |", path.read_text()))
@@ -71,6 +73,10 @@ class Summaries(unittest.TestCase):
         self.assertIn("77.77 / 88.88", after["docs/performance.md"])
         self.assertIn("1000 points 77.77 ms at 1920×1080",
                       after["docs/machines.md"].replace("\n  ", " "))
+        words = " ".join(after["docs/machines.md"].split())
+        self.assertIn("of the visible points: from 0.1357 (slide: one sheet over another)", words)
+        self.assertIn("worst in all from 0.2468 (rotation −50…120°, smoke)", words)
+        self.assertIn("it finds .14 to .99 of", " ".join(after["README.md"].split()))
         self.assertIn(" 0.111 / 0.222 |", after["docs/own-video.md"])
         self.assertNotEqual(after["docs/performance/growth.svg"],
                             before["docs/performance/growth.svg"])
