@@ -50,6 +50,9 @@ class Site(unittest.TestCase):
             shutil.copytree(ROOT / name, copy / name)
         for page in ROOT.glob("*.md"):
             shutil.copy(page, copy)
+        done = site(copy, self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        shutil.rmtree(self.out)
         page = copy / "docs" / "security.md"
         text = page.read_text()
         # What mkdocs sees, and what only the finished pages show.
