@@ -115,6 +115,8 @@ class Summaries(unittest.TestCase):
                                        "| scene | the paper's", "has no table 'scenario"),
                                       ("benchmarks", "\ncsd over time", "\nlk over time",
                                        "nothing that begins with 'csd over time'"),
+                                      ("tissue", "| tear: a cut opens | 50 |",
+                                       "| tear: a cut opens | 49 |", "differ in their number"),
                                       ("paper", "| csdtrack |", "| other |", "0 places like")):
             with self.subTest(name):
                 before = (self.results / f"{name}.md").read_text()
