@@ -42,16 +42,16 @@ void fill_unknown(cv::Mat1b &cells, const cv::Mat1b &known) {
 }
 
 /// Means over cells of the allowed pixels; a cell needs enough of them.
-cv::Mat1b means_of_cells(const cv::Mat &least, const cv::Mat &forbidden, int cell) {
-  const int n = least.cols, columns = (n + cell - 1) / cell, rows = (least.rows + cell - 1) / cell;
+cv::Mat1b means_of_cells(const cv::Mat &least_channel, const cv::Mat &forbidden, int cell) {
+  const int n = least_channel.cols, columns = (n + cell - 1) / cell, rows = (least_channel.rows + cell - 1) / cell;
   cv::Mat1b mean(rows, columns, std::uint8_t{0}), known(rows, columns);
   Words sums(static_cast<std::size_t>(n)), counts(sums.size());
   const Bytes none(sums.size(), 0);
   for (int j = 0; j < rows; ++j) {
     std::fill(sums.begin(), sums.end(), std::uint16_t{0});
     std::fill(counts.begin(), counts.end(), std::uint16_t{0});
-    for (int y = j * cell; y < std::min((j + 1) * cell, least.rows); ++y)
-      add_row(least.ptr(y), forbidden.empty() ? none.data() : forbidden.ptr(y), n, sums.data(), counts.data());
+    for (int y = j * cell; y < std::min((j + 1) * cell, least_channel.rows); ++y)
+      add_row(least_channel.ptr(y), forbidden.empty() ? none.data() : forbidden.ptr(y), n, sums.data(), counts.data());
     for (int i = 0; i < columns; ++i) {
       unsigned sum = 0, count = 0;
       for (int x = i * cell; x < std::min((i + 1) * cell, n); ++x) {
@@ -131,8 +131,8 @@ void GlareWeights::build(const WorkFrame &frame, const cv::Mat &forbidden, doubl
     if (y + reach < size.height) mark(y + reach);
     const std::uint8_t *around[side];
     for (int k = 0; k < side; ++k) around[k] = tissue_at(y + k - reach);
-    const std::uint8_t *outside = forbidden.empty() ? none.data() : forbidden.ptr(y), *least = least_.ptr(y);
-    for (std::size_t x = 0; x < n; ++x) hidden[x] = least[x] >= clipped ? 255 : outside[x];
+    const std::uint8_t *outside = forbidden.empty() ? none.data() : forbidden.ptr(y), *least_channel = least_.ptr(y);
+    for (std::size_t x = 0; x < n; ++x) hidden[x] = least_channel[x] >= clipped ? 255 : outside[x];
     erode_row(around, hidden.data(), size.width, bytes.data(), levels_[0].ptr(y));
     done[0] = y + 1;
     for (std::size_t l = 1; l < Pyramid::levels; ++l) {

@@ -12,11 +12,12 @@
 namespace csd {
 namespace {
 
-/// V = max/255 and S = (max − min)/max, compared in integers: max ≥ least, (max − min)·2^16 ≤ max · part.
+/// V = max/255 and S = (max − min)/max, compared in integers: max ≥ min_value, (max − min)·2^16 ≤ max · part.
 struct Thresholds {
-  int least, part;
+  int min_value, part;
   explicit Thresholds(const SpecularOptions &o)
-      : least(static_cast<int>(std::ceil(o.value * 255))), part(static_cast<int>(std::lround(o.saturation * 65536))) {}
+      : min_value(static_cast<int>(std::ceil(o.value * 255))),
+        part(static_cast<int>(std::lround(o.saturation * 65536))) {}
 };
 
 void threshold(const cv::Mat &bgr, const Thresholds &t, cv::Mat &out) {
@@ -27,7 +28,8 @@ void threshold(const cv::Mat &bgr, const Thresholds &t, cv::Mat &out) {
     for (int x = 0; x < bgr.cols; ++x, p += 3) {
       const int high = std::max({p[0], p[1], p[2]}), low = std::min({p[0], p[1], p[2]});
       // Branchless: highlights are scattered.
-      const int marked = static_cast<int>(high >= t.least) & static_cast<int>((high - low) * 65536 <= high * t.part);
+      const int marked =
+          static_cast<int>(high >= t.min_value) & static_cast<int>((high - low) * 65536 <= high * t.part);
       to[x] = static_cast<std::uint8_t>(-marked);
     }
   }

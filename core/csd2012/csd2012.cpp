@@ -219,9 +219,10 @@ void Csd2012::look(const FrameContext &context, Follower &follower) {
   gathered_ = {centres.x - grown, centres.y - grown, centres.width + 2 * grown, centres.height + 2 * grown};
   frame.gather(gathered_, descriptor->space(), raw_);
   csd2012::smooth(raw_, choices_.smoothing * pixel, channel_);
-  const double least =
+  const double min_probability =
       follower.in_sight ? choices_.min_probability : std::max(choices_.min_probability, choices_.refind_probability);
-  const Best wanted{static_cast<int>(std::lround(choices_.cluster_radius * pixel)), least, choices_.likeness_power};
+  const Best wanted{static_cast<int>(std::lround(choices_.cluster_radius * pixel)), min_probability,
+                    choices_.likeness_power};
   auto result =
       search(*descriptor, channel_, centres.tl() - cv::Point(half, half), {centres, 1}, {follower.work, sigma}, wanted);
   if (follower.aligned) confirm(context, follower, result);

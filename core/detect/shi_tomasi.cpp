@@ -57,11 +57,12 @@ Candidates find_shi_tomasi(const cv::Mat &luma, const cv::Mat &allowed, int wind
   std::vector<cv::Point2f> corners;
   std::vector<float> eigenvalues;
   cv::goodFeaturesToTrack(luma, corners, 0, quality_level, distance, allowed, eigenvalues, window, sobel_size);
-  const double least = std::max<double>(min_eigenvalue, noise_eigenvalue(noise_deviation(luma, allowed), window));
+  const double min_strength =
+      std::max<double>(min_eigenvalue, noise_eigenvalue(noise_deviation(luma, allowed), window));
   Candidates found;
   found.reserve(corners.size());
   for (std::size_t i = 0; i < corners.size(); ++i) {
-    if (eigenvalues[i] >= least) found.push_back({corners[i], eigenvalues[i]});
+    if (eigenvalues[i] >= min_strength) found.push_back({corners[i], eigenvalues[i]});
   }
   rank(found);
   return found;

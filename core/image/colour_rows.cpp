@@ -93,13 +93,13 @@ void ChromaLeast(const YuvCoefficients &c, const std::uint8_t *u, const std::uin
     const auto uu = hn::ShiftLeft<7>(hn::Sub(hn::PromoteTo(i16, hn::LoadU(u8, u + i)), grey));
     const auto vv = hn::ShiftLeft<7>(hn::Sub(hn::PromoteTo(i16, hn::LoadU(u8, v + i)), grey));
     const auto green = hn::Neg(hn::Add(hn::MulHigh(uu, gu), hn::MulHigh(vv, gv)));
-    const auto least = hn::Min(hn::Min(hn::MulHigh(vv, rv), hn::MulHigh(uu, bu)), green);
+    const auto least_chroma = hn::Min(hn::Min(hn::MulHigh(vv, rv), hn::MulHigh(uu, bu)), green);
     if (copies == 4)
-      hn::StoreInterleaved4(least, least, least, least, i16, out + 4 * i);
+      hn::StoreInterleaved4(least_chroma, least_chroma, least_chroma, least_chroma, i16, out + 4 * i);
     else if (copies == 2)
-      hn::StoreInterleaved2(least, least, i16, out + 2 * i);
+      hn::StoreInterleaved2(least_chroma, least_chroma, i16, out + 2 * i);
     else
-      hn::StoreU(least, i16, out + i);
+      hn::StoreU(least_chroma, i16, out + i);
   });
 }
 
@@ -109,8 +109,8 @@ void YuvLeast(const YuvCoefficients &c, const std::uint8_t *y, const std::int16_
   const auto black = hn::Set(i16, c.black), half = hn::Set(i16, 8), cy = hn::Set(i16, c.y);
   cover(n, lanes, [&](int i) HWY_ATTR {
     const auto yy = hn::ShiftLeft<7>(hn::Sub(hn::PromoteTo(i16, hn::LoadU(u8, y + i)), black));
-    const auto least = hn::Add(hn::Add(hn::MulHigh(yy, cy), half), hn::LoadU(i16, chroma + i));
-    hn::StoreU(hn::DemoteTo(u8, hn::ShiftRight<4>(least)), u8, out + i);
+    const auto least_channel = hn::Add(hn::Add(hn::MulHigh(yy, cy), half), hn::LoadU(i16, chroma + i));
+    hn::StoreU(hn::DemoteTo(u8, hn::ShiftRight<4>(least_channel)), u8, out + i);
   });
 }
 
@@ -231,8 +231,8 @@ void chroma_least(const YuvCoefficients &c, const std::uint8_t *u, const std::ui
                   std::int16_t *out) {
   for (int i = 0; i < n; ++i) {
     const int cb = u[i] - 128, cr = v[i] - 128;
-    const int least = std::min({times(cr, c.r_v), -(times(cb, c.g_u) + times(cr, c.g_v)), times(cb, c.b_u)});
-    out = std::fill_n(out, copies, static_cast<std::int16_t>(least));
+    const int least_chroma = std::min({times(cr, c.r_v), -(times(cb, c.g_u) + times(cr, c.g_v)), times(cb, c.b_u)});
+    out = std::fill_n(out, copies, static_cast<std::int16_t>(least_chroma));
   }
 }
 

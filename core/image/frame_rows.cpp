@@ -171,17 +171,17 @@ void TissueRow(const std::uint8_t *const rows[3], const std::uint16_t *above, co
 void ErodeRow(const std::uint8_t *const rows[5], const std::uint8_t *forbidden, int n, std::uint8_t *scratch,
               std::uint8_t *out) {
   if (n < lanes(u8)) return scalar::erode_row(rows, forbidden, n, scratch, out);
-  std::uint8_t *const least = scratch + 2;
+  std::uint8_t *const eroded = scratch + 2;
   cover(n, u8, [&](int i) HWY_ATTR {
     auto all = hn::LoadU(u8, rows[0] + i);
     for (int k = 1; k < 5; ++k) all = hn::And(all, hn::LoadU(u8, rows[k] + i));
-    hn::StoreU(all, u8, least + i);
+    hn::StoreU(all, u8, eroded + i);
   });
-  for (int k = 0; k < 2; ++k) scratch[k] = least[n + k] = 255;
+  for (int k = 0; k < 2; ++k) scratch[k] = eroded[n + k] = 255;
   cover(n, u8, [&](int i) HWY_ATTR {
-    auto all = hn::LoadU(u8, least + i);
+    auto all = hn::LoadU(u8, eroded + i);
     for (int k = 1; k <= 2; ++k)
-      all = hn::And(all, hn::And(hn::LoadU(u8, least + i - k), hn::LoadU(u8, least + i + k)));
+      all = hn::And(all, hn::And(hn::LoadU(u8, eroded + i - k), hn::LoadU(u8, eroded + i + k)));
     all = hn::Or(all, hn::Set(u8, marked));
     hn::StoreU(hn::AndNot(hn::LoadU(u8, forbidden + i), all), u8, out + i);
   });
@@ -283,10 +283,10 @@ void tissue_row(const std::uint8_t *const rows[3], const std::uint16_t *above, c
 void erode_row(const std::uint8_t *const rows[5], const std::uint8_t *forbidden, int n, std::uint8_t *,
                std::uint8_t *out) {
   for (int x = 0; x < n; ++x) {
-    std::uint8_t least = 255;
+    std::uint8_t eroded = 255;
     for (int k = 0; k < 5; ++k)
-      for (int i = std::max(0, x - 2); i <= std::min(n - 1, x + 2); ++i) least = std::min(least, rows[k][i]);
-    out[x] = forbidden[x] ? 0 : std::max(least, marked);
+      for (int i = std::max(0, x - 2); i <= std::min(n - 1, x + 2); ++i) eroded = std::min(eroded, rows[k][i]);
+    out[x] = forbidden[x] ? 0 : std::max(eroded, marked);
   }
 }
 

@@ -86,9 +86,9 @@ GrayWindow::Range GrayWindow::lasting(const Range &seen, std::int64_t time) {
 
 void GrayWindow::follow(const Seen &seen, std::int64_t time) {
   const double width = white_ - black_;
-  const double least = levels * step_;
+  const double least_range = levels * step_;
   const bool shows_little = seen.median < black_ || seen.median > white_ ||
-                            std::max(seen.range.high - seen.range.low, least) < too_little * width;
+                            std::max(seen.range.high - seen.range.low, least_range) < too_little * width;
   if (!known_ || shows_little) {
     known_ = true;
     moving_ = false;
@@ -109,12 +109,12 @@ void GrayWindow::follow(const Seen &seen, std::int64_t time) {
 }
 
 void GrayWindow::fit() {
-  const double around = margin * (range_.high - range_.low), least = levels * step_;
+  const double around = margin * (range_.high - range_.low), least_range = levels * step_;
   black_ = std::max(range_.low - around, 0.0);
   white_ = std::min(range_.high + around, brightest + 1);
-  if (white_ - black_ >= least) return;
-  black_ = std::min(black_, brightest + 1 - least);
-  white_ = black_ + least;
+  if (white_ - black_ >= least_range) return;
+  black_ = std::min(black_, brightest + 1 - least_range);
+  white_ = black_ + least_range;
 }
 
 }  // namespace csd

@@ -93,7 +93,7 @@ template <class ByteOf>
 HWY_INLINE int CoverWords(const std::uint8_t *p, std::ptrdiff_t stride, int n, std::uint8_t *out, ByteOf byte_of) {
   const hn::RebindToSigned<decltype(u16)> signed16;
   const hn::Rebind<std::uint8_t, decltype(u16)> half;
-  const auto most = hn::Set(u16, 255);
+  const auto byte_max = hn::Set(u16, 255);
   const int lanes = static_cast<int>(hn::Lanes(u16)), whole = stride == 2 ? n : n - 1;
   if (whole < lanes) return 0;
   // Highway's scalar target reads words with a stride one by one, which C++ allows only if they are aligned (seen with
@@ -102,7 +102,7 @@ HWY_INLINE int CoverWords(const std::uint8_t *p, std::ptrdiff_t stride, int n, s
   const auto words = reinterpret_cast<const std::uint16_t *>(p);
   const auto cover = [&](auto load) HWY_ATTR {
     const auto one = [&](int i) HWY_ATTR {
-      hn::StoreU(hn::DemoteTo(half, hn::BitCast(signed16, hn::Min(byte_of(load(i)), most))), half, out + i);
+      hn::StoreU(hn::DemoteTo(half, hn::BitCast(signed16, hn::Min(byte_of(load(i)), byte_max))), half, out + i);
     };
     int i = 0;
     for (; i + lanes <= whole; i += lanes) one(i);

@@ -57,12 +57,12 @@ RowReader rgb_luma_reader(const FrameView &view) {
 
 }  // namespace
 
-void WorkFrame::load(const FrameView &view, int most) {
+void WorkFrame::load(const FrameView &view, int most_lines) {
   if (!view.has_pixels() || view.row_step < 1) throw std::invalid_argument("WorkFrame: a view without pixels");
   view_ = source_ = view;
   yuv_ = YuvCoefficients::make(view.kr, view.kb, view.full_range);
 
-  const int lines = std::min(most, view.rows);
+  const int lines = std::min(most_lines, view.rows);
   scale_y_ = static_cast<double>(view.rows) / lines;
   const double picture_scale = scale_y_ * view.row_step;
   const int columns = std::max(1, static_cast<int>(std::lround(view.width / picture_scale)));
@@ -222,7 +222,7 @@ void WorkFrame::gather_least(cv::Mat &out) const {
     nearest[x] = static_cast<std::size_t>((static_cast<double>(x) + 0.5) * scale_x_) >> right;
   const auto luma_of = LumaCoefficients::make(view_.kr, view_.kb);
   const auto slots = static_cast<std::size_t>(samples);
-  std::vector<std::uint8_t> first(slots), second(slots), third(slots), bright(slots), least(slots);
+  std::vector<std::uint8_t> first(slots), second(slots), third(slots), bright(slots), least_channel(slots);
   std::vector<std::int16_t> sampled(slots), chroma(slots << right);
   for (int y = 0, last = -1; y < luma_.rows; ++y) {
     const int row = static_cast<int>((y + 0.5) * scale_y_) >> down;
@@ -241,11 +241,11 @@ void WorkFrame::gather_least(cv::Mat &out) const {
     } else if (!scaled) {
       rgb_least(first.data(), second.data(), third.data(), n, to);
     } else {
-      rgb_least(first.data(), second.data(), third.data(), samples, least.data());
+      rgb_least(first.data(), second.data(), third.data(), samples, least_channel.data());
       rgb_to_luma(luma_of, first.data(), second.data(), third.data(), samples, bright.data());
       const std::uint8_t *luma = luma_.ptr(y);
       for (std::size_t x = 0; x < nearest.size(); ++x)
-        to[x] = static_cast<std::uint8_t>(std::max(0, luma[x] + least[nearest[x]] - bright[nearest[x]]));
+        to[x] = static_cast<std::uint8_t>(std::max(0, luma[x] + least_channel[nearest[x]] - bright[nearest[x]]));
     }
   }
 }

@@ -34,9 +34,9 @@ class WorkFrame {
   WorkFrame(const WorkFrame &) = delete;
   WorkFrame &operator=(const WorkFrame &) = delete;
 
-  /// Loads the next frame, at most `most` ≥ 1 lines high. The pixels of `view` must stay valid until the last use of
-  /// this object or the next load(). Throws std::invalid_argument if the view has no pixels.
-  void load(const FrameView &view, int most = max_lines);
+  /// Loads the next frame, at most `most_lines` ≥ 1 lines high. The pixels of `view` must stay valid until the last use
+  /// of this object or the next load(). Throws std::invalid_argument if the view has no pixels.
+  void load(const FrameView &view, int most_lines = max_lines);
 
   const FrameView &view() const { return view_; }  ///< as given to load()
   const cv::Mat &luma() const { return luma_; }    ///< CV_8UC1, working size

@@ -101,9 +101,9 @@ Comparison compare(double a, std::span<const Headlines> draws_a, double b, std::
   if (differences.empty()) return comparison;
   // Adds one to both, so that no p is 0: the data themselves are one of the draws (Davison and Hinkley 1997, §4.2).
   const double count = static_cast<double>(differences.size());
-  const double least = std::exp2(1 - static_cast<double>(features));
+  const double least_p = std::exp2(1 - static_cast<double>(features));
   comparison.p = std::clamp(2 * (1 + static_cast<double>(std::min(at_most_0, at_least_0))) / (1 + count),
-                            std::min(1.0, least), 1.0);
+                            std::min(1.0, least_p), 1.0);
   comparison.confidence = percentiles(differences);
   return comparison;
 }

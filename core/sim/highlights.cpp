@@ -21,16 +21,16 @@ Highlights::Highlights(double strength, std::uint64_t seed) {
   if (strength <= 0) return;
   radius_ = 0.075F * static_cast<float>(std::sqrt(strength));
   const NoiseField field = fractal_noise(side, {{15, 1}, {6, 0.22}}, seed, 500);
-  float most = 0;
+  float max_slope_squared = 0;
   relief_.resize(static_cast<std::size_t>(side) * side);
   for (int y = 0; y < side; ++y) {
     for (int x = 0; x < side; ++x) {
       const Slope s{field.at(x + 1, y) - field.at(x - 1, y), field.at(x, y + 1) - field.at(x, y - 1)};
       relief_[static_cast<std::size_t>(y * side + x)] = s;
-      most = std::max(most, s.x * s.x + s.y * s.y);
+      max_slope_squared = std::max(max_slope_squared, s.x * s.x + s.y * s.y);
     }
   }
-  const float scale = steepest / std::sqrt(most);
+  const float scale = steepest / std::sqrt(max_slope_squared);
   for (Slope &s : relief_) s = {s.x * scale, s.y * scale};
   reach_ = steepest + glow_width * 1.5F * radius_;
 }

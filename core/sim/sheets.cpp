@@ -122,9 +122,9 @@ double Sheets::shade(const Moment &moment, const Place &place, int sheet) const 
 }
 
 double Sheets::reach() const {
-  double most = 0;
-  if (slide_ > 0) most += slides * slide_ + min_overlap + 2 * covers * slide_;
-  return most + 1.12 * gape_;
+  double slid = 0;
+  if (slide_ > 0) slid = slides * slide_ + min_overlap + 2 * covers * slide_;
+  return slid + 1.12 * gape_;
 }
 
 }  // namespace csd::sim

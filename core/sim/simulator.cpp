@@ -223,13 +223,13 @@ cv::Point2d Simulator::Impl::newton(double t, cv::Point2d pixel, cv::Point2d uv,
 /// Whether the fragment `beside` a point (pixels) shows another part of the surface. Parts hidden by rings are close to
 /// the rings' edges in the picture, so only the surface's own slope tells them apart.
 bool Simulator::Impl::behind_a_ring(double t, cv::Point2d uv, const Fragment &shown, cv::Point2d beside) const {
-  constexpr double step = 0.01, most = 1.5;  // pixels
+  constexpr double step = 0.01, max_distance = 1.5;  // pixels
   const auto at = [&](double u, double v) { return tissue->project(t, settings.size, {u, v}); };
   const cv::Point3d du = at(uv.x + step, uv.y) - at(uv.x - step, uv.y),
                     dv = at(uv.x, uv.y + step) - at(uv.x, uv.y - step);
   if (du.x * dv.y - dv.x * du.y <= 0) return true;  // seen from behind
   const double u = (shown[Fragment::u] - uv.x) / (2 * step), v = (shown[Fragment::v] - uv.y) / (2 * step);
-  return std::hypot(u * du.x + v * dv.x - beside.x, u * du.y + v * dv.y - beside.y) > most;
+  return std::hypot(u * du.x + v * dv.x - beside.x, u * du.y + v * dv.y - beside.y) > max_distance;
 }
 
 /// Whether the surrounding pixels show another part of the surface.

@@ -281,8 +281,8 @@ void blur_motion(const Fragments &fragments, Canvas &canvas, Canvas &copy) {
       const float mx = f[Fragment::motion_x], my = f[Fragment::motion_y];
       const float length = std::max(std::abs(mx), std::abs(my));
       // Points as near as the lens have no usable motion: it is huge, or not a number.
-      constexpr float most = 8192;
-      if (!(length >= 0.5F && length <= most && std::abs(my) <= most)) continue;
+      constexpr float max_motion = 8192;
+      if (!(length >= 0.5F && length <= max_motion && std::abs(my) <= max_motion)) continue;
       // The same to both sides, so that nothing shifts.
       const int pairs = std::min(8, 1 + static_cast<int>(length / 2));
       float sum[3] = {copy.row(0, y)[x], copy.row(1, y)[x], copy.row(2, y)[x]};

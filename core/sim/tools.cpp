@@ -122,11 +122,11 @@ void Tools::visit(const Rod &rod, float grow, cv::Size size, Paint paint) {
 }
 
 float Tools::cover(cv::Point2d pixel) const {
-  float most = 0;
+  float covered = 0;
   for (const Rod &rod : rods_) {
-    most = std::max(most, coverage(hit(rod, static_cast<float>(pixel.x), static_cast<float>(pixel.y)).outside));
+    covered = std::max(covered, coverage(hit(rod, static_cast<float>(pixel.x), static_cast<float>(pixel.y)).outside));
   }
-  return most;
+  return covered;
 }
 
 void Tools::draw(Canvas &canvas) const {

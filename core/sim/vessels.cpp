@@ -40,8 +40,8 @@ void draw_vessels(NoiseField &field, const VesselOptions &options, std::uint64_t
     todo.push_back({random.uniform(0, field.side()), random.uniform(0, field.side()), random.uniform(),
                     options.width * random.uniform(0.7, 1.15), options.length * random.uniform(0.7, 1.2)});
   }
-  constexpr std::size_t most = 20000;  // limits the number for any options
-  for (std::size_t next = 0; next < todo.size() && next < most; ++next) {
+  constexpr std::size_t max_vessels = 20000;  // limits the number for any options
+  for (std::size_t next = 0; next < todo.size() && next < max_vessels; ++next) {
     Vessel v = todo[next];
     const double chance = options.branches / std::max(v.length, 1.0);  // of a branch, per sample
     double turning = 0, along = 0;

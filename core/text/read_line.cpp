@@ -29,13 +29,13 @@ struct Member {
   std::string_view name;
   std::optional<element> value{};
 
-  /// A whole number from 0 to `most`; none if null or missing.
-  std::optional<std::int64_t> whole(std::int64_t most = max_whole) const {
+  /// A whole number from 0 to `largest`; none if null or missing.
+  std::optional<std::int64_t> whole(std::int64_t largest = max_whole) const {
     if (!value) return std::nullopt;
     std::int64_t number = 0;
-    if (value->get(number) == simdjson::SUCCESS && number >= 0 && number <= most) return number;
-    const bool too_large = most < max_whole || value->is_uint64();
-    refuse(name, "is no whole number from 0" + (too_large ? " to " + std::to_string(most) : ""));
+    if (value->get(number) == simdjson::SUCCESS && number >= 0 && number <= largest) return number;
+    const bool too_large = largest < max_whole || value->is_uint64();
+    refuse(name, "is no whole number from 0" + (too_large ? " to " + std::to_string(largest) : ""));
   }
   double number() const {
     double number = 0;

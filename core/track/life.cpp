@@ -7,8 +7,8 @@
 namespace csd {
 namespace {
 
-constexpr std::int64_t occluded_for = second;  // DESIGN: hidden for longer is lost
-constexpr double max_hidden = 0.499;           // of unclaimed features; stays below .5 with three decimals
+constexpr std::int64_t occluded_for = second;  // a feature that is hidden for longer is lost
+constexpr double max_hidden = 0.499;  // highest confidence without a claim: rounds to less than .5 in three decimals
 
 }  // namespace
 

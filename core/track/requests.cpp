@@ -33,12 +33,13 @@ bool Requests::remove(FeatureId id) {
 FeatureId Requests::remove_nearest(cv::Point2d position) {
   const std::lock_guard lock(mutex_);
   auto nearest = no_feature;
-  double least = std::numeric_limits<double>::infinity();
+  double nearest_distance = std::numeric_limits<double>::infinity();
   for (const auto &k : known_) {
     const double distance = std::hypot(k.position.x - position.x, k.position.y - position.y);
-    if (!k.in_picture || distance >= least || std::find(removed_.begin(), removed_.end(), k.id) != removed_.end())
+    if (!k.in_picture || distance >= nearest_distance ||
+        std::find(removed_.begin(), removed_.end(), k.id) != removed_.end())
       continue;
-    least = distance;
+    nearest_distance = distance;
     nearest = k.id;
   }
   if (nearest != no_feature) removed_.push_back(nearest);

@@ -216,12 +216,12 @@ void RowUnpacker::read(int row, int first, int n, const std::array<std::uint8_t 
   MappedLines::Room room;
   const MappedLines::Line line = frame_lines_.line(lines, lines_[0].first + luma_row * lines_[0].step, false, room);
   const int sub_x = sub_x_[k], begin = (x_ >> sub_x) + first;
-  const int most = grain_ > 0 ? std::max(1, (block - grain_) >> sub_x) : n;
-  for (int done = 0; done < n; done += most) {
+  const int at_once = grain_ > 0 ? std::max(1, (block - grain_) >> sub_x) : n;
+  for (int done = 0; done < n; done += at_once) {
     std::array<std::uint8_t *, 3> to = out;
     for (auto &o : to)
       if (o) o += done;
-    read_part(line, (begin + done) << sub_x, std::min(most, n - done), sub_x, to);
+    read_part(line, (begin + done) << sub_x, std::min(at_once, n - done), sub_x, to);
   }
 }
 

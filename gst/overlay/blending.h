@@ -28,9 +28,9 @@ constexpr int fraction = 16;
 /// The grid of a component of the frame, and its samples' range.
 struct Grid {
   int sub_x = 0, sub_y = 0;
-  unsigned most = 255;  ///< maximum of a sample
-  unsigned one = 255;   ///< 8-bit 255 in the sample's depth
-  bool fields = false;  ///< chroma lines alternate between the fields
+  unsigned largest = 255;  ///< maximum of a sample
+  unsigned one = 255;      ///< 8-bit 255 in the sample's depth
+  bool fields = false;     ///< chroma lines alternate between the fields
 
   /// The component line for frame line `y`.
   int line_of(int y) const {
@@ -70,7 +70,7 @@ void blend_line(const Row &row, const Grid &grid, const NativeSprite &sprite, st
     value[static_cast<std::size_t>(n)] = sprite.value[component].data() + (y - at.y) * sprite.width;
   }
   if (begin >= end) return;
-  const unsigned most = grid.most, one = grid.one;  // local, because written bytes might alias the grid
+  const unsigned largest = grid.largest, one = grid.one;  // local, because written bytes might alias the grid
   for (int column = begin >> sub_x; column <= (end - 1) >> sub_x; ++column) {
     unsigned a = 0, v = 0;
     for (std::size_t n = 0; n < down; ++n) {
@@ -86,7 +86,7 @@ void blend_line(const Row &row, const Grid &grid, const NativeSprite &sprite, st
     // old·(1 − a) + v, rounded, with v's 16ths and the pixels per sample divided out.
     const unsigned old = row.get(column) * (whole - a) * fraction;
     const unsigned sum = old + v * one;
-    row.set(column, std::min((sum + whole * fraction / 2) / (whole * fraction), most));
+    row.set(column, std::min((sum + whole * fraction / 2) / (whole * fraction), largest));
   }
 }
 

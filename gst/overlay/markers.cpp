@@ -89,8 +89,8 @@ Markers::Glyph Markers::draw(cv::Size size, int stroke,
 }
 
 Markers::Markers(int lines) : lines_(std::max(1, lines)) {
-  const auto part = [this](double lines_per_pixel, int least) {
-    return std::max(least, static_cast<int>(std::lround(lines_ / lines_per_pixel)));
+  const auto part = [this](double lines_per_pixel, int least_pixels) {
+    return std::max(least_pixels, static_cast<int>(std::lround(lines_ / lines_per_pixel)));
   };
   radius_ = part(80, 4);
   halo_ = part(600, 1);

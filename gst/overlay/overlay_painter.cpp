@@ -50,7 +50,7 @@ NativeSprite to_native(const Sprite &sprite, const FrameView &view) {
 struct ByteRow {
   guint8 *line;
   int pixel_stride, shift;
-  unsigned most;
+  unsigned largest;
   unsigned get(int x) const { return line[x * pixel_stride]; }
   void set(int x, unsigned v) const { line[x * pixel_stride] = static_cast<guint8>(v); }
 };
@@ -70,10 +70,10 @@ void write_word(guint8 *to, Word word) {
     to[i] = static_cast<guint8>(word >> (8 * (big_endian ? sizeof word - 1 - i : i)));
 }
 
-/// Writes `v` to the bits of `most`, from bit `shift` on, and nothing else.
+/// Writes `v` to the bits of `largest`, from bit `shift` on, and nothing else.
 template <typename Word, bool big_endian = false>
-void write_bits(guint8 *at, int shift, unsigned most, unsigned v) {
-  const auto rest = static_cast<Word>(read_word<Word, big_endian>(at) & ~(static_cast<Word>(most) << shift));
+void write_bits(guint8 *at, int shift, unsigned largest, unsigned v) {
+  const auto rest = static_cast<Word>(read_word<Word, big_endian>(at) & ~(static_cast<Word>(largest) << shift));
   write_word<Word, big_endian>(at, static_cast<Word>(rest | static_cast<Word>(v) << shift));
 }
 
@@ -81,14 +81,14 @@ template <typename Word, bool big_endian>
 struct WordRow {
   guint8 *line;
   int pixel_stride, shift;
-  unsigned most;
-  unsigned get(int x) const { return read_word<Word, big_endian>(line + x * pixel_stride) >> shift & most; }
+  unsigned largest;
+  unsigned get(int x) const { return read_word<Word, big_endian>(line + x * pixel_stride) >> shift & largest; }
   void set(int x, unsigned v) const {
     guint8 *at = line + x * pixel_stride;
     if constexpr (sizeof(Word) == 2)
       write_word<Word, big_endian>(at, static_cast<Word>(v << shift));  // the word holds only one sample
     else
-      write_bits<Word, big_endian>(at, shift, most, v);
+      write_bits<Word, big_endian>(at, shift, largest, v);
   }
 };
 
@@ -96,10 +96,10 @@ struct WordRow {
 struct Gray10Row {
   guint8 *line;
   int pixel_stride, shift;
-  unsigned most;
+  unsigned largest;
   guint8 *word(int x) const { return line + x / 3 * 4; }
-  unsigned get(int x) const { return read_word<guint32>(word(x)) >> (10 * (x % 3)) & most; }
-  void set(int x, unsigned v) const { write_bits<guint32>(word(x), 10 * (x % 3), most, v); }
+  unsigned get(int x) const { return read_word<guint32>(word(x)) >> (10 * (x % 3)) & largest; }
+  void set(int x, unsigned v) const { write_bits<guint32>(word(x), 10 * (x % 3), largest, v); }
 };
 
 /// v210: six pixels are 12 samples of that kind: U0 Y0 V0 Y1 U1 Y2 V1 Y3 U2 Y4 V2 Y5.
@@ -107,13 +107,13 @@ template <int component>
 struct V210Row {
   guint8 *line;
   int pixel_stride, shift;
-  unsigned most;
+  unsigned largest;
   static constexpr int per_group = component == 0 ? 6 : 3;
   static int position(int x) {
     const int in_group = x % per_group;
     return x / per_group * 12 + (component == 0 ? 2 * in_group + 1 : 4 * in_group + (component == 1 ? 0 : 2));
   }
-  Gray10Row all() const { return {line, pixel_stride, shift, most}; }
+  Gray10Row all() const { return {line, pixel_stride, shift, largest}; }
   unsigned get(int x) const { return all().get(position(x)); }
   void set(int x, unsigned v) const { all().set(position(x), v); }
 };
@@ -134,7 +134,7 @@ void blend(const Target &target, const NativeSprite &sprite, std::size_t compone
   const int beyond = target.fields && target.sub_y ? 1 : 0;
   for (int line = std::max(0, first - beyond); line <= last + beyond; ++line) {
     if (!has_line(*target.frame, static_cast<guint>(component), line)) break;
-    const Row row{target.data + line * target.stride, target.pixel_stride, target.place.shift, target.most};
+    const Row row{target.data + line * target.stride, target.pixel_stride, target.place.shift, target.largest};
     blend_line(row, target, sprite, component, line, at);
   }
 }
@@ -151,8 +151,8 @@ void blend(GstVideoFrame &frame, const NativeSprite &sprite, const Placement &at
     t.data = static_cast<guint8 *>(GST_VIDEO_FRAME_PLANE_DATA(&frame, plane)) + t.place.offset;
     t.stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, plane);
     t.pixel_stride = format.pixel_stride[c];
-    t.most = (1u << depth) - 1;
-    t.one = c == 3 || GST_VIDEO_FORMAT_INFO_IS_RGB(&format) ? t.most : 255u << (depth - 8);
+    t.largest = (1u << depth) - 1;
+    t.one = c == 3 || GST_VIDEO_FORMAT_INFO_IS_RGB(&format) ? t.largest : 255u << (depth - 8);
     t.sub_x = static_cast<int>(format.w_sub[c]);
     t.sub_y = static_cast<int>(format.h_sub[c]);
     t.fields = frame_fields(frame) != Fields::progressive;

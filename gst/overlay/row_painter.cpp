@@ -81,8 +81,8 @@ class RowPainter {
     for (guint c = 0; c < format_.n_components; ++c) {
       Grid &g = grids_[c];
       g.sub_x = static_cast<int>(format_.w_sub[c]), g.sub_y = static_cast<int>(format_.h_sub[c]);
-      g.most = deep_ ? 65535 : 255;
-      g.one = c == 3 || GST_VIDEO_FORMAT_INFO_IS_RGB(&format_) ? g.most : deep_ ? 255u << 8 : 255u;
+      g.largest = deep_ ? 65535 : 255;
+      g.one = c == 3 || GST_VIDEO_FORMAT_INFO_IS_RGB(&format_) ? g.largest : deep_ ? 255u << 8 : 255u;
       g.fields = fields;
     }
   }

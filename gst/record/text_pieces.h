@@ -25,8 +25,8 @@ inline bool goes_on(std::string_view text) {
   return text.ends_with(',');
 }
 
-/// Splits a line of append_json() into as few pieces as possible, of at most `most` bytes, unless a single feature, or
-/// the part before the features, is longer. The pieces point into the line.
-std::vector<std::string_view> text_pieces(std::string_view line, std::size_t most = max_piece_bytes);
+/// Splits a line of append_json() into as few pieces as possible, of at most `most_bytes` bytes, unless a single
+/// feature, or the part before the features, is longer. The pieces point into the line.
+std::vector<std::string_view> text_pieces(std::string_view line, std::size_t most_bytes = max_piece_bytes);
 
 }  // namespace csd

@@ -36,8 +36,8 @@ struct Failure {
 Failure describe_current_exception() noexcept;
 
 /// Runs `body` and returns its exception, or nothing on success. Every function called from C code must use it, because
-/// an exception that unwinds through C ends the process. The creation of an element isn't guarded:
-/// without memory GLib aborts anyway.
+/// an exception that unwinds through C ends the process. Only the creation of an element is not guarded:
+/// without memory GLib ends the process there anyway.
 template <typename Body>
 std::optional<Failure> guarded(Body &&body) noexcept {
   try {

@@ -10,6 +10,7 @@ from pipelines.experiments import figures, page
 from pipelines.experiments.reach import GOALS
 from pipelines.experiments.results import Results, Row, both, figure, first
 from pipelines.experiments.tissue import KINDS
+from pipelines.lib.failure import Failure
 
 # Short names of scenes, for the plots.
 SHORT = {
@@ -55,6 +56,13 @@ def share_reached(rows: list[Row]) -> str:
     return f"{sum('**reached**' in row[''] for row in rows)} of {len(rows)}"
 
 
+def extremes(rows: list[Row], column: str, part: int) -> tuple[tuple[str, str], tuple[str, str]]:
+    """The lowest and the highest of a column's two figures, each with its scene."""
+    found = sorted(((row[column].split(",")[0].split(" / ")[part], row["scene"]) for row in rows),
+                   key=lambda pair: float(pair[0]))
+    return found[0], found[-1]
+
+
 def categories(titles: Iterable[str]) -> str:
     """gnuplot's settings for names below the axis in place of numbers."""
     names = [SHORT.get(title, title) for title in titles]
@@ -88,6 +96,48 @@ class Evaluation:
         return page.table(["tissue", "scene", REACH, "`csd`: sensitivity / K", "worst tissue",
                            "missed"], rows)
 
+    def worst_in_words(self) -> str:
+        """What machines.md says of real tissue."""
+        def between(column: str, part: int) -> str:
+            (low, lowest_scene), (high, highest_scene) = extremes(self.scenes, column, part)
+            return f"from {low} ({lowest_scene}) to {high} ({highest_scene})"
+
+        pictures = {row["tissues"] for row in self.scenes}
+        if len(pictures) != 1:
+            raise Failure(f"{self.tissue.path}: the scenes differ in their number of tissues")
+        worst = "of the picture that is worst in all"
+        return page.bullets((
+            f"**Real tissue**: {pictures.pop()} pictures of it, moved by the simulator, "
+            "so that the truth is known, and compressed as by a recorder "
+            "([tissue.md](results/tissue.md)).",
+            f"**Found**, of the visible points: {between(FOUND, 0)}; {worst} "
+            f"{between('worst tissue', 0)}.",
+            "**Wrong**, of the claims, by more than 5 pixels or of a hidden point: "
+            f"{between(FOUND, 1)}; {worst} {between('worst tissue', 1)}."
+        ))
+
+    def real_in_words(self) -> str:
+        """The ranges on real tissue, in short."""
+        found, wrong = (
+            " to ".join(f"{float(value):.{digits}f}".lstrip("0")
+                        for value, _ in extremes(self.scenes, FOUND, part))
+            for part, digits in ((0, 2), (1, 3)))
+        return ("On pictures of real tissue that the simulator moves it finds "
+                f"{found} of the visible points, depending on the scene, and {wrong} of its claims "
+                "are wrong.")
+
+    def of_clips(self) -> tuple[list[Row], list[Row]]:
+        """Clips as textures, and clips forward and backward, with their goals."""
+        return (self.clips_of_beyond.rows(["scenario", "the paper's CSD in vivo"]),
+                self.clips_of_beyond.rows(["clip", "features"]))
+
+    def goals_in_words(self) -> str:
+        textures, palindromes = self.of_clips()
+        return ("The goals set before the measurement are reached in "
+                f"{share_reached(self.scenarios)} scenarios of simulated tissue, and in "
+                f"{share_reached([*self.scenes, *textures, *palindromes])} scenes and clips of "
+                "real tissue.")
+
     def rivals(self) -> dict[str, list[tuple[float, float]]]:
         """δavg and AJ of each scenario, by tracker; csd's where all features were tracked."""
         found: dict[str, list[tuple[float, float]]] = {}
@@ -117,28 +167,38 @@ class Evaluation:
                     (in_vivo.get(row["tracker"], "–"), both(row["sensitivity"], row["K"])))
         return found
 
-    def trackers_table(self) -> str:
-        rivals, paper = self.rivals(), self.of_the_paper()
+    def means_beside(self) -> dict[str, str]:
+        """δavg / AJ over all scenarios, by tracker, in the order of AJ."""
+        rivals = self.rivals()
         by_aj = sorted(rivals, key=lambda name: -statistics.fmean(aj for _, aj in rivals[name]))
+        return {
+            name: " / ".join(f"{statistics.fmean(found):.3f}" for found in zip(*rivals[name]))
+            for name in by_aj
+        }
+
+    def trackers_table(self) -> str:
+        beside, paper = self.means_beside(), self.of_the_paper()
         rows = []
-        for name in [*by_aj, *(name for name in paper if name not in rivals)]:
-            here = "–"
-            if name in rivals:
-                here = " / ".join(f"{statistics.fmean(found):.3f}" for found in zip(*rivals[name]))
+        for name in [*beside, *(name for name in paper if name not in beside)]:
             of_paper = paper.get(name, [("–", "–")] * 3)
-            rows.append([f"`{name}`", here, *(cell for pair in of_paper for cell in pair)])
+            rows.append([f"`{name}`", beside.get(name, "–"),
+                         *(cell for pair in of_paper for cell in pair)])
         classes = [
             f"{title}{of}" for title in ("deformation", "occlusion", "scale, rotation, smoke")
             for of in (": the paper", ", here")
         ]
         return page.table(["tracker", "δavg / AJ", *classes], rows)
 
-    def reached(self) -> str:
-        """How many goals are reached, in words."""
-        of_clips = self.clips_of_beyond.rows(["scenario", "the paper's CSD in vivo"])
-        palindromes = self.clips_of_beyond.rows(["clip", "features"])
+    def beside_in_words(self) -> str:
         pairs, = self.beyond.groups(r"^In (\d+ of \d+) pairs of scenario and rival csd is above")
         below = sum("below" in row["csd is"] for rows in self.beside for row in rows)
+        return (f"In {pairs} pairs of scenario and rival `csd` is above in δavg, AJ and OA "
+                f"(p < {GOALS['p']:g}), or equal; in {below or 'no'} pair{'s' * (below > 1)} is it "
+                "below in any of them.")
+
+    def reached(self) -> str:
+        """How many goals are reached, in words."""
+        textures, palindromes = self.of_clips()
         ece, ece_goal = self.beyond.groups(
             r"^Expected calibration error .*: ([\d.]+); to reach: ECE ≤ ([\d.]+); ")
         claims = [row["here"].strip("*† ") for row in self.paper.rows(["", "the paper finds"])]
@@ -148,14 +208,12 @@ class Evaluation:
             f"{results.path.name} {results.commit()}"
             for results in (self.beyond, self.clips_of_beyond, self.tissue, self.paper)
         ]
-        return "".join(f"* {line}\n" for line in (
+        return page.bullets((
             f"Reached on simulated tissue: {share_reached(self.scenarios)} scenarios; "
             f"on pictures of real tissue: {share_reached(self.scenes)} scenes; "
-            f"on clips as textures: {share_reached(of_clips)} scenes; "
+            f"on clips as textures: {share_reached(textures)} scenes; "
             f"of clips forward and backward: {share_reached(palindromes)}.",
-            f"In {pairs} pairs of scenario and rival `csd` is above in δavg, AJ and OA "
-            f"(p < {GOALS['p']:g}), or equal; in {below or 'no'} pair{'s' * (below > 1)} is it "
-            "below in any of them.",
+            self.beside_in_words(),
             f"The expected calibration error of `confidence` is {ece}; {ece_goal} was to be "
             "reached.",
             f"Of {len(claims)} statements that the paper makes of its trackers, {hold} hold here, "
@@ -163,20 +221,28 @@ class Evaluation:
             f"Measured at: {', '.join(commits)}."
         ))
 
+    def by_clip(self) -> dict[str, dict[str, str]]:
+        """claimed / apart by clip and tracker; the means come last."""
+        found: dict[str, dict[str, str]] = {}
+        for row in self.clips.rows(["tracks", "tracker"], "\n## Palindromes\n"):
+            cell = f"{row['claimed']} / {row['> 5 px apart']}"
+            found.setdefault(row["tracks"].split("/")[0], {})[row["tracker"]] = cell
+        return found
+
+    def means_of_clips(self) -> dict[str, str]:
+        """claimed / apart over all clips, by tracker."""
+        means, = (cells for clip, cells in self.by_clip().items() if clip.startswith("mean"))
+        return means
+
     def clips_table(self) -> str:
         """The table of own-video.md."""
-        by_clip: dict[str, dict[str, str]] = {}
-        for row in self.clips.rows(["tracks", "tracker"], "\n## Palindromes\n"):
-            clip = row["tracks"].split("/")[0]
-            cell = f"{row['claimed']} / {row['> 5 px apart']}"
-            by_clip.setdefault(clip, {})[row["tracker"]] = cell
         by_truth = {
             row["tracker"]: both(row["sensitivity"], row["1 − precision"])
             for row in self.clips.rows(["tracker", "sensitivity"])
         }
         rows = [["beads, by their truth: sensitivity / K", *by_truth.values()]]
         rows += [[f"{clip}: claimed / apart", *(cells[tracker] for tracker in by_truth)]
-                 for clip, cells in by_clip.items()]
+                 for clip, cells in self.by_clip().items()]
         return page.table(["", *(f"`{tracker}`" for tracker in by_truth)], rows)
 
     def draw(self, path: pathlib.Path) -> None:

@@ -6,6 +6,7 @@ import os
 import pathlib
 import re
 import shutil
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 
 from pipelines.experiments import builds
@@ -13,6 +14,7 @@ from pipelines.lib.failure import Failure
 
 RESULTS = builds.ROOT / "docs" / "results"
 WIDEST = 10  # columns of a table; more don't fit a screen
+WIDTH = 120  # characters of a line of text
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]], keys: int = 1) -> str:
@@ -29,6 +31,16 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], keys: int = 1) -
         cells = [f"| {' | '.join(line)} |" for line in (head, *body)]
         tables.append("\n".join([cells[0], rule, *cells[1:], ""]))
     return "\n".join(tables)
+
+
+def wrapped(text: str, first: str = "") -> str:
+    """A paragraph; `first` stands before its first line, and the others are indented as far."""
+    return textwrap.fill(text, WIDTH, initial_indent=first, subsequent_indent=" " * len(first),
+                         break_long_words=False, break_on_hyphens=False) + "\n"
+
+
+def bullets(lines: Iterable[str]) -> str:
+    return "".join(wrapped(line, "* ") for line in lines)
 
 
 def write(path: pathlib.Path, title: str, about: str, command: str, versions: Mapping[str, str],

@@ -9,6 +9,9 @@ from pipelines.experiments import figures, page
 from pipelines.experiments.results import Results
 from pipelines.lib.failure import Failure
 
+# What Highway's targets are commonly called.
+SIMD = {"AVX3": "AVX-512", "AVX2": "AVX2", "SSE4": "SSE 4", "SCALAR": "none"}
+SIMULATED = ("cavity-mucosa", "grasp-charred")  # among the clips
 SIZES = ("640x480", "1920x1080")  # of the plots by the number of features
 P50, P95 = ("p50", "dt 1 lw 2 lc rgb '#762a83'"), ("p95", "dt 2 lw 1.5 lc rgb '#762a83'")
 # Rivals: what they are called here, and in the benchmark peer_frame.
@@ -59,12 +62,25 @@ class Performance:
             for at, features, *values in self.lines("csd by the number of features") if at == size
         }
 
-    def cost_table(self) -> str:
+    def cost(self) -> dict[tuple[str, int], list[str]]:
+        """p50 / p95 of csd, csd-2012, lk and PyrLK, by size and number of features."""
         found = {}
         for size, kind, features, *values in self.lines("ms a frame on the streaming thread"):
             if kind == "I420":
                 pairs = [" / ".join(values[i:i + 2]) for i in range(0, len(values), 2)]
                 found[size, int(features)] = pairs
+        return found
+
+    def milliseconds(self) -> dict[str, str]:
+        """A frame's median cost at 640×480, by tracker: 100 points, but 10 of CSRT."""
+        medians = (cell.split(" / ")[0] for cell in self.cost()["640x480", 100])
+        csrt = self.microseconds("peer_frame/csrt/10") * 10 / 1000
+        return dict(zip(("csd", "csd-2012", "lk"), medians)) | {
+            "csrt": f"{csrt:.0f} (10 points)"
+        }
+
+    def cost_table(self) -> str:
+        found = self.cost()
         rows = []
         for size in dict.fromkeys(size for size, _ in found):
             many = self.growth(size).get(1000)
@@ -123,7 +139,7 @@ class Performance:
         memory = self.growth("640x480")
         minutes = self.lines("csd over time")
         kilobytes = 1000 * (float(memory[1000][2]) - float(memory[100][2])) / 900
-        return "".join(f"* {line}\n" for line in (
+        return page.bullets((
             f"**Machine**: {machine}; csdtrack {self.bench.commit()}.",
             f"**A feature in a frame** takes {few:.0f} µs with 100 features and {many:.1f} µs with "
             f"1000. Others take, in µs: {', '.join(peers)}.",
@@ -139,6 +155,35 @@ class Performance:
             f"**Over time**: {minutes[0][1]} ms a frame in minute {minutes[0][0]}, "
             f"{minutes[-1][1]} in minute {minutes[-1][0]} (100 features)."
         ))
+
+    def machine(self) -> str:
+        """What machines.md says of `csd`."""
+        fastest, *_, slowest = clips = self.real_clips()
+        first = [float(cells[9]) for cells in clips]
+        steps = [f"{float(time):.1f} with {SIMD[name]}" for name, time in re.findall(
+            r"^fine_pass/(\w+) .* ([\d.]+)us$", self.bench.text, re.M) if name in SIMD]
+        return page.bullets((
+            f"**A frame** of a real clip with some 50 points takes, in one thread, {fastest[6]} ms "
+            f"in the median ({fastest[0]}, {times(fastest[1])}) to {slowest[6]} ms ({slowest[0]}, "
+            f"{times(slowest[1])}); the 95th percentile is {slowest[7]} ms there. The first frame, "
+            f"which detects the points, takes {min(first):.0f} to {max(first):.0f} ms "
+            "([clips](performance.md#real-clips)).",
+            "**On a texture**, points and pixels cost little: "
+            f"1000 points {self.growth('1920x1080')[1000][0]} ms "
+            f"at 1920×1080; 100 points {self.cost()['3840x2160', 100][0].split(' / ')[0]} ms at "
+            "3840×2160 ([texture](performance.md#a-swaying-texture)).",
+            f"**Vector instructions**: the fine alignment of a point takes, in µs, "
+            f"{', '.join(steps)} ([benchmarks.md](results/benchmarks.md), `align`)."
+        ))
+
+    def real_clips(self) -> list[list[str]]:
+        """The cells of each, in the order of their medians."""
+        return sorted((cells for cells in self.lines("== clips") if cells[0] not in SIMULATED),
+                      key=lambda cells: float(cells[6]))
+
+    def clips_in_words(self) -> str:
+        fastest, *_, slowest = (f"{float(cells[6]):.0f}" for cells in self.real_clips())
+        return f"On real clips `csd` takes {fastest} to {slowest} ms with some 50 points."
 
     def draw(self, path: pathlib.Path) -> None:
         panels = [

@@ -49,8 +49,8 @@ def description(sequence: Sequence, seed: int, folder: pathlib.Path,
         f"csdtrackenc role=truth ! {to_file(folder / 'truth.jsonl')}",
         f"y4menc ! {to_file(folder / 'video.y4m')}",
     ]
-    # content-area=full: all of the simulated picture is tissue. n-threads=1: the other core has
-    # another run.
+    # All of the simulated picture is tissue: content-area=full. Each run has one core, so
+    # n-threads=1.
     branches += [
         f"csdtrack name={name} algorithm={name} points=truth learning=sync n-threads=1 "
         "content-area=full post-messages=none ! "

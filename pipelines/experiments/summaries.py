@@ -1,32 +1,34 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What docs/evaluation.md, performance.md and own-video.md repeat of docs/results/, and where."""
+"""What README and pages of docs/ repeat of docs/results/, and where."""
 
 import pathlib
 from collections.abc import Callable, Mapping
 
-from pipelines.experiments import builds, page
+from pipelines.experiments import builds, page, readme_summary
 from pipelines.experiments.evaluation_summary import Evaluation
 from pipelines.experiments.performance_summary import Performance
-
-DOCS = builds.ROOT / "docs"
 
 Blocks = Mapping[str, str]  # text between marks, by the name of the marks
 Plots = Mapping[str, Callable[[pathlib.Path], None]]  # what draws each file
 
 
 def pages(folder: pathlib.Path = page.RESULTS) -> list[tuple[str, Blocks, Plots]]:
-    """The blocks and plots of each page of docs/."""
+    """The blocks and plots of each page."""
     evaluation, performance = Evaluation(folder), Performance(folder)
     return [
-        ("evaluation.md", {
+        ("README.md", {"trackers": readme_summary.trackers(evaluation, performance)}, {}),
+        ("docs/evaluation.md", {
             "scenes": evaluation.scenes_table(), "trackers": evaluation.trackers_table(),
             "reached": evaluation.reached()
-        }, {"evaluation/scenes.svg": evaluation.draw}),
-        ("performance.md", {
+        }, {"docs/evaluation/scenes.svg": evaluation.draw}),
+        ("docs/performance.md", {
             "cost": performance.cost_table(), "clips": performance.clips_table(),
             "rest": performance.rest()
-        }, {"performance/growth.svg": performance.draw}),
-        ("own-video.md", {"clips": evaluation.clips_table()}, {}),
+        }, {"docs/performance/growth.svg": performance.draw}),
+        ("docs/machines.md", {
+            "machine": performance.machine(), "video": evaluation.worst_in_words()
+        }, {}),
+        ("docs/own-video.md", {"clips": evaluation.clips_table()}, {}),
     ]
 
 
@@ -40,14 +42,14 @@ def filled(text: str, blocks: Blocks, path: pathlib.Path | str) -> str:
     return text
 
 
-def write(docs: pathlib.Path = DOCS) -> list[pathlib.Path]:
-    """Writes the summaries in docs/ from its results, all of them or none. Returns the paths."""
-    made = pages(docs / "results")
+def write(root: pathlib.Path = builds.ROOT) -> list[pathlib.Path]:
+    """Writes the summaries from docs/results/, all of them or none. Returns the paths."""
+    made = pages(root / "docs" / "results")
     texts = {
-        docs / name: filled((docs / name).read_text(), blocks, docs / name)
+        root / name: filled((root / name).read_text(), blocks, root / name)
         for name, blocks, _ in made
     }
-    plots = {docs / plot: draw for *_, drawn in made for plot, draw in drawn.items()}
+    plots = {root / plot: draw for *_, drawn in made for plot, draw in drawn.items()}
     for plot, draw in plots.items():
         plot.parent.mkdir(exist_ok=True)
         draw(plot)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Writes the tables and plots of docs/evaluation.md, performance.md and own-video.md."""
+"""Writes what README and pages of docs/ repeat of docs/results/."""
 
 import argparse
 import sys

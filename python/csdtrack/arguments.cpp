@@ -15,8 +15,8 @@ namespace {
 constexpr std::int64_t any_time = INT64_MAX;
 const char *const time_advice = ": give whole nanoseconds, round(seconds * 1e9)";
 
-std::string range_text(std::int64_t least, std::int64_t most) {
-  return std::to_string(least) + "…" + (most == any_time ? "2^63-1" : std::to_string(most));
+std::string range_text(std::int64_t lowest, std::int64_t highest) {
+  return std::to_string(lowest) + "…" + (highest == any_time ? "2^63-1" : std::to_string(highest));
 }
 
 }  // namespace
@@ -29,7 +29,7 @@ std::string type_of(py::handle value) {
   return py::cast<std::string>(py::type::handle_of(value).attr("__name__"));
 }
 
-std::int64_t whole(py::handle value, const std::string &name, std::int64_t least, std::int64_t most,
+std::int64_t whole(py::handle value, const std::string &name, std::int64_t lowest, std::int64_t highest,
                    const std::string &advice) {
   if (!PyIndex_Check(value.ptr()) || PyBool_Check(value.ptr()))
     throw py::type_error(name + " is a " + type_of(value) + ", not an int" + advice);
@@ -37,8 +37,8 @@ std::int64_t whole(py::handle value, const std::string &name, std::int64_t least
   if (!number) throw py::error_already_set();
   int overflow = 0;
   const std::int64_t result = PyLong_AsLongLongAndOverflow(number.ptr(), &overflow);
-  if (overflow != 0 || result < least || result > most)
-    throw py::value_error(name + "=" + text_of(number) + " is not in " + range_text(least, most) + advice);
+  if (overflow != 0 || result < lowest || result > highest)
+    throw py::value_error(name + "=" + text_of(number) + " is not in " + range_text(lowest, highest) + advice);
   return result;
 }
 

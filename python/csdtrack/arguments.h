@@ -19,7 +19,7 @@ std::string text_of(pybind11::handle value);  ///< repr()
 std::string type_of(pybind11::handle value);  ///< the name of its type
 
 /// A whole number within bounds: an int or a numpy integer, not a bool or a float. `advice` ends the error's text.
-std::int64_t whole(pybind11::handle value, const std::string &name, std::int64_t least, std::int64_t most,
+std::int64_t whole(pybind11::handle value, const std::string &name, std::int64_t lowest, std::int64_t highest,
                    const std::string &advice = "");
 /// The same for uint64, without further bounds.
 std::uint64_t whole_seed(pybind11::handle value);

@@ -228,8 +228,8 @@ PyTracker *make_tracker(const py::object &algorithm, const py::object &order, co
                         const py::object &region, const py::object &content_area, const py::object &patch_size,
                         const py::object &search_radius, const py::object &training_time, const py::object &learning,
                         const py::object &n_threads, const py::object &frame_budget, const py::object &seed) {
-  const auto small = [](py::handle value, const char *name, std::int64_t most) {
-    return static_cast<unsigned>(whole(value, name, 0, most));
+  const auto small = [](py::handle value, const char *name, std::int64_t highest) {
+    return static_cast<unsigned>(whole(value, name, 0, highest));
   };
   Settings s;
   s.algorithm = static_cast<AlgorithmKind>(choice(algorithm, "algorithm", words(algorithms, algorithm_word)));

@@ -14,7 +14,7 @@ from pipelines.lib.failure import Failure
 os.environ.update(builds.environment())
 from tests.bench.playing import Gst, play, refuse  # noqa: E402
 
-PAGE = ROOT / "docs" / "elements.md"
+PAGE = ROOT / "docs" / "results" / "formats.md"
 BEGIN, END = "<!-- written by tests/bench/formats --write -->", "<!-- end of formats -->"
 SCENE = "scenario=mixed style=heart seed=101"
 WIDTH, HEIGHT, FRAMES, TIMES = 1280, 720, 100, 3
@@ -49,11 +49,12 @@ def parse() -> argparse.Namespace:
 Renders csdsimsrc {SCENE} in {WIDTH}×{HEIGHT}, and plays it
 through csdtrack in each format. The times are those of csdtrack alone, without the conversion.
 Each is the lowest median of {TIMES} runs. Needs 200 MB in $TMPDIR and some two minutes.""")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/elements.md")
+    parser.add_argument("--write", action="store_true",
+                        help="put the table into docs/results/formats.md")
     parser.add_argument("--frames", type=int, metavar="N", help=f"instead of {FRAMES}")
     options = parser.parse_args()
     if options.write and options.frames:
-        parser.error("--write is for the table that docs/elements.md speaks of: no --frames")
+        parser.error("--write is for the table of docs/results/formats.md: no --frames")
     return options
 
 

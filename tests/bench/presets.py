@@ -18,7 +18,7 @@ from pipelines.lib.failure import Failure
 os.environ.update(builds.environment(), GST_PRESET_PATH=str(ROOT / "gst" / "presets"))
 from tests.bench.playing import Gst, play, refuse  # noqa: E402
 
-PAGE = ROOT / "docs" / "pipelines.md"
+PAGE = ROOT / "docs" / "results" / "presets.md"
 BEGIN, END = "<!-- written by tests/bench/presets --write -->", "<!-- end of presets -->"
 SCENE = "scenario=mixed style=heart seed=101"
 SIZES = ((1280, 720, 400), (1920, 1080, 200))  # width, height, frames; the first is scored
@@ -94,12 +94,12 @@ second through csdtrack without a preset and with each: once with its own detect
 what it costs, and once with as many points of the truth, which shows how good it is. Nothing else
 should run: presets with a frame budget do as much as time allows. Needs 2 GB in $TMPDIR and some
 ten minutes.""")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/pipelines.md")
+    parser.add_argument("--write", action="store_true", help="write docs/results/presets.md")
     parser.add_argument("--frames", type=int, metavar="N",
                         help=f"of each size ({', '.join(str(size[2]) for size in SIZES)})")
     options = parser.parse_args()
     if options.write and options.frames:
-        parser.error("--write is for the table that docs/pipelines.md speaks of: no --frames")
+        parser.error("--write is for the table of docs/results/presets.md: no --frames")
     return options
 
 

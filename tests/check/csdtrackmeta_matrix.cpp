@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 //
 // What becomes of the metadata downstream: it must be right or absent. Draws a white square where the metadata puts a
-// feature, and looks for it in the output. Each element is a row of a table in docs/elements.md, which must match the
+// feature, and looks for it in the output. Each is a row of docs/results/downstream.md, which must match the
 // measurement; `ninja -C build meta-matrix` writes it.
 #include <gst/video/video.h>
 
@@ -231,7 +231,7 @@ std::string line_of(const char *elements, const Arrived &a) {
 std::string page_path() {
   const char *here = g_getenv("CSDTRACK_CHECK_DIR");
   if (!here) g_error("CSDTRACK_CHECK_DIR isn't set");
-  return std::string(here) + "/../../docs/elements.md";
+  return std::string(here) + "/../../docs/results/downstream.md";
 }
 
 std::string read_page() {

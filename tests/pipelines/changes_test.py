@@ -149,7 +149,7 @@ class Changes(harness.Case):
 
     def test_hundreds_of_sizes_leave_nothing_behind(self):
         """In a process of its own, which measures its memory, descriptors and threads. 10⁴ changes
-        gave the same (docs/reliability.md)."""
+        gave the same (docs/results/long-runs.md)."""
         for elements in ("csdtrack max-features=10 overlay=draw ! csdtrackenc",
                          "csdtrack algorithm=csd-2012 max-features=2 ! csdtrackdec overlay=draw"):
             with self.subTest(elements):
@@ -204,7 +204,7 @@ class Changes(harness.Case):
             except harness.Hangs:
                 if "uridecodebin3" not in launch:
                     raise
-                print(f"hangs, begun once more: {launch}", file=sys.stderr)
+                print(f"hangs, started again: {launch}", file=sys.stderr)
                 return got(launch)
 
         for name, launch, frames in (

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Videos as other recorders and archives leave them: a line and a packet for each frame.
-strangers_test.py REPOSITORY BUILD. docs/reliability.md has the table of what was tried."""
+strangers_test.py REPOSITORY BUILD. docs/results/strangers.md has the table of what was tried."""
 
 import json
 import os

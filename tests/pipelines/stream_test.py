@@ -337,7 +337,7 @@ command.run("stream", stream.main)
         video = harness.encode(self.tmp / "numbers.mkv", (picture(n) for n in range(400)),
                                *harness.H264)
         _, url = self.stream("--set", "max-features=5", video)
-        # No caps filters on `in.`: two of them would race for its pads (docs/reliability.md).
+        # No caps filters on `in.`: two of them would race for its pads (docs/results/strangers.md).
         client = harness.Run(f"rtspsrc name=in location={url} protocols=tcp buffer-mode=none "
                              "latency=200 in. ! rtph264depay ! decodebin ! videoconvert ! "
                              "video/x-raw,format=RGB,width=320 ! "

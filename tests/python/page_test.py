@@ -47,7 +47,7 @@ class Page(harness.Case):
         harness.launch(*LINES[name].split()[1:], cwd=self.tmp).check_returncode()
 
     def test_all_blocks_are_tested(self):
-        self.assertEqual(len(BLOCKS), 6)
+        self.assertEqual(len(BLOCKS), 7)
 
     @needs("pandas")
     def test_every_frame_of_a_video(self):
@@ -71,8 +71,17 @@ class Page(harness.Case):
             self.assertLess(abs(x - x0 - at[n][0]), 0.3, row)
             self.assertLess(abs(y - y0 - at[n][1]), 0.3, row)
 
+    def test_the_shortest_program(self):
+        block, = (b for b in BLOCKS if "signal-handoffs" in b)
+        self.assertLessEqual(len(block.splitlines()), 14)
+        rows = [line.split() for line in self.run_block("signal-handoffs", self.video)]
+        self.assertEqual({int(row[0]) for row in rows}, set(range(FRAMES)))
+        for _frame, _id, x, y, state, confidence in rows:
+            self.assertTrue(-0.5 <= float(x) < 319.5 and -0.5 <= float(y) < 239.5)
+            self.assertEqual(float(confidence) >= 0.5, state in CLAIMS)
+
     def test_metadata(self):
-        rows = [line.split() for line in self.run_block("get_custom_meta", self.video)]
+        rows = [line.split() for line in self.run_block("pull-sample", self.video)]
         first = int(rows[0][0])  # mp4 begins where its first frame is shown
         self.assertEqual(sorted({int(row[0]) - first for row in rows}),
                          [i * FRAME for i in range(FRAMES)])
@@ -109,8 +118,10 @@ class Page(harness.Case):
                 self.assertGreater(len(rows), 10)
                 self.assertEqual(self.run_block("add_point(200, 60)", video)[-1],
                                  "2 ['learning']")
-                times = {int(row.split()[0]) for row in self.run_block("get_custom_meta", video)}
+                times = {int(row.split()[0]) for row in self.run_block("pull-sample", video)}
                 self.assertEqual(sorted(times), [i * FRAME for i in range(FRAMES)])
+                frames = {int(row.split()[0]) for row in self.run_block("signal-handoffs", video)}
+                self.assertEqual(frames, set(range(FRAMES)))
                 self.assertEqual(self.run_block("add_signal_watch", video)[-1], f"{FRAMES} frames")
                 shutil.copy(video, self.tmp / "in.mp4")
                 for name, mark in (("csv", "read_csv"), ("jsonl", "json_normalize")):
@@ -125,7 +136,7 @@ class Page(harness.Case):
             self.assertEqual(done.returncode, 1)
             # OpenCV prints warnings before it.
             self.assertRegex(done.stderr.splitlines()[-1], "^can't read .*missing.mkv$")
-        for mark in ("get_custom_meta", "add_signal_watch"):
+        for mark in ("signal-handoffs", "pull-sample", "add_signal_watch"):
             block, = (b for b in BLOCKS if mark in b)
             done = subprocess.run([sys.executable, "-c", block, __file__], capture_output=True,
                                   text=True, timeout=TIMEOUT)
@@ -140,9 +151,9 @@ class Page(harness.Case):
         rows = [[float(word) for word in line.split()] for line in lines[2:] if line != "..."]
         self.assertGreaterEqual(len(rows), 10)
         moved = [x for x, _ in (self.scene.motion(t) for t in range(FRAMES))]
-        for _id, count, least, most in rows:
+        for _id, count, lowest, highest in rows:
             if count == FRAMES:
-                self.assertAlmostEqual(most - least, max(moved) - min(moved), delta=1)
+                self.assertAlmostEqual(highest - lowest, max(moved) - min(moved), delta=1)
 
     @needs("pandas")
     def test_json_lines(self):

@@ -138,16 +138,16 @@ std::array<double, 49> colour_scores_of_pairs(const ColourPatches &patches, Rand
   return scores_by(patches, pairs, [&](ColourSpace space, int bits) {
     // The bin of each difference. Those within tissue are small: the bins cover ±64, and the outermost ones everything
     // beyond.
-    const int span = space.span(), most = 255 * span;
+    const int span = space.span(), largest = 255 * span;
     std::array<std::uint8_t, 2 * 255 * max_span + 1> bin{};
-    for (int f = -most; f <= most; ++f) {
+    for (int f = -largest; f <= largest; ++f) {
       const int value = std::clamp(f / span + 64, 0, 127);
-      bin[static_cast<std::size_t>(f + most)] = static_cast<std::uint8_t>((value << bits) >> 7);
+      bin[static_cast<std::size_t>(f + largest)] = static_cast<std::uint8_t>((value << bits) >> 7);
     }
-    return [&, space, most, bin](std::size_t i, auto fall) {
+    return [&, space, largest, bin](std::size_t i, auto fall) {
       const std::int16_t *d = differences.data() + i * pairs * 3;
       for (std::size_t k = 0; k < pairs; ++k, d += 3)
-        fall(k, bin[static_cast<std::size_t>(space.b * d[0] + space.g * d[1] + space.r * d[2] + most)]);
+        fall(k, bin[static_cast<std::size_t>(space.b * d[0] + space.g * d[1] + space.r * d[2] + largest)]);
     };
   });
 }

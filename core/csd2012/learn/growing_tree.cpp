@@ -113,9 +113,9 @@ void GrowingTree::take(SampleId id) {
 
 // ID3 from one leaf down. False if the leaf was not divided.
 bool GrowingTree::grow(std::int32_t leaf) {
-  const std::size_t most = nodes_[static_cast<std::size_t>(leaf)].samples.size();
-  const Entropy entropy(most);
-  const LogTable log(most);
+  const std::size_t samples = nodes_[static_cast<std::size_t>(leaf)].samples.size();
+  const Entropy entropy(samples);
+  const LogTable log(samples);
   Random random(options_.seed ^ (++growths_ << 32), options_.stream);
   NodeSamples node_samples;
   PairFinder finder(options_.search);

@@ -53,7 +53,7 @@ std::vector<cv::Point> random_negatives(cv::Size picture, const cv::Mat &forbidd
 }
 
 std::vector<cv::Point> similar_negatives(const cv::Mat &luma, const cv::Mat &forbidden, cv::Point feature, int count,
-                                         double least, int radius, const NegativeRules &rules) {
+                                         double min_score, int radius, const NegativeRules &rules) {
   std::vector<cv::Point> positions;
   const int half = rules.patch / 2;
   const auto centres = patch_centres(luma.size(), rules.patch);
@@ -78,7 +78,7 @@ std::vector<cv::Point> similar_negatives(const cv::Mat &luma, const cv::Mat &for
     for (int x = 0; x < score.cols; ++x) {
       const float s = score.at<float>(y, x);
       const cv::Point p(search.x + x, search.y + y);
-      if (std::isfinite(s) && s >= static_cast<float>(least) && s <= 1.0f && s == highest.at<float>(y, x) &&
+      if (std::isfinite(s) && s >= static_cast<float>(min_score) && s <= 1.0f && s == highest.at<float>(y, x) &&
           allowed(p, feature, centres, forbidden, rules))
         peaks.push_back({s, p});
     }

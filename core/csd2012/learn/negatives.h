@@ -24,10 +24,10 @@ struct NegativeRules {
 std::vector<cv::Point> random_negatives(cv::Size picture, const cv::Mat &forbidden, cv::Point feature, int count,
                                         const NegativeRules &rules, Random &random);
 
-/// Up to `count` positions that look like the feature (§2.1.2.1): the highest local maxima, at least `least`, of
+/// Up to `count` positions that look like the feature (§2.1.2.1): the highest local maxima, at least `min_score`, of
 /// the normalised cross correlation of the patch around `feature` with the surroundings of ±`radius` pixels; best
 /// first. `luma`: CV_8UC1.
 std::vector<cv::Point> similar_negatives(const cv::Mat &luma, const cv::Mat &forbidden, cv::Point feature, int count,
-                                         double least, int radius, const NegativeRules &rules);
+                                         double min_score, int radius, const NegativeRules &rules);
 
 }  // namespace csd

@@ -57,13 +57,13 @@ StartPoints read_start_points(const std::string &text_or_file) {
   return points;
 }
 
-StartPoints thinned(const StartPoints &points, std::size_t most) {
+StartPoints thinned(const StartPoints &points, std::size_t wanted) {
   const auto n = points.ids.size();
-  if (most == 0 || most >= n) return points;
+  if (wanted == 0 || wanted >= n) return points;
   StartPoints out{{}, {}, points.width, points.height};
-  for (std::size_t i = 0; i < most; ++i) {
-    out.ids.push_back(points.ids[i * n / most]);
-    out.positions.push_back(points.positions[i * n / most]);
+  for (std::size_t i = 0; i < wanted; ++i) {
+    out.ids.push_back(points.ids[i * n / wanted]);
+    out.positions.push_back(points.positions[i * n / wanted]);
   }
   return out;
 }

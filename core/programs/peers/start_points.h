@@ -22,7 +22,7 @@ struct StartPoints {
 /// says what is wrong where.
 StartPoints read_start_points(const std::string &text_or_file);
 
-/// At most `most` of them (0: all), spread evenly over the list: detection lists the best first.
-StartPoints thinned(const StartPoints &points, std::size_t most);
+/// At most `wanted` of them (0: all), spread evenly over the list: detection lists the best first.
+StartPoints thinned(const StartPoints &points, std::size_t wanted);
 
 }  // namespace csd::peers
