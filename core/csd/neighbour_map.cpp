@@ -14,6 +14,7 @@ constexpr std::size_t min_points = 3, min_affine = 6;  // of a similarity, of an
 double square(double x) {
   return x * x;
 }
+
 NeighbourMap map_by(const Similarity &s) {
   NeighbourMap map;
   map.linear = {s.a, -s.b, s.b, s.a};

@@ -65,8 +65,8 @@ bool SupportPoints::may_rest(const CsdFrame &frame, const Followed &support) con
   return support.established && (support.id + frames_) % 2 == 0 && support.point.may_rest(frame);
 }
 
-bool SupportPoints::searched_for(const Followed &support) const {
-  return searching_ || (support.id + frames_) % search_every_ == 0;
+bool SupportPoints::searched_for(const CsdFrame &frame, const Followed &support) const {
+  return searching_ || (support.id + frames_) % std::max<std::size_t>(1, count(frame.tuning.search_every)) == 0;
 }
 
 void SupportPoints::rebuild_field(const CsdFrame &frame) {
@@ -142,7 +142,7 @@ void SupportPoints::follow(const CsdFrame &frame) {
   rebuild_field(frame);
   compare_with_maps(frame, turns_, field_, Among::themselves);
   plan_search(frame);
-  second_alignments(frame, turns_, shares, due_, [&](const Followed &s) { return searched_for(s); });
+  second_alignments(frame, turns_, shares, due_, [&](const Followed &s) { return searched_for(frame, s); });
   rebuild_field(frame);
   compare_unmapped(frame, turns_, field_, Among::themselves);
   if (due_) recall(frame);
@@ -161,7 +161,6 @@ void SupportPoints::plan_search(const CsdFrame &frame) {
   share_ = 1 - static_cast<double>(late) / static_cast<double>(std::max<std::size_t>(points_.size(), 1));
   due_ = recall_.due(frame, field_, share_);
   searching_ = due_ || field_.size() < count(frame.tuning.min_aligned);
-  search_every_ = std::max<std::size_t>(1, count(frame.tuning.search_every));
 }
 
 /// Establishes new points that have moved with their neighbours for a while, and updates `covered`.

@@ -40,7 +40,7 @@ class SupportPoints {
   };
 
   bool may_rest(const CsdFrame &frame, const Followed &support) const;
-  bool searched_for(const Followed &support) const;
+  bool searched_for(const CsdFrame &frame, const Followed &support) const;
   void rebuild_field(const CsdFrame &frame);
   void plan_search(const CsdFrame &frame);
   void recall(const CsdFrame &frame);
@@ -59,7 +59,6 @@ class SupportPoints {
   double share_ = 1;                 // of the points: processed in this frame
   bool due_ = false;                 // a lost scene is searched for in this frame
   bool searching_ = true;            // all hidden points are searched for in this frame
-  std::size_t search_every_ = 1;     // else each is searched for once in this many frames
   Points turns_;                     // scratch
   std::vector<double> changes_;      // scratch
   std::vector<cv::Point2d> near_;    // scratch

@@ -87,14 +87,8 @@ TEST(PointAlignment, WithoutShearFindsOnlyRotationAndZoom) {
   EXPECT_NEAR(affine.fine.state.shape(0, 1), 0.12, 0.03);
   Tuning stiff;
   stiff.affine = 0;
-  const CsdFrame same{.pyramid = frame.pyramid,
-                      .weights = frame.weights,
-                      .size = frame.size,
-                      .unit = frame.unit,
-                      .steps = frame.steps,
-                      .time = frame.time,
-                      .training_time = frame.training_time,
-                      .tuning = stiff};
+  auto same = scene.show(sheared, stiff);
+  same.steps = frame.steps;
   const auto similar = align_point(same, memory, {start});
   EXPECT_NEAR(similar.fine.state.shape(0, 1), -similar.fine.state.shape(1, 0), 1e-9);
   EXPECT_LT(similar.fine.zncc, affine.fine.zncc);

@@ -19,14 +19,15 @@ class Scene {
     return luma;
   }
   CsdFrame frame(cv::Point2d shift) { return show(picture(shift)); }
-  CsdFrame show(const cv::Mat &luma) {
+  CsdFrame show(const cv::Mat &luma, const Tuning &tuning = default_tuning) {
     pyramid_.build(luma);
     return {.pyramid = pyramid_,
             .weights = glare_,
             .size = luma.size(),
             .unit = 0.5,
             .time = time_ += second / 25,
-            .training_time = second / 2};
+            .training_time = second / 2,
+            .tuning = tuning};
   }
   /// Maps of neighbours that move by `shift` from their reference coordinates.
   static NeighbourMap neighbours(cv::Point2d shift) {

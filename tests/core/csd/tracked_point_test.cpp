@@ -262,13 +262,8 @@ TEST(TrackedPoint, AnotherPatchSizeScalesItsShape) {
     Scene scene;
     const auto framed = [&](cv::Point2d shift) {
       auto frame = scene.frame(shift);
-      return CsdFrame{.pyramid = frame.pyramid,
-                      .weights = frame.weights,
-                      .size = frame.size,
-                      .unit = frame.unit,
-                      .time = frame.time,
-                      .training_time = frame.training_time,
-                      .patch = patch};
+      frame.patch = patch;
+      return frame;
     };
     TrackedPoint point(framed({}), {160, 120});
     point.begin_chart(0);
