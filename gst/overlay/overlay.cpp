@@ -16,10 +16,13 @@ static constexpr char no_drawing[] =
     "into. Use overlay=meta or none, or download and convert the frames before.";
 
 GParamSpec *Overlay::param_spec() {
-  return g_param_spec_enum("overlay", "Overlay", "How features are shown in the picture", GST_TYPE_CSD_TRACK_OVERLAY,
-                           GST_CSD_TRACK_OVERLAY_NONE,
-                           static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS |
-                                                    GST_PARAM_MUTABLE_PLAYING | GST_PARAM_CONTROLLABLE));
+  return g_param_spec_enum(
+      "overlay", "Overlay",
+      "How features are shown. draw: in the pixels. meta: as a GstVideoOverlayComposition beside them; "
+      "if downstream can't show it, one WARNING says so, and the pixels stay as they are",
+      GST_TYPE_CSD_TRACK_OVERLAY, GST_CSD_TRACK_OVERLAY_NONE,
+      static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_PLAYING |
+                               GST_PARAM_CONTROLLABLE));
 }
 
 void Overlay::see_value(const GstCsdTrackOverlay &overlay) {

@@ -31,20 +31,17 @@ std::vector<Property<DecValues>> dec_properties(void (*overlay_changed)(gpointer
       /**
        * GstCsdTrackDec:location:
        *
-       * A file of JSON lines (.jsonl) that csdtrackenc wrote. It is read along with the frames and follows seeks. It
-       * belongs to the first stream that comes: another one, as in a playlist, gets no tracks, and one WARNING says so.
-       * Data on the pad `text` is then ignored.
-       *
        * Since: 0.1
        */
-      member_property<V, &V::location>(
-          g_param_spec_string("location", "Location",
-                              "File of JSON lines from csdtrackenc (empty = lines arrive on the pad text)", "", ready)),
+      member_property<V, &V::location>(g_param_spec_string(
+          "location", "Location",
+          "A file of JSON lines (.jsonl) from csdtrackenc. It is read along with the frames and follows "
+          "seeks. It belongs to the first stream that comes: another one, as in a playlist, gets no tracks,"
+          " and one WARNING says so. The pad text is then not read (one WARNING). Empty: lines come on that"
+          " pad",
+          "", ready)),
       /**
        * GstCsdTrackDec:overlay:
-       *
-       * How tracks are shown: drawn into the pixels, or as a #GstVideoOverlayComposition beside them. If downstream
-       * can't show the latter, the element posts one WARNING and leaves the pixels as they are.
        *
        * Since: 0.1
        */
@@ -52,28 +49,24 @@ std::vector<Property<DecValues>> dec_properties(void (*overlay_changed)(gpointer
       /**
        * GstCsdTrackDec:max-wait:
        *
-       * A frame waits until the pad `text` has brought its line, a later one, a GAP or EOS. After this time it goes on
-       * without tracks, the element posts one WARNING, and no frame waits until text is in time again. Live, every
-       * frame waits, but no longer than the latency in the answer to the LATENCY query.
-       *
        * Since: 0.1
        */
-      member_property<V, &V::live, &L::max_wait>(
-          g_param_spec_uint64("max-wait", "Maximum wait",
-                              "How many nanoseconds a frame waits for its line from the pad text before it goes on "
-                              "without (0 = it never waits)",
-                              0, G_MAXINT64, L().max_wait, playing)),
+      member_property<V, &V::live, &L::max_wait>(g_param_spec_uint64(
+          "max-wait", "Maximum wait",
+          "How many nanoseconds a frame waits until the pad text has brought its line, a later one, a GAP "
+          "or EOS. Then it goes on without tracks, with one WARNING, and no frame waits until text is in "
+          "time again. Live, each frame waits, but no longer than the latency. 0: no wait, and no warning",
+          0, G_MAXINT64, L().max_wait, playing)),
       /**
        * GstCsdTrackDec:ts-offset:
        *
-       * Added to the time of each line. Use it when a part of a recording plays on its own from 0, while its lines have
-       * the time of the whole: set it to minus the time at which the part begins.
-       *
        * Since: 0.1
        */
-      member_property<V, &V::live, &L::ts_offset>(g_param_spec_int64("ts-offset", "Timestamp offset",
-                                                                     "Nanoseconds to add to the time of each line",
-                                                                     -max_offset, max_offset, 0, playing)),
+      member_property<V, &V::live, &L::ts_offset>(g_param_spec_int64(
+          "ts-offset", "Timestamp offset",
+          "Nanoseconds added to the time of each line. A part of a recording that plays on its own from 0 "
+          "needs minus the time at which it begins",
+          -max_offset, max_offset, 0, playing)),
   };
 }
 

@@ -12,24 +12,19 @@ std::vector<Property<EncValues>> enc_properties() {
       /**
        * GstCsdTrackEnc:role:
        *
-       * Whether to write what csdtrack found, or the ground truth that csdsimsrc attached.
-       *
        * Since: 0.1
        */
-      member_property<V, &V::role>(g_param_spec_enum("role", "Role",
-                                                     "Whether to write the tracks or the simulator's ground truth",
-                                                     GST_TYPE_CSD_TRACK_ENC_ROLE, d.role, flags)),
+      member_property<V, &V::role>(g_param_spec_enum(
+          "role", "Role",
+          "What is written. track: what csdtrack found. truth: a simulator's ground truth, for csd-score",
+          GST_TYPE_CSD_TRACK_ENC_ROLE, d.role, flags)),
       /**
        * GstCsdTrackEnc:source:
-       *
-       * The name of the element whose tracks to write, when several have tracked the same frame. Empty: the last
-       * one.
        *
        * Since: 0.1
        */
       member_property<V, &V::source>(g_param_spec_string(
-          "source", "Source",
-          "Name of the element whose tracks to write, if several track the same frame (empty = the last one)",
+          "source", "Source", "If several csdtracks tracked the frame, the name of the one to write. Empty: the last",
           d.source.c_str(), flags)),
   };
 }
