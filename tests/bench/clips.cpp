@@ -7,8 +7,9 @@
 // Without VIDEO it takes the clips in $CSDTRACK_CLIPS. Prints a row for each clip: the share of samples claimed; of two
 // claims on the same image, the share more than 5 px apart (at 576 lines or less; docs/metrics.md); ms a frame: p50,
 // p95, the most after the first frame, and the first. beads.mkv also gets its sensitivity and K, if beads.truth.csv
-// lies beside it. --set changes csd's Tuning. --threads adds helping threads. --rivals adds OpenCV's PyrLK forward and
-// backward on the same points, and its CSRT on ten of them.
+// lies beside it. --set changes a number of csd's Tuning, or of csd-2012's Choices after --algorithm csd-2012.
+// --threads adds helping threads. --rivals adds OpenCV's PyrLK forward and backward on the same points, and its CSRT on
+// ten of them.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -17,6 +18,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <memory>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 #include <opencv2/videoio.hpp>
@@ -28,6 +30,7 @@
 #include "algorithms/make_algorithm.h"
 #include "bench/i420.h"
 #include "csd/csd.h"
+#include "csd2012/csd2012.h"
 #include "score/sensitivity.h"
 #include "track/thread_pool.h"
 #include "track/tracker.h"
@@ -43,6 +46,7 @@ using Clock = std::chrono::steady_clock;
 struct Options {
   csd::AlgorithmKind algorithm = csd::AlgorithmKind::csd;
   csd::Tuning tuning;
+  csd::csd2012::Choices choices;
   unsigned threads = 0;  // in addition to this one
   unsigned features = 50;
   std::size_t frames = 250;
@@ -93,6 +97,18 @@ struct Run {
   std::vector<double> times;                        // ms
 };
 
+std::unique_ptr<csd::Algorithm> make(const csd::Settings &settings, const Options &options, csd::ThreadPool &pool) {
+  switch (options.algorithm) {
+    case csd::AlgorithmKind::csd:
+      return std::make_unique<csd::Csd>(settings, options.threads > 0 ? csd::SideBySide(pool) : csd::SideBySide(),
+                                        options.tuning);
+    case csd::AlgorithmKind::csd_2012:
+      return std::make_unique<csd::Csd2012>(settings, pool, options.choices);
+    default:
+      return csd::make_algorithm(settings, pool);
+  }
+}
+
 Run track(const Clip &clip, const Options &options, std::size_t frames, const std::vector<csd::StartPoint> &starts) {
   csd::Settings settings;
   settings.algorithm = options.algorithm;
@@ -102,11 +118,7 @@ Run track(const Clip &clip, const Options &options, std::size_t frames, const st
   settings.learn_synchronously = true;
   settings.points_from_start = !starts.empty();
   csd::ThreadPool pool(std::max(1U, options.threads), 10);
-  csd::Tracker tracker(
-      settings, options.algorithm == csd::AlgorithmKind::csd
-                    ? std::make_unique<csd::Csd>(
-                          settings, options.threads > 0 ? csd::SideBySide(pool) : csd::SideBySide(), options.tuning)
-                    : csd::make_algorithm(settings, pool));
+  csd::Tracker tracker(settings, make(settings, options, pool));
   Run out;
   for (std::size_t i = 0; i < frames; ++i) {
     if (!starts.empty()) tracker.offer_start(starts);
@@ -285,7 +297,8 @@ Options parse(int argc, char **argv) {
     } else if (name == "--threads") {
       options.threads = static_cast<unsigned>(std::stoul(value()));
     } else if (name == "--set") {
-      csd::set(options.tuning, value());
+      const auto assignment = value();
+      options.algorithm == csd::AlgorithmKind::csd ? set(options.tuning, assignment) : set(options.choices, assignment);
     } else if (name == "--features") {
       options.features = static_cast<unsigned>(std::stoul(value()));
     } else if (name == "--frames") {
