@@ -715,7 +715,7 @@ def test_properties(_tmp):
                                   ("attach-roi", "true | false", "false"),
                                   ("learning", "async | sync", "async; quickstart: sync")):
         assert heads[name].split(None, 1)[1] == f"{values}  (default: {default})", heads[name]
-    assert "Maximum number of detected features" in done.stdout
+    assert "Detected features to maintain" in done.stdout
     for word in ("Factory", "Pad Templates", "video/x-raw", "attach-meta", "overlay"):
         assert word not in done.stdout, word
     assert "stats" not in heads and "name" not in heads
