@@ -14,13 +14,13 @@
 #include <utility>
 #include <vector>
 
-#include "algorithms/make_algorithm.h"
 #include "bench/bound.h"
 #include "bench/i420.h"
+#include "bench/make_tuned.h"
 #include "bench/sequences.h"
 #include "csd/csd.h"
 #include "csd/visibility.h"
-#include "csd2012/csd2012.h"
+#include "csd2012/choices.h"
 #include "score/score.h"
 #include "score/sensitivity.h"
 #include "track/thread_pool.h"
@@ -86,18 +86,6 @@ class EvidenceFile {
   std::ofstream file_;
 };
 
-std::unique_ptr<Algorithm> make(const Settings &settings, const Options &options, ThreadPool &pool) {
-  switch (settings.algorithm) {
-    case AlgorithmKind::csd:
-      return std::make_unique<Csd>(settings, SideBySide(), options.tuning);
-    case AlgorithmKind::csd_2012:
-    case AlgorithmKind::csd_forest:
-      return std::make_unique<Csd2012>(settings, pool, options.choices);
-    default:
-      return make_algorithm(settings, pool);
-  }
-}
-
 Row track(const Rendered &rendered, const Options &options, const std::string &name, score::Clip &clip,
           EvidenceFile &evidence) {
   Settings settings;
@@ -108,7 +96,7 @@ Row track(const Rendered &rendered, const Options &options, const std::string &n
   settings.frame_budget = options.budget;
   settings.clock = [reads = std::int64_t{0}]() mutable { return reads++; };
   ThreadPool pool(1);
-  auto made = make(settings, options, pool);
+  auto made = make_tuned(settings, options.tuning, options.choices, pool);
   const auto *csd = dynamic_cast<const Csd *>(made.get());
   const auto tissue = name.substr(name.find('/') + 1);
   Tracker tracker(settings, std::move(made));

@@ -7,7 +7,7 @@
 // Without VIDEO it takes the clips in $CSDTRACK_CLIPS. Prints a row for each clip: the share of samples claimed; of two
 // claims on the same image, the share more than 5 px apart (at 576 lines or less; docs/metrics.md); ms a frame: p50,
 // p95, the most after the first frame, and the first. beads.mkv also gets its sensitivity and K, if beads.truth.csv
-// lies beside it. --set changes a number of csd's Tuning, or of csd-2012's Choices after --algorithm csd-2012.
+// lies beside it. --set changes a number of csd's Tuning, or after --algorithm csd-2012 or csd-forest of its Choices.
 // --threads adds helping threads. --rivals adds OpenCV's PyrLK forward and backward on the same points, and its CSRT on
 // ten of them.
 #include <algorithm>
@@ -18,7 +18,6 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <memory>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 #include <opencv2/videoio.hpp>
@@ -27,10 +26,10 @@
 #include <string_view>
 #include <vector>
 
-#include "algorithms/make_algorithm.h"
 #include "bench/i420.h"
-#include "csd/csd.h"
-#include "csd2012/csd2012.h"
+#include "bench/make_tuned.h"
+#include "csd/tuning.h"
+#include "csd2012/choices.h"
 #include "score/sensitivity.h"
 #include "track/thread_pool.h"
 #include "track/tracker.h"
@@ -97,18 +96,6 @@ struct Run {
   std::vector<double> times;                        // ms
 };
 
-std::unique_ptr<csd::Algorithm> make(const csd::Settings &settings, const Options &options, csd::ThreadPool &pool) {
-  switch (options.algorithm) {
-    case csd::AlgorithmKind::csd:
-      return std::make_unique<csd::Csd>(settings, options.threads > 0 ? csd::SideBySide(pool) : csd::SideBySide(),
-                                        options.tuning);
-    case csd::AlgorithmKind::csd_2012:
-      return std::make_unique<csd::Csd2012>(settings, pool, options.choices);
-    default:
-      return csd::make_algorithm(settings, pool);
-  }
-}
-
 Run track(const Clip &clip, const Options &options, std::size_t frames, const std::vector<csd::StartPoint> &starts) {
   csd::Settings settings;
   settings.algorithm = options.algorithm;
@@ -118,7 +105,9 @@ Run track(const Clip &clip, const Options &options, std::size_t frames, const st
   settings.learn_synchronously = true;
   settings.points_from_start = !starts.empty();
   csd::ThreadPool pool(std::max(1U, options.threads), 10);
-  csd::Tracker tracker(settings, make(settings, options, pool));
+  csd::Tracker tracker(settings,
+                       csd::bench::make_tuned(settings, options.tuning, options.choices, pool,
+                                              options.threads > 0 ? csd::SideBySide(pool) : csd::SideBySide()));
   Run out;
   for (std::size_t i = 0; i < frames; ++i) {
     if (!starts.empty()) tracker.offer_start(starts);
@@ -294,6 +283,7 @@ Options parse(int argc, char **argv) {
       for (int k = 0; k < 8; ++k)
         if (csd::algorithm_name(static_cast<csd::AlgorithmKind>(k)) == wanted)
           options.algorithm = static_cast<csd::AlgorithmKind>(k);
+      if (options.algorithm == csd::AlgorithmKind::csd_forest) options.choices = csd::csd2012::forest_choices();
     } else if (name == "--threads") {
       options.threads = static_cast<unsigned>(std::stoul(value()));
     } else if (name == "--set") {

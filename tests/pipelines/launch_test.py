@@ -93,9 +93,9 @@ class Launch(harness.Case):
                                               timeout=180)
                     self.assertEqual(done.returncode, 0, done.stderr)
                     self.assertIn("Got EOS", done.stdout)
-                    # A sink on a busy machine warns of late frames.
-                    self.assertNotRegex(done.stdout + done.stderr,
-                                        r"WARNING: from element \S*GstCsd")
+                    # On a busy machine the sink may warn of late frames, and of nothing else.
+                    late = r"WARNING: from element \S+: A lot of buffers are being dropped"
+                    self.assertNotIn("WARNING", re.sub(late, "", done.stdout + done.stderr))
                     shown = [p for p in pictures if p.mean() > still.mean() / 2]
                     self.assertTrue(shown, f"{len(pictures)} pictures of the screen, all dark")
                     if marked:  # 50 markers of at least 20 coloured pixels each, overlapping
