@@ -101,7 +101,12 @@ def p_value(p: float | None) -> str:
 
 
 def write_beside(path: pathlib.Path, text: str) -> pathlib.Path:
-    """Writes the text into a file beside `path`, which can then replace it in one go."""
+    """Writes the text into a file beside `path`, which can then replace it in one go.
+
+    Raises Failure if `path` is a device or a folder: it would be replaced, too.
+    """
+    if path.exists() and not path.is_file():
+        raise Failure(f"{path} is no file: not written")
     unfinished = path.with_name(f".unfinished-{path.name}")
     unfinished.write_text(text)
     return unfinished

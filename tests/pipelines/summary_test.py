@@ -3,6 +3,7 @@
 """pipelines/experiments/summary: README, docs/evaluation.md, performance.md, machines.md and
 own-video.md agree with docs/results/. summary_test.py ROOT"""
 
+import os
 import pathlib
 import re
 import shutil
@@ -11,6 +12,7 @@ import tempfile
 import unittest
 
 from pipelines.experiments import builds, page, summaries
+from pipelines.lib.failure import Failure
 
 ROOT = pathlib.Path(sys.argv[1])
 DOCS = ROOT / "docs"
@@ -170,6 +172,15 @@ class Pages(unittest.TestCase):
         self.assertEqual(page.linked(text, DOCS / "results"),
                          "[a](../method.md#x) [b](paper.md) [c](../../core/csd.h) "
                          "![](beyond/d.svg) [e](#f) [g](https://h/i.md)")
+
+    def test_a_page_replaces_no_device_and_no_folder(self):
+        with tempfile.TemporaryDirectory(prefix="csdtrack-summary-") as folder:
+            pipe = pathlib.Path(folder) / "pipe"
+            os.mkfifo(pipe)
+            for path in (pipe, pathlib.Path(folder)):
+                with self.assertRaisesRegex(Failure, f"^{path} is no file: not written$"):
+                    page.replace(path, "text")
+            self.assertTrue(pipe.is_fifo() and not list(pipe.parent.glob(".unfinished*")))
 
 
 if __name__ == "__main__":
