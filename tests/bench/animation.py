@@ -7,19 +7,20 @@ import json
 import os
 import pathlib
 import subprocess
-import sys
 import tempfile
 import typing
 from collections.abc import Iterator, Sequence
 
+import cv2
+import numpy
+
 from pipelines.experiments import builds
+from pipelines.experiments.truth import CLAIMS
 from pipelines.lib.failure import Failure
 
 # GStreamer must know the build's own registry before it starts.
 os.environ.update(builds.environment())
-import cv2  # noqa: E402
-import numpy  # noqa: E402
-from tests.bench.playing import Gst, play  # noqa: E402
+from tests.bench.playing import Gst, play, refuse  # noqa: E402
 
 OUT = builds.ROOT / "docs" / "animation.webp"
 SCENE = 'effects="tools=1,heart-strong=.6,specular=.3,sway=.3" style=heart seed=5'
@@ -29,7 +30,6 @@ TRAIL = 12  # frames, half a second
 COLOURS = {  # those of the overlay, in BGR
     "learning": (66, 228, 240), "tracked": (233, 180, 86), "occluded": (0, 159, 230),
 }
-CLAIMS = ("learning", "tracked")
 BITS = 4  # OpenCV's coordinates have this many of a pixel's fraction
 
 Feature = dict[str, typing.Any]  # of a JSON line
@@ -55,10 +55,10 @@ def place(feature: Feature) -> tuple[int, int]:
 def trails(frames: Sequence[Frame]) -> Iterator[tuple[Feature, Feature]]:
     """The steps of each point that the last frame has, where both ends are claimed."""
     for before, after in zip(frames, frames[1:]):
-        for number in frames[-1]:
-            ends = before.get(number), after.get(number)
-            if ends[0] and ends[1] and ends[0]["state"] in CLAIMS and ends[1]["state"] in CLAIMS:
-                yield ends[0], ends[1]
+        for number in frames[-1].keys() & before.keys() & after.keys():
+            ends = before[number], after[number]
+            if all(end["state"] in CLAIMS for end in ends):
+                yield ends
 
 
 def draw_marker(image: typing.Any, feature: Feature) -> None:
@@ -106,7 +106,7 @@ def make(out: pathlib.Path) -> None:
     print(f"{out}: {len(pictures)} pictures, {out.stat().st_size} bytes")
 
 
-def main() -> int:
+def main() -> None:
     parser = argparse.ArgumentParser(
         prog="tests/bench/animation", description="Makes the animation at the top of README: "
         "simulated tissue that beats, a tool, and the points that csd tracks, each with its way "
@@ -114,15 +114,13 @@ def main() -> int:
     parser.add_argument("out", type=pathlib.Path, nargs="?", default=OUT, metavar="OUT.webp",
                         help="(docs/animation.webp)")
     out = parser.parse_args().out
-    Gst.init(None)
     try:
         builds.make(install=False, targets=["plugin"], commands=["ffmpeg"])
+        Gst.init(None)  # reads the plugin that was just built
         make(out)
     except Failure as failure:
-        print(f"animation: {failure}", file=sys.stderr)
-        return 1
-    return 0
+        refuse(failure)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()
